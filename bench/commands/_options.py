@@ -3,7 +3,7 @@
 import functools
 import re
 import threading
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
@@ -15,19 +15,13 @@ from bench.experiments.experiment import ExperimentError, SequenceSource
 from datasets.decoding import brief
 
 if TYPE_CHECKING:
-    import numpy as np
-    import pandas as pd
-    from numpy.typing import NDArray
-
     from bench.execution.run import Execution
 
 __all__ = [
-    "by_attribute_option",
     "chosen_sequences",
     "engine_options",
     "jobs_option",
     "json_option",
-    "measured_attributes",
     "memory_size",
     "metrics_option",
     "output_option",
@@ -81,11 +75,6 @@ metrics_option = click.option(
     show_default=True,
     callback=_presets,
     help="Comma-separated metrics presets to score by (`trackmark list metrics`).",
-)
-by_attribute_option = click.option(
-    "--by-attribute",
-    is_flag=True,
-    help="Scores against what sequences are like (docs/attributes.md); opens them where needed.",
 )
 trace_option = click.option(
     "--trace",
@@ -316,16 +305,6 @@ def refresh_index(folder: Path) -> None:
 
     with progress_bar(None, "file") as progress:
         read_table(Results(folder), progress)
-
-
-def measured_attributes(
-    runs: "pd.DataFrame", sequences: Sequence[str]
-) -> "dict[str, NDArray[np.float64]]":
-    """Attributes of runs' sequences, see `attributes_of`; shows how far it is."""
-    from bench.reporting.by_attribute import attributes_of
-
-    with progress_bar(None, "frame") as progress:
-        return attributes_of(runs, sequences, progress, say)
 
 
 def parse_box(text: str) -> tuple[int, list[float]]:

@@ -1,4 +1,4 @@
-"""Compare trackers: which is better, by how much, and how surely."""
+"""Comparison of trackers pair by pair, on stored or new runs."""
 
 import functools
 import json
@@ -40,41 +40,44 @@ __all__ = ["command"]
 WIDTH = 96
 
 STRIPS = 3
-"""Sequences that are drawn as film strips: where two trackers differ most."""
+"""Number of sequences drawn as film strips: those on which two trackers differ most."""
 
 _HINT = "--metric"
 
 
 @click.command("compare")
 @click.argument("trackers", nargs=-1)
-@click.option("--sequences", help="Comma-separated names (with * and ?) or paths; runs what lacks.")
-@click.option("--results", type=click.Path(path_type=Path), help="Compare what is stored there.")
+@click.option(
+    "--sequences",
+    help="Comma-separated names, paths or patterns with * and ?. Missing runs are executed.",
+)
+@click.option("--results", type=click.Path(path_type=Path), help="Results folder to compare.")
 @guests_option
 @protocol_option
 @metrics_option
 @click.option(
     "--metric",
-    help=f"Score to compare by: of native {', '.join(MARGINS)}; or a column of the --metrics.  "
-    "[default: mean_overlap, or the first column]",
+    help=f"Score to compare: {', '.join(MARGINS)} of `native`, or a column of --metrics.  "
+    "[default: mean_overlap, or the first column of the preset]",
 )
-@click.option("--margin", type=click.FloatRange(0), help="Largest irrelevant difference.")
-@click.option("--against", metavar="NAME", help="Compare this tracker with each other one only.")
+@click.option("--margin", type=click.FloatRange(0), help="Equivalence margin.")
+@click.option("--against", metavar="NAME", help="Compare this tracker with each other tracker.")
 @click.option(
     "--unit",
     type=click.Choice(["scene"]),
-    help="Count scenes of several families: answers are for new scenes of these families only.",
+    help="Use scenes as units; answers then hold for new scenes of these families only.",
 )
-@click.option("--seeds", type=click.IntRange(1), help="Repetitions of trackers that draw.")
-@click.option("--name", help="Name of the results' folder; as `run` has it.")
+@click.option("--seeds", type=click.IntRange(1), help="Repetitions of stochastic trackers.")
+@click.option("--name", help="Name of the results folder; as in `run`.")
 @click.option(
     "--published",
     type=click.Path(path_type=Path, exists=True, dir_okay=False),
-    help="CSV tracker,sequence,METRIC of scores that others published.",
+    help="Published scores: CSV with tracker,sequence,METRIC.",
 )
 @click.option(
     "--folder",
     type=click.Path(path_type=Path),
-    help="Write tables, figures and the paragraph here.",
+    help="Write tables, figures and a paragraph for a paper to this folder.",
 )
 @output_option
 @engine_options
@@ -98,28 +101,29 @@ def command(
     means: dict[str, Any],
     as_json: bool,
 ) -> int:
-    """Compare TRACKERS pair by pair on the same sequences.
+    """Compare TRACKERS pairwise on the same sequences.
 
-    Either on --sequences, executing missing runs, or from --results alone (then all stored
-    trackers, if none is named); with --results-of also others' results. Answers are better, worse,
-    equivalent or inconclusive. Several --metrics give several comparisons. Failed runs count as the
-    worst score.
+    Give either --sequences (missing runs are executed) or --results (stored runs are compared; all
+    trackers if none is named). The first tracker of each pair is reported as better, worse,
+    equivalent or inconclusive. Each metrics preset gets its own comparison. Failed runs count as
+    the worst score.
 
-    Exit status: 0 success; 1 every run of a tracker failed, which is left out; 2 wrong usage or
-    input, or a missing run in --results.
+    Exit codes: 0 success; 1 every run of a tracker failed, which is left out; 2 invalid usage or
+    input, or a missing run in --results; 130 interrupted.
     """
     if (sequences is None) == (results is None):
         raise click.UsageError("Give --sequences or --results (one of them).")
     if margin is not None and not math.isfinite(margin):
-        raise click.UsageError("--margin is a finite number.")
+        raise click.UsageError("--margin must be a finite number.")
     stored = _stored(protocol)
     measures = {
         preset: _measure(preset, metric, margin)
-        for preset in _judging(metrics or ["native"], stored)
+        for preset in _presets(metrics or ["native"], stored)
     }
     guests = guests_of(results_of)
-    trackers = tuple(name for given in trackers for name in split_list(given))
-    trackers, against = _with_against(trackers, against, [one.tracker for one in guests])
+    imported = [guest.tracker for guest in guests]
+    trackers = tuple(split_list(",".join(trackers)))
+    trackers, against = _with_against(trackers, against, imported)
     labels = _labels(trackers)
     cells, experiments = None, []
     if sequences is not None and len(trackers) + len(guests) < 2:
@@ -131,42 +135,42 @@ def command(
         experiments = [_only_experiment(results)]
     only = None if cells is None else {sequence for _, sequence, _, _ in cells}
     with together(experiments, guests, sequences, only) as (experiment,):
-        others, scenes = [one.tracker for one in guests], unit == "scene"
-        asked = _Asked(experiment, labels, cells, others, published, stored, against, scenes)
-        return _compare(asked, measures, folder, as_json=as_json)
+        selection = _Selection(
+            experiment, labels, cells, imported, published, stored, against, unit == "scene"
+        )
+        return _compare(selection, measures, folder, as_json=as_json)
 
 
 @dataclass(frozen=True)
-class _Asked:
-    """Which runs are compared: of an experiment, and scores that others published."""
+class _Selection:
+    """Runs and published scores that are compared."""
 
     experiment: Path
-    labels: list[str] | None  # of our trackers; None for all there
-    cells: "Collection[Cell] | None"  # of our trackers; None for all there
-    guests: list[str]  # labels of trackers whose results are others'
+    labels: list[str] | None  # of trackers that ran here; None for all stored ones
+    cells: "Collection[Cell] | None"  # runs of these trackers; None for all stored ones
+    imported: list[str]  # labels of trackers with imported results
     published: Path | None
-    stored: str  # the protocol by which they were made, as runs are filed under it
+    stored: str  # protocol name under which runs are filed
     against: str | None  # label of the tracker that is compared with each other one
     by_scene: bool
 
 
 def _stored(protocol: str | None) -> str:
-    """What runs by a protocol are filed under."""
+    """Return the name under which runs by a protocol are filed."""
     from bench.protocols import STORED_ONCE
     from bench.protocols import protocol as protocol_of
 
     return STORED_ONCE if protocol is None else protocol_of(protocol).text
 
 
-def _judging(metrics: Sequence[str], stored: str) -> list[str]:
-    """Presets that are asked for; for `native`, where it judges no such run, the protocol's own."""
+def _presets(metrics: Sequence[str], stored: str) -> list[str]:
+    """Return the presets; instead of `native`, if it cannot judge the runs, the protocol's own."""
     from bench.evaluation.scoring import can_judge
     from bench.protocols import protocol as protocol_of
     from bench.reporting.tables import PRESET
 
-    own = protocol_of(stored).preset
-    named = [own if name == PRESET and not can_judge(name, stored) else name for name in metrics]
-    return list(dict.fromkeys(named))
+    replaced = {} if can_judge(PRESET, stored) else {PRESET: protocol_of(stored).preset}
+    return list(dict.fromkeys(replaced.get(name, name) for name in metrics))
 
 
 def _measure(preset: str, metric: str | None, margin: float | None) -> "Measure":
@@ -179,7 +183,9 @@ def _measure(preset: str, metric: str | None, margin: float | None) -> "Measure"
         measures = {measure.name: measure for measure in SUMMARY}
         name = metric or SUMMARY[0].name
         if name not in measures:
-            raise click.BadParameter(f"{name!r} is none of {', '.join(MARGINS)}.", param_hint=_HINT)
+            raise click.BadParameter(
+                f"{name!r} is not one of {', '.join(MARGINS)}.", param_hint=_HINT
+            )
         measure = measures[name]
     return measure if margin is None else replace(measure, margin=margin)
 
@@ -203,9 +209,9 @@ def _preset_measure(preset: str, metric: str | None, margin: float | None) -> "M
         )
     better = columns[name].better
     if margin is None and better == "lower":
-        raise click.UsageError(f"{name} is no share: give the --margin that means nothing.")
+        raise click.UsageError(f"{name} is not a share: give its equivalence --margin.")
     title = f"{heading(name)} ({preset})"
-    if definitions.combine is not mean_of_sequences:  # then `report` prints another number
+    if definitions.combine is not mean_of_sequences:  # `report` prints another number
         title = f"mean of sequences' {title}"
     return Measure(
         name,
@@ -219,14 +225,14 @@ def _preset_measure(preset: str, metric: str | None, margin: float | None) -> "M
 
 
 def _compare(
-    asked: _Asked, measures: "dict[str, Measure]", folder: Path | None, *, as_json: bool
+    selection: _Selection, measures: "dict[str, Measure]", folder: Path | None, *, as_json: bool
 ) -> int:
     """Compare by all presets, show and write the comparisons, and return the exit status."""
     from bench.comparing.comparable_runs import AllFailedError
 
     try:
-        compared = {  # all of them before one is shown: a preset may refuse the runs
-            preset: _answers(asked, preset, measure) for preset, measure in measures.items()
+        compared = {  # before any output: a preset may refuse the runs
+            preset: _answers(selection, preset, measure) for preset, measure in measures.items()
         }
     except AllFailedError as error:
         click.echo(str(error), err=True)
@@ -235,15 +241,15 @@ def _compare(
         _show(answers, preset, as_json=as_json)
         if folder is not None:
             target = folder / preset if len(measures) > 1 else folder
-            click.echo("\n".join(_write(answers, asked.experiment, target)), err=True)
+            click.echo("\n".join(_write(answers, selection.experiment, target)), err=True)
     answers = next(iter(compared.values()))
     for tracker, note in answers.failures.items():
         click.echo(f"{tracker}: {note}", err=True)
     return EXIT_ANSWER_IS_NO if answers.left_out else 0
 
 
-def _answers(asked: _Asked, preset: str, measure: "Measure") -> "Comparison":
-    """Compare by a preset's score."""
+def _answers(selection: _Selection, preset: str, measure: "Measure") -> "Comparison":
+    """Compare the runs by a preset's score."""
     from bench.comparing.comparable_runs import of_protocol, with_published
     from bench.comparing.comparison import compare
     from bench.comparing.stored_boxes import same_boxes
@@ -255,32 +261,33 @@ def _answers(asked: _Asked, preset: str, measure: "Measure") -> "Comparison":
     from bench.store.results import Results
     from bench.store.truth import occurring_attributes
 
-    folder, labels, cells = asked.experiment, asked.labels, asked.cells
-    if asked.guests:
-        others = (one for one in Results(folder).asked().cells if one[0] in asked.guests)
-        cells = None if cells is None else [*cells, *others]
-        labels = None if labels is None else [*labels, *asked.guests]
+    folder, labels, cells = selection.experiment, selection.labels, selection.cells
+    if selection.imported:
+        stored_cells = Results(folder).asked().cells
+        imported = (cell for cell in stored_cells if cell[0] in selection.imported)
+        cells = None if cells is None else [*cells, *imported]
+        labels = None if labels is None else [*labels, *selection.imported]
     if cells is not None:
         cells = [*cells, *((*cell[:3], TIMING) for cell in cells)]
     runs = load_results(folder, cells)
     if labels is not None and set(labels) <= set(runs["tracker"].unique()):
-        runs = runs[runs["tracker"].isin(labels)]  # others may be missing, or be damaged
-    same, unrepeatable = same_boxes(folder, runs, asked.stored), not_repeatable(runs)
+        runs = runs[runs["tracker"].isin(labels)]  # other runs may be missing or damaged
+    same, unrepeatable = same_boxes(folder, runs, selection.stored), not_repeatable(runs)
     attributes = occurring_attributes(folder, runs[runs["status"] == "finished"])
     if preset != PRESET:
         with patience("Scoring runs"):
-            runs = runs_by(folder, preset, runs, asked.stored)
+            runs = runs_by(folder, preset, runs, selection.stored)
     runs = with_worst_scores(folder, runs, [preset])
-    runs, measure = of_protocol(runs, asked.stored, measure)
-    if asked.published is not None:
-        runs, told = with_published(runs, asked.published, measure)
-        labels = None if labels is None else [*labels, *told]
+    runs, measure = of_protocol(runs, selection.stored, measure)
+    if selection.published is not None:
+        runs, published = with_published(runs, selection.published, measure)
+        labels = None if labels is None else [*labels, *published]
     return compare(
         runs,
         measure,
         labels,
-        asked.against,
-        by_scene=asked.by_scene,
+        selection.against,
+        by_scene=selection.by_scene,
         attributes=attributes,
         same_boxes=same,
         not_repeatable=unrepeatable,
@@ -298,12 +305,12 @@ def _show(answers: "Comparison", preset: str, *, as_json: bool) -> None:
     if as_json:
         click.echo(json.dumps({"metrics": preset, **as_data(answers)}, allow_nan=False))
         return
-    click.echo("\n".join(on_terminal(one, to_text) for one in screen(answers)))
+    click.echo("\n".join(on_terminal(table, to_text) for table in screen(answers)))
     click.echo(textwrap.fill(paragraph(answers), min(WIDTH, width()), break_on_hyphens=False))
 
 
 def _labels(trackers: tuple[str, ...]) -> list[str] | None:
-    """Labels of trackers as they were typed for `run`; what is none stands for itself."""
+    """Return the labels of trackers; a text that names no tracker is its own label."""
     from bench.experiments.outside import settled
     from trackers import TrackerError
 
@@ -312,15 +319,15 @@ def _labels(trackers: tuple[str, ...]) -> list[str] | None:
         try:
             labels += [chosen.label for chosen in settled([text]).values()]
         except TrackerError:
-            labels.append(text)  # of results whose tracker is not here
+            labels.append(text)  # the results may be stored without the tracker
     return labels or None
 
 
 def _with_against(
-    trackers: tuple[str, ...], against: str | None, guests: Sequence[str]
+    trackers: tuple[str, ...], against: str | None, imported: Sequence[str]
 ) -> tuple[tuple[str, ...], str | None]:
-    """Return the trackers with the one that others are compared with, and that one's label."""
-    if against is None or against in guests:
+    """Return the trackers including that of --against, and its label."""
+    if against is None or against in imported:
         return trackers, against
     labels = _labels((against,)) or [against]
     if len(labels) > 1:
@@ -331,15 +338,15 @@ def _with_against(
 
 
 def _only_experiment(results: Path | None) -> Path:
-    """The experiment in a folder of results, its index up to date."""
+    """Return the only experiment in a results folder, with an updated index."""
     from bench.store.layout import experiment_folders
 
-    found = experiment_folders(results or Path())
-    if len(found) > 1:
-        names = ", ".join(path.name for path in found)
+    folders = experiment_folders(results or Path())
+    if len(folders) > 1:
+        names = ", ".join(path.name for path in folders)
         raise click.UsageError(f"{results} holds several experiments ({names}): name one.")
-    refresh_index(found[0])
-    return found[0]
+    refresh_index(folders[0])
+    return folders[0]
 
 
 def _run(
@@ -351,7 +358,7 @@ def _run(
     output: Path,
     means: dict[str, Any],
 ) -> "tuple[Path, list[str], Collection[Cell]]":
-    """Run what is not there yet; give the experiment's folder, the labels and the runs meant."""
+    """Execute missing runs; return the experiment's folder, the labels and the requested runs."""
     from bench.execution.run import Execution
     from datasets import SequenceError
 
@@ -375,10 +382,7 @@ def _run(
 
 
 def _write(answers: "Comparison", experiment: Path, folder: Path) -> list[str]:
-    """Write tables in every format, figures, film strips where trackers differ, the paragraph.
-
-    Gives lines that say what was written.
-    """
+    """Write tables, figures, film strips and the paragraph; return lines that list the files."""
     from bench.comparing.figures import write_figures
     from bench.comparing.summary_text import paragraph
     from bench.comparing.tables import files

@@ -10,15 +10,17 @@ import click
 from bench.commands import EXIT_ANSWER_IS_NO
 from bench.commands._guests import guests_of, guests_option, together
 from bench.commands._options import (
-    by_attribute_option,
     json_option,
-    measured_attributes,
     metrics_option,
     patience,
     progress_bar,
 )
 
 if TYPE_CHECKING:
+    import numpy as np
+    import pandas as pd
+    from numpy.typing import NDArray
+
     from bench.reporting.by_attribute import Shown
     from bench.reporting.by_preset import Scored
     from reports.tables import Table
@@ -47,7 +49,11 @@ FIGURES = ("png", "svg", "pdf")
 @guests_option
 @click.option("--sequences", help="Of --results-of, where there are no RESULTS; as for `run`.")
 @metrics_option
-@by_attribute_option
+@click.option(
+    "--by-attribute",
+    is_flag=True,
+    help="Add scores by attribute of the sequences (docs/attributes.md); measures these if needed.",
+)
 @click.option("--wide", is_flag=True, help="Print all columns, however wide the tables are.")
 @click.option(
     "--no-pictures", is_flag=True, help="The tables that are printed alone: no page, no plots."
@@ -142,10 +148,14 @@ def _sum_up(written: list[Path]) -> None:
 
 
 def _against(experiment: Path, metrics: list[str], made: "list[Table]") -> "list[Shown]":
-    """Scores against attributes of the sequences, which are measured at need; adds their tables."""
-    from bench.reporting.by_attribute import attribute_report
+    """Add and return tables of scores by attribute of the sequences, measured if needed."""
+    from bench.reporting.by_attribute import attribute_report, attributes_of
 
-    against = attribute_report(experiment, metrics, measured_attributes)
+    def measured(runs: "pd.DataFrame", names: Sequence[str]) -> "dict[str, NDArray[np.float64]]":
+        with progress_bar(None, "frame") as progress:
+            return attributes_of(runs, names, progress, _tell)
+
+    against = attribute_report(experiment, metrics, measured)
     made += [one.table for one in against]
     return against
 

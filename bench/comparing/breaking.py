@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from bench.comparing.stressing import ENOUGH, RULE, Knob, Series, factor
 from bench.statistics.correlation import rank_correlation
 from bench.statistics.intervals import Interval
+from bench.statistics.rules import MIN_UNITS
 from reports.comparison import Breaks, breaking_plot
 from reports.figures import write_figure
 from reports.notes import failure_notes
@@ -205,7 +206,9 @@ def _agreement(result: Breaking) -> Table:
             [Cell(name), Cell(_text(r, ".2f")), Cell(f"{interval.low:.2f} to {interval.high:.2f}")]
             for name, r, interval in correlations
         ],
-        notes=["Intervals tell of other trackers like these; fewer than 4 tell nothing."],
+        notes=[
+            f"Intervals are for other trackers of this kind; below {MIN_UNITS} they are -1 to 1."
+        ],
         data=pd.DataFrame(
             {"knob": name, "rank_correlation": r, **interval._asdict()}
             for name, r, interval in correlations

@@ -23,17 +23,17 @@ class AllFailedError(ComparisonError):
 
 
 def of_protocol(runs: pd.DataFrame, stored: str, measure: Measure) -> tuple[pd.DataFrame, Measure]:
-    """Return runs by one protocol, filed as one pass, and the measure with the protocol's title.
+    """Return runs by one protocol, filed as one-pass, and the measure with the protocol's title.
 
-    `runs`: as `bench.load_results` gives them. `stored`: name under which runs by the protocol are
-    filed. Timing runs stay. Only one pass has a first loss. The title names one pass only if there
-    are runs by other protocols. Raises `ComparisonError` if no run is by the protocol.
+    `runs`: as `bench.load_results` returns them. `stored`: name under which runs by the protocol
+    are filed. Timing runs stay. Only one-pass runs have a first loss. The title names one-pass only
+    if runs by other protocols exist. Raises `ComparisonError` if no run is by the protocol.
     """
     protocols = runs["protocol"].astype(str)
     others = [title(name) for name in protocols.unique() if name not in (stored, TIMING)]
     if stored not in protocols.unique():
-        remedy = f"; there are some by {', '.join(others)} (--protocol)" if others else ""
-        raise ComparisonError(f"there are no runs by the protocol {title(stored)}{remedy}.")
+        remedy = f" Stored are runs by {', '.join(others)}; choose with --protocol." * bool(others)
+        raise ComparisonError(f"no stored run is by the protocol {title(stored)}.{remedy}")
     if others or stored != STORED_ONCE:
         measure = replace(measure, title=f"{measure.title}, protocol {title(stored)}")
     if stored == STORED_ONCE:
@@ -48,19 +48,19 @@ def with_published(
 ) -> tuple[pd.DataFrame, list[str]]:
     """Return the runs with a row per published score, and the labels of these trackers.
 
-    `runs`: as `bench.load_results` gives them. `file`: CSV with the columns `tracker`, `sequence`
-    and the measure's name; other sequences than those of the runs are left out. Labels get the word
-    `published`. Raises `ComparisonError` if a column, a number or a sequence is missing, a score is
-    impossible, or a row occurs twice.
+    `runs`: as `bench.load_results` returns them. `file`: CSV with the columns `tracker`, `sequence`
+    and the measure's name; other sequences than those of the runs are left out. Labels end in
+    `(published)`. Raises `ComparisonError` if a column, a name, a number or a sequence is missing,
+    a score is impossible, or a row occurs twice.
     """
     published = _read_published_scores(file, measure)
     sequences = set(runs["sequence"].astype(str))
     published = published[published["sequence"].isin(sequences)]
     if published.empty:
-        raise ComparisonError(f"{file} has none of the sequences that were run.")
-    for tracker, own in published.groupby("tracker")["sequence"]:
-        if lacking := sorted(sequences - set(own)):
-            raise ComparisonError(f"{file} has no score of {tracker} on {lacking[0]}.")
+        raise ComparisonError(f"{file}: no row is about a sequence that was run.")
+    for tracker, names in published.groupby("tracker")["sequence"]:
+        if missing := sorted(sequences - set(names)):
+            raise ComparisonError(f"{file}: tracker {tracker} has no score on {missing[0]}.")
     published = published.assign(
         tracker=published["tracker"] + " (published)",
         repetition=0,
@@ -141,34 +141,40 @@ def _read_published_scores(file: Path, measure: Measure) -> pd.DataFrame:
             file, dtype=str, index_col=False, keep_default_na=False, skip_blank_lines=False
         )
     except (UnicodeDecodeError, pd.errors.ParserError, pd.errors.EmptyDataError) as error:
-        raise ComparisonError(f"{file} is no CSV: {error}.") from error
+        raise ComparisonError(f"{file}: not a CSV file ({error}).") from error
     if missing := [name for name in columns if name not in table]:
         raise ComparisonError(
-            f"{file} has no column {', '.join(missing)}; it needs {', '.join(columns)}."
+            f"{file}: missing columns {', '.join(missing)}. Needed are {', '.join(columns)}."
         )
     table.index += 2  # the first line holds the columns' names
     table = table.loc[(table != "").any(axis=1), columns].copy()
+    for column in columns[:2]:
+        empty = table[column].str.strip() == ""
+        if empty.any():
+            place = f"{file}, line {empty.idxmax()}"
+            raise ComparisonError(f"{place}: the {column} has no name. Add it, or remove the row.")
     scores = [
         _parse_score(text, f"{file}, line {line}", measure)
         for line, text in table[measure.name].items()
     ]
     twice = table.duplicated(["tracker", "sequence"])
     if twice.any():
-        raise ComparisonError(f"{file}, line {twice.idxmax()} comes twice.")
+        place = f"{file}, line {twice.idxmax()}"
+        raise ComparisonError(f"{place}: an earlier line has the same tracker and sequence.")
     return table.assign(**{measure.name: np.array(scores, np.float64)})
 
 
 def _parse_score(text: str, place: str, measure: Measure) -> float:
-    """Return the number of a text; raise `ComparisonError` for others and impossible scores."""
+    """Return the score in a text; raise `ComparisonError` if it is impossible or not a number."""
     try:
         score = float(text)
     except ValueError:
         score = nan
-    if not isfinite(score) or "_" in text:  # Python takes 1_0 for ten
-        raise ComparisonError(f"{place}: {text!r} is no number.")
+    if not isfinite(score) or "_" in text:  # Python reads 1_0 as 10
+        raise ComparisonError(f"{place}: {text!r} is not a number.")
     if score < 0 or (score > 1 and measure.unit != "px"):
         raise ComparisonError(
-            f"{place}: {score:g} is no {measure.name}; it is given in "
-            f"{'pixels' if measure.unit == 'px' else '0 to 1'}."
+            f"{place}: {score:g} is not a {measure.name}. Expected is a number "
+            f"{'of pixels, 0 or more' if measure.unit == 'px' else 'from 0 to 1'}."
         )
     return score

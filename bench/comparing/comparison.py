@@ -5,7 +5,7 @@ paired by sequence, never by seed: the same seed means nothing to two methods.
 """
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 from math import inf, nan
 from typing import TypeAlias
@@ -210,7 +210,6 @@ def compare(
     means = {name: np.array([run.mean() for run in of]) for name, of in scores.items()}
     losses = {name: _losses(scored[scored["tracker"] == name]) for name in chosen}
     units = units_of(sequences, "scene" if by_scene else None)
-    against = None if against in failures.left_out else against
     standings = _standings(runs, means, losses, units, measure)
     best = max(standings, key=lambda standing: _sign(measure) * standing.mean)
     return Comparison(
@@ -252,10 +251,10 @@ def _pairs(
     against: str | None,
     same_boxes: Mapping[tuple[str, str], int],
 ) -> list[Pair]:
-    """Compare all pairs, or one tracker with each other one, in the order of the labels."""
+    """Compare all pairs, or `against` with each other one; no pairs if `against` has no mean."""
     names = list(combinations(means, 2))
     if against is not None:
-        names = [(against, name) for name in means if name != against]
+        names = [(against, name) for name in means if name != against and against in means]
     sign, limit = _sign(measure), measure.most - measure.least
     pairs = []
     for first, second in names:
@@ -263,7 +262,9 @@ def _pairs(
         by_unit = units.means(differences)
         answer = decide(sign * by_unit, measure.margin, len(names), limit=limit, unit=units.plural)
         interval = answer.interval
-        if interval is not None and sign < 0:
+        if interval is None:
+            answer = replace(answer, reason=answer.reason + units.remedy)
+        elif sign < 0:
             interval = Interval(-interval.high, -interval.low)
         same = same_boxes.get((first, second), same_boxes.get((second, first), 0))
         wins = int((sign * by_unit > 0).sum())

@@ -41,16 +41,13 @@ def too_few(comparison: Comparison) -> str:
     """Return why there are no intervals; empty if there are enough units."""
     if len(comparison.units) >= MIN_UNITS:
         return ""
-    return (
-        f"{_count(comparison)}: too few for intervals ({MIN_UNITS} needed){_scene_hint(comparison)}"
-    )
+    remedy = comparison.units.remedy
+    return f"{_count(comparison)}: too few for intervals ({MIN_UNITS} needed){remedy}"
 
 
-def answer_text(comparison: Comparison, pair: Pair) -> str:
+def answer_text(pair: Pair) -> str:
     """Return the answer on a pair, with its reason if it is inconclusive."""
-    if not pair.answer.reason:
-        return pair.answer.label
-    return f"{pair.answer.label}: {pair.answer.reason}{_scene_hint(comparison)}"
+    return ": ".join(filter(None, [pair.answer.label, pair.answer.reason]))
 
 
 def wins_text(pair: Pair) -> str:
@@ -109,13 +106,6 @@ def _count(comparison: Comparison) -> str:
     return f"{len(units)} {units.plural if len(units) != 1 else units.kind}"
 
 
-def _scene_hint(comparison: Comparison) -> str:
-    """Return the remedy for too few families."""
-    if comparison.units.kind != "family" or len(comparison.units) >= MIN_UNITS:
-        return ""
-    return "; --unit scene answers for new scenes of these families"
-
-
 def _unit(comparison: Comparison) -> str:
     return f" {comparison.measure.unit}" if comparison.measure.unit else ""
 
@@ -145,7 +135,7 @@ def _sentence(comparison: Comparison, pair: Pair) -> str:
         details.append(same)
     text = f"{pair.first} {VERBS[pair.answer.label]} {pair.second}"
     if pair.answer.reason and pair.interval is not None:
-        text += f" was {answer_text(comparison, pair)}"
+        text += f" was {answer_text(pair)}"
     return f"{text} ({', '.join(details)})."
 
 

@@ -145,7 +145,7 @@ def _pair_table(comparison: Comparison, *, on_screen: bool = False) -> Table:
             reasons = "; ".join(filter(None, [pair.answer.reason, same]))
             rows += _pair_on_screen(pair.label, [*numbers, pair.answer.label], reasons)
         else:
-            answer = "; ".join(filter(None, [answer_text(comparison, pair), same]))
+            answer = "; ".join(filter(None, [answer_text(pair), same]))
             rows.append([pair.label, *numbers, answer])
     others = len(comparison.pairs) - len(pairs)
     return Table(

@@ -1,4 +1,4 @@
-"""Whether two orders agree: Spearman's rank correlation, and how surely."""
+"""Agreement of two orders: Spearman's rank correlation with its interval."""
 
 from math import atanh, sqrt, tanh
 
@@ -8,9 +8,7 @@ from scipy.special import ndtri
 from scipy.stats import rankdata
 
 from bench.statistics.intervals import Interval
-
-FEWEST = 4
-"""Pairs with which an interval says anything."""
+from bench.statistics.rules import MIN_UNITS
 
 
 def rank_correlation(
@@ -19,8 +17,8 @@ def rank_correlation(
     """Return Spearman's correlation of n pairs, and its interval by Fisher's z.
 
     The variance of z is Bonett and Wright's, (1 + r²/2) / (n - 3). A perfect agreement of few pairs
-    is no certainty: r counts for the interval as half of the smallest step away from ±1. With
-    fewer than 4 pairs the interval is [-1, 1]; without any spread r is NaN.
+    is not certain: for the interval, r is at most half of the smallest step away from ±1. With
+    fewer than `MIN_UNITS` pairs the interval is [-1, 1]. Without any spread r is NaN.
 
     `first`, `second`: shape (n,); infinities are the last of an order. `confidence`: in (0, 1).
     """
@@ -29,7 +27,7 @@ def rank_correlation(
     if n < 2 or not (np.ptp(a) and np.ptp(b)):
         return float("nan"), Interval(-1.0, 1.0)
     r = float(np.corrcoef(a, b)[0, 1])
-    if n < FEWEST:
+    if n < MIN_UNITS:
         return r, Interval(-1.0, 1.0)
     most = 1 - 6 / (n * (n * n - 1))
     held = min(max(r, -most), most)

@@ -7,6 +7,8 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from bench.statistics.rules import MIN_UNITS
+
 Unit = Literal["sequence", "family", "scene"]
 """Kind of a unit. A family is the name of a sequence before the first `:`."""
 
@@ -38,6 +40,13 @@ class Units:
             return f"for new {self.plural}"
         families = f"these {self.families} families" if self.families > 1 else "this family"
         return f"for new scenes of {families} only"
+
+    @property
+    def remedy(self) -> str:
+        """End of the reason of an answer from too few families; empty for other units."""
+        if self.kind != "family" or len(self) >= MIN_UNITS:
+            return ""
+        return "; --unit scene answers for new scenes of these families"
 
     def means(self, values: ArrayLike) -> NDArray[np.float64]:
         """Return the mean over the sequences of every unit: (..., sequences) to (..., units)."""

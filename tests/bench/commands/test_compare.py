@@ -90,6 +90,44 @@ def test_tracker_with_other_boxes_in_a_timing_run_is_not_repeatable(trackmark, h
     assert "static (not repeatable)" not in printed
 
 
+SHIFT_TRACKERS = """
+from trackers.base.interface import Estimate, TrackerPlugin
+
+class Left(TrackerPlugin):
+    shift = -1
+
+    def init(self, image, box, mask=None):
+        self.box, self.mean = box, image.mean()
+
+    def update(self, image):
+        # In data/Small and data/Still all images are equal.
+        return Estimate(self.box + [self.shift * (image.mean() != self.mean), 0, 0, 0])
+
+class Right(Left):
+    shift = 1
+"""
+
+
+def test_sequences_with_the_same_boxes_are_counted(trackmark, here, otb):
+    for name in ("Moving", "Short", "Still"):
+        otb(here / "data" / name, 4)
+    for name in ("Small", "Still"):
+        for image in (here / "data" / name / "img").iterdir():
+            image.write_bytes((here / "data/Small/img/0001.png").read_bytes())
+    truth = here / "data" / "Moving" / "groundtruth_rect.txt"
+    truth.write_text("".join(f"{5 + frame},6,10,12\n" for frame in range(4)))
+    (here / "shift.py").write_text(SHIFT_TRACKERS)
+    trackers = ("shift.py:Left", "shift.py:Right")
+    where = ("--sequences", "data/Small,data/Moving,data/Short,data/Still", "--name", "stored")
+    assert "same boxes on 2 of 4 sequences" in trackmark("compare", *trackers, *where).stdout
+    stored = trackmark("compare", "--results", "results/stored", "--json").stdout
+    (pair,) = json.loads(stored)["pairs"]
+    assert pair["same_boxes"] == 2
+    # In data/Short different boxes have equal scores.
+    differing = [abs(difference) > 0.01 for difference in pair["differences"]]
+    assert differing == [False, True, False, False]
+
+
 def test_sequences_on_which_something_happens_are_set_apart(trackmark):
     hidden = "plain/target:length=12,plain/target:length=12:occlusion=0.5"
     said = trackmark("compare", "static", "camshift", "--sequences", hidden, "--json")

@@ -86,7 +86,7 @@ def test_trackers_are_compared_with_others_by_any_preset(trackmark, theirs):
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        (("--metric", "nonsense"), "is none of mean_overlap"),
+        (("--metric", "nonsense"), "is not one of mean_overlap"),
         (("--metrics", "otb", "--metric", "centre_error"), "otb has no 'centre_error'"),
         (("--metrics", "vot", "--metric", "failures"), "--margin"),
         (("--results-of", "SOMEBODY=theirs"), "names SOMEBODY twice"),

@@ -122,7 +122,12 @@ def test_families_are_units_unless_scenes_are_forced(make_runs):
     by_family, by_scene = (compare(runs, OVERLAP, by_scene=forced) for forced in (0, 1))
     differences = by_scene.pairs[0].differences
     assert by_family.pairs[0].by_unit == pytest.approx(differences.reshape(2, 5).mean(axis=1))
-    assert "--unit scene answers for new scenes of these families" in screen(by_family)[0].notes[0]
+    remedy = "--unit scene answers for new scenes of these families"
+    assert screen(by_family)[0].notes[0].endswith(remedy)
+    reason = f"only 2 of 6 families; {remedy}"
+    assert as_data(by_family)["pairs"][0]["reason"] == reason
+    assert files(by_family)[1].data["reason"][0] == reason
+    assert files(by_family)[1].rows[0][-1].text == f"inconclusive: {reason}"
     assert by_scene.pairs[0].interval == pytest.approx(mean_interval(differences))
     assert "for new scenes of these 2 families only" in screen(by_scene)[0].caption
     assert "for new scenes of these 2 families only" in paragraph(by_scene)
@@ -170,10 +175,14 @@ def test_failed_runs_count_and_are_named(make_runs):
 def test_tracker_without_finished_runs_is_left_out(make_runs):
     runs = make_runs(ladder())
     failed = changed(runs, runs.index[runs["tracker"] == "a"], status="failed", failure="no")
-    comparison = compare(failed, OVERLAP, against="a")
+    comparison = compare(failed, OVERLAP)
     assert comparison.left_out == ["a"]
     assert [(pair.first, pair.second) for pair in comparison.pairs] == [("b", "c")]
     assert "a: 40 of 40 runs failed (left out)" in screen(comparison)[0].notes[1]
+    against = compare(failed, OVERLAP, against="a")
+    assert (against.left_out, against.pairs) == (["a"], [])
+    assert "a: 40 of 40 runs failed (left out)" in screen(against)[0].notes[1]
+    assert "b was" not in paragraph(against)
     alone = compare(failed, OVERLAP, ["a", "b"])
     assert [table.name for table in screen(alone)] == ["comparison"]
     assert "1 tracker was compared" in paragraph(alone)
@@ -351,16 +360,21 @@ def test_published_scores_are_compared_with_stored_ones(make_runs, tmp_path):
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("tracker,score\nMEEM,1\n", "no column sequence, mean_overlap"),
-        ("tracker,sequence,mean_overlap\nMEEM,s0,good\n", "line 2: 'good' is no number"),
-        ("tracker,sequence,mean_overlap\nMEEM,s0,True\n", "line 2: 'True' is no number"),
-        ("tracker,sequence,mean_overlap\n\nM,s0,.5\nM,s1,False\n", "line 4: 'False' is no number"),
-        ("tracker,sequence,mean_overlap\nMEEM,s0,inf\n", "line 2: 'inf' is no number"),
-        ("tracker,sequence,mean_overlap\nMEEM,s0,.5\nMEEM,s0,.6\n", "line 3 comes twice"),
-        ("tracker,sequence,mean_overlap\nMEEM,elsewhere,.5\n", "none of the sequences"),
-        ("tracker,sequence,mean_overlap\nMEEM,s0,62.5\n", "line 2: 62.5 is no mean_overlap"),
-        ("tracker,sequence,mean_overlap\nMEEM,s0,.5\n", "no score of MEEM on s1"),
-        ("", "is no CSV"),
+        ("tracker,score\nMEEM,1\n", "missing columns sequence, mean_overlap"),
+        ("tracker,sequence,mean_overlap\nMEEM,s0,good\n", "line 2: 'good' is not a number"),
+        ("tracker,sequence,mean_overlap\nMEEM,s0,True\n", "line 2: 'True' is not a number"),
+        (
+            "tracker,sequence,mean_overlap\n\nM,s0,.5\nM,s1,False\n",
+            "line 4: 'False' is not a number",
+        ),
+        ("tracker,sequence,mean_overlap\nMEEM,s0,inf\n", "line 2: 'inf' is not a number"),
+        ("tracker,sequence,mean_overlap\nMEEM,s0,.5\nMEEM,s0,.6\n", "line 3: an earlier line"),
+        ("tracker,sequence,mean_overlap\n,s0,.5\n", "line 2: the tracker has no name"),
+        ("tracker,sequence,mean_overlap\nM,s0,.5\nM, ,.5\n", "line 3: the sequence has no name"),
+        ("tracker,sequence,mean_overlap\nMEEM,elsewhere,.5\n", "no row is about a sequence"),
+        ("tracker,sequence,mean_overlap\nMEEM,s0,62.5\n", "line 2: 62.5 is not a mean_overlap"),
+        ("tracker,sequence,mean_overlap\nMEEM,s0,.5\n", "tracker MEEM has no score on s1"),
+        ("", "not a CSV file"),
     ],
 )
 def test_published_file_of_wrong_content_is_refused(make_runs, tmp_path, text, words):

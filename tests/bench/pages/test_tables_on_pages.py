@@ -11,7 +11,7 @@ from tests.bench.pages.reading import Cells, written
 COLUMNS = [
     ["0.784 ±0.204", "0.103 [0.000, 0.210]", "0.929"],
     ["7 of 119", "118.7 ±0.6 of 119", "119 of 119"],
-    ["better (~9)", "cannot tell", "worse"],
+    ["better", "inconclusive", "worse"],
     ["< .001", ".047", "1"],
 ]
 

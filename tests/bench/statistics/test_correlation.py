@@ -14,9 +14,9 @@ def test_it_is_spearmans_with_ties_and_infinities():
     assert interval.low < r < interval.high
 
 
-def test_few_pairs_say_little_however_well_they_agree():
-    assert rank_correlation([1, 2, 3], [4, 5, 6]) == (1.0, (-1.0, 1.0))
-    assert rank_correlation([1, 2, 3, 4], [4, 5, 6, 7])[1].low < 0
+def test_rank_correlation_has_no_interval_below_6_pairs():
+    assert rank_correlation(range(5), range(5)) == (pytest.approx(1.0), (-1.0, 1.0))
+    assert 0.0 < rank_correlation(range(6), range(6))[1].low < 0.9
     assert 0.5 < rank_correlation(range(8), range(8))[1].low < 0.95
     assert np.isnan(rank_correlation([1, 1, 1], [1, 2, 3])[0])
 
