@@ -160,11 +160,12 @@ def _overview(
         else f"{n_runs} runs."
     ]
     wrong = {status: count for status, count in counts.items() if status != "finished"}
-    if wrong:
-        told = ", ".join(f"{count} {status}" for status, count in wrong.items())
-        words.append(f"Not all is here: {told}. Means that need these runs are missing.")
-    else:
-        words.append("All runs finished.")
+    words += [
+        f"Runs not finished: {', '.join(f'{n} {status}' for status, n in wrong.items())}. Failed "
+        "runs count as the worst score; means that need other ones are missing."
+        if wrong
+        else "All runs finished."
+    ]
     if others := sorted(set(map(str, scored["protocol"])) - {STORED_ONCE, TIMING}):
         words.append(
             f"Runs by {', '.join(others)} stand in the player under the tracker's name with the "

@@ -175,7 +175,7 @@ def test_failures_stand_up_front_and_lead_to_the_last_box(trackmark, here, spoil
     trackmark("run", "--trackers", "static,knob.py:Knob", "--sequences", "data/Small", status=1)
     trackmark("report", "results", "--folder", "report", status=1)
     text = (here / "report" / "report.html").read_text()
-    assert text.index("Not all is here: ") < text.index('id="sequences"')
+    assert text.index("Runs not finished: ") < text.index('id="sequences"')
     # In a row, with its boxes, in the note, and in the table and the paragraph of the comparison.
     assert text.count("ValueError: lost") == 5
     for row in Cells(text).tables["failed"][1:]:
