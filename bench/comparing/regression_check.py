@@ -18,6 +18,8 @@ from bench.statistics.rules import MARGIN, Answer
 from reports.printable import in_xml
 from reports.tables import Cell, Table
 
+UNREPEATABLE = "not repeatable"
+
 
 @dataclass(frozen=True)
 class ScoreChange:
@@ -106,7 +108,7 @@ def check(
         if all(row.same):
             change = IDENTICAL
         elif (row.tracker, row.sequence) in not_repeatable:
-            change = Answer("inconclusive", float(row.differences[0]), reason="not repeatable")
+            change = Answer("inconclusive", float(row.differences[0]), reason=UNREPEATABLE)
         elif row.is_random:
             change = seed_change(row.differences, len(changed), before.detect)
         else:
@@ -195,6 +197,14 @@ def _notes(result: Check, *, whole: bool) -> list[str]:
         f"inconclusive: {row.tracker}, {row.sequence}: {row.change.reason}."
         for row in result.changes
         if row.change.reason
+    ]
+    notes += [
+        f"{tracker} is not repeatable. Declare `randomness = Randomness.GENERATOR`, draw from "
+        "`np.random.default_rng(self.seed)` only, and make the baseline again."
+        for tracker in result.before.cells
+        if any(
+            (row.tracker, row.change.reason) == (tracker, UNREPEATABLE) for row in result.sequences
+        )
     ]
     before = result.before.made_with
     changes = [

@@ -106,7 +106,9 @@ def _standings(comparison: Comparison) -> Table:
         failures = comparison.failures.get(standing.tracker, "")
         data.append({**vars(standing), **_ends(standing.interval), "failures": failures})
     few = too_few(comparison)
-    notes = [few or "* marks the best mean and all that no other tracker is better than."]
+    notes = [
+        few or "* marks the best mean and all that no other tracker is better than, over all pairs."
+    ]
     notes += [f"{name}: {note}" for name, note in comparison.failures.items()]
     if not all(standing.timed for standing in comparison.standings):
         notes.append(

@@ -197,6 +197,7 @@ def test_failed_run_outweighs_an_inconclusive_answer(trackmark, edit):
     edit("self.box = box", "self.box = box\n        if box[0] != 4: raise KeyError('target')")
     printed = trackmark("check", "own", "--strict", status=1).stdout
     assert "inconclusive: mine, Small: not repeatable." in printed
+    assert "mine is not repeatable. Declare `randomness = " in " ".join(printed.split())
     assert "REGRESSION: mine failed in 1 of 2 runs" in printed
 
 
