@@ -1,0 +1,192 @@
+"""Check scenes by a paper's static criteria, and list those on which its claims are judged.
+
+`python -m bench.papers.scene_check PAPER` measures every criterion of `criteria.toml` on the first
+scenes of each sequence and writes `criteria.csv` beside it. No tracker runs. Claims are judged on
+the first scenes that meet all criteria.
+"""
+
+import argparse
+import csv
+import operator
+import sys
+import tomllib
+from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+from statistics import median
+from typing import Any
+
+import datasets
+from bench.papers import criteria
+from bench.papers.criteria import SceneImages
+
+FOLDER = Path(__file__).parent
+CHECKED_SCENES = 40
+MIN_PASSING = 0.9
+COMPARISONS = {"<=": operator.le, ">=": operator.ge}
+
+
+@dataclass(frozen=True)
+class Criterion:
+    """One row of a paper's `criteria.toml`.
+
+    Attributes
+    ----------
+    sequence : str
+        Sequence that it applies to, without the scene's number; options may follow the name.
+    name : str
+        What is measured, for readers, with its unit.
+    measure : str
+        Function of `bench.papers.criteria`.
+    target : str
+        Bounds that every scene must meet: `<= 0.1`, `>= 2.5`, or both, as `>= 4, <= 9`. Empty
+        for a number that is only printed.
+    sentence : str
+        The paper's words that ask for it, with the section.
+    options : dict
+        Options of the function.
+    with_result_in_view : bool
+        Whether it uses what the paper says about a method's result.
+    """
+
+    sequence: str
+    name: str
+    measure: str
+    target: str
+    sentence: str
+    options: dict[str, Any]
+    with_result_in_view: bool = False
+
+    def value(self, scene: SceneImages) -> float:
+        """Measure the criterion on a scene."""
+        return float(getattr(criteria, self.measure)(scene, **self.options))
+
+    def passes(self, value: float) -> bool:
+        """Return whether a value meets all bounds of the target."""
+        bounds = [bound.split() for bound in self.target.split(",") if bound.strip()]
+        return all(COMPARISONS[sign](value, float(limit)) for sign, limit in bounds)
+
+
+@dataclass(frozen=True)
+class SceneRow:
+    """A criterion's value on one scene, as in `criteria.csv`."""
+
+    sequence: str
+    scene: int
+    name: str
+    value: float
+    passes: bool
+
+
+def read_criteria(paper: str) -> tuple[dict[str, int], list[Criterion]]:
+    """Read `criteria.toml`: the first scene of each sequence, and the criteria."""
+    with (FOLDER / paper / "criteria.toml").open("rb") as file:
+        table = tomllib.load(file)
+    rows = [Criterion(options=row.pop("options", {}), **row) for row in table["criterion"]]
+    return table["first_scene"], rows
+
+
+def check_scene(sequence: str, scene: int, rows: list[Criterion]) -> list[SceneRow]:
+    """Measure the criteria of a sequence on one scene."""
+    images = SceneImages(datasets.load(f"{sequence}:scene={scene}"))
+    values = [row.value(images) for row in rows]
+    return [
+        SceneRow(sequence, scene, row.name, value, row.passes(value))
+        for row, value in zip(rows, values, strict=True)
+    ]
+
+
+def check_paper(
+    paper: str, count: int, jobs: int, *, only: str = "", first_scene: int | None = None
+) -> list[SceneRow]:
+    """Measure a paper's criteria on the first `count` scenes of each sequence.
+
+    `only` is part of a sequence's name; `first_scene` replaces the frozen first scene.
+    """
+    frozen, rows = read_criteria(paper)
+    sequences = [name for name in dict.fromkeys(row.sequence for row in rows) if only in name]
+    starts = {name: frozen[name] if first_scene is None else first_scene for name in sequences}
+    with ProcessPoolExecutor(jobs) as pool:
+        pending = [
+            pool.submit(check_scene, sequence, scene, [r for r in rows if r.sequence == sequence])
+            for sequence, start in starts.items()
+            for scene in range(start, start + count)
+        ]
+        return [row for future in pending for row in future.result()]
+
+
+def read_values(paper: str) -> list[SceneRow]:
+    """Read the stored values of a paper's criteria."""
+    with (FOLDER / paper / "criteria.csv").open(newline="") as file:
+        return [
+            SceneRow(
+                r["sequence"], int(r["scene"]), r["name"], float(r["value"]), r["passes"] == "yes"
+            )
+            for r in csv.DictReader(file)
+        ]
+
+
+def write_values(paper: str, rows: list[SceneRow]) -> None:
+    """Write the values of a paper's criteria beside its `criteria.toml`."""
+    with (FOLDER / paper / "criteria.csv").open("w", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(["sequence", "scene", "name", "value", "passes"])
+        for row in rows:
+            passes = "yes" if row.passes else "no"
+            writer.writerow([row.sequence, row.scene, row.name, f"{row.value:.4g}", passes])
+
+
+def passing_scenes(rows: list[SceneRow], sequence: str) -> Iterator[int]:
+    """Yield the scenes of a sequence that meet all criteria, in order."""
+    scenes: dict[int, bool] = {}
+    for row in rows:
+        if row.sequence == sequence:
+            scenes[row.scene] = scenes.get(row.scene, True) and row.passes
+    yield from (scene for scene, passes in scenes.items() if passes)
+
+
+def summary(declared: list[Criterion], rows: list[SceneRow]) -> str:
+    """Return the median, the range and the passing scenes of each criterion as text."""
+    lines = []
+    for criterion in declared:
+        own = [r for r in rows if (r.sequence, r.name) == (criterion.sequence, criterion.name)]
+        if own:
+            values = sorted(row.value for row in own)
+            passed = sum(row.passes for row in own)
+            lines.append(
+                f"{criterion.sequence:38} {criterion.name:50} median {median(values):.3g} "
+                f"[{values[0]:.3g}, {values[-1]:.3g}] target {criterion.target or '-'}: "
+                f"{passed} of {len(own)}"
+            )
+    for sequence in dict.fromkeys(row.sequence for row in rows):
+        passing = list(passing_scenes(rows, sequence))
+        checked = len({row.scene for row in rows if row.sequence == sequence})
+        lines.append(f"{sequence}: {len(passing)} of {checked} scenes meet all criteria")
+    return "\n".join(lines) + "\n"
+
+
+def main() -> None:
+    """Measure a paper's criteria, print their medians, and write `criteria.csv`."""
+    parser = argparse.ArgumentParser(prog="python -m bench.papers.scene_check")
+    parser.add_argument("paper")
+    parser.add_argument("--scenes", type=int, default=CHECKED_SCENES, help="scenes per sequence")
+    parser.add_argument("--first", type=int, help="first scene instead of the frozen one")
+    parser.add_argument("--only", default="", help="part of a sequence's name")
+    parser.add_argument("--jobs", type=int, default=1)
+    parser.add_argument("--write", action="store_true", help="write criteria.csv")
+    arguments = parser.parse_args()
+    rows = check_paper(
+        arguments.paper,
+        arguments.scenes,
+        arguments.jobs,
+        only=arguments.only,
+        first_scene=arguments.first,
+    )
+    sys.stdout.write(summary(read_criteria(arguments.paper)[1], rows))
+    if arguments.write:
+        write_values(arguments.paper, rows)
+
+
+if __name__ == "__main__":
+    main()
