@@ -1,284 +1,182 @@
-"""What a paper's `paper.toml` says, read and checked.
+"""A paper as its `paper.toml` describes it, read and checked.
 
     read_description("wang2010") -> Description
 
-CONTRIBUTING.md shows how a table and a claim are added; `bench/papers/wang2010/paper.toml` has an
-example of nearly everything. What TOML can't say plainly is a function of one of the paper's own
-modules, named as `module.function`.
+CONTRIBUTING.md explains the fields; `bench/papers/wang2010/paper.toml` is a complete example.
 """
 
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Field, ValidationError, model_validator
+from pydantic import BeforeValidator, Field, model_validator
 
-from bench.claims.kinds import Entry, Limits, Text, Texts, Value, listed
+from bench.claims.claims_file import Entry, Names, Text, as_tuple, checked
+from bench.claims.row_verdicts import SETTINGS
 from bench.experiments.experiment import ExperimentError, read_toml
-from bench.papers.recorded import Recorded
-
-__all__ = [
-    "Column",
-    "Description",
-    "Experiments",
-    "FigureEntry",
-    "Line",
-    "Measure",
-    "Scenes",
-    "Settings",
-    "TableEntry",
-    "read_description",
-]
 
 FOLDER = Path(__file__).parent
 
-How = Literal["mean", "median", "min", "max", "all", "any"]
-Names = Annotated[tuple[Text, ...], BeforeValidator(listed)]
-"""A list, or a single text in place of it."""
-
-Statistic = Literal[
-    "share",
-    "quartiles",
-    "mean",
-    "mean-error",
-    "scene-means",
-    "median",
-    "range",
-    "count",
-    "least",
-    "greatest",
-    "ratio",
-    "runs",
-    "scenes",
-]
+Options = dict[Text, str]
+"""Options in text form by tracker name, as `{ wang2010 = "preset=as-written" }`."""
 
 
-def _by_place(*keys: str) -> BeforeValidator:
-    """A list in place of a table whose first keys these are."""
+class SequenceEntry(Entry):
+    """A sequence that claims and tables name; of several members the values are added up."""
 
-    def named(value: Any) -> Any:
-        return dict(zip(keys, value, strict=False)) if isinstance(value, list) else value
-
-    return BeforeValidator(named)
+    members: Annotated[tuple[Text, ...], BeforeValidator(as_tuple)]
+    scenes_of: Text | None = None  # name in criteria.csv, if it differs from the member's name
 
 
-class Experiments(Entry):
-    """Which experiments there are, by effort; and which sequences and trackers a quick look takes.
+def _as_sequence(value: Any) -> Any:
+    return value if isinstance(value, dict) else {"members": value}
 
-    `more_scenes` are those of `all` that add scenes to what is judged without them. A quick look
-    times nothing, and does without the trackers that have one of `quick_without` in their text: a
-    parameter, whatever its value, or `parameter=value`.
+
+class MainRow(Entry):
+    """A row of the main table: the paper's entry and ours in both settings.
+
+    Values of several trackers stand next to each other, those of several measures, too. `hook`
+    names a function of the paper's own that returns the text of a setting.
     """
 
-    always: Texts
-    all: tuple[Text, ...] = ()
-    more_scenes: tuple[Text, ...] = ()
-    not_quick: tuple[Text, ...] = ()
-    timed: tuple[Text, ...] = ()
-    thorough: dict[Text, int] = Field(default={})
-    quick_scenes: dict[Text, int] = Field(default={})
-    quick_knobs: dict[Text, Value] = Field(default={"light": "even", "distance": 0})
-    quick_without: tuple[Text, ...] = ()
-    too_long_for_quick: tuple[Text, ...] = ()
-
-
-class Settings(Entry):
-    """How a tracker's setting is told."""
-
-    told: dict[Text, Texts] = Field(default={})
-    post_hoc: tuple[Text, ...] = ()
-
-
-class Measure(Entry):
-    """A number of a run: of a series over frames, from the first to the last, both included."""
-
-    of: Text
-    first: int | None = None
-    last: int | None = None
-    how: How = "mean"
-
-
-class Column(Entry):
-    """A column of a table: a statistic of a measure over the runs of a row.
-
-    A `ratio` is of its sum `to` that of another measure.
-    """
-
-    head: Text
-    of: str = ""
-    to: str = ""
-    how: Statistic = Field("mean", alias="as")
-    digits: int | None = None
-    scale: float = 1.0
-    where: Limits = Field(default={})
-
-
-class Line(Entry):
-    """A row, or a row for `each` value of a column, of a table that is no runs'."""
-
-    words: tuple[Text, ...]
-    table: Text
-    of: Text
-    where: Limits = Field(default={})
-    each: tuple[Text, ...] = ()
-    digits: int = 2
-    scale: float = 1.0
-
-
-class Varied(Entry):
-    """Runs that differ from a tracker's text form in one parameter, or in none."""
-
-    base: Texts
-    parameters: tuple[Text, ...] = ()
-
-
-Columns = tuple[Annotated[Column, _by_place("head", "of", "as", "digits")], ...]
-
-
-class TableEntry(Entry):
-    """A table of the report."""
-
-    caption: str = ""
-    table: Text = "scores"
-    experiments: tuple[Text, ...] = ()
-    trackers: tuple[Text, ...] = ()
-    where: Limits = Field(default={})
-    rows: tuple[Text, ...] = ()
-    columns: Columns = ()
-    across: Annotated[Column | None, _by_place("head", "of", "as", "digits")] = None
-    vary: Varied | None = None
-    lines: tuple[Line, ...] = ()
-    heads: dict[Text, Text] = Field(default={})
-    notes: tuple[Text, ...] = ()
-    copies: bool = False
-    effort: Literal["default", "all"] = "default"
+    labels: Names
+    paper: Text
+    sequences: Names = ()
+    trackers: Names = ()
+    measures: Names = ()
     hook: str = ""
 
-    @model_validator(mode="after")
-    def _says_what_stands_in_it(self) -> "TableEntry":
-        if not self.hook and not self.columns and self.across is None:
-            raise ValueError("give `columns`, `across`, or a `hook`")
-        return self
+
+class MainTable(Entry):
+    """The paper's main table beside ours."""
+
+    caption: Text
+    heads: Names  # of the labels
+    rows: tuple[MainRow, ...]
 
 
 class FigureEntry(Entry):
-    """A figure of the report.
+    """A figure of the paper, drawn from our runs.
 
-    A `strip` has frames for each tracker, in one row or so many `columns`; `frames` a series over
-    frames, a row a panel and a column a sequence, over all of its scenes, or a column for each of
-    some `scenes`, over repetitions and beside the series `truth`, shaded where other series are
-    true, with a `level`; a panel may name the `trace`. A `curve` has the share of runs in which a
-    measure is so, across a parameter. `words` say what a hook's strips show.
+    A `strip` shows `frames` (numbered as in the paper) of the scene with the median error of the
+    first tracker; one row per tracker and setting. A `series` shows the median and the quartiles of
+    a series over the scenes, a `curve` the mean of a measure against a parameter of the trackers. A
+    `hook` is a function of the paper's own modules.
     """
 
-    kind: Literal["strip", "frames", "curve", "hook"] = "hook"
-    title: str = ""
-    words: str = ""
-    hook: str = ""
-    experiments: Names = ()
-    sequences: Names = ()
-    trackers: tuple[Text, ...] = ()
-    labels: tuple[Text, ...] = ()
-    panels: dict[Text, dict[Text, Value]] = Field(default={})
+    kind: Literal["strip", "series", "curve", "hook"]
+    caption: Text  # what the paper's figure shows
+    sequence: Text = ""
+    trackers: Names = ()
     frames: tuple[int, ...] = ()
-    scenes: tuple[int, ...] = ()
-    of: Text = "error"
-    truth: str = ""
-    shades: dict[Text, Text] = Field(default={})
-    level: dict[Text, float] = Field(default={})
-    quantity: str = ""
-    columns: int = 0
-    shape: Literal["box", "ellipse"] = "box"
-    enlarged: float = 3.0
-    height: float = 2.8
-    across: str = ""
-    marks: tuple[float, ...] = ()
-
-    @model_validator(mode="after")
-    def _has_what_its_kind_needs(self) -> "FigureEntry":
-        if (self.kind == "hook") == (not self.hook):
-            raise ValueError("give a `kind`, or a `hook`")
-        if self.labels and len(self.labels) != len(self.trackers):
-            raise ValueError("there must be as many `labels` as `trackers`")
-        if self.kind in ("strip", "frames") and len(self.experiments) != len(self.sequences):
-            raise ValueError("there must be as many `experiments` as `sequences`")
-        if self.kind == "curve" and not self.across:
-            raise ValueError("a curve needs `across`")
-        return self
+    of: Text = "error"  # series by frame, or measure of a curve
+    parameter: str = ""
+    values: tuple[float, ...] = ()
+    hook: str = ""
+    quick: bool = True
 
 
-class Scenes(Entry):
-    """On which sequences the checks of `scenes.py` measure: those of experiments, and others.
+class SensitivityColumn(Entry):
+    """A column of the sensitivity table: a measure of a tracker on a sequence."""
 
-    Where not everything is asked for, on those of `few` alone, without variant (empty for all), and
-    on the first `most` of each; a quick look leaves those of `not_quick` out.
-    """
+    head: Text
+    sequence: Text
+    tracker: Text
+    measure: Text
 
-    of: Texts
-    further: tuple[Text, ...] = ()
-    few: tuple[Text, ...] = ()
-    most: Annotated[int, Field(ge=1)] | None = None
-    not_quick: tuple[Text, ...] = ()
+
+class SensitivityRow(Entry):
+    """A choice that the text leaves open: options that replace those of a setting."""
+
+    choice: Text
+    setting: Literal["as-written", "recommended"] = "recommended"
+    change: Options = Field(default={})
+    on: str = ""  # further options of the sequences
+
+
+class Sensitivity(Entry):
+    """The sensitivity table of a paper; it has no verdicts."""
+
+    scenes: Annotated[int, Field(ge=1)] = 8
+    repetitions: Annotated[int, Field(ge=1)] = 1
+    columns: tuple[SensitivityColumn, ...]
+    rows: tuple[SensitivityRow, ...]
 
 
 class Description(Entry):
-    """A paper; see the module.
+    """A paper.
 
-    `tolerance` is the share of the mean side of a sequence's boxes up to which a centre error is
-    `within`; `frames_from` what the paper calls the first frame; `apart` are knobs that make
-    another sequence.
+    Attributes
+    ----------
+    title, citation, method : str
+        Title of the page, the full citation, one sentence on the method.
+    repetitions : int
+        Repetitions of every run that draws random numbers; an odd number, as a share counts the
+        scenes in which more than half of the runs succeed.
+    frames_from : int
+        Number that the paper gives the first frame.
+    on_target : str
+        Series by frame that says where the target is tracked: `within` (half the mean box side),
+        `inside` (centre inside the box), or a function of the paper's `measures.py`.
+    trace : str
+        Boxes that are judged: `online`, or `revised`.
+    quick_scenes : int
+        Scenes of each sequence under `--quick`.
+    trackers : mapping of str to str
+        Text forms by the names that claims, tables and figures use.
+    settings : mapping of str to options
+        Options that a setting adds to each tracker, by the tracker's own name.
+    sequences : mapping of str to SequenceEntry
+        Sequences by the names that claims, tables and figures use.
+    setting_table : list of lists of str
+        Rows of the page's table of settings: value, as written, recommended, source.
+    main, figure : MainTable, mapping of str to FigureEntry
+        Main table and figures.
     """
 
     name: Text
     version: Literal[1]
     title: Text
-    remarks: tuple[Text, ...] = ()
-    main: tuple[Text, ...] = ()
+    citation: Text
+    method: Text
+    repetitions: Annotated[int, Field(ge=1)] = 1
     frames_from: int = 0
-    tolerance: float = Field(0.5, gt=0)
-    traces: tuple[Literal["online", "revised"], ...] = ()
-    apart: tuple[Text, ...] = ()
-    experiments: Experiments
-    recorded: Recorded | None = None
-    verdicts: dict[Text, dict[Text, str]] = Field(default={})
-    names: dict[Text, Text] = Field(default={})
-    settings: Settings = Settings()
-    measures: dict[Text, Annotated[Measure, _by_place("of", "first", "last", "how")]] = Field(
-        default={}
-    )
-    table: dict[Text, TableEntry] = Field(default={})
+    on_target: Text = "within"
+    trace: Literal["online", "revised"] = "online"
+    quick_scenes: Annotated[int, Field(ge=1)] = 3
+    trackers: dict[Text, Text]
+    settings: dict[Literal["as-written", "recommended"], Options]
+    sequences: dict[Text, Annotated[SequenceEntry, BeforeValidator(_as_sequence)]]
+    setting_table: tuple[tuple[str, ...], ...]
+    main: MainTable
     figure: dict[Text, FigureEntry] = Field(default={})
-    scenes: Scenes | None = None
 
     @model_validator(mode="after")
-    def _names_what_there_is(self) -> "Description":
-        every = {*self.experiments.always, *self.experiments.all}
-        told: dict[str, set[str]] = {
-            "more_scenes": set(self.experiments.more_scenes),
-            "not_quick": set(self.experiments.not_quick),
-            "timed": set(self.experiments.timed),
-            "thorough": set(self.experiments.thorough),
-            "quick_scenes": set(self.experiments.quick_scenes),
-        }
-        for key, names in told.items():
-            for name in sorted(names - every):
-                raise ValueError(f"experiments.{key}: {name!r} is not among `always` and `all`")
+    def _check_names(self) -> "Description":
+        if self.repetitions % 2 == 0:
+            raise ValueError(f"repetitions is {self.repetitions}; give an odd number")
+        if {*self.settings} != {*SETTINGS}:
+            raise ValueError(f"settings must be {' and '.join(SETTINGS)}")
+        for row in self.main.rows:
+            self.check_names(row.trackers, row.sequences, f"main table, {row.labels[0]}")
+        for name, figure in self.figure.items():
+            shown = (figure.sequence,) if figure.sequence else ()
+            self.check_names(figure.trackers, shown, f"figure {name}")
         return self
 
-    def experiment(self, name: str) -> str:
-        """Public name of an experiment, which its results' folder has."""
-        return f"{self.name}-{name}"
+    def check_names(self, trackers: Names, sequences: Names, place: str) -> None:
+        """Raise `ValueError` for trackers or sequences that the description does not name."""
+        for names, known, what in (
+            (trackers, self.trackers, "tracker"),
+            (sequences, self.sequences, "sequence"),
+        ):
+            if unknown := [name for name in names if name not in known]:
+                raise ValueError(
+                    f"{place}: unknown {what} {unknown[0]!r}; known: {', '.join(known)}"
+                )
 
 
 def read_description(name: str, path: Path | None = None) -> Description:
-    """Read what a paper's TOML says.
-
-    Parameters
-    ----------
-    name : str
-        Of the paper.
-    path : Path, optional
-        Another file than its own.
+    """Read a paper's `paper.toml`; `path` replaces its own file.
 
     Raises
     ------
@@ -286,16 +184,10 @@ def read_description(name: str, path: Path | None = None) -> Description:
         Naming the file and the entry that is missing, unknown or of the wrong kind.
     """
     path = path or FOLDER / name / "paper.toml"
-    table = read_toml(path, ExperimentError)
-    try:
-        return Description.model_validate({"name": name, **table})
-    except ValidationError as error:
-        raise ExperimentError(_first_error(path, error)) from None
+    return checked(Description, {"name": name, **read_toml(path, ExperimentError)}, str(path))
 
 
-def _first_error(path: Path, error: ValidationError) -> str:
-    """The first thing that is wrong, in words."""
-    first: Mapping[str, Any] = error.errors(include_url=False)[0]
-    place = ".".join(str(part) for part in first["loc"])
-    words = first["msg"].removeprefix("Value error, ")
-    return f"{path}:{f' {place}:' if place else ''} {words[:1].lower()}{words[1:]}."
+def read_sensitivity(name: str, path: Path | None = None) -> Sensitivity:
+    """Read a paper's `sensitivity.toml`; raises as `read_description`."""
+    path = path or FOLDER / name / "sensitivity.toml"
+    return checked(Sensitivity, read_toml(path, ExperimentError), str(path))

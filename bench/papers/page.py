@@ -1,82 +1,78 @@
-"""The page of a paper: its prose is somebody's, its table and verdicts are what was run."""
+"""The page of a paper in Markdown: main table, figures, verdicts, scenes, settings, sensitivity."""
 
 from pathlib import Path
 
-from bench.papers import NO_EVIDENCE, Effort, Report
-from bench.papers.html_page import command_of, holds
-from bench.papers.screen import EFFECT, claim_count, outcome
-from bench.store.files import ResultsError
+from bench.claims.row_verdicts import SETTINGS, VerdictRow, count_verdicts, verdict_table
+from bench.papers.reproduction import Report
 from reports.files import write_file
-from reports.ledger import claim_words
 from reports.renderers import to_markdown
+from reports.tables import Table
 
-__all__ = ["BEGIN", "END", "write_page"]
-
-BEGIN = "<!-- From here: written by trackmark reproduce --page. -->"
-END = "<!-- To here. -->"
-_SKELETON = """# {title}
-
-What the paper says, in a paragraph.
-
-{begin}
-{end}
-
-## What to make of it
-
-## What is open
-
-## How to run it
-
-```
-trackmark reproduce {paper}
-```
-"""
+RULES = (
+    "Unit: scene. Intervals: 95 %. A share holds if its interval lies above 1/2, because the paper "
+    "shows one run. A difference holds if its interval lies above 0. Numbers of other videos are "
+    "not testable. See [verdicts](../verdicts.md)."
+)
+VIDEOS = (
+    "The paper's videos are not available. Ours are synthetic scenes drawn from its descriptions. "
+    "Its numbers are therefore printed beside ours and are not targets. Two settings are reported: "
+    "`as-written` takes the text literally, `recommended` differs from it in the values of section "
+    "6 only."
+)
 
 
-def write_page(path: Path, report: Report, paper: str, effort: Effort) -> None:
-    """Write the main tables and a line a claim between a page's marks; the rest stays as it is.
-
-    A page that is not there is begun, with a skeleton for its prose.
-
-    Raises
-    ------
-    ResultsError
-        If the page lacks the marks or is not UTF-8.
-    OSError
-        If the page cannot be read or written.
-    """
-    try:
-        text = path.read_text("utf-8") if path.is_file() else None
-    except UnicodeDecodeError as error:
-        raise ResultsError(
-            f"{path}: not UTF-8 (byte {error.start}). Give another --page."
-        ) from None
-    if text is None:
-        text = _SKELETON.format(title=report.title, begin=BEGIN, end=END, paper=paper)
-    before, begin, rest = text.partition(BEGIN)
-    _, end, after = rest.partition(END)
-    if not (begin and end):
-        raise ResultsError(
-            f"{path}: there are no two lines {BEGIN!r} and {END!r} to write between; add them."
-        )
-    page = f"{before}{BEGIN}\n\n{_results(report, paper, effort)}\n{END}{after}"
-    write_file(path, lambda file: file.write_text(page, "utf-8"))
+def write_page(path: Path, report: Report) -> None:
+    """Write the page of a paper; raises `OSError` if it cannot be written."""
+    write_file(path, lambda file: file.write_text(page(report), "utf-8"))
 
 
-def _results(report: Report, paper: str, effort: Effort) -> str:
-    begins = f"**{NO_EVIDENCE}.** What" if effort.quick else "What"
-    made = f"{begins} `{command_of(paper, effort)}` found"
-    parts = [f"{made}{f' ({effort.words})' if effort.words else ''}:"]
-    parts += [to_markdown(table).rstrip("\n") for table in report.main]
+def page(report: Report) -> str:
+    """Return the page of a paper in Markdown."""
+    entry, notes = report.description, report.notes
+    parts = [f"# {entry.title}", f"{entry.citation}", f"**Method.** {entry.method}"]
+    if finding := notes.get("Result in one sentence"):
+        parts.append(f"**Result in one sentence.** {finding}")
+    parts += [VIDEOS, "## 1 The paper's numbers and ours", *map(markdown, report.main)]
+    parts += ["## 2 Figures", _figures(report)]
+    if report.verdicts:
+        parts += ["## 3 Verdicts", RULES, *_counts(report.verdicts)]
+        parts.append(markdown(verdict_table(report.verdicts)))
+    parts += ["## 4 What differs and why", notes.get("What differs and why", "")]
+    parts += ["## 5 The scenes", markdown(report.criteria)]
+    parts += ["## 6 Settings", markdown(report.settings)]
+    parts.append("## 7 Sensitivity (no verdicts)")
+    parts.append(
+        markdown(report.sensitivity)
+        if report.sensitivity
+        else f"Written by `trackmark reproduce {entry.name} --all`."
+    )
+    parts += ["## 8 How to run it", _commands(entry.name, notes.get("How long it takes", ""))]
+    parts += ["## 9 History", notes.get("History", "")]
+    return "\n\n".join(part for part in parts if part) + "\n"
+
+
+def markdown(table: Table) -> str:
+    """Return a table in Markdown, with its caption above and its notes below."""
+    return to_markdown(table).rstrip("\n")
+
+
+def _counts(rows: list[VerdictRow]) -> list[str]:
+    lines = [f"- {setting}: {count_verdicts(rows, setting)}" for setting in SETTINGS]
+    return ["\n".join([f"{len(rows)} claims:", "", *lines])]
+
+
+def _figures(report: Report) -> str:
     rows = [
-        f"| {claim['id']} | {_plain(claim_words(claim))} | {outcome(claim)} | "
-        f"{_plain(claim['effect']) or '—'} | {holds(claim)} |"
-        for claim in report.claims
+        f"| {one.label} | {one.caption} | `{one.path.name}`: {one.words} |"
+        for one in report.figures
     ]
-    heads = [f"| claim | what it says | verdict | {EFFECT} | holds in readings |", f"|{'---|' * 5}"]
-    return "\n\n".join([*parts, f"{claim_count(report.claims)}.", "\n".join(heads + rows)]) + "\n"
+    return "\n".join(["| paper | what it shows | ours |", "|---|---|---|", *rows])
 
 
-def _plain(text: str) -> str:
-    """A sentence as it may stand in a cell of a table."""
-    return text.replace("|", "\\|").replace("*", "\\*").replace("\n", " ")
+def _commands(paper: str, times: str) -> str:
+    lines = [
+        f"trackmark reproduce {paper}            # main table, figures and verdicts",
+        f"trackmark reproduce {paper} --quick    # main table and figure strips; no verdicts",
+        f"trackmark reproduce {paper} --all      # adds section 7",
+    ]
+    return "\n".join(f"    {line}" for line in lines) + (f"\n\n{times}" if times else "")

@@ -1,0 +1,162 @@
+"""Judge a claim from one value per scene, by the kind of test that it names.
+
+`Evidence` holds the values; the rules stand in `bench.statistics.verdict_rules`.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from math import inf, nan
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from bench.claims.claims_file import Claim
+from bench.statistics.intervals import Interval
+from bench.statistics.verdict_rules import (
+    Verdict,
+    conjunction,
+    inconclusive,
+    no_worse,
+    number,
+    order,
+    share,
+    time,
+)
+
+FLOOR = 0.5  # share of scenes in which a reference must be kept
+
+Values = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """What a claim is judged from, in one setting.
+
+    Attributes
+    ----------
+    first, second : DataFrame
+        One row per sequence, scene and tracker: `sequence`, `rank` (of the scene, from 0),
+        `tracker`, `value` (mean over repetitions). `first` has the trackers of `better` or `of`,
+        or the values of a measure without trackers, `second` those of `worse`.
+    lower_is_better : bool
+        Whether a smaller value is the better one.
+    largest : float
+        Largest absolute value that a difference can take.
+    unit, counted : str
+        Unit of the values; the unit of repetition in the singular.
+    reference_kept : float
+        Share of the scenes in which the trackers of `second` keep the target; NaN if unknown.
+    lost_before : float
+        Share of the scenes in which the target is lost before the event; NaN without an event.
+    failed : str
+        How many runs failed, and why the first one did; empty if none failed.
+    times : sequence of pairs of arrays
+        For tests of time: longer and shorter, or times and nothing. Of several pairs the one with
+        the smallest ratio decides.
+    """
+
+    first: pd.DataFrame = field(default_factory=pd.DataFrame)
+    second: pd.DataFrame = field(default_factory=pd.DataFrame)
+    lower_is_better: bool = False
+    largest: float = inf
+    unit: str = ""
+    counted: str = "scene"
+    reference_kept: float = nan
+    lost_before: float = nan
+    failed: str = ""
+    times: Sequence[tuple[Values, Values]] = ()
+
+
+def judge(claim: Claim, evidence: Evidence) -> Verdict:
+    """Return the verdict on a claim in one setting."""
+    if claim.test == "time":
+        return _judge_time(claim, evidence)
+    if evidence.first.empty or (claim.worse and evidence.second.empty):
+        return inconclusive("no runs")
+    if claim.test == "share":
+        verdict = share(successes := _successes(evidence.first), np.ones(len(successes)))
+    elif claim.test == "number":
+        verdict = number(_by_scene(evidence.first, hardest="").to_numpy())
+    else:
+        verdict = _judge_differences(claim, evidence)
+    return replace(verdict, unit=evidence.unit, counted=evidence.counted)
+
+
+def notes(evidence: Evidence) -> list[str]:
+    """Return what a reader must know beside a verdict."""
+    found = []
+    if evidence.lost_before > FLOOR:
+        found.append(f"lost before the event in {100 * evidence.lost_before:.0f} % of the scenes")
+    if evidence.reference_kept <= FLOOR:
+        found.append(f"floor: the reference is kept in {100 * evidence.reference_kept:.0f} %")
+    return [*found, evidence.failed] if evidence.failed else found
+
+
+def scene_differences(claim: Claim, evidence: Evidence) -> "pd.Series[float]":
+    """Return better minus worse by sequence and scene, positive if the claim's order is met."""
+    sign = -1.0 if evidence.lower_is_better else 1.0
+    first = sign * _by_scene(evidence.first, "min", sign)
+    if not claim.worse:
+        return sign * first  # the measure is a difference by itself
+    differences: pd.Series[float] = first - sign * _by_scene(evidence.second, "max", sign)
+    return differences.dropna()
+
+
+def _judge_differences(claim: Claim, evidence: Evidence) -> Verdict:
+    values, margin = scene_differences(claim, evidence).to_numpy(), claim.margin or 0.0
+    limit = evidence.largest
+    if claim.test == "order":
+        return order(values, margin, limit=limit)
+    if claim.test == "no-worse both ways":
+        verdict = conjunction(
+            {
+                f"{claim.better[0]} not worse": lambda m: no_worse(values, margin, m, limit=limit),
+                f"{claim.worse[0]} not worse": lambda m: no_worse(-values, margin, m, limit=limit),
+            }
+        )
+    else:
+        verdict = no_worse(values, margin, limit=limit)
+    if verdict.verdict == "holds" and evidence.reference_kept <= FLOOR:
+        # Two failures are no equality.
+        return replace(verdict, verdict="inconclusive", reason="floor: the reference is lost, too")
+    return verdict
+
+
+def _judge_time(claim: Claim, evidence: Evidence) -> Verdict:
+    if not evidence.times:
+        return inconclusive("no times")
+    if claim.limit is not None and evidence.unit:
+        (values, _), *_ = evidence.times
+        below = time(np.full(len(values), claim.limit), values)
+        low, high = below.interval
+        interval = Interval(claim.limit / high, claim.limit / low)
+        value = claim.limit / below.statistic
+        reason = below.reason.replace("above 1", f"below {claim.limit:g} {evidence.unit}")
+        reason = reason.replace("below 1", f"above {claim.limit:g} {evidence.unit}")
+        return replace(below, statistic=value, interval=interval, unit=evidence.unit, reason=reason)
+    ratios = [float(np.mean(np.log(longer / shorter))) for longer, shorter in evidence.times]
+    longer, shorter = evidence.times[int(np.argmin(ratios))]
+    return time(longer, shorter, claim.limit or 1.0)
+
+
+def _successes(table: pd.DataFrame) -> Values:
+    """Return 1 for each scene in which all sequences and trackers succeed in most runs."""
+    held = table.assign(value=table["value"] > 0.5).groupby("rank")["value"].all()
+    return np.asarray(held, np.float64)
+
+
+def _by_scene(table: pd.DataFrame, hardest: str, sign: float = 1.0) -> "pd.Series[float]":
+    """Return one value per sequence and scene.
+
+    Of several trackers it is that of the one whose mean times `sign` is the least (`min`) or the
+    greatest (`max`) on the sequence.
+    """
+    pieces: list[pd.Series[float]] = []
+    for _, rows in table.groupby("sequence", sort=False):
+        means = sign * rows.groupby("tracker", sort=False)["value"].mean()
+        tracker = means.idxmax() if hardest == "max" else means.idxmin()
+        own = rows[rows["tracker"] == tracker]
+        pieces.append(own.set_index(["sequence", "rank"])["value"])
+    joined: pd.Series[float] = pd.concat(pieces)
+    return joined

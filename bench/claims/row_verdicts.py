@@ -1,0 +1,127 @@
+"""Verdicts on a paper's claims as rows: one per claim, with both settings next to each other."""
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from math import isfinite
+from typing import Any
+
+from bench.claims.claim_tests import Evidence, judge, notes
+from bench.claims.claims_file import Claim
+from bench.statistics.verdict_rules import Verdict
+from reports.tables import MISSING, Cell, Table
+
+SETTINGS = ("as-written", "recommended")
+"""Settings of equal rank in which every claim is judged."""
+
+VERDICTS = ("holds", "does not hold", "inconclusive", "not testable")
+
+
+@dataclass(frozen=True)
+class VerdictRow:
+    """A claim with its verdicts.
+
+    Attributes
+    ----------
+    claim : Claim
+        The claim.
+    verdicts : mapping of str to Verdict
+        Verdict by setting.
+    notes : mapping of str to list of str
+        What a reader must know beside the verdict, by setting.
+    evidence : mapping of str to Evidence
+        What the verdict was read from, by setting.
+    """
+
+    claim: Claim
+    verdicts: Mapping[str, Verdict]
+    notes: Mapping[str, list[str]]
+    evidence: Mapping[str, Evidence]
+
+    def for_json(self) -> dict[str, Any]:
+        """Return the row for scripts; numbers that are not finite are None."""
+        return {
+            "id": self.claim.name,
+            "source": self.claim.source,
+            "quote": self.claim.quote,
+            "short": self.claim.short,
+            "claim": self.claim.says,
+            "paper": self.claim.paper,
+            "falsified_if": self.claim.falsified,
+            "reason": self.claim.reason,
+            "note": self.claim.note,
+            "settings": {name: self._setting(name) for name in self.verdicts},
+        }
+
+    def _setting(self, name: str) -> dict[str, Any]:
+        verdict = self.verdicts[name]
+        return {
+            "verdict": verdict.verdict,
+            "effect": verdict.effect,
+            "statistic": _finite(verdict.statistic),
+            "interval": [_finite(end) for end in verdict.interval],
+            "unit": verdict.unit,
+            "n": verdict.cells,
+            "counted": verdict.counted,
+            "reason": verdict.reason,
+            "notes": self.notes[name],
+        }
+
+
+def judge_row(claim: Claim, evidence: Mapping[str, Evidence]) -> VerdictRow:
+    """Judge a claim in every setting that there is evidence for."""
+    return VerdictRow(
+        claim,
+        {name: judge(claim, found) for name, found in evidence.items()},
+        {name: notes(found) for name, found in evidence.items()},
+        evidence,
+    )
+
+
+def count_verdicts(rows: Sequence[VerdictRow], setting: str) -> str:
+    """Return `4 hold, 2 do not hold, 1 inconclusive, 1 not testable` for a setting."""
+    counts: Counter[str] = Counter(
+        row.verdicts[setting].verdict for row in rows if setting in row.verdicts
+    )
+    plurals = {"holds": "hold", "does not hold": "do not hold"}
+    found = [
+        f"{counts[name]} {plurals.get(name, name) if counts[name] != 1 else name}"
+        for name in VERDICTS
+        if counts[name]
+    ]
+    return ", ".join(found)
+
+
+def verdict_table(rows: Sequence[VerdictRow]) -> Table:
+    """Return the verdicts as a table: claim, paper, and ours with the verdict by setting."""
+    heads = ["claim", "", "paper"]
+    for setting in SETTINGS:
+        heads += [setting.replace("-", " "), "verdict"]
+    return Table(
+        name="verdicts",
+        caption="Verdicts on the claims: estimate [95 % interval] in both settings",
+        heads=heads,
+        n_labels=2,
+        rows=[[Cell(text) for text in _texts(row)] for row in rows],
+    )
+
+
+def _texts(row: VerdictRow) -> list[str]:
+    texts = [row.claim.name, row.claim.short, row.claim.paper]
+    for setting in SETTINGS:
+        if setting not in row.verdicts:
+            texts += [MISSING, MISSING]
+            continue
+        verdict = row.verdicts[setting]
+        notes_of = [*row.notes[setting], *([row.claim.note] if row.claim.note else [])]
+        if verdict.verdict == "inconclusive":
+            notes_of.insert(0, verdict.reason)
+        texts.append(verdict.effect or MISSING)
+        texts.append(
+            verdict.verdict + (f" ({'; '.join(dict.fromkeys(notes_of))})" if notes_of else "")
+        )
+    return texts
+
+
+def _finite(value: float) -> float | None:
+    return float(value) if isfinite(value) else None

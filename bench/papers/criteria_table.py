@@ -1,0 +1,36 @@
+"""The criteria of a paper's scenes as a table, from the values in `criteria.csv`."""
+
+from statistics import median
+
+from bench.papers.main_table import text_table
+from bench.papers.scene_check import read_criteria, read_values
+from reports.tables import Table
+
+
+def criteria_table(paper: str) -> Table:
+    """Return criterion, measured value, target, scenes that meet it, and the paper's sentence."""
+    heads = ["sequence", "criterion", "ours, median", "target", "met by", "the paper's sentence"]
+    try:
+        _, declared = read_criteria(paper)
+        values = read_values(paper)
+    except FileNotFoundError:
+        return text_table("criteria", "Criteria of the scenes: none.", heads, [], 2)
+    rows, skipped = [], []
+    for criterion in declared:
+        own = [r for r in values if (r.sequence, r.name) == (criterion.sequence, criterion.name)]
+        met = f"{sum(row.passes for row in own)} of {len(own)}" if criterion.target else "printed"
+        name = f"{criterion.name} *" if criterion.with_result_in_view else criterion.name
+        middle = f"{median(row.value for row in own):.3g}" if own else ""
+        sequence = criterion.sequence.partition("/")[2]
+        rows.append([sequence, name, middle, criterion.target, met, criterion.sentence])
+    for sequence in dict.fromkeys(row.sequence for row in values):
+        failed = sorted({r.scene for r in values if r.sequence == sequence and not r.passes})
+        if failed:
+            numbers = ", ".join(map(str, failed))
+            skipped.append(f"Skipped scenes of {sequence.partition('/')[2]}: {numbers}.")
+    caption = "Criteria of the scenes, measured on images and ground truth before any tracker ran"
+    table = text_table("criteria", caption, heads, rows, 2)
+    in_view = any(criterion.with_result_in_view for criterion in declared)
+    table.notes.extend(["* Chosen with the result in view."] if in_view else [])
+    table.notes.extend(skipped)
+    return table

@@ -1,0 +1,83 @@
+"""The paper's main table beside ours, and the sensitivity table."""
+
+from collections.abc import Iterable
+
+import pandas as pd
+
+from bench.claims.row_verdicts import SETTINGS
+from bench.papers.context import Context
+from bench.papers.description import MainRow, Sensitivity
+from bench.papers.measures import Measure, find_measure
+from bench.papers.plan import tracker_text
+from reports.tables import MISSING, Cell, Table
+
+
+def main_table(context: Context) -> Table:
+    """Return the paper's numbers and ours in both settings, row by row."""
+    entry = context.description.main
+    heads = [*entry.heads, "paper", *(setting.replace("-", " ") for setting in SETTINGS)]
+    rows = [
+        [*row.labels, row.paper, *(_cell(row, setting, context) for setting in SETTINGS)]
+        for row in entry.rows
+    ]
+    caption = f"{entry.caption} {context.scenes} scenes per sequence."
+    return text_table("main", caption, heads, rows, len(entry.heads))
+
+
+def sensitivity_table(context: Context, table: Sensitivity) -> Table:
+    """Return the measures of every choice that the text leaves open; there are no verdicts."""
+    rows = []
+    for row in table.rows:
+        cells = []
+        for column in table.columns:
+            text = tracker_text(context.description, column.tracker, row.setting, row.change)
+            measure = find_measure(column.measure, context.description.name)
+            values = context.runs.values(text, column.sequence, measure, table.scenes, row.on)
+            cells.append(shown(values, measure, 1))
+        rows.append([row.choice, row.setting.replace("-", " "), *cells])
+    heads = ["choice", "setting", *(column.head for column in table.columns)]
+    caption = f"Sensitivity: means over {table.scenes} scenes; no verdicts."
+    return text_table("sensitivity", caption, heads, rows, 2)
+
+
+def text_table(
+    name: str, caption: str, heads: Iterable[str], rows: list[list[str]], n_labels: int
+) -> Table:
+    """Return a table of texts."""
+    return Table(
+        name=name,
+        caption=caption,
+        heads=[*heads],
+        n_labels=n_labels,
+        rows=[[Cell(text) for text in row] for row in rows],
+        data=pd.DataFrame(rows, columns=[*heads]),
+    )
+
+
+def shown(values: pd.DataFrame, measure: Measure, members: int) -> str:
+    """Return the mean of a measure as text, in the form that its unit asks for."""
+    if values.empty:
+        return MISSING
+    mean = float(values["value"].mean())
+    if measure.unit == "share":
+        return f"{100 * mean:.0f} %" if members == 1 else f"{mean:.1f}"
+    return {"px": f"{mean:.1f} px", "frames": f"{mean:.0f}"}.get(measure.unit, f"{mean:.2f}")
+
+
+def _cell(row: MainRow, setting: str, context: Context) -> str:
+    if row.hook:
+        return str(context.function(row.hook)(context, setting))
+    measures = [find_measure(text, context.description.name) for text in row.measures]
+    by_tracker = []
+    for tracker in row.trackers:
+        text = tracker_text(context.description, tracker, setting)
+        cells = []
+        for measure in measures:
+            pieces = [
+                context.runs.values(text, sequence, measure, context.scenes)
+                for sequence in row.sequences
+            ]
+            members = len(context.description.sequences[row.sequences[0]].members)
+            cells.append(shown(pd.concat(pieces), measure, members))
+        by_tracker.append(", ".join(cells))
+    return " / ".join(by_tracker)

@@ -1,0 +1,157 @@
+"""A reproduction: what is run for a paper, and the report of what came out."""
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from bench.claims.claims_file import read_claims
+from bench.claims.row_verdicts import VerdictRow, verdict_table
+from bench.experiments.experiment import Experiment, ExperimentError
+from bench.papers import Effort, check_paper_name
+from bench.papers.context import Context
+from bench.papers.criteria_table import criteria_table
+from bench.papers.description import Description, read_description, read_sensitivity
+from bench.papers.evidence import verdict_rows
+from bench.papers.figures import Drawing, draw_figures
+from bench.papers.main_table import main_table, sensitivity_table, text_table
+from bench.papers.measures import paper_module
+from bench.papers.plan import experiments, requests, sensitivity_requests
+from bench.papers.runs import StoredRuns
+from bench.store.layout import Cell
+from reports.tables import Table
+
+
+@dataclass(frozen=True)
+class Report:
+    """What came out of a reproduction.
+
+    Attributes
+    ----------
+    context : Context
+        The paper, its runs and the effort.
+    main : list of Table
+        The paper's main tables beside ours.
+    figures : list of Drawing
+        The paper's figures, drawn from our runs.
+    verdicts : list of VerdictRow
+        One per claim; empty for a quick report.
+    criteria, settings : Table
+        Criteria of the scenes; values of the settings with their sources.
+    sensitivity : Table or None
+        Measures of every open choice, if it was asked for.
+    notes : mapping of str to str
+        Sections of the paper's `notes.md` by heading: what people wrote about the results.
+    """
+
+    context: Context
+    main: list[Table]
+    figures: list[Drawing]
+    verdicts: list[VerdictRow]
+    criteria: Table
+    settings: Table
+    sensitivity: Table | None = None
+    notes: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def description(self) -> Description:
+        """The paper."""
+        return self.context.description
+
+    @property
+    def tables(self) -> list[Table]:
+        """All tables that there are, in reading order."""
+        verdicts = [] if not self.verdicts else [verdict_table(self.verdicts)]
+        last = [self.sensitivity] if self.sensitivity else []
+        return [*self.main, *verdicts, self.criteria, self.settings, *last]
+
+
+class Reproduction:
+    """What `trackmark reproduce` runs and reports for a paper.
+
+    Parameters
+    ----------
+    name : str
+        Name of the paper.
+
+    Raises
+    ------
+    ExperimentError
+        For an unknown paper, or an entry of its files that is wrong.
+    """
+
+    def __init__(self, name: str) -> None:
+        check_paper_name(name)
+        self.name = name
+        self.description = read_description(name)
+        self.claims = read_claims(name)
+        for claim in self.claims.values():
+            try:
+                self.description.check_names(claim.trackers, claim.sequences, claim.name)
+            except ValueError as error:
+                raise ExperimentError(f"bench/papers/{name}/claims.toml: {error}.") from None
+
+    def experiments(self, effort: Effort) -> list[Experiment]:
+        """Return the experiments to run, in order."""
+        found = experiments(self.description, requests(self.description, self.claims, effort))
+        if effort.everything:
+            wanted = sensitivity_requests(self.description, read_sensitivity(self.name))
+            found += experiments(self.description, wanted, "sensitivity-")
+        return found
+
+    def report(
+        self,
+        results: Path,
+        folder: Path,
+        effort: Effort,
+        asked: Mapping[str, Collection[Cell]],
+    ) -> Report:
+        """Judge the runs in `results` that were asked for, and draw figures into `folder`."""
+        runs = StoredRuns(results, asked, self.description)
+        context = Context(self.description, self.claims, runs, folder, effort)
+        timing = None if effort.quick else paper_module(self.name, "timing")
+        times: list[Table] = [timing.time_table(context)] if hasattr(timing, "time_table") else []
+        sensitivity = None
+        if effort.everything:
+            sensitivity = sensitivity_table(context, read_sensitivity(self.name))
+        return Report(
+            context,
+            main=[main_table(context), *times],
+            figures=draw_figures(context),
+            verdicts=[] if effort.quick else verdict_rows(context),
+            criteria=criteria_table(self.name),
+            settings=setting_table(self.description),
+            sensitivity=sensitivity,
+            notes=read_notes(self.name),
+        )
+
+
+def setting_table(description: Description) -> Table:
+    """Return the values that differ between the settings, with their sources."""
+    heads = ["", "as written", "recommended", "source"]
+    rows = [list(row) for row in description.setting_table]
+    return text_table("settings", "Settings", heads, rows, 1)
+
+
+def read_notes(paper: str) -> dict[str, str]:
+    """Return the sections of a paper's `notes.md` by heading."""
+    file = Path(__file__).parent / paper / "notes.md"
+    text = file.read_text("utf-8") if file.is_file() else ""
+    sections = [part.partition("\n") for part in text.split("\n## ")[1:]]
+    return {heading.strip(): body.strip() for heading, _, body in sections}
+
+
+def document(report: Report, seconds: float) -> dict[str, Any]:
+    """Return the report for scripts."""
+    return {
+        "title": report.description.title,
+        "paper": report.description.name,
+        "command": report.context.effort.command(report.description.name),
+        "quick": report.context.effort.quick,
+        "seconds": round(seconds, 1),
+        "main": [
+            {"caption": table.caption, "rows": table.data.to_dict("records")}
+            for table in report.main
+        ],
+        "claims": [row.for_json() for row in report.verdicts],
+    }

@@ -1,0 +1,57 @@
+"""Measures of scenes that need no stored run, computed in parallel and kept until they change."""
+
+import hashlib
+import inspect
+import json
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from loky import ProcessPoolExecutor
+from numpy.typing import NDArray
+from tqdm import tqdm
+
+import datasets
+import trackers
+from bench.store.files import write_atomically
+from datasets.source_digest import source_digest
+
+PACKAGE = Path(str(trackers.__file__)).parent
+
+SceneFunction = Callable[[str, str], float]
+"""Takes the text form of a scene (or a number, for what has no sequence) and the setting."""
+
+
+def scene_values(
+    function: SceneFunction, scenes: Sequence[str], setting: str, folder: Path, jobs: int
+) -> NDArray[np.float64]:
+    """Return a measure of each scene in a setting.
+
+    Parameters
+    ----------
+    function : callable
+        Function of a paper's `scenes.py`.
+    scenes : sequence of str
+        Text forms of scenes.
+    setting : str
+        Setting that the function is told.
+    folder : Path
+        Keeps the values until the scenes or the function's source change.
+    jobs : int
+        Worker processes.
+    """
+    source = source_digest(Path(inspect.getfile(function)), PACKAGE)
+    known = [datasets.identity(one) if "/" in one else one for one in scenes]
+    identity: list[Any] = [function.__name__, setting, known, source]
+    key = hashlib.sha256(json.dumps(identity).encode()).hexdigest()[:16]
+    file = folder / "scenes" / f"{key}.json"
+    if file.is_file():
+        return np.array(json.loads(file.read_bytes()))
+    with ProcessPoolExecutor(max_workers=min(jobs, len(scenes))) as pool:
+        found = pool.map(function, scenes, [setting] * len(scenes))
+        title = f"{function.__name__}, {setting}"
+        values = [*tqdm(found, title, len(scenes), unit="scene", disable=None, delay=1.0)]
+    file.parent.mkdir(parents=True, exist_ok=True)
+    write_atomically(file, json.dumps(values).encode())
+    return np.array(values)
