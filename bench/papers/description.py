@@ -38,7 +38,7 @@ class MainRow(Entry):
     names a function of the paper's own that returns the text of a setting.
     """
 
-    labels: Names
+    labels: Annotated[tuple[str, ...], BeforeValidator(as_tuple)]
     paper: Text
     sequences: Names = ()
     trackers: Names = ()

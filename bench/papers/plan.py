@@ -93,15 +93,20 @@ def scene_names(
 def requests(
     description: Description, claims: Mapping[str, Claim], effort: Effort
 ) -> list[Request]:
-    """Return the runs that the main table, the figures and, unless quick, the claims need."""
-    wanted: dict[tuple[str, str], int] = {}
+    """Return the runs that the main table, the figures and, unless quick, the claims need.
 
-    def want(sequences: Iterable[str], trackers: Iterable[str], count: int) -> None:
+    All trackers of a sequence run on as many scenes as the claim that needs the most, as images
+    are rendered once for all of them.
+    """
+    count: dict[str, int] = {}
+    wanted: dict[tuple[str, str], None] = {}
+
+    def want(sequences: Iterable[str], trackers: Iterable[str], scenes: int) -> None:
         for sequence in sequences:
+            count[sequence] = max(count.get(sequence, 0), scenes)
             for tracker in trackers:
-                for setting in SETTINGS:
-                    key = sequence, tracker_text(description, tracker, setting)
-                    wanted[key] = max(wanted.get(key, 0), count)
+                texts = [tracker_text(description, tracker, setting) for setting in SETTINGS]
+                wanted.update(dict.fromkeys((sequence, text) for text in texts))
 
     shown = description.quick_scenes if effort.quick else MAIN_SCENES
     for row in description.main.rows:
@@ -110,63 +115,56 @@ def requests(
         if figure.sequence and (figure.quick or not effort.quick):
             want([figure.sequence], figure.trackers, shown)
     for claim in () if effort.quick else claims.values():
-        want(claim.sequences, claim.trackers, claim.n_scenes)
+        if claim.trackers:
+            want(claim.sequences, claim.trackers, claim.n_scenes)
     repetitions = 1 if effort.quick else description.repetitions
     repetitions = min(repetitions, effort.seeds or repetitions)
     return [
-        Request(sequence, tracker, count, repetitions)
-        for (sequence, tracker), count in wanted.items()
+        Request(sequence, tracker, count[sequence], repetitions) for sequence, tracker in wanted
     ]
 
 
 def sensitivity_requests(description: Description, table: Sensitivity) -> list[Request]:
     """Return the runs of the sensitivity table."""
-    return list(
-        dict.fromkeys(
-            Request(
-                column.sequence,
-                tracker_text(description, column.tracker, row.setting, row.change),
-                table.scenes,
-                min(table.repetitions, description.repetitions),
-                row.on,
-            )
-            for row in table.rows
-            for column in table.columns
-        )
-    )
+    repetitions = min(table.repetitions, description.repetitions)
+    found = []
+    for row in table.rows:
+        for column in table.columns:
+            text = tracker_text(description, column.tracker, row.setting, row.change)
+            found.append(Request(column.sequence, text, table.scenes, repetitions, row.on))
+    return list(dict.fromkeys(found))
 
 
 def experiments(
     description: Description, wanted: Iterable[Request], suffix: str = ""
 ) -> list[Experiment]:
-    """Return requests as experiments: sequences with equal trackers and counts share one."""
-    by_sequence: dict[tuple[str, str, int, int], list[str]] = {}
+    """Return requests as experiments: sequences with the same trackers share one."""
+    trackers: dict[tuple[str, str, int, int], list[str]] = {}
     for one in wanted:
-        key = one.sequence, one.on, one.scenes, one.repetitions
-        by_sequence.setdefault(key, []).append(one.tracker)
+        place = one.sequence, one.on, one.scenes, one.repetitions
+        trackers.setdefault(place, []).append(one.tracker)
     groups: dict[tuple[tuple[str, ...], int], list[tuple[str, str, int]]] = {}
-    for (sequence, on, scenes, repetitions), trackers in by_sequence.items():
-        group = tuple(dict.fromkeys(trackers)), repetitions
-        groups.setdefault(group, []).append((sequence, on, scenes))
+    for (sequence, on, scenes, repetitions), texts in trackers.items():
+        groups.setdefault((tuple(texts), repetitions), []).append((sequence, on, scenes))
     found: list[Experiment] = []
     for (chosen, repetitions), places in groups.items():
-        texts = [
+        names = [
             text
             for sequence, on, scenes in places
-            for names in scene_names(description, sequence, scenes, on)
-            for text in names
+            for members in scene_names(description, sequence, scenes, on)
+            for text in members
         ]
-        first = places[0][0].replace(" ", "-")
-        name = f"{description.name}-{suffix}{first}"
+        name = f"{description.name}-{suffix}{places[0][0].replace(' ', '-')}"
         while name in {one.name for one in found}:
             name += "-more"
+        shown = ", ".join(dict.fromkeys(sequence for sequence, *_ in places))
         found.append(
             Experiment(
                 name=name,
                 trackers=chosen,
-                sequences=tuple(map(SequenceSource, dict.fromkeys(texts))),
+                sequences=tuple(map(SequenceSource, dict.fromkeys(names))),
                 repetitions=repetitions,
-                title=f"{description.name}: {', '.join(sequence for sequence, *_ in places)}"[:90],
+                title=f"{description.name}: {shown}",
             )
         )
     return found
