@@ -1,0 +1,176 @@
+"""Verdicts from values by scene: five kinds of test, sides of several trackers, floors."""
+
+from dataclasses import replace
+from math import isnan
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from bench.claims.claim_tests import Evidence, judge, notes, scene_differences
+from bench.claims.claims_file import Claim
+from bench.claims.row_verdicts import count_verdicts, judge_row, verdict_table
+from bench.statistics.verdict_rules import no_worse, order, share
+
+
+def claim(**fields: Any) -> Claim:
+    """Return a claim with some fields replaced."""
+    usual: dict[str, Any] = {
+        "name": "AB-1",
+        "source": "Fig. 1",
+        "quote": "it tracks",
+        "short": "it tracks",
+        "says": "The target is tracked.",
+        "paper": "1 of 1",
+        "sequences": "ball",
+        "measure": "kept",
+        "falsified": "It is lost.",
+        "reason": "The figure shows the end.",
+    }
+    return Claim.model_validate(usual | fields)
+
+
+def table(values: dict[str, Any], sequence: str = "ball") -> pd.DataFrame:
+    """Return values by tracker as evidence has them."""
+    return pd.concat(
+        [
+            pd.DataFrame(
+                {"sequence": sequence, "rank": range(len(by_scene)), "tracker": tracker}
+            ).assign(value=np.asarray(by_scene, float))
+            for tracker, by_scene in values.items()
+        ],
+        ignore_index=True,
+    )
+
+
+ORDER = claim(better="A", worse="B", test="order", margin=0.02)
+GENERATOR = np.random.default_rng(0)
+NOISE = GENERATOR.normal(0, 0.01, 36)
+
+
+def test_order_is_judged_from_paired_differences() -> None:
+    a, b = 0.5 + NOISE, 0.3 + NOISE[::-1]
+    verdict = judge(ORDER, Evidence(table({"A": a}), table({"B": b}), largest=1.0))
+    assert verdict == replace(order(a - b, 0.02, limit=1.0), counted="scene")
+    assert verdict.verdict == "holds"
+
+
+def test_smaller_errors_are_better() -> None:
+    evidence = Evidence(
+        table({"A": 2 + NOISE}), table({"B": 5 + NOISE[::-1]}), lower_is_better=True, unit="px"
+    )
+    verdict = judge(ORDER, evidence)
+    assert verdict.verdict == "holds"
+    assert verdict.statistic == pytest.approx(3, abs=0.01)
+    assert verdict.effect.startswith("3.0")
+    assert "px" in verdict.effect
+
+
+def test_hardest_tracker_is_chosen_for_each_sequence() -> None:
+    both = claim(better="A", worse=["B", "C"], sequences=["x", "y"], test="order", margin=0.02)
+    first = pd.concat([table({"A": [0.5] * 3}, "x"), table({"A": [0.5] * 3}, "y")])
+    second = pd.concat(
+        [
+            table({"B": [0.9, 0.1, 0.2], "C": [0.3, 0.3, 0.3]}, "x"),  # B: mean 0.4
+            table({"B": [0.1, 0.1, 0.1], "C": [0.2, 0.2, 0.2]}, "y"),  # C: mean 0.2
+        ]
+    )
+    differences = scene_differences(both, Evidence(first, second))
+    assert differences.to_numpy() == pytest.approx([-0.4, 0.4, 0.3, 0.3, 0.3, 0.3])
+
+
+def test_hardest_of_several_errors_is_the_largest_of_the_better_side() -> None:
+    both = claim(better=["A", "B"], worse="C", test="order", margin=0.02)
+    first = table({"A": [1.0, 1.0], "B": [2.0, 2.0]})
+    evidence = Evidence(first, table({"C": [5.0, 5.0]}), lower_is_better=True)
+    assert scene_differences(both, evidence).to_list() == [3.0, 3.0]
+
+
+def test_measure_that_is_a_difference_needs_no_sides() -> None:
+    verdict = judge(claim(test="order", margin=0.02), Evidence(table({"": 0.2 + NOISE})))
+    assert verdict.verdict == "holds"
+    assert verdict.statistic == pytest.approx(0.2, abs=0.01)
+
+
+def test_share_counts_scenes_in_which_all_sequences_succeed() -> None:
+    kept = claim(of="A", sequences=["x", "y"], test="share")
+    x = [1.0] * 24
+    y = [1.0] * 20 + [1 / 3] * 4  # a third of the repetitions is no success
+    verdict = judge(kept, Evidence(pd.concat([table({"A": x}, "x"), table({"A": y}, "y")])))
+    expected = share([1.0] * 20 + [0.0] * 4, np.ones(24))
+    assert (verdict.verdict, verdict.interval) == (expected.verdict, expected.interval)
+    assert verdict.statistic == 20 / 24
+
+
+def test_no_worse_holds_only_if_the_reference_is_kept() -> None:
+    equal = claim(better="A", worse="B", test="no-worse", margin=0.1)
+    evidence = Evidence(table({"A": 0.5 + NOISE}), table({"B": 0.5 + NOISE}), reference_kept=0.9)
+    assert judge(equal, evidence).verdict == no_worse(np.zeros(36), 0.1).verdict == "holds"
+    floor = replace(evidence, reference_kept=0.4)
+    assert judge(equal, floor).verdict == "inconclusive"
+    assert "floor: the reference is kept in 40 %" in notes(floor)
+
+
+def test_no_worse_both_ways_fails_if_either_is_worse() -> None:
+    equal = claim(better="A", worse="B", test="no-worse both ways", margin=0.1)
+    for a, b in ((0.5, 0.8), (0.8, 0.5)):
+        evidence = Evidence(table({"A": a + NOISE}), table({"B": b + NOISE}), reference_kept=1.0)
+        assert judge(equal, evidence).verdict == "does not hold"
+    same = Evidence(table({"A": NOISE}), table({"B": NOISE[::-1]}), reference_kept=1.0)
+    assert judge(equal, same).verdict == "holds"
+
+
+def test_time_takes_the_pair_with_the_smallest_ratio() -> None:
+    slow, fast = np.full(12, 2.0) + NOISE[:12], np.full(12, 1.0) + NOISE[12:24]
+    timed = claim(measure="timing.any", test="time")
+    holds = judge(timed, Evidence(times=[(slow, fast)]))
+    assert (holds.verdict, round(holds.statistic)) == ("holds", 2)
+    fails = judge(timed, Evidence(times=[(slow, fast), (fast, slow)]))
+    assert fails.verdict == "does not hold"
+
+
+def test_time_with_a_limit_holds_below_it() -> None:
+    milliseconds = 10 + NOISE[:12]
+    for limit, expected in ((40, "holds"), (5, "does not hold")):
+        timed = claim(measure="timing.any", test="time", limit=limit)
+        verdict = judge(timed, Evidence(times=[(milliseconds, milliseconds)], unit="ms"))
+        assert verdict.verdict == expected
+        assert verdict.statistic == pytest.approx(10, abs=0.1)
+        assert verdict.interval.low < 10 < verdict.interval.high
+        assert f"{limit} ms" in verdict.reason
+
+
+def test_numbers_are_printed_and_not_judged() -> None:
+    verdict = judge(claim(of="A", test="number"), Evidence(table({"A": 0.5 + NOISE})))
+    assert verdict.verdict == "not testable"
+    assert verdict.statistic == pytest.approx(0.5, abs=0.01)
+
+
+def test_claim_without_runs_is_inconclusive() -> None:
+    for test, sides in (("order", {"better": "A", "worse": "B"}), ("share", {"of": "A"})):
+        verdict = judge(claim(test=test, margin=0.1, **sides), Evidence())
+        assert verdict.verdict == "inconclusive"
+        assert isnan(verdict.statistic)
+
+
+def test_notes_name_lost_targets_and_failed_runs() -> None:
+    assert notes(Evidence(lost_before=0.4)) == []
+    found = notes(Evidence(lost_before=0.6, failed="1 of 72 runs failed"))
+    assert found == ["lost before the event in 60 % of the scenes", "1 of 72 runs failed"]
+
+
+def test_row_shows_both_settings_with_reason_and_notes() -> None:
+    good = Evidence(table({"A": 0.5 + NOISE}), table({"B": 0.3 + NOISE}))
+    few = Evidence(table({"A": [0.5] * 3}), table({"B": [0.3] * 3}), failed="1 of 9 runs failed")
+    row = judge_row(ORDER, {"as-written": few, "recommended": good})
+    assert count_verdicts([row], "recommended") == "1 holds"
+    assert count_verdicts([row, row], "as-written") == "2 inconclusive"
+    texts = [cell.text for cell in verdict_table([row]).rows[0]]
+    assert texts[:3] == ["AB-1", "it tracks", "1 of 1"]
+    assert "only 3 of 12 scenes" in texts[4]
+    assert "1 of 9 runs failed" in texts[4]
+    assert texts[6] == "holds"
+    settings = row.for_json()["settings"]
+    assert settings["as-written"]["interval"] == [None, None]
+    assert settings["recommended"]["verdict"] == "holds"
