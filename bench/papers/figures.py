@@ -127,14 +127,12 @@ def _strip(entry: FigureEntry, context: Context) -> tuple[str, Strip | None]:
                 count_from=first,
             )
         )
-    width = max(row.shape[1] for row in rows)
     words = (
-        f"frames {', '.join(map(str, entry.frames))} of {scene}, the scene with the median error "
+        f"Frames {', '.join(map(str, entry.frames))} of {scene}, the scene with the median error "
         f"of {entry.trackers[0]} as recommended; in brackets the centre error. Each row states in "
         "how many scenes the target is tracked and lost in the same of these frames."
     )
-    blank = [np.zeros((len(row), width - row.shape[1], 3), np.uint8) for row in rows]
-    return words, np.vstack([np.hstack(pair) for pair in zip(rows, blank, strict=True)])
+    return words, np.vstack(rows)
 
 
 def median_scene(entry: FigureEntry, context: Context) -> str | None:
@@ -182,7 +180,7 @@ def _series(entry: FigureEntry, context: Context) -> tuple[str, Figure | None]:
     table, trackers = pd.concat(pieces, ignore_index=True), list(entry.trackers)
     title = f"{entry.sequence}: {quantity}"
     plot = series_grid(table, title, quantity, trackers, {}, "scenes", ROW_HEIGHT)
-    words = f"{quantity} by frame of {', '.join(trackers)}: median and quartiles over "
+    words = f"Series by frame of {', '.join(trackers)}, {quantity}: median and quartiles over "
     return f"{words}{len(scenes)} scenes of {entry.sequence}, a panel per setting.", plot
 
 
