@@ -107,6 +107,12 @@ class Course:
         name = self.description.on_target
         return np.asarray(series(name, self.description.name)(self), np.float64) > 0
 
+    def in_trace(self, trace: str) -> "Course":
+        """Return the course with the `online` or the `revised` boxes; empty for the paper's."""
+        if not trace:
+            return self
+        return replace(self, description=self.description.model_copy(update={"trace": trace}))
+
     def detail(self, name: str) -> Values:
         """A number of the tracker by frame, shape (n,); NaN where it has none of this name."""
         known = self.run.details.get(name)
@@ -245,11 +251,8 @@ def _on_at(course: Course, frames: list[int]) -> NDArray[np.bool_]:
 
 
 @measure("share")
-def kept(course: Course, trace: str = "") -> float:
+def kept(course: Course) -> float:
     """Return 1 if the target is tracked in 90 % of the visible frames and in the last ten."""
-    if trace:
-        description = course.description.model_copy(update={"trace": trace})
-        return kept(replace(course, description=description))
     on = course.on_target[course.visible]
     return float(on.mean() >= KEPT_SHARE and bool(on[-LAST_FRAMES:].all()))
 
