@@ -78,7 +78,7 @@ class Course:
     def error(self) -> Values:
         """Centre error in pixels, shape (n,); the diagonal of the image without an estimate."""
         errors = centre_error(self.truth.boxes, self.boxes)
-        return np.where(self.present & np.isnan(errors), self.diagonal, errors)
+        return np.where(self.present & ~np.isfinite(errors), self.diagonal, errors)
 
     @cached_property
     def overlap(self) -> Values:
