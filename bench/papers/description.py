@@ -90,7 +90,10 @@ class SensitivityColumn(Entry):
 
 
 class SensitivityRow(Entry):
-    """A choice that the text leaves open: options that replace those of a setting."""
+    """A choice that the text leaves open: options that replace those of a setting.
+
+    `change` has options by tracker, named as in `paper.toml` or by its own name.
+    """
 
     choice: Text
     setting: Literal["as-written", "recommended"] = "recommended"
