@@ -116,7 +116,7 @@ def requests(
     for row in description.main.rows:
         want(row.sequences, row.trackers, shown)
     for figure in description.figure.values():
-        if figure.sequence and (figure.quick or not effort.quick):
+        if figure.sequence and figure.is_drawn(effort.quick):
             want([figure.sequence], figure.trackers, shown)
     for claim in () if effort.quick else claims.values():
         if claim.trackers:

@@ -1,0 +1,254 @@
+"""A tiny paper of two trackers on twelve short scenes, reproduced in seconds, and stored runs."""
+
+import sys
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import pytest
+
+import bench.papers
+import datasets
+from bench.claims import claims_file
+from bench.evaluation.loop import run_in_lock_step
+from bench.experiments.contestant import contestant
+from bench.papers import Effort, description, plan, reproduction, scene_check
+from bench.papers.measures import find_measure
+from bench.store.asked import Asked
+from bench.store.results import Results
+from bench.store.truth import write_truth
+
+SCENES = (200, *range(202, 213))  # of `plain/target`; scene 201 fails a criterion
+
+FILES = {
+    "paper.toml": """
+version = 1
+title = "A tiny paper"
+citation = "A. Author. *A tiny paper.* 2001."
+method = "CamShift on short sequences."
+quick_scenes = 2
+frames_from = 1
+setting_table = [["window", "fixed", "adaptive", "the paper's reference [1]"]]
+
+[trackers]
+camshift = "camshift"
+static = "static"
+
+[settings.as-written]
+camshift = "window=fixed"
+
+[settings.recommended]
+camshift = "window=adaptive"
+
+[sequences]
+target = "plain/target:length=20"
+
+[main]
+caption = "Table 1 of the paper."
+heads = ["sequence", "tracker"]
+
+[[main.rows]]
+labels = ["target", "camshift"]
+paper = "20 of 20"
+sequences = "target"
+trackers = "camshift"
+measures = ["kept", "mean_error"]
+
+[[main.rows]]
+labels = ["target", "both"]
+paper = "-"
+sequences = "target"
+trackers = ["camshift", "static"]
+measures = "frames_on_target"
+
+[figure.figure-1]
+kind = "strip"
+caption = "Frames 1, 10 and 20 with both trackers."
+sequence = "target"
+trackers = ["camshift", "static"]
+frames = [1, 10, 20]
+
+[figure.figure-2]
+kind = "series"
+caption = "Error of both trackers by frame."
+sequence = "target"
+trackers = ["camshift", "static"]
+of = "error"
+
+[figure.figure-10]
+kind = "hook"
+caption = "Two frames."
+words = "Frames 1 and 10 of scene 200."
+hook = "figures.two_frames"
+""",
+    "claims.toml": """
+[TI-1]
+source = "Table 1"
+quote = "The error of CamShift is smaller."
+short = "CamShift has a smaller error than the first box"
+says = "The mean error of CamShift is smaller than that of the first box."
+paper = "smaller"
+sequences = "target"
+better = "camshift"
+worse = "static"
+measure = "mean_error"
+test = "order"
+margin = 0.25
+falsified = "no gain"
+reason = "The error is what the table shows."
+scenes = 12
+
+[TI-2]
+source = "Fig. 1"
+quote = "The first box loses the target."
+short = "The first box keeps the target"
+says = "The first box keeps the target to the end."
+paper = "kept"
+sequences = "target"
+of = "static"
+measure = "kept"
+test = "share"
+falsified = "kept in at most half of the scenes"
+reason = "The figure shows the last frame."
+scenes = 12
+note = "chosen with the result in view"
+
+[TI-3]
+source = "Section 3"
+quote = "CamShift is slower."
+short = "CamShift takes longer"
+says = "CamShift takes longer than the first box."
+paper = "2"
+measure = "timing.ratio"
+test = "time"
+falsified = "ratio <= 1"
+reason = "Both run in turns."
+""",
+    "timing.py": '''
+"""Times that are made up."""
+
+import numpy as np
+
+from bench.papers.main_table import text_table
+from bench.papers.measures import measure
+
+
+@measure()
+def ratio(context, setting):
+    return [(2 + np.arange(12) / 100, np.ones(12))]
+
+
+def time_table(context):
+    return text_table("times", "Times.", ["tracker", "ours [ms]"], [["camshift", "2.0"]], 1)
+''',
+    "figures.py": '''
+"""A figure of the paper's own."""
+
+import datasets
+
+
+def two_frames(context):
+    sequence = datasets.load("plain/target:length=20:scene=200")
+    return {"figure-10": sequence[0], "figure-10-later": sequence[9]}
+''',
+    "sensitivity.toml": """
+scenes = 2
+columns = [{ head = "error", sequence = "target", tracker = "camshift", measure = "mean_error" }]
+rows = [{ choice = "16 bins", change = { camshift = "hue_bins=16" } }]
+""",
+    "notes.md": """
+## Result in one sentence
+
+CamShift follows the target.
+
+## What differs and why
+
+- The window.
+
+## History
+
+- One scene was replaced.
+""",
+    "criteria.toml": """
+first_scene = { "plain/target" = 200 }
+
+[[criterion]]
+sequence = "plain/target"
+name = "speed [px]"
+measure = "median_speed"
+target = ">= 1"
+sentence = "a moving target"
+""",
+    "criteria.csv": "sequence,scene,name,value,passes\n"
+    + "".join(
+        f"plain/target,{scene},speed [px],2,{'yes' if scene in SCENES else 'no'}\n"
+        for scene in range(200, 213)
+    ),
+}
+
+
+@pytest.fixture(scope="session")
+def store_runs():
+    """`store_runs(folder, trackers, sequences, repetitions=1)`: an experiment's runs, made here."""
+    return stored_runs
+
+
+def stored_runs(folder, trackers, sequences, repetitions=1):
+    """Run trackers in this process, store their runs as an experiment and return their cells."""
+    results, versions = Results(folder), {}
+    entries = [(contestant(text), one) for text in trackers for one in range(repetitions)]
+    for sequence in map(datasets.load, sequences):
+        write_truth(folder, sequence)
+        for run in run_in_lock_step(entries, sequence).runs:
+            assert results.write(run)
+            key = run.identity
+            versions[key.tracker, key.sequence, key.repetition, key.protocol] = key.version
+    results.prepare(Asked(folder.name, versions))
+    return set(versions)
+
+
+@dataclass(frozen=True)
+class Tiny:
+    """The tiny paper with its stored runs; `folder` holds its files, `results` its experiments."""
+
+    folder: Path
+    results: Path
+
+    @cached_property
+    def paper(self):
+        """Its `Reproduction`."""
+        return reproduction.Reproduction("tiny")
+
+    @cached_property
+    def asked(self):
+        """Cells of all its experiments, by name."""
+        return {
+            one.name: stored_runs(
+                self.results / one.name, one.trackers, [source.text for source in one.sequences]
+            )
+            for one in self.paper.experiments(Effort(everything=True))
+        }
+
+    def report(self, **effort):
+        """Return a report; its figures lie in `results / "tiny"`."""
+        effort = Effort(jobs=1, **effort)
+        return self.paper.report(self.results, self.results / "tiny", effort, self.asked)
+
+
+@pytest.fixture(scope="module")
+def tiny(tmp_path_factory):
+    """The tiny paper as the only one that there is, for the tests of a module."""
+    papers = tmp_path_factory.mktemp("papers")
+    for name, text in FILES.items():
+        (papers / "tiny" / name).parent.mkdir(exist_ok=True)
+        (papers / "tiny" / name).write_text(text)
+    with pytest.MonkeyPatch.context() as patch:
+        for module in (bench.papers, description, claims_file, scene_check, reproduction):
+            patch.setattr(module, "FOLDER", papers)
+        patch.setattr(bench.papers, "__path__", [*bench.papers.__path__, str(papers)])
+        patch.setattr(plan, "MAIN_SCENES", len(SCENES))
+        yield Tiny(papers / "tiny", tmp_path_factory.mktemp("results"))
+    for name in [name for name in sys.modules if name.startswith("bench.papers.tiny")]:
+        del sys.modules[name]
+    for cached in (find_measure, plan.verdict_scenes):
+        cached.cache_clear()
