@@ -38,7 +38,7 @@ def write_front_page(output: Path) -> Path:
 
 
 def _read(path: Path) -> Mapping[str, Any] | None:
-    """Return a report for scripts; None if there is none, or one of an older version."""
+    """Return a paper's `report.json`; None if there is none."""
     if not path.is_file():
         return None
     try:

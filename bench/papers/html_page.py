@@ -145,9 +145,10 @@ def _card(row: VerdictRow, scenes: Scenes, footage: Footage) -> Card:
 def _scenes(row: VerdictRow, setting: str, found: Sequence[SceneRow], footage: Footage) -> Sheet:
     """Return the worst scenes of a claim; a number opens its run at the worst frame."""
     claim = row.claim
-    heads = ["scene", "better − worse", *(claim.trackers or ["value"])]
+    columns = claim.trackers if len(found[0].numbers) == 1 + len(claim.trackers) else ["value"]
+    heads = ["scene", "better − worse", *columns]
     first = 0 if claim.worse else 1  # column of the first value that there is
-    values = [one.values[first:] for one in found]
+    values = [one.numbers[first:] for one in found]
     rows = [
         [one.scene, *(f"{v:.4g}" if isfinite(v) else MISSING for v in numbers)]
         for one, numbers in zip(found, values, strict=True)

@@ -31,7 +31,7 @@ class SceneRow(NamedTuple):
     """A scene of a claim: better minus worse (NaN without sides), then one value per tracker."""
 
     scene: str
-    values: list[float]
+    numbers: list[float]
     runs: list[ShownRun | None]
 
 
@@ -43,21 +43,24 @@ def claim_scenes(row: VerdictRow, setting: str, context: Context) -> list[SceneR
     if claim.test.startswith(("order", "no-worse")):
         order = scene_differences(claim, evidence)
     else:
-        values = evidence.first.set_index(["sequence", "rank"])["value"]
-        order = (-values if evidence.lower_is_better else values).groupby(level=[0, 1]).min()
+        first = evidence.first.set_index(["sequence", "rank"])["value"]
+        order = (-first if evidence.lower_is_better else first).groupby(level=[0, 1]).min()
     table = pd.concat([evidence.first, evidence.second]).set_index(["sequence", "rank"])
     texts = [tracker_text(context.description, name, setting) for name in claim.trackers]
     found = []
     for sequence, rank in order.sort_values(kind="stable").index[:SHOWN_SCENES]:
-        here = table.loc[[(sequence, rank)]].set_index("tracker")
-        ahead, scene = order[sequence, rank] if claim.worse else nan, here["scene"].iloc[0]
-        if "" in here.index:  # a measure of the scene, without a run
-            found.append(SceneRow(scene, [ahead, float(here.loc["", "value"])], [None, None]))
+        here = table.loc[[(sequence, rank)]]
+        ahead = float(order[sequence, rank]) if claim.worse else nan
+        scene, values = (
+            str(here["scene"].iloc[0]),
+            dict(zip(here["tracker"], here["value"], strict=True)),
+        )
+        if "" in values:  # a measure of the scene, without a run
+            found.append(SceneRow(scene, [ahead, values[""]], [None, None]))
             continue
         members = scene_names(context.description, sequence, claim.n_scenes)[rank]
         runs = [_worst([one], members, claim.measure, texts, context) for one in texts]
-        numbers = [float(here.loc[one, "value"]) for one in texts]
-        found.append(SceneRow(scene, [float(ahead), *numbers], [runs[0], *runs]))
+        found.append(SceneRow(scene, [ahead, *map(values.__getitem__, texts)], [runs[0], *runs]))
     return found
 
 

@@ -2,16 +2,20 @@
 
 import json
 import re
+from dataclasses import replace
 from html import unescape
 from urllib.parse import parse_qsl
 
+import pandas as pd
 import pytest
 
+from bench.claims.claim_tests import Evidence
 from bench.papers import footage
 from bench.papers.front_page import write_front_page
 from bench.papers.html_page import write_html_page
 from bench.papers.reproduction import document
 from bench.papers.scene_rows import claim_scenes
+from bench.store.files import ResultsError
 from tests import browser
 
 TEXTS = ("camshift:window=adaptive", "static")
@@ -70,7 +74,7 @@ def test_page_counts_verdicts_in_both_settings(page, report):
 def test_scenes_of_a_claim_are_sorted_worst_first(report):
     row = report.verdicts[0]
     for setting in ("as-written", "recommended"):
-        ahead = [one.values[0] for one in claim_scenes(row, setting, report.context)]
+        ahead = [one.numbers[0] for one in claim_scenes(row, setting, report.context)]
         assert ahead == sorted(ahead)
         first, second = row.evidence[setting].first, row.evidence[setting].second
         worst = min(second["value"].to_numpy() - first["value"].to_numpy())
@@ -81,8 +85,22 @@ def test_scenes_of_a_share_are_those_that_fail_first(report):
     (_, row, timed) = report.verdicts
     found = claim_scenes(row, "recommended", report.context)
     assert [one.runs[1].tracker for one in found] == ["static"] * 6
-    assert {one.values[1] for one in found} == {0.0}
+    assert {one.numbers[1] for one in found} == {0.0}
     assert claim_scenes(timed, "recommended", report.context) == []
+
+
+def test_scenes_without_runs_have_values_alone(report):
+    values = {
+        "sequence": "target",
+        "rank": range(8),
+        "scene": "a",
+        "tracker": "",
+        "value": range(8),
+    }
+    row = replace(report.verdicts[1], evidence={"recommended": Evidence(pd.DataFrame(values))})
+    found = claim_scenes(row, "recommended", report.context)
+    assert [one.numbers[1] for one in found] == [0, 1, 2, 3, 4, 5]
+    assert {run for one in found for run in one.runs} == {None}
 
 
 def test_cell_of_main_table_opens_its_worst_run(page, report):
@@ -126,6 +144,12 @@ def test_front_page_counts_verdicts_and_links_papers(tiny, report, page):
     assert '<a href="tiny/report.html">tiny</a>' in front
     assert "2 hold, 1 does not hold" in front
     assert "trackmark reproduce tiny --all (1 min)" in front
+
+
+def test_front_page_names_a_report_that_cannot_be_read(tiny):
+    (tiny.results / "tiny" / "report.json").write_text('{"claims": [{}]}')
+    with pytest.raises(ResultsError, match=r"report.json: the report cannot be read"):
+        write_front_page(tiny.results)
 
 
 @browser.needs_browser
