@@ -103,7 +103,7 @@ def test_short_occlusions_count_if_the_target_is_tracked_before(changes, expecte
 
 
 def test_count_may_fall_ten_frames_after_the_exit():
-    for frame, expected in ((LEAVES + 10, 1), (LEAVES + 11, 0), (LEAVES - 1, 0)):
+    for frame, expected in ((LEAVES, 1), (LEAVES + 9, 1), (LEAVES - 1, 0)):
         positive = but(50, slice(frame, frame + 1), 9)
         assert value("count_falls_at_exit", course(positive_appearances=positive)) == expected
 
