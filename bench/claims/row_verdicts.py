@@ -1,7 +1,7 @@
 """Verdicts on a paper's claims as rows: one per claim, with both settings next to each other."""
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from math import isfinite
 from typing import Any
@@ -80,9 +80,12 @@ def judge_row(claim: Claim, evidence: Mapping[str, Evidence]) -> VerdictRow:
 
 def count_verdicts(rows: Sequence[VerdictRow], setting: str) -> str:
     """Return `4 hold, 2 do not hold, 1 inconclusive, 1 not testable` for a setting."""
-    counts: Counter[str] = Counter(
-        row.verdicts[setting].verdict for row in rows if setting in row.verdicts
-    )
+    return count_words(row.verdicts[setting].verdict for row in rows if setting in row.verdicts)
+
+
+def count_words(verdicts: Iterable[str]) -> str:
+    """Return how many verdicts there are of each kind, as `count_verdicts`."""
+    counts = Counter(verdicts)
     plurals = {"holds": "hold", "does not hold": "do not hold"}
     found = [
         f"{counts[name]} {plurals.get(name, name) if counts[name] != 1 else name}"

@@ -58,21 +58,26 @@ class FigureEntry(Entry):
     """A figure of the paper, drawn from our runs.
 
     A `strip` shows `frames` (numbered as in the paper) of the scene with the median error of the
-    first tracker; one row per tracker and setting. A `series` shows the median and the quartiles of
-    a series over the scenes, a `curve` the mean of a measure against a parameter of the trackers. A
-    `hook` is a function of the paper's own modules.
+    first tracker as recommended; one row per tracker and setting. A `series` shows the median and
+    the quartiles of a series by frame over the scenes. A `hook` is a function of the paper's own
+    modules; `bench.papers.figures` describes what it returns.
     """
 
-    kind: Literal["strip", "series", "curve", "hook"]
+    kind: Literal["strip", "series", "hook"]
     caption: Text  # what the paper's figure shows
+    words: str = ""  # what a hook's figure shows
     sequence: Text = ""
     trackers: Names = ()
     frames: tuple[int, ...] = ()
-    of: Text = "error"  # series by frame, or measure of a curve
-    parameter: str = ""
-    values: tuple[float, ...] = ()
+    shape: Literal["box", "ellipse"] = "box"  # of the target in a strip
+    of: Text = "error"  # series by frame
+    quantity: str = ""  # name of the series with its unit; as the series by default
     hook: str = ""
-    quick: bool = True
+    quick: bool = True  # whether a hook is called under `--quick`
+
+    def is_drawn(self, quick: bool) -> bool:
+        """Return whether a report, quick or not, has the figure; quick ones have no series."""
+        return not quick or (self.quick and self.kind != "series")
 
 
 class SensitivityColumn(Entry):
@@ -85,7 +90,10 @@ class SensitivityColumn(Entry):
 
 
 class SensitivityRow(Entry):
-    """A choice that the text leaves open: options that replace those of a setting."""
+    """A choice that the text leaves open: options that replace those of a setting.
+
+    `change` has options by tracker, named as in `paper.toml` or by its own name.
+    """
 
     choice: Text
     setting: Literal["as-written", "recommended"] = "recommended"

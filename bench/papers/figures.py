@@ -1,9 +1,12 @@
-"""Figures of a paper as its `[figure]` entries say: film strips, numbers over frames, curves."""
+"""Figures of a paper as its `[figure]` entries describe them: film strips, series and hooks.
+
+A hook is a function `(context)` that returns a Matplotlib figure, a strip (a BGR image), a mapping
+of file stems to these, or None if it draws nothing.
+"""
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
-from functools import partial
-from itertools import product
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -12,221 +15,174 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 import datasets
-from bench.evaluation.record import Run
-from bench.metrics.centre_error import centre_error
+from bench.claims.row_verdicts import SETTINGS
 from bench.papers.context import Context
 from bench.papers.description import FigureEntry
-from bench.statistics.intervals import share_interval
-from datasets.text_form import format_text, parse_text
-from reports.curves import curve_plot
+from bench.papers.measures import Course, find_measure, series
+from bench.papers.plan import scene_names, tracker_text
 from reports.figures import write_figure
-from reports.film_strip import film_strip, write_film_strip
+from reports.film_strip import COLUMNS, WIDTH, film_strip, write_film_strip
 from reports.overlay import TRUTH
 from reports.palette import colours
-from reports.series import REPETITIONS, series_grid
-
-__all__ = ["Drawn", "caption_of", "draw_figure", "write_pictures"]
-
-_NUMBERED = re.compile(r"figure-(\d+)")
+from reports.series import series_grid
 
 Strip = NDArray[np.uint8]
-Drawn = Figure | Strip | None
+Drawn = Figure | Strip
+
+TILE_WIDTH = 320  # of a frame in a strip, at most [px]
+ROW_HEIGHT = 1.9  # of a panel [inches]
+QUANTITIES = {"error": "centre error [px]"}
 
 
-def draw_figure(entry: FigureEntry, context: Context) -> Drawn:
-    """A figure as its entry (no hook) says; None where its runs are not there."""
-    if entry.kind == "strip":
-        return _strip(entry, context)
-    return _frames(entry, context) if entry.kind == "frames" else _curve(entry, context)
+@dataclass(frozen=True)
+class Drawing:
+    """A figure that was drawn.
+
+    Attributes
+    ----------
+    name : str
+        Stem of its file, as `figure-3`.
+    label : str
+        The paper's name of it, as `Fig. 3`.
+    caption, words : str
+        What the paper's figure shows; what ours shows.
+    path : Path
+        PNG file.
+    """
+
+    name: str
+    label: str
+    caption: str
+    words: str
+    path: Path
 
 
-def caption_of(name: str, plot: Drawn, entry: FigureEntry) -> tuple[str, str]:
-    """See `bench.papers.Report.captions`; `name`: of a strip's file."""
-    if not isinstance(plot, Figure):
-        told = [f"Frames {_listed(entry.frames)} in columns"] if entry.frames else []
-        told += [f"a row each for {_listed(entry.labels or entry.trackers)}"] * bool(entry.trackers)
-        told += ["the truth's boxes beside"] * bool(told)
-        words = entry.words or f"{'; '.join(told) or 'Frames, with boxes'}."
-        return f"{name.replace('-', ' ').capitalize()}: {words[:1].lower()}{words[1:]}", ""
-    axes = plot.axes
-    x, y = (dict.fromkeys(getattr(one, f"get_{name}label")() for one in axes) for name in "xy")
-    panels = dict.fromkeys(one.get_title() or one.get_title("left") for one in axes)
-    legends = [*plot.legends, *filter(None, (one.get_legend() for one in axes))]
-    named = dict.fromkeys(text.get_text() for legend in legends for text in legend.get_texts())
-    over = _listed(x) or plot.get_supxlabel()
-    told = [f"{_listed(y)} against {over}" if over and _listed(y) else _listed(y) or over]
-    told += [f"panels: {_listed(panels)}"] if _listed(panels) else []
-    told += [f"shown: {_listed(named)}"] if named else []
-    words = "; ".join(filter(None, told))
-    return _listed([plot.get_suptitle()]), f"{words[:1].upper()}{words[1:]}."
+def draw_figures(context: Context) -> list[Drawing]:
+    """Draw the figures of a paper into the report's folder, in the order of its `paper.toml`.
+
+    Quick reports have the strips, and the hooks that are quick. A figure without runs is left out.
+    """
+    drawings = []
+    for name, entry in context.description.figure.items():
+        if entry.is_drawn(context.effort.quick):
+            words, plots = _draw(name, entry, context)
+            drawings += [
+                Drawing(stem, figure_label(stem), entry.caption, words, _write(stem, plot, context))
+                for stem, plot in plots.items()
+            ]
+    return drawings
 
 
-def _listed(texts: Iterable[object]) -> str:
-    """Texts in a row, without their breaks."""
-    return ", ".join(filter(None, (" ".join(str(text).split()) for text in texts)))
+def figure_label(name: str) -> str:
+    """Return `Fig. 3, recommended` for `figure-3-recommended`; other names as words."""
+    number, _, rest = name.removeprefix("figure-").partition("-")
+    if not re.fullmatch(r"figure-\d+\w?(-.*)?", name):
+        return name.replace("-", " ").capitalize()
+    return ", ".join(filter(None, [f"Fig. {number}", rest.replace("-", " ")]))
 
 
-def _labelled(entry: FigureEntry, trackers: Sequence[str]) -> dict[str, str]:
-    """Text forms by what the figure calls them."""
-    return dict(zip(entry.labels or trackers, trackers, strict=True))
+def _draw(name: str, entry: FigureEntry, context: Context) -> tuple[str, Mapping[str, Drawn]]:
+    """Return what a figure shows, and its plots by file stem."""
+    if entry.kind == "hook":
+        plots = context.function(entry.hook)(context)
+        plots = plots if isinstance(plots, Mapping) else {name: plots}
+        return entry.words, {stem: plot for stem, plot in plots.items() if plot is not None}
+    words, plot = _strip(entry, context) if entry.kind == "strip" else _series(entry, context)
+    return words, {} if plot is None else {name: plot}
 
 
-def _strip(entry: FigureEntry, context: Context) -> Strip | None:
-    """Frames for each tracker, its boxes beside the truth's: first scene and run."""
-    experiment, name = context.description.experiment(entry.experiments[0]), entry.sequences[0]
-    runs: dict[str, Run] = {}
-    for label, tracker in _labelled(entry, entry.trackers).items():
-        found = context.stored.of(experiment, name, tracker)
-        if found:
-            runs[label] = found[0]
-    if not runs:
-        return None
-    start = context.description.frames_from
-    sequence, frames = datasets.load(name), [frame - start for frame in entry.frames]
-    shades, columns = colours(list(runs)), entry.columns or len(frames)
+def _write(name: str, plot: Drawn, context: Context) -> Path:
+    context.folder.mkdir(parents=True, exist_ok=True)
+    path = context.folder / f"{name}.png"
+    if isinstance(plot, Figure):
+        return write_figure(path, plot)
+    return write_film_strip(path, plot)
+
+
+def _strip(entry: FigureEntry, context: Context) -> tuple[str, Strip | None]:
+    """Draw frames of the typical scene, one row per tracker and setting."""
+    scenes = [members[0] for members in _scenes(entry, context)]
+    scene = median_scene(entry, context)
+    if scene is None:
+        return "", None
+    sequence, shades = datasets.load(scene), colours(list(entry.trackers))
+    first = context.description.frames_from
+    frames = [number - first for number in entry.frames]
     rows: list[Strip] = []
-    for label, run in runs.items():
-        truth = context.stored.truth(experiment, run).boxes
-        errors = centre_error(truth, run.boxes)
+    for tracker, setting, text in _rows(entry, context):
+        runs = [courses[0] for one in scenes if (courses := context.runs.courses(text, one))]
+        (course, *_) = context.runs.courses(text, scene)
+        same = sum(_pattern(one, frames) == _pattern(course, frames) for one in runs)
         rows.append(
             film_strip(
                 sequence.__getitem__,
                 frames,
-                {TRUTH: truth, label: run.boxes},
-                "" if rows else f"{entry.title}, first repetition: frame (centre error)",
-                columns,
-                round(entry.enlarged * sequence[0].shape[1] * columns),
+                {TRUTH: course.truth.boxes, tracker: course.boxes},
+                f"{tracker}, {setting}: like this in {same} of {len(runs)} scenes",
+                min(len(frames), COLUMNS),
+                min(WIDTH, TILE_WIDTH * len(frames)),
                 shape=entry.shape,
                 shades=shades,
-                words={
-                    frame: f"({errors[frame]:.1f} px)"
-                    for frame in frames
-                    if np.isfinite(errors[frame])
-                },
-                count_from=start,
+                words={i: f"({course.error[i]:.1f} px)" for i in frames if course.present[i]},
+                count_from=first,
             )
         )
-    return np.vstack(rows)
+    words = (
+        f"Frames {', '.join(map(str, entry.frames))} of {scene}, the scene with the median error "
+        f"of {entry.trackers[0]} as recommended; in brackets the centre error. Each row states in "
+        "how many scenes the target is tracked and lost in the same of these frames."
+    )
+    return words, np.vstack(rows)
 
 
-def _frames(entry: FigureEntry, context: Context) -> Figure | None:
-    """A series over frames: a row a panel; a column a sequence over its scenes, or a scene."""
+def median_scene(entry: FigureEntry, context: Context) -> str | None:
+    """Return the scene with the median error of the first tracker as recommended; None without."""
+    text = tracker_text(context.description, entry.trackers[0], "recommended")
+    error = find_measure("mean_error", context.description.name)
+    values = context.runs.values(text, entry.sequence, error, context.scenes)
+    ordered = values.sort_values("value", kind="stable")["scene"]
+    return str(ordered.iloc[(len(ordered) - 1) // 2]) if len(ordered) else None
+
+
+def _pattern(course: Course, frames: Iterable[int]) -> list[bool]:
+    return [bool(course.on_target[frame]) for frame in frames]
+
+
+def _rows(entry: FigureEntry, context: Context) -> Iterator[tuple[str, str, str]]:
+    """Yield tracker, setting and text form; a tracker that is alike in both settings once."""
+    for tracker in entry.trackers:
+        texts = [tracker_text(context.description, tracker, setting) for setting in SETTINGS]
+        if len(set(texts)) == 1:
+            yield tracker, "both settings", texts[0]
+        else:
+            for setting, text in zip(SETTINGS, texts, strict=True):
+                yield tracker, setting.replace("-", " "), text
+
+
+def _series(entry: FigureEntry, context: Context) -> tuple[str, Figure | None]:
+    """Draw a series by frame: one line per tracker, a panel per setting."""
+    by_frame = series(entry.of, context.description.name)
+    quantity = entry.quantity or QUANTITIES.get(entry.of, entry.of)
+    scenes, start = _scenes(entry, context), context.description.frames_from
     pieces: list[pd.DataFrame] = []
-    truths: dict[str, NDArray[np.float64]] = {}
-    shades: dict[str, dict[str, NDArray[np.bool_]]] = {}
-    for experiment, sequence in zip(entry.experiments, entry.sequences, strict=True):
-        name = context.description.experiment(experiment)
-        for (panel, further), (label, tracker), (column, texts) in product(
-            (entry.panels or {"": {}}).items(),
-            _labelled(entry, entry.trackers).items(),
-            _columns(entry, sequence, context.stored.sequences(name)).items(),
-        ):
-            parameters = {key: value for key, value in further.items() if key != "trace"}
-            told = context.text_of(tracker, sequence, parameters)
-            for place, text in enumerate(texts if told else ()):
-                runs = context.stored.of(name, text, told or "")
-                if not runs:
-                    continue
-                of = partial(
-                    context.series,
-                    truth=context.stored.truth(name, runs[0]),
-                    sequence=sequence,
-                    trace="revised" if further.get("trace") == "revised" else "online",
-                )
-                values = [of(entry.of, run) for run in runs]
-                if entry.truth:
-                    truths[column] = of(entry.truth, runs[0])
-                shades[column] = {k: of(one, runs[0]) > 0 for k, one in entry.shades.items()}
-                repeated = enumerate(values) if entry.scenes else [(place, np.mean(values, axis=0))]
-                start = context.description.frames_from
-                pieces += [
-                    pd.DataFrame({"repetition": repetition, "value": value}).assign(
-                        frame=np.arange(start, start + len(value)),
-                        label=label,
-                        reading=panel,
-                        scene=column,
-                    )
-                    for repetition, value in repeated
-                ]
+    for setting in SETTINGS:
+        for tracker in entry.trackers:
+            text = tracker_text(context.description, tracker, setting)
+            courses = [context.runs.courses(text, name) for names in scenes for name in names]
+            for rank, repeated in enumerate(filter(None, courses)):
+                values = np.mean([by_frame(course) for course in repeated], axis=0)
+                columns = {"frame": np.arange(start, start + len(values)), "value": values}
+                panel = setting.replace("-", " ")
+                labels = {"label": tracker, "reading": panel, "scene": "", "repetition": rank}
+                pieces.append(pd.DataFrame({**columns, **labels}))
     if not pieces:
-        return None
-    return series_grid(
-        pd.concat(pieces, ignore_index=True),
-        entry.title,
-        entry.quantity,
-        list(entry.labels or entry.trackers),
-        truths,
-        REPETITIONS if entry.scenes else "scenes",
-        entry.height,
-        shades=shades,
-        level=next(iter(entry.level.items()), None),
-    )
+        return "", None
+    table, trackers = pd.concat(pieces, ignore_index=True), list(entry.trackers)
+    title = f"{entry.sequence}: {quantity}"
+    plot = series_grid(table, title, quantity, trackers, {}, "scenes", ROW_HEIGHT)
+    words = f"Series by frame of {', '.join(trackers)}, {quantity}: median and quartiles over "
+    return f"{words}{len(scenes)} scenes of {entry.sequence}, a panel per setting.", plot
 
 
-def _columns(entry: FigureEntry, sequence: str, there: Sequence[str]) -> dict[str, list[str]]:
-    """Text forms of the scenes of a figure's columns, by what stands above these."""
-    if entry.scenes:
-        return {
-            f"scene {scene}": [format_text(sequence, {"scene": scene} if scene else {})]
-            for scene in entry.scenes
-        }
-    return {sequence.partition("/")[2]: [text for text in there if _is_of(text, sequence)]}
-
-
-def _is_of(text: str, sequence: str) -> bool:
-    """Whether a text form is that of one of a sequence's scenes."""
-    name, options = parse_text(text)
-    return (name, {k: v for k, v in options.items() if k != "scene"}) == parse_text(sequence)
-
-
-def _curve(entry: FigureEntry, context: Context) -> Figure | None:
-    """Draw the share of scenes in which a measure is so, across a parameter; a line a tracker."""
-    points = []
-    for panel, further in (entry.panels or {"": {}}).items():
-        for label, tracker in _labelled(entry, entry.trackers).items():
-            for sequence in entry.sequences:
-                rows = context.across(tracker, sequence, further, entry.across)
-                points += [
-                    {"panel": panel, "label": label, "setting": number, **_share(runs, entry.of)}
-                    for number, runs in rows.groupby(entry.across)
-                ]
-    if not points:
-        return None
-    return curve_plot(
-        pd.DataFrame(points),
-        entry.title,
-        entry.across,
-        entry.quantity,
-        list(entry.labels or entry.trackers),
-        heading="95 % intervals; a scene counts if more than half of its runs do",
-        marks=entry.marks,
-    )
-
-
-def _share(runs: pd.DataFrame, measure: str) -> dict[str, float]:
-    by_scene = runs.groupby("scene")[measure]
-    good, trials = by_scene.sum(), by_scene.count()
-    interval = share_interval(good, trials)
-    return {"value": float((2 * good > trials).mean()), "low": interval.low, "high": interval.high}
-
-
-def write_pictures(folder: Path, plots: Mapping[str, Drawn]) -> list[Path]:
-    """Write plots and film strips as PNG into a folder, by their names; None is not written.
-
-    They come in the order of the paper's numbers (`figure-<number>` and what comes after it), our
-    own last.
-    """
-    folder.mkdir(parents=True, exist_ok=True)
-    paths = []
-    for name, plot in plots.items():
-        file = folder / f"{name}.png"
-        if isinstance(plot, Figure):
-            paths.append(write_figure(file, plot))
-        elif plot is not None:
-            paths.append(write_film_strip(file, plot))
-    return sorted(paths, key=_place)
-
-
-def _place(path: Path) -> tuple[bool, int, str]:
-    found = _NUMBERED.match(path.stem)
-    return found is None, int(found[1]) if found else 0, path.stem
+def _scenes(entry: FigureEntry, context: Context) -> list[list[str]]:
+    return scene_names(context.description, entry.sequence, context.scenes)

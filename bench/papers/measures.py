@@ -78,7 +78,7 @@ class Course:
     def error(self) -> Values:
         """Centre error in pixels, shape (n,); the diagonal of the image without an estimate."""
         errors = centre_error(self.truth.boxes, self.boxes)
-        return np.where(self.present & np.isnan(errors), self.diagonal, errors)
+        return np.where(self.present & ~np.isfinite(errors), self.diagonal, errors)
 
     @cached_property
     def overlap(self) -> Values:
@@ -106,6 +106,12 @@ class Course:
         """Frames in which the target is tracked, as the paper's `on_target` says, shape (n,)."""
         name = self.description.on_target
         return np.asarray(series(name, self.description.name)(self), np.float64) > 0
+
+    def in_trace(self, trace: str) -> "Course":
+        """Return the course with the `online` or the `revised` boxes; empty for the paper's."""
+        if not trace:
+            return self
+        return replace(self, description=self.description.model_copy(update={"trace": trace}))
 
     def detail(self, name: str) -> Values:
         """A number of the tracker by frame, shape (n,); NaN where it has none of this name."""
@@ -245,11 +251,8 @@ def _on_at(course: Course, frames: list[int]) -> NDArray[np.bool_]:
 
 
 @measure("share")
-def kept(course: Course, trace: str = "") -> float:
+def kept(course: Course) -> float:
     """Return 1 if the target is tracked in 90 % of the visible frames and in the last ten."""
-    if trace:
-        description = course.description.model_copy(update={"trace": trace})
-        return kept(replace(course, description=description))
     on = course.on_target[course.visible]
     return float(on.mean() >= KEPT_SHARE and bool(on[-LAST_FRAMES:].all()))
 

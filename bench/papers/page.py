@@ -16,8 +16,8 @@ RULES = (
 VIDEOS = (
     "The paper's videos are not available. Ours are synthetic scenes drawn from its descriptions. "
     "Its numbers are therefore printed beside ours and are not targets. Two settings are reported: "
-    "`as-written` takes the text literally, `recommended` differs from it in the values of section "
-    "6 only."
+    "`as-written` takes the text literally, `recommended` differs from it in the values under "
+    "Settings only."
 )
 
 

@@ -47,10 +47,14 @@ def options_of(text: str) -> dict[str, str]:
 def tracker_text(
     description: Description, tracker: str, setting: str, change: Mapping[str, str] | None = None
 ) -> str:
-    """Return the text form of a tracker of `paper.toml` in a setting, with changed options."""
+    """Return the text form of a tracker of `paper.toml` in a setting, with changed options.
+
+    `change` has options by the name in `paper.toml`, or by the tracker's own.
+    """
     name, own = parse_text(description.trackers[tracker])
     usual = options_of(description.settings[setting].get(name, ""))  # type: ignore[index]
-    changed = options_of((change or {}).get(name, ""))
+    changes = change or {}
+    changed = options_of(changes.get(tracker, changes.get(name, "")))
     return format_text(name, {**usual, **own, **changed})
 
 
@@ -119,7 +123,7 @@ def requests(
     for row in description.main.rows:
         want(row.sequences, row.trackers, shown)
     for figure in description.figure.values():
-        if figure.sequence and (figure.quick or not effort.quick):
+        if figure.sequence and figure.is_drawn(effort.quick):
             want([figure.sequence], figure.trackers, shown)
     for claim in () if effort.quick else claims.values():
         if claim.trackers:

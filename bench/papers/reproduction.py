@@ -8,7 +8,7 @@ from typing import Any
 from bench.claims.claims_file import read_claims
 from bench.claims.row_verdicts import VerdictRow, verdict_table
 from bench.experiments.experiment import Experiment, ExperimentError
-from bench.papers import Effort, check_paper_name
+from bench.papers import FOLDER, Effort, check_paper_name
 from bench.papers.context import Context
 from bench.papers.criteria_table import criteria_table
 from bench.papers.description import Description, read_description, read_sensitivity
@@ -135,7 +135,7 @@ def setting_table(description: Description) -> Table:
 
 def read_notes(paper: str) -> dict[str, str]:
     """Return the sections of a paper's `notes.md` by heading."""
-    file = Path(__file__).parent / paper / "notes.md"
+    file = FOLDER / paper / "notes.md"
     text = file.read_text("utf-8") if file.is_file() else ""
     sections = [part.partition("\n") for part in text.split("\n## ")[1:]]
     return {heading.strip(): body.strip() for heading, _, body in sections}

@@ -2,6 +2,7 @@
 
 from collections.abc import Collection, Mapping
 from functools import cache, cached_property
+from math import isnan
 from pathlib import Path
 
 import pandas as pd
@@ -91,7 +92,8 @@ class StoredRuns:
     ) -> pd.DataFrame:
         """Return a measure by scene of a sequence of `paper.toml`, the mean over repetitions.
 
-        Values of a sequence with several members are added up. Scenes without runs are left out.
+        Values of a sequence with several members are added up. Scenes without runs are left out,
+        and those in whose runs what is measured does not arise (NaN).
 
         Returns
         -------
@@ -104,6 +106,9 @@ class StoredRuns:
             runs = [self.courses(tracker, member) for member in members]
             if not all(runs):
                 continue
-            means = [sum(map(measure, courses)) / len(courses) for courses in runs]
-            rows.append((sequence, rank, members[0], tracker, sum(means)))
+            values = [[measure(course) for course in courses] for courses in runs]
+            known = [[value for value in one if not isnan(value)] for one in values]
+            if all(known):
+                total = sum(sum(one) / len(one) for one in known)
+                rows.append((sequence, rank, members[0], tracker, total))
         return pd.DataFrame(rows, columns=["sequence", "rank", "scene", "tracker", "value"])

@@ -20,7 +20,6 @@ __all__ = [
     "Section",
     "Sheet",
     "Take",
-    "Tile",
 ]
 
 
@@ -45,8 +44,6 @@ class Sheet:
     places: Sequence[Sequence[Place | None]] = ()  # likewise; where they lead
     links: Sequence[str] = ()  # addresses that the first cells of rows lead to; empty for none
     heat: bool = False  # whether cells are shaded by their value, in [0, 1]
-    badges: int | None = None  # the column whose texts are verdicts
-    folded: bool = False  # whether its caption alone is seen, until it is opened
 
     def value(self, row: int, column: int) -> float | None:
         """What a cell is sorted by; None where its text says it."""
@@ -104,35 +101,20 @@ class Picture:
 
 @dataclass(frozen=True)
 class Card:
-    """What is said of one thing, shown when it is opened; `#key` leads to it.
-
-    `mark`: what stands out of its headline. `facts`: what is said, by its name.
-    """
+    """A foldable description of one thing, opened by `#key`: a quote, facts by name, tables."""
 
     key: str
     title: str
-    mark: str = ""
     quote: str = ""
     facts: Mapping[str, str] = field(default_factory=dict)
     sheets: Sequence[Sheet] = ()
 
 
 @dataclass(frozen=True)
-class Tile:
-    """What is said of a page that `link` leads to, where there is one; `tally` as of a section."""
-
-    title: str
-    link: str = ""
-    words: Sequence[str] = ()
-    tally: Mapping[str, int] = field(default_factory=dict)
-
-
-@dataclass(frozen=True)
 class Section:
     """A part of a page. `command` makes again what it shows; `scenes`: whether these are listed.
 
-    `tally`: how many there are by verdict, shown as a bar. `further`: words that are folded, and
-    `folded`: what is said of the cards until these are opened.
+    `folded`: line that stands for the contents until it is clicked; empty if they are visible.
     """
 
     key: str
@@ -144,9 +126,6 @@ class Section:
     cards: Sequence[Card] = ()
     command: str = ""
     scenes: bool = False
-    further: Sequence[str] = ()
-    tally: Mapping[str, int] = field(default_factory=dict)
-    tiles: Sequence[Tile] = ()
     folded: str = ""
 
 

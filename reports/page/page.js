@@ -61,6 +61,12 @@ addEventListener("click", (event) => {
   choose({ tracker: null, repetition: null, start: null, trace: null, show: null, ...Object.fromEntries(new URLSearchParams(link.getAttribute("href").slice(1))) }, true);
 });
 
+// A click anywhere on a row that leads to a part of the page follows its link.
+addEventListener("click", (event) => {
+  const link = event.target.closest?.("tbody tr")?.querySelector("th a[href^='#']");
+  if (link && !event.target.closest("a") && getSelection().isCollapsed) link.click();
+});
+
 // What is led to stands below the header, which is as high as its links take.
 const header = document.querySelector("header");
 new ResizeObserver(() => {

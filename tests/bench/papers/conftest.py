@@ -1,47 +1,190 @@
-"""A paper's report of made-up runs: everything that its files say, without a tracker or a scene.
+"""A tiny paper of two trackers on twelve short scenes, reproduced in seconds, and stored runs."""
 
-A run has a number in [0, 1) for every measure, which depends on its tracker, its sequence, its
-scene and its repetition alone, so that orders come out clearly, one way or the other. The tables
-beside the scores have what claims and tables of the report ask of them.
-"""
+import sys
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
 
-from functools import cache, partial
-from itertools import product
-from types import SimpleNamespace
-from zlib import crc32
-
-import numpy as np
-import pandas as pd
 import pytest
 
+import bench.papers
 import datasets
-from bench.claims.kinds import (
-    SCORES,
-    BoundTest,
-    CheckTest,
-    NoTest,
-    PartsTest,
-    RatioTest,
-    SummaryTest,
-    trackers_of,
-)
+from bench.claims import claims_file
 from bench.evaluation.loop import run_in_lock_step
 from bench.experiments.contestant import contestant
-from bench.papers import Effort
-from bench.papers.runs import labels_of
+from bench.papers import Effort, description, plan, reproduction, scene_check
+from bench.papers.measures import find_measure
 from bench.store.asked import Asked
 from bench.store.results import Results
 from bench.store.truth import write_truth
-from datasets.text_form import parse_text
 
-SCENES, FRAMES = 12, 100
-LATER = 40  # first scene of experiments whose scenes were drawn later
+SCENES = (200, *range(202, 213))  # of `plain/target`; scene 201 fails a criterion
+
+FILES = {
+    "paper.toml": """
+version = 1
+title = "A tiny paper"
+citation = "A. Author. *A tiny paper.* 2001."
+method = "CamShift on short sequences."
+quick_scenes = 2
+frames_from = 1
+setting_table = [["window", "fixed", "adaptive", "the paper's reference [1]"]]
+
+[trackers]
+camshift = "camshift"
+static = "static"
+
+[settings.as-written]
+camshift = "window=fixed"
+
+[settings.recommended]
+camshift = "window=adaptive"
+
+[sequences]
+target = "plain/target:length=20"
+
+[main]
+caption = "Table 1 of the paper."
+heads = ["sequence", "tracker"]
+
+[[main.rows]]
+labels = ["target", "camshift"]
+paper = "20 of 20"
+sequences = "target"
+trackers = "camshift"
+measures = ["kept", "mean_error"]
+
+[[main.rows]]
+labels = ["target", "both"]
+paper = "-"
+sequences = "target"
+trackers = ["camshift", "static"]
+measures = "frames_on_target"
+
+[figure.figure-1]
+kind = "strip"
+caption = "Frames 1, 10 and 20 with both trackers."
+sequence = "target"
+trackers = ["camshift", "static"]
+frames = [1, 10, 20]
+
+[figure.figure-2]
+kind = "series"
+caption = "Error of both trackers by frame."
+sequence = "target"
+trackers = ["camshift", "static"]
+of = "error"
+
+[figure.figure-10]
+kind = "hook"
+caption = "Two frames."
+words = "Frames 1 and 10 of scene 200."
+hook = "figures.two_frames"
+""",
+    "claims.toml": """
+[TI-1]
+source = "Table 1"
+quote = "The error of CamShift is smaller."
+short = "CamShift has a smaller error than the first box"
+says = "The mean error of CamShift is smaller than that of the first box."
+paper = "smaller"
+sequences = "target"
+better = "camshift"
+worse = "static"
+measure = "mean_error"
+test = "order"
+margin = 0.25
+falsified = "no gain"
+reason = "The error is what the table shows."
+scenes = 12
+
+[TI-2]
+source = "Fig. 1"
+quote = "The first box loses the target."
+short = "The first box keeps the target"
+says = "The first box keeps the target to the end."
+paper = "kept"
+sequences = "target"
+of = "static"
+measure = "kept"
+test = "share"
+falsified = "kept in at most half of the scenes"
+reason = "The figure shows the last frame."
+scenes = 12
+note = "chosen with the result in view"
+
+[TI-3]
+source = "Section 3"
+quote = "CamShift is slower."
+short = "CamShift takes longer"
+says = "CamShift takes longer than the first box."
+paper = "2"
+measure = "timing.ratio"
+test = "time"
+falsified = "ratio <= 1"
+reason = "Both run in turns."
+""",
+    "timing.py": '''
+"""Times that are made up."""
+
+import numpy as np
+
+from bench.papers.main_table import text_table
+from bench.papers.measures import measure
 
 
-@pytest.fixture
-def made_up():
-    """`runs(paper, measures)`, `tables(paper)`, and a report of them as text: `told(report)`."""
-    return SimpleNamespace(runs=made_up_runs, tables=made_up_tables, told=told)
+@measure()
+def ratio(context, setting):
+    return [(2 + np.arange(12) / 100, np.ones(12))]
+
+
+def time_table(context):
+    return text_table("times", "Times.", ["tracker", "ours [ms]"], [["camshift", "2.0"]], 1)
+''',
+    "figures.py": '''
+"""A figure of the paper's own."""
+
+import datasets
+
+
+def two_frames(context):
+    sequence = datasets.load("plain/target:length=20:scene=200")
+    return {"figure-10": sequence[0], "figure-10-later": sequence[9]}
+''',
+    "sensitivity.toml": """
+scenes = 2
+columns = [{ head = "error", sequence = "target", tracker = "camshift", measure = "mean_error" }]
+rows = [{ choice = "16 bins", change = { camshift = "hue_bins=16" } }]
+""",
+    "notes.md": """
+## Result in one sentence
+
+CamShift follows the target.
+
+## What differs and why
+
+- The window.
+
+## History
+
+- One scene was replaced.
+""",
+    "criteria.toml": """
+first_scene = { "plain/target" = 200 }
+
+[[criterion]]
+sequence = "plain/target"
+name = "speed [px]"
+measure = "median_speed"
+target = ">= 1"
+sentence = "a moving target"
+""",
+    "criteria.csv": "sequence,scene,name,value,passes\n"
+    + "".join(
+        f"plain/target,{scene},speed [px],2,{'yes' if scene in SCENES else 'no'}\n"
+        for scene in range(200, 213)
+    ),
+}
 
 
 @pytest.fixture(scope="session")
@@ -51,7 +194,7 @@ def store_runs():
 
 
 def stored_runs(folder, trackers, sequences, repetitions=1):
-    """Run trackers in this process, store the runs as those of an experiment; gives their cells."""
+    """Run trackers in this process, store their runs as an experiment and return their cells."""
     results, versions = Results(folder), {}
     entries = [(contestant(text), one) for text in trackers for one in range(repetitions)]
     for sequence in map(datasets.load, sequences):
@@ -64,144 +207,48 @@ def stored_runs(folder, trackers, sequences, repetitions=1):
     return set(versions)
 
 
-def uniform(*keys):
-    """A number in [0, 1) that depends on its keys alone."""
-    return crc32("|".join(map(str, keys)).encode()) / 2**32
+@dataclass(frozen=True)
+class Tiny:
+    """The tiny paper with its stored runs; `folder` holds its files, `results` its experiments."""
 
+    folder: Path
+    results: Path
 
-def uniform_by_name(names, *keys):
-    """`uniform(*keys, name)` of each name."""
-    begun = crc32("".join(f"{key}|" for key in keys).encode())
-    return np.array([crc32(name, begun) for name in names]) / 2**32
+    @cached_property
+    def paper(self):
+        """Its `Reproduction`."""
+        return reproduction.Reproduction("tiny")
 
-
-def tests_of(claims):
-    """Every generic test of a ledger."""
-    for claim in claims.values():
-        if isinstance(claim.test, PartsTest):
-            yield from claim.test.parts.values()
-        elif not isinstance(claim.test, NoTest | SummaryTest | CheckTest):
-            yield claim.test
-
-
-def made_up_runs(paper, measures=(), repetitions=2):
-    """Runs of all scored experiments, as `tidy_runs` has them; `measures` are those of Python."""
-    description, rows = paper.description, []
-    counts = {"success_frames", "frames_inside", "first_loss"}
-    names = sorted({*description.measures, *measures, *counts, "centre_error", "mean_overlap"})
-    of_names = cache(partial(uniform_by_name, [name.encode() for name in names]))
-    timed = {description.experiment(one) for one in description.experiments.timed}
-    for experiment in paper.experiments(Effort(everything=True)):
-        scenes = [int(parse_text(one.text)[1].get("scene", 0)) for one in experiment.sequences]
-        first = min(scenes, default=0) // LATER * LATER
-        for scene, source in zip(scenes, experiment.sequences, strict=True):
-            if experiment.name in timed or scene >= first + SCENES:
-                continue
-            for text, repetition, trace in product(
-                experiment.trackers, range(repetitions), description.traces or ("online",)
-            ):
-                labels = labels_of(text, source.text, description.apart)
-                place = labels["settled"], labels["sequence"], trace
-                numbers = 0.8 * of_names(*place) + 0.1 * of_names(source.text)
-                numbers += 0.1 * of_names(*place, source.text, repetition)
-                values = dict(zip(names, numbers.tolist(), strict=True))
-                values |= {name: round(FRAMES * values[name]) for name in counts}
-                rows.append(
-                    {**labels, "repetition": repetition, "trace": trace, "frames": FRAMES}
-                    | {"failure": "", "path": "", "experiments": f",{experiment.name},", **values}
-                )
-    keys = ["text", "name", "repetition", "trace"]
-    runs = pd.DataFrame(rows).drop_duplicates(keys, ignore_index=True)
-    return runs.assign(copied=False, kept_scene=True)
-
-
-def made_up_tables(paper):
-    """Tables beside the scores, with the columns and values that the paper's files name."""
-    columns, metrics = {}, {}
-
-    def asked(table, column, values=()):
-        columns.setdefault(table, {}).setdefault(column, set()).update(values)
-
-    for test in tests_of(paper.claims):
-        if test.table == SCORES:
-            continue
-        limits = [test.where, *(trackers_of(side)[1] for side in test.sides)]
-        if isinstance(test, BoundTest):
-            metrics.setdefault(test.table, set()).add(test.metric)
-        elif isinstance(test, RatioTest):
-            metrics.setdefault(test.table, set()).update({test.longer, test.shorter})
-        else:
-            limits += [*test.groups.values(), {"sequence": test.on, "scene": range(SCENES)}]
-            metrics.setdefault(test.table, set()).update(test.by)
-            for side in test.sides:
-                names = [name for name, _ in trackers_of(side)[0]]
-                asked(test.table, *(["tracker", names] if names else ["sequence"]))
-        for one in limits:
-            for column, values in one.items():
-                asked(test.table, column, values)
-    for entry in paper.description.table.values():
-        for line in entry.lines:
-            metrics.setdefault(line.table, set()).add(line.of)
-            for column in line.each:
-                asked(line.table, column)
-            for column, values in line.where.items():
-                asked(line.table, column, values)
-            known = set(columns[line.table])
-            for column, values in [pair for one in entry.columns for pair in one.where.items()]:
-                if column not in known:  # what claims name is enough
-                    asked(line.table, column, values)
-        if entry.table != SCORES:
-            metrics.setdefault(entry.table, set()).update(one.of for one in entry.columns)
-            for column in entry.rows:
-                asked(entry.table, column)
-            for column, values in [pair for one in entry.columns for pair in one.where.items()]:
-                asked(entry.table, column, values)
-    usual = {"preset": ["as-written", "recommended"], "sequence": ["a/b"]}
-    usual |= {"window": ["fixed", "adaptive"]}
-    made = {}
-    for table, names in columns.items():
-        values = {"scene": range(SCENES)} | {
-            name: sorted(found, key=str) or usual.get(name, ["one", "two"])
-            for name, found in names.items()
-        }
-        rows = [dict(zip(values, chosen, strict=True)) for chosen in product(*values.values())]
-        for row in rows:
-            label = [value for name, value in row.items() if name != "scene"]
-            for metric in sorted(metrics.get(table, set()).difference(values)):
-                by_label, by_scene = uniform(table, metric, *label), uniform(metric, *row.values())
-                row[metric] = 0.1 + 0.7 * by_label + 0.1 * by_scene
-        made[table] = pd.DataFrame(rows)
-    return made
-
-
-def told(report):
-    """A report as text: a line a claim with all readings in which it is judged, and the tables."""
-    lines = []
-    for claim in report.claims:
-        evidence = claim["evidence"]
-        fragile = ", fragile" if evidence["fragile"] else ""
-        lines.append(
-            f"{claim['id']} {claim['verdict']}, all drawn {evidence['all_drawn_scenes']}: "
-            f"{claim['readings'] or '-'}, post hoc {evidence['post_hoc'] or '-'}{fragile}"
-        )
-        readings = {}
-        for one in evidence["findings"]:
-            if one["light"] == "both" and one["scenes"] == "kept":
-                readings.setdefault(one["reading"], []).append(one)
-        for reading, found in readings.items():
-            told_of = ", ".join(
-                f"{one['group'] or one['metric'] or 'whole'} {one['verdict']} {one['cells']}"
-                + ("" if one["statistic"] is None else f" {one['statistic']:.4f}")
-                for one in found
+    @cached_property
+    def asked(self):
+        """Cells of all its experiments, by name."""
+        return {
+            one.name: stored_runs(
+                self.results / one.name, one.trackers, [source.text for source in one.sequences]
             )
-            lines.append(f"    {reading or '(no reading)'}: {told_of}")
-    for table in report.tables:
-        if table.name not in ("claims",):
-            lines += ["", f"{table.name}: {table.caption}", " | ".join(table.heads)]
-            lines += [" | ".join(cell.text for cell in row) for row in table.rows]
-            lines += [f"- {note}" for note in table.notes]
-    for row in report.rows:
-        known = (f"{value:.4g}" for value in [row["measured"], *(row["interval"] or ())] if value)
-        lines.append(f"{row['table']}: {row['label']}, {row['column']}: {row['published']} | ")
-        lines[-1] += ", ".join(known)
-    return "\n".join(lines) + "\n"
+            for one in self.paper.experiments(Effort(everything=True))
+        }
+
+    def report(self, **effort):
+        """Return a report; its figures lie in `results / "tiny"`."""
+        effort = Effort(jobs=1, **effort)
+        return self.paper.report(self.results, self.results / "tiny", effort, self.asked)
+
+
+@pytest.fixture(scope="module")
+def tiny(tmp_path_factory):
+    """The tiny paper as the only one that there is, for the tests of a module."""
+    papers = tmp_path_factory.mktemp("papers")
+    for name, text in FILES.items():
+        (papers / "tiny" / name).parent.mkdir(exist_ok=True)
+        (papers / "tiny" / name).write_text(text)
+    with pytest.MonkeyPatch.context() as patch:
+        for module in (bench.papers, description, claims_file, scene_check, reproduction):
+            patch.setattr(module, "FOLDER", papers)
+        patch.setattr(bench.papers, "__path__", [*bench.papers.__path__, str(papers)])
+        patch.setattr(plan, "MAIN_SCENES", len(SCENES))
+        yield Tiny(papers / "tiny", tmp_path_factory.mktemp("results"))
+    for name in [name for name in sys.modules if name.startswith("bench.papers.tiny")]:
+        del sys.modules[name]
+    for cached in (find_measure, plan.verdict_scenes):
+        cached.cache_clear()

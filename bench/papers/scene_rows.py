@@ -1,0 +1,87 @@
+"""Runs that a page's numbers open: the worst scenes of a claim, and the worst run of a cell."""
+
+from collections.abc import Iterable
+from math import nan
+from typing import NamedTuple
+
+import numpy as np
+import pandas as pd
+
+from bench.claims.claim_tests import scene_differences
+from bench.claims.row_verdicts import SETTINGS, VerdictRow
+from bench.papers.context import Context
+from bench.papers.description import MainRow
+from bench.papers.measures import find_measure
+from bench.papers.plan import scene_names, tracker_text
+
+SHOWN_SCENES = 6  # of a claim in a setting
+KINDS = {"overlap": "overlap", "frames": "loss"}  # of the worst frame, by unit; else by error
+
+
+class ShownRun(NamedTuple):
+    """A run to open at its worst frame: text forms, also of the trackers that are drawn with it."""
+
+    tracker: str
+    sequence: str
+    kind: str
+    beside: tuple[str, ...]
+
+
+class SceneRow(NamedTuple):
+    """A scene of a claim: better minus worse (NaN without sides), then one value per tracker."""
+
+    scene: str
+    values: list[float]
+    runs: list[ShownRun | None]
+
+
+def claim_scenes(row: VerdictRow, setting: str, context: Context) -> list[SceneRow]:
+    """Return the scenes that speak most against a claim, worst first; none for times."""
+    claim, evidence = row.claim, row.evidence[setting]
+    if evidence.first.empty:
+        return []
+    if claim.test.startswith(("order", "no-worse")):
+        order = scene_differences(claim, evidence)
+    else:
+        values = evidence.first.set_index(["sequence", "rank"])["value"]
+        order = (-values if evidence.lower_is_better else values).groupby(level=[0, 1]).min()
+    table = pd.concat([evidence.first, evidence.second]).set_index(["sequence", "rank"])
+    texts = [tracker_text(context.description, name, setting) for name in claim.trackers]
+    found = []
+    for sequence, rank in order.sort_values(kind="stable").index[:SHOWN_SCENES]:
+        here = table.loc[[(sequence, rank)]].set_index("tracker")
+        ahead, scene = order[sequence, rank] if claim.worse else nan, here["scene"].iloc[0]
+        if "" in here.index:  # a measure of the scene, without a run
+            found.append(SceneRow(scene, [ahead, float(here.loc["", "value"])], [None, None]))
+            continue
+        members = scene_names(context.description, sequence, claim.n_scenes)[rank]
+        runs = [_worst([one], members, claim.measure, texts, context) for one in texts]
+        numbers = [float(here.loc[one, "value"]) for one in texts]
+        found.append(SceneRow(scene, [float(ahead), *numbers], [runs[0], *runs]))
+    return found
+
+
+def main_runs(context: Context) -> list[list[ShownRun | None]]:
+    """Return the worst run behind each cell of the main table, by row and setting."""
+    rows = context.description.main.rows
+    return [[_main_run(row, setting, context) for setting in SETTINGS] for row in rows]
+
+
+def _main_run(row: MainRow, setting: str, context: Context) -> ShownRun | None:
+    texts = [tracker_text(context.description, name, setting) for name in row.trackers]
+    names = [scene_names(context.description, one, context.scenes) for one in row.sequences]
+    scenes = [member for sequence in names for members in sequence for member in members]
+    return _worst(texts, scenes, row.measures[0], texts, context) if row.measures else None
+
+
+def _worst(
+    texts: list[str], scenes: Iterable[str], measured: str, beside: list[str], context: Context
+) -> ShownRun | None:
+    """Return the run with the worst mean over repetitions; None without runs."""
+    measure = find_measure(measured, context.description.name)
+    pairs = {(text, one): context.runs.courses(text, one) for one in scenes for text in texts}
+    means = {pair: np.mean([*map(measure, runs)]) for pair, runs in pairs.items() if runs}
+    if not means:
+        return None
+    worst = (max if measure.lower_is_better else min)(means, key=means.__getitem__)
+    return ShownRun(*worst, KINDS.get(measure.unit, "centre_error"), tuple(beside))

@@ -1,0 +1,148 @@
+"""The page of a tiny paper, and the page of all papers."""
+
+import json
+import re
+from html import unescape
+from urllib.parse import parse_qsl
+
+import pytest
+
+from bench.papers import footage
+from bench.papers.front_page import write_front_page
+from bench.papers.html_page import write_html_page
+from bench.papers.reproduction import document
+from bench.papers.scene_rows import claim_scenes
+from tests import browser
+
+TEXTS = ("camshift:window=adaptive", "static")
+SCENES = (200, *range(202, 213))
+
+
+@pytest.fixture(scope="module")
+def report(tiny):
+    return tiny.report(everything=True)
+
+
+@pytest.fixture(scope="module")
+def page(tiny, report):
+    return write_html_page(tiny.results / "tiny" / "report.html", report)[0]
+
+
+def sections(page):
+    """Parts of a page by their headings."""
+    parts = re.split(r"<h2>(.*?)</h2>", page.read_text())[1:]
+    return dict(zip(parts[::2], parts[1::2], strict=True))
+
+
+def opened(text):
+    """Addresses of the player that links of a text lead to."""
+    links = re.findall(r'href="#(sequence=[^"]*)"', text)
+    return [dict(parse_qsl(unescape(link))) for link in links]
+
+
+def test_page_has_parts_in_order(page):
+    assert list(sections(page)) == [
+        "The paper", "The paper&#39;s numbers and ours", "Figures", "Verdicts",
+        "Scenes behind the verdicts", "What differs and why", "The scenes", "Settings",
+        "Sensitivity (no verdicts)", "How to run it", "History",
+    ]  # fmt: skip
+
+
+def test_page_shows_citation_result_figures_and_folded_history(page):
+    parts = sections(page)
+    assert "<p>A. Author. A tiny paper. 2001.</p>" in parts["The paper"]
+    assert "CamShift follows the target." in parts["The paper"]
+    assert parts["Figures"].count("<figure") == 4
+    assert "Fig. 1. Paper: Frames 1, 10 and 20 with both trackers. Ours:" in parts["Figures"]
+    assert "<p>The window.</p>" in parts["What differs and why"]
+    assert "Skipped scenes of target: 201." in parts["The scenes"]
+    assert "trackmark reproduce tiny --all" in parts["How to run it"]
+    assert re.search(r"<details.*One scene was replaced.*</details>", parts["History"], re.S)
+
+
+def test_page_counts_verdicts_in_both_settings(page, report):
+    text = sections(page)["Verdicts"]
+    assert "as-written: 2 hold, 1 does not hold." in text
+    assert re.search(r"recommended: 1 holds, 1 does not hold, 1 inconclusive.", text)
+    assert text.count('href="#claim-') == len(report.verdicts)
+
+
+def test_scenes_of_a_claim_are_sorted_worst_first(report):
+    row = report.verdicts[0]
+    for setting in ("as-written", "recommended"):
+        ahead = [one.values[0] for one in claim_scenes(row, setting, report.context)]
+        assert ahead == sorted(ahead)
+        first, second = row.evidence[setting].first, row.evidence[setting].second
+        worst = min(second["value"].to_numpy() - first["value"].to_numpy())
+        assert ahead[0] == pytest.approx(worst)
+
+
+def test_scenes_of_a_share_are_those_that_fail_first(report):
+    (_, row, timed) = report.verdicts
+    found = claim_scenes(row, "recommended", report.context)
+    assert [one.runs[1].tracker for one in found] == ["static"] * 6
+    assert {one.values[1] for one in found} == {0.0}
+    assert claim_scenes(timed, "recommended", report.context) == []
+
+
+def test_cell_of_main_table_opens_its_worst_run(page, report):
+    *_, cell = opened(sections(page)["The paper&#39;s numbers and ours"])
+    frames = {
+        (text, f"plain/target:length=20:scene={scene}"): 0.0 for text in TEXTS for scene in SCENES
+    }
+    for text, scene in frames:
+        frames[text, scene] = report.context.runs.courses(text, scene)[0].on_target.sum()
+    assert frames[cell["tracker"], cell["sequence"]] == min(frames.values())
+
+
+@pytest.mark.parametrize("most", [0, 10_000])
+def test_numbers_open_frames_that_are_in_the_page(tiny, report, monkeypatch, most):
+    monkeypatch.setattr(footage, "MAX_FRAMES", most)
+    path = tiny.results / "tiny" / "few.html"
+    text = write_html_page(path, report)[0].read_text()
+    data = json.loads(re.search(r'id="data">(.*?)</script>', text, re.S)[1])
+    kept = {scene["name"]: scene["kept"] for scene in data["scenes"]}
+    assert any(kept.values()) == (most == 0)
+    places = opened(text)
+    assert len(places) > 20
+    for place in places:
+        frames = kept[place["sequence"]]
+        assert frames is None or int(place["frame"]) in frames
+
+
+def test_quick_page_has_numbers_and_strips_without_verdicts(tiny):
+    quick = tiny.report(quick=True)
+    text = write_html_page(tiny.results / "tiny" / "quick.html", quick)[0]
+    parts = sections(text)
+    assert "Quick report" in parts["The paper"]
+    assert not {"Verdicts", "Scenes behind the verdicts", "Sensitivity (no verdicts)"} & {*parts}
+    assert opened(parts["The paper&#39;s numbers and ours"])
+
+
+def test_front_page_counts_verdicts_and_links_papers(tiny, report, page):
+    text = json.dumps(document(report, 75.0))
+    (tiny.results / "tiny" / "report.json").write_text(text)
+    front = write_front_page(tiny.results).read_text()
+    assert '<a href="tiny/report.html">tiny</a>' in front
+    assert "2 hold, 1 does not hold" in front
+    assert "trackmark reproduce tiny --all (1 min)" in front
+
+
+@browser.needs_browser
+def test_click_on_verdict_opens_scenes_and_player(page, tmp_path):
+    shown = browser.Browser(tmp_path)
+    try:
+        shown.size(400, 800, mobile=True)
+        shown.open(page.as_uri())
+        shown.run("document.documentElement.style.scrollBehavior = 'auto'")  # a click hits
+        shown.click("#verdicts tbody tr:nth-child(1) td:nth-child(3)")
+        shown.wait("byId('claim-TI-1').open")
+        assert not shown.run("byId('claim-TI-2').open")
+        assert shown.run("document.documentElement.scrollWidth") <= 400
+        shown.click("#scenes-TI-1-recommended tbody tr:nth-child(1) td:nth-child(2) a")
+        shown.wait("byId('player').open && !!painted")
+        assert shown.run("state.get('tracker')") == "camshift:window=adaptive"
+        assert shown.run("byId('legend').querySelectorAll('[aria-pressed=true]').length") == 2
+        assert shown.console == []
+    finally:
+        shown.close()

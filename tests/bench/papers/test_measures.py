@@ -1,0 +1,123 @@
+"""Measures of runs that all papers share, on painted courses with known answers."""
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from bench.experiments.experiment import ExperimentError
+from bench.papers.description import read_description
+from bench.papers.measures import Course, at_frames, find_measure
+
+N = 20
+WANG = read_description("wang2010")  # frames are counted from 1; on target: within the tolerance
+
+
+def course(
+    shifts: Any = 0.0, *, visibility: Any = 1.0, failure: str = "", absent: Any = ()
+) -> Course:
+    """Return a course of 20 frames whose estimate is `shifts` pixels off a box of 10 x 10."""
+    boxes = np.tile([50.0, 50.0, 10.0, 10.0], (N, 1))
+    estimates = boxes.copy()
+    estimates[:, 0] += shifts
+    boxes[list(absent)] = np.nan
+    run = SimpleNamespace(failure=failure, details={}, boxes_in=lambda trace: estimates)
+    truth = SimpleNamespace(
+        boxes=boxes, visibility=np.broadcast_to(visibility, N).astype(float), image_size=(60, 80)
+    )
+    return Course(run, truth, WANG, "wang2010")  # type: ignore[arg-type]  # only what it reads
+
+
+def off_at(*frames: int) -> np.ndarray:
+    """Return shifts of 8 pixels, beyond the tolerance of 5, in frames counted from 1."""
+    shifts = np.zeros(N)
+    shifts[[frame - 1 for frame in frames]] = 8.0
+    return shifts
+
+
+def value(text: str, given: Course) -> float:
+    return find_measure(text, "wang2010")(given)
+
+
+@pytest.mark.parametrize(
+    ("shifts", "expected"),
+    [
+        (0.0, 1.0),
+        (off_at(3, 4), 1.0),  # nine of ten frames
+        (off_at(3, 4, 5), 0.0),
+        (off_at(11), 0.0),  # among the last ten
+    ],
+)
+def test_kept_needs_nine_of_ten_frames_and_the_last_ten(shifts: Any, expected: float) -> None:
+    assert value("kept", course(shifts)) == expected
+
+
+def test_frames_that_show_little_of_the_target_do_not_count() -> None:
+    visibility = np.ones(N)
+    visibility[4:8] = 0.29
+    assert value("kept", course(off_at(5, 6, 7, 8), visibility=visibility)) == 1.0
+    assert value("on_target", course(off_at(5, 6, 7), visibility=visibility)) == 1.0
+
+
+def test_windows_are_counted_as_in_the_paper() -> None:
+    shifted = course(off_at(3))
+    assert value("mean_error:first=3:last=4", shifted) == 4.0
+    assert value("mean_error", shifted) == pytest.approx(8 / N)
+    assert value("all_on_target:first=4:last=20", shifted) == 1.0
+    assert value("all_on_target:first=2:last=3", shifted) == 0.0
+    assert value("mean_overlap:first=3:last=3", shifted) == pytest.approx(20 / 180)
+    assert value("first_loss", course(off_at(*range(8, 21)))) == 7
+    assert value("frames_on_target", shifted) == N - 1
+
+
+@pytest.mark.parametrize(
+    ("shifts", "holds", "lost_before"),
+    [
+        (off_at(12, 13), 1.0, 0.0),
+        (off_at(15), 1.0, 0.0),
+        (0.0, 0.0, 0.0),
+        (off_at(*range(12, 17)), 0.0, 0.0),  # not back at 16
+        (off_at(*range(9, 14)), 0.0, 1.0),  # off before the event
+    ],
+)
+def test_pattern_and_its_floor(shifts: Any, holds: float, lost_before: float) -> None:
+    measure = find_measure("pattern:on=11+16:once_off=12-15", "wang2010")
+    assert measure(course(shifts)) == holds
+    assert measure.lost_before is not None
+    assert measure.lost_before(course(shifts)) == lost_before
+
+
+def test_pattern_with_frames_off_and_a_mean_error() -> None:
+    assert value("pattern:on=10:off=12+14", course(off_at(12, 14))) == 1.0
+    assert value("pattern:on=10:off=12+14", course(off_at(12))) == 0.0
+    assert value("pattern:on=1:mean_off=11-14", course(off_at(11, 12, 13))) == 1.0
+    assert value("pattern:on=1:mean_off=11-14", course(off_at(11, 12))) == 0.0
+
+
+def test_failed_run_counts_as_one_without_boxes() -> None:
+    failed = course(failure="frame 1: no")
+    assert value("kept", failed) == 0.0
+    assert value("mean_error:first=2", failed) == 100.0  # diagonal of 60 x 80
+    assert value("mean_overlap:first=2", failed) == 0.0
+
+
+def test_absent_frames_have_no_error() -> None:
+    assert value("mean_error", course(off_at(1), absent=range(10, 20))) == pytest.approx(0.8)
+
+
+def test_frames_may_be_listed_and_ranged() -> None:
+    assert at_frames("11+14-16") == [11, 14, 15, 16]
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("keep", "no measure 'keep'"),
+        ("kept:first=3", "no option 'first'"),
+        ("measure", "no measure"),
+    ],
+)
+def test_unknown_measure_or_option_is_named(text: str, message: str) -> None:
+    with pytest.raises(ExperimentError, match=message):
+        find_measure(text, "wang2010")

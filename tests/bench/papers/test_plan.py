@@ -1,0 +1,131 @@
+"""Which runs a paper needs: scenes that meet the criteria, settings, experiments."""
+
+from pathlib import Path
+
+import pytest
+
+from bench.claims.claims_file import read_claims
+from bench.experiments.experiment import ExperimentError
+from bench.papers import Effort, plan
+from bench.papers.description import Description, read_description
+from bench.papers.plan import experiments, requests, scene_names, tracker_text
+
+PAPER = """
+version = 1
+title = "A paper"
+citation = "A. Author. A paper. 2000."
+method = "It tracks."
+setting_table = [["N", "15", "100", "printed"]]
+{repetitions}
+[trackers]
+"proposed" = "wang2010:particles=15"
+"CamShift" = "camshift"
+[settings.as-written]
+wang2010 = "preset=as-written"
+[settings.recommended]
+wang2010 = "preset=recommended:particles=100"
+camshift = "window=adaptive"
+[sequences]
+cup = "wang2010/cup"
+hand = "wang2010/hand"
+both = ["wang2010/cup", "wang2010/hand"]
+[main]
+caption = "Kept."
+heads = ["sequence"]
+[[main.rows]]
+labels = "cup"
+paper = "1"
+sequences = "cup"
+trackers = "{tracker}"
+measures = "kept"
+"""
+
+CLAIM = """
+[AB-1]
+source = "Fig. 1"
+quote = "it tracks"
+short = "it tracks"
+says = "It tracks."
+paper = "1"
+sequences = "both"
+of = ["proposed", "CamShift"]
+measure = "kept"
+test = "share"
+falsified = "It does not."
+reason = "The figure shows it."
+"""
+
+
+def described(folder: Path, repetitions: str = "repetitions = 3", tracker: str = "CamShift"):
+    path = folder / "paper.toml"
+    path.write_text(PAPER.format(repetitions=repetitions, tracker=tracker), "utf-8")
+    return read_description("wang2010", path)
+
+
+@pytest.fixture
+def description(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Description:
+    passing = {"wang2010/cup": tuple(range(200, 240)), "wang2010/hand": (200, 202, 203)}
+    monkeypatch.setattr(plan, "verdict_scenes", lambda _, sequence: passing[sequence])
+    return described(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("fields", "message"),
+    [
+        ({"repetitions": "repetitions = 2"}, "give an odd number"),
+        ({"tracker": "Camshift"}, "unknown tracker 'Camshift'; known: proposed, CamShift"),
+        ({"repetitions": "colour = 1"}, "colour: Extra inputs"),
+    ],
+)
+def test_error_names_file_and_entry(tmp_path: Path, fields: dict[str, str], message: str) -> None:
+    with pytest.raises(ExperimentError) as caught:
+        described(tmp_path, **fields)
+    assert str(tmp_path / "paper.toml") in str(caught.value)
+    assert message in str(caught.value)
+
+
+def test_tracker_keeps_its_own_options_in_a_setting(description: Description) -> None:
+    assert tracker_text(description, "proposed", "as-written") == (
+        "wang2010:preset=as-written:particles=15"
+    )
+    recommended = tracker_text(description, "proposed", "recommended")
+    assert recommended == "wang2010:preset=recommended:particles=15"
+    changed = tracker_text(description, "proposed", "recommended", {"proposed": "particles=7"})
+    assert changed == "wang2010:preset=recommended:particles=7"
+
+
+def test_scenes_that_fail_the_criteria_are_skipped(description: Description) -> None:
+    names = scene_names(description, "hand", 2, "background=face")
+    assert names == [
+        ["wang2010/hand:background=face:scene=200"],
+        ["wang2010/hand:background=face:scene=202"],
+    ]
+    with pytest.raises(ExperimentError, match="4 scenes of hand are asked for, and 3 meet"):
+        scene_names(description, "hand", 4)
+
+
+def test_every_scene_of_a_group_has_all_members(description: Description) -> None:
+    assert scene_names(description, "both", 1) == [
+        ["wang2010/cup:scene=200", "wang2010/hand:scene=200"]
+    ]
+
+
+def test_claims_ask_for_both_settings_and_their_number_of_scenes(
+    description: Description, tmp_path: Path
+) -> None:
+    path = tmp_path / "claims.toml"
+    path.write_text(CLAIM, "utf-8")
+    claims = read_claims("wang2010", path)
+    by_name = {e.name: e for e in experiments(description, requests(description, claims, Effort()))}
+    assert by_name.keys() == {"wang2010-cup", "wang2010-both"}
+    both = by_name["wang2010-both"]
+    assert len(both.sequences) == 2 * 24
+    assert both.repetitions == 3
+    assert both.trackers == (
+        "wang2010:preset=as-written:particles=15",
+        "wang2010:preset=recommended:particles=15",
+        "camshift",
+        "camshift:window=adaptive",
+    )
+    (quick,) = experiments(description, requests(description, claims, Effort(quick=True)))
+    assert (quick.name, len(quick.sequences), quick.repetitions) == ("wang2010-cup", 3, 1)

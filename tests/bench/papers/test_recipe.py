@@ -1,0 +1,49 @@
+"""The recipe for a claim in CONTRIBUTING works as it stands there."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from bench.claims.claims_file import read_claims
+from bench.claims.row_verdicts import judge_row
+from bench.execution.run import Execution
+from bench.papers import Effort
+from bench.papers.context import Context
+from bench.papers.description import read_description
+from bench.papers.evidence import evidence
+from bench.papers.plan import experiments, requests
+from bench.papers.runs import StoredRuns
+
+ROOT = Path(__file__).parents[3]
+
+
+@pytest.fixture(scope="module")
+def recipe() -> str:
+    section = (ROOT / "CONTRIBUTING.md").read_text("utf-8").partition("### A claim")[2]
+    (claim,) = re.findall(r"```toml\n(.*?)```", section.partition("\n## ")[0], re.DOTALL)
+    return str(claim)
+
+
+def test_claim_is_judged_from_its_toml_alone(recipe: str, tmp_path: Path) -> None:
+    path = tmp_path / "claims.toml"
+    path.write_text(recipe, "utf-8")
+    claims = read_claims("wang2010", path)
+    description = read_description("wang2010").model_copy(update={"figure": {}})
+    description = description.model_copy(
+        update={"main": description.main.model_copy(update={"rows": ()})}
+    )
+    asked = {}
+    for experiment in experiments(description, requests(description, claims, Effort(seeds=1))):
+        execution = Execution(experiment, tmp_path, jobs=1)
+        assert list(execution.rows()) is not None
+        asked[experiment.name] = execution.plan.asked().cells
+    runs = StoredRuns(tmp_path, asked, description)
+    context = Context(description, claims, runs, tmp_path, Effort())
+    (claim,) = claims.values()
+    settings = ("as-written", "recommended")
+    row = judge_row(claim, {name: evidence(claim, name, context) for name in settings})
+    verdicts = [row.verdicts[name] for name in settings]
+    assert [verdict.cells for verdict in verdicts] == [12, 12]
+    assert all(verdict.effect.endswith("px, 12 scenes") for verdict in verdicts)
+    assert verdicts[0].verdict == "holds"
