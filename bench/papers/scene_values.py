@@ -19,8 +19,11 @@ from datasets.source_digest import source_digest
 
 PACKAGE = Path(str(trackers.__file__)).parent
 
-SceneFunction = Callable[[str, str], float]
-"""Takes the text form of a scene (or a number, for what has no sequence) and the setting."""
+SceneFunction = Callable[..., float]
+"""Takes the text form of a scene (or a number, for what has no sequence), and the setting.
+
+A function without a parameter `setting` measures what is the same in both.
+"""
 
 
 def scene_values(
@@ -41,16 +44,17 @@ def scene_values(
     jobs : int
         Worker processes.
     """
+    settings = [setting] if "setting" in inspect.signature(function).parameters else []
     source = source_digest(Path(inspect.getfile(function)), PACKAGE)
     known = [datasets.identity(one) if "/" in one else one for one in scenes]
-    identity: list[Any] = [function.__name__, setting, known, source]
+    identity: list[Any] = [function.__name__, settings, known, source]
     key = hashlib.sha256(json.dumps(identity).encode()).hexdigest()[:16]
     file = folder / "scenes" / f"{key}.json"
     if file.is_file():
         return np.array(json.loads(file.read_bytes()))
     with ProcessPoolExecutor(max_workers=min(jobs, len(scenes))) as pool:
-        found = pool.map(function, scenes, [setting] * len(scenes))
-        title = f"{function.__name__}, {setting}"
+        found = pool.map(function, scenes, *([one] * len(scenes) for one in settings))
+        title = f"{function.__name__}, {setting}" if settings else function.__name__
         values = [*tqdm(found, title, len(scenes), unit="scene", disable=None, delay=1.0)]
     file.parent.mkdir(parents=True, exist_ok=True)
     write_atomically(file, json.dumps(values).encode())

@@ -13,10 +13,10 @@ WINDOW = 5  # side of the square of the differences in pixels
 
 
 @measure("share")
-def motion_map_gain(scene: str, setting: str) -> float:
+def motion_map_gain(scene: str) -> float:
     """Return the share of I_m on the target minus that of I_c, in frame 12.
 
-    Source: section 2.1.2 and Fig. 1. The maps are the same in both settings.
+    Source: section 2.1.2 and Fig. 1.
     """
     sequence = datasets.load(scene)
     image, previous, earlier = (sequence[FRAME - 1 - back] for back in range(3))
