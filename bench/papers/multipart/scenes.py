@@ -1,13 +1,13 @@
 """The choice of Eq. 7 in the first frame of each scene; no tracker runs."""
 
 import datasets
-import trackers
+from bench.experiments.contestant import contestant
 from bench.papers.context import Context
 from bench.papers.description import read_description
 from bench.papers.measures import measure
 from bench.papers.multipart.margins import right_choice as share_of_right_choices
 from bench.papers.multipart.measures import PERSON
-from bench.papers.plan import options_of, scene_names
+from bench.papers.plan import scene_names, tracker_text
 from bench.papers.scene_values import scene_values
 from datasets.synthetic.multipart.designs import DESIGNS
 from datasets.text_form import parse_text
@@ -34,9 +34,9 @@ def right_choice(scene: str, setting: str) -> float:
 
 def bins_of(setting: str) -> LuvBins:
     """Return the histogram bins of a setting."""
-    options = options_of(read_description("multipart").settings[setting]["multipart"])
-    chosen = trackers.resolve("multipart", **options).parameters
-    return LuvBins(chosen.binning, chosen.uv_range)
+    text = tracker_text(read_description("multipart"), "proposed", setting)
+    parameters = contestant(text).parameters
+    return LuvBins(parameters["binning"], parameters["uv_range"])
 
 
 def right_choice_two_colours(context: Context, setting: str) -> str:
