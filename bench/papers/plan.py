@@ -1,6 +1,6 @@
 """Which runs a paper's claims, tables and figures need, as experiments."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 
@@ -72,26 +72,33 @@ def scene_names(
 ) -> list[list[str]]:
     """Return text forms of the first scenes of a sequence, each as a list of its members.
 
+    Each member has its own passing scenes, unless `scenes_of` names those of all members.
+
     Raises
     ------
     ExperimentError
         If fewer scenes meet the criteria than are asked for.
     """
     entry = description.sequences[sequence]
-    first, _ = parse_text(entry.members[0])
-    known = verdict_scenes(description.name, entry.scenes_of or first)
+    further = options_of(on)
+    members = []
+    for member in entry.members:
+        name, options = parse_text(member)
+        numbers = _scene_numbers(description, sequence, entry.scenes_of or name, count)
+        members.append([format_text(name, {**options, **further, "scene": n}) for n in numbers])
+    return [list(texts) for texts in zip(*members, strict=True)]
+
+
+def _scene_numbers(
+    description: Description, sequence: str, checked_name: str, count: int
+) -> Sequence[int]:
+    known = verdict_scenes(description.name, checked_name)
     if known and len(known) < count:
         raise ExperimentError(
             f"{description.name}: {count} scenes of {sequence} are asked for, and {len(known)} "
             f"meet the criteria. Check more: python -m bench.papers.scene_check {description.name}."
         )
-    numbers = known or range(FIRST_SCENE, FIRST_SCENE + count)
-    further = options_of(on)
-    named = [parse_text(member) for member in entry.members]
-    return [
-        [format_text(name, {**options, **further, "scene": number}) for name, options in named]
-        for number in numbers[:count]
-    ]
+    return known[:count] or range(FIRST_SCENE, FIRST_SCENE + count)
 
 
 def requests(

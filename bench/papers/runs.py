@@ -1,6 +1,7 @@
 """Stored runs of a paper's experiments, by tracker and sequence, and their measures by scene."""
 
 from collections.abc import Collection, Mapping
+from dataclasses import replace
 from functools import cache, cached_property
 from math import isnan
 from pathlib import Path
@@ -8,6 +9,7 @@ from pathlib import Path
 import pandas as pd
 
 import datasets
+from bench.evaluation.reference import reference
 from bench.experiments.contestant import contestant
 from bench.papers.description import Description
 from bench.papers.measures import Course, Measure
@@ -44,6 +46,7 @@ class StoredRuns:
     ) -> None:
         self._results, self._asked, self._description = results, asked, description
         self.courses = cache(self._courses)
+        self._truth = cache(read_truth)
 
     @cached_property
     def _files(self) -> dict[tuple[str, str], list[Path]]:
@@ -70,12 +73,17 @@ class StoredRuns:
         return self._files.get(key, [])
 
     def _courses(self, tracker: str, sequence: str) -> list[Course]:
-        """Return the runs of a tracker on a sequence (text forms) beside their ground truth."""
+        """Return the runs of a tracker on a sequence (text forms) beside their ground truth.
+
+        The boxes of the ground truth are those of the region that the runs started from.
+        """
         found = []
         for file in self.files(tracker, sequence):
             folder = file.parent.parent.parent
             run = Results(folder).read(file)
-            truth = read_truth(folder, run.identity.sequence, run.identity.fingerprint)
+            truth = self._truth(folder, run.identity.sequence, run.identity.fingerprint)
+            started_from = reference(truth, run.identity.init, run.identity.sequence)
+            truth = replace(truth, boxes=started_from.boxes)
             found.append(Course(run, truth, self._description, tracker))
         return found
 

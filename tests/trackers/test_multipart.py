@@ -227,6 +227,21 @@ def test_adaptive_is_to_the_bit_the_representation_that_it_picks(clip, threshold
         assert {e.details["part_distance"] for e in estimates} == {part_distance}
 
 
+def test_only_two_parts_see_that_the_halves_are_swapped(clip):
+    """Section 2.1: a histogram of the whole rectangle has no spatial information."""
+    images, box = clip
+    upper, lower = np.s_[20:30, 24:36], np.s_[30:40, 24:36]
+    swapped = images[0].copy()
+    swapped[upper], swapped[lower] = images[0][lower], images[0][upper]
+    still = {"position_divisor": 1e6, "size_divisor": 1e6}
+    single, multi = (
+        track("multipart", [images[0], swapped], box, representation=name, **still)[0]
+        for name in ("single", "multi")
+    )
+    assert single.details["distance"] < 0.02
+    assert multi.details["distance"] > 0.4
+
+
 @pytest.mark.parametrize("representation", ["single", "multi"])
 def test_particles_that_all_left_the_image_weigh_the_same(representation):
     images = [picture((8, 10)), picture((200, 10))]

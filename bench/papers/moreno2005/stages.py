@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 import datasets
 from bench.experiments.contestant import contestant, run_seed
 from bench.metrics.regions import region_similarity
-from bench.papers.context import Context
 from datasets.interface import Image, Mask
 from reports.colour_space import ColourModel, Gaussians, Palette, colour_model_plot, hypotheses_plot
 from reports.maps import Panel, map_plot
@@ -28,15 +27,7 @@ from trackers.contours.posterior import posterior
 from trackers.contours.snake import MARGIN, edge_map
 from trackers.moreno2005 import Moreno2005
 
-__all__ = ["Step", "colour_model_figure", "hypotheses_figure", "model_of", "palettes_of"]
-__all__ += ["snake_figure", "stages", "step_of", "true_contour"]
-
-SEQUENCE = "moreno2005/leaf:jump=middle"
-"""Its first scene; the paper's leaf of Fig. 3 is another."""
-
-STEPS = 10
-FRAME = f"{SEQUENCE}, scene\N{NO-BREAK SPACE}0, frame\N{NO-BREAK SPACE}{STEPS}"
-"""What is shown, for a title."""
+STEPS = 10  # frames of the run
 
 CELLS = 160  # of the plane, along either axis
 AROUND = 0.08  # of the plane around the colours, as a share of their extent
@@ -83,9 +74,9 @@ class Step(NamedTuple):
         return values
 
 
-def step_of(text: str) -> Step:
-    """Run the tracker of a text form through the first frames, as experiments do."""
-    sequence = datasets.load(SEQUENCE)
+def step_of(text: str, scene: str) -> Step:
+    """Run the tracker of a text form through the first frames of a scene."""
+    sequence = datasets.load(scene)
     tracker = _begun(text, sequence)
     chain = KeepingChain(tracker.chain.cues, tracker.chain.association, tracker.chain.feedback)
     tracker.chain = chain
@@ -109,19 +100,17 @@ def step_of(text: str) -> Step:
     )
 
 
-def colour_model_figure(context: Context) -> Figure:
-    """Fig. 3: what the tracker makes of the first frame, as it was classified by hand."""
-    sequence = datasets.load(SEQUENCE)
+def colour_model_figure(scene: str) -> Figure:
+    """Draw Fig. 3: the colour model of the first frame, whose mask is given."""
     return colour_model_plot(
-        model_of(sequence),
-        f"Fig. 3, not the paper's picture but frame 0 of {sequence.name}, scene 0. Colours that "
-        "were drawn, their model on the Fisher plane (ellipses: two deviations), and the posterior "
-        "of the target by it (white: 1)",
+        model_of(datasets.load(scene)),
+        f"Fig. 3, frame 0 of {scene}: colours that were drawn, their model on the Fisher plane "
+        "(ellipses: two deviations), and the posterior of the target (white: 1)",
     )
 
 
 def model_of(sequence: datasets.Sequence) -> ColourModel:
-    """The colour model that the tracker starts with, as written, by the first frame's mask."""
+    """Return the colour model that the tracker starts with, as written."""
     tracker = _begun("moreno2005:preset=as-written", sequence)
     first = sequence.first_frame
     image = sequence[first]
@@ -184,7 +173,7 @@ def hypotheses_figure(step: Step, label: str) -> Figure:
         (step.bases, step.planes.weights),
         (step.contours.states, step.contours.weights),
         palettes_of(step),
-        f"Fig. 5, {label}, not the paper's video but {FRAME}: "
+        f"Fig. 5, {label}, frame {STEPS} of the leaf: "
         "hypotheses, darker with more weight; right: some of the colours on their planes, and "
         "posterior maps by them",
     )
@@ -213,8 +202,7 @@ def snake_figure(step: Step, label: str) -> Figure:
     taken = "" if step.estimate.details["snake"] else " (not believed: the mean contour is kept)"
     return map_plot(
         stages(step),
-        f"Fig. 6, {label}, not the paper's video but {FRAME}: what "
-        f"simplifies the snake's fit{taken}",
+        f"Fig. 6, {label}, frame {STEPS} of the leaf: what simplifies the snake's fit{taken}",
         5,
     )
 

@@ -4,8 +4,8 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-
 from bench.papers.wang2010.silhouettes import silhouettes
+
 from datasets import Sequence
 
 SHAPE, SIDE = (120, 160), 20

@@ -1,0 +1,127 @@
+"""Frames that are tracked, overlapped and before the loss; the choice of Eq. 7 in a scene."""
+
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from bench.claims.claims_file import read_claims
+from bench.papers.description import read_description, read_sensitivity
+from bench.papers.measures import Course, find_measure
+from bench.papers.multipart import scenes
+from bench.papers.runs import StoredRuns
+
+N = 30
+PERSON = np.array([50.0, 20.0, 20.0, 60.0])
+BODY = np.array([54.0, 30.0, 12.0, 45.0])
+PAPER = read_description("multipart")
+
+
+def course(shifts: Any = 0.0, *, hidden: Any = (), failure: str = "") -> Course:
+    """Return a course started from the body whose estimate is `shifts` pixels to its right."""
+    estimates = np.tile(BODY, (N, 1))
+    estimates[:, 0] += shifts
+    visibility = np.ones(N)
+    visibility[list(hidden)] = 0.2
+    run = SimpleNamespace(failure=failure, details={}, boxes_in=lambda trace: estimates)
+    truth = SimpleNamespace(
+        boxes=np.tile(BODY, (N, 1)),
+        regions={"full": np.tile(PERSON, (N, 1))},
+        visibility=visibility,
+        image_size=(160, 120),
+    )
+    return Course(run, truth, PAPER, "multipart")  # type: ignore[arg-type]  # only what it reads
+
+
+def off_from(first: int, last: int = N, by: float = 11.0) -> np.ndarray:
+    """Return shifts in frames from `first` to before `last`, counted from 0."""
+    shifts = np.zeros(N)
+    shifts[first:last] = by
+    return shifts
+
+
+def value(text: str, given: Course) -> float:
+    return find_measure(text, "multipart")(given)
+
+
+@pytest.mark.parametrize(("by", "expected"), [(9.5, N), (10.5, 20)])
+def test_frame_counts_if_the_centre_is_inside_the_whole_person(by: float, expected: int) -> None:
+    assert value("frames_on_target", course(off_from(20, by=by))) == expected
+
+
+def test_failed_run_tracks_the_first_frame_alone() -> None:
+    assert value("frames_on_target", course(failure="frame 1: no")) == 1
+
+
+def test_overlap_is_with_the_region_that_the_tracker_started_from() -> None:
+    assert value("frames_overlapping", course(off_from(20, by=3.5))) == N
+    assert value("frames_overlapping", course(off_from(20, by=4.5))) == 20
+
+
+def test_stored_run_is_judged_by_the_region_that_it_started_from(
+    store_runs: Any, tmp_path: Path
+) -> None:
+    tracker, scene = "multipart:particles=2:init=full", "stress/twin:scene=0"
+    asked = {"twin": store_runs(tmp_path / "twin", [tracker], [scene])}
+    (stored,) = StoredRuns(tmp_path, asked, PAPER).courses(tracker, scene)
+    np.testing.assert_array_equal(stored.truth.boxes, stored.truth.regions["full"])
+    assert stored.error[0] == pytest.approx(0.0)
+
+
+@pytest.mark.parametrize(
+    ("shifts", "hidden", "expected"),
+    [
+        (off_from(12), (), 12),
+        (off_from(5, 14), (), N),  # nine frames
+        (off_from(5, 15), (), 5),
+        (off_from(5, 15), (7,), N),  # nine visible frames
+    ],
+)
+def test_target_is_lost_after_ten_visible_frames_off_it(
+    shifts: Any, hidden: Any, expected: int
+) -> None:
+    assert value("frames_before_loss", course(shifts, hidden=hidden)) == expected
+
+
+class Painted(SimpleNamespace):
+    """A scene of painted images."""
+
+    def __getitem__(self, frame: int) -> Any:
+        return self.images[frame]
+
+
+def painted(upper: int, lower: int) -> Painted:
+    """Return a scene of one image with a person whose halves have two grey levels."""
+    image = np.full((120, 160, 3), 128, np.uint8)
+    image[20:50, 50:70], image[50:80, 50:70] = upper, lower
+    return Painted(first_frame=0, regions={"full": PERSON[np.newaxis]}, images=[image])
+
+
+@pytest.mark.parametrize(
+    ("sequence", "upper", "lower", "right"),
+    [("1", 20, 240, 1.0), ("1", 20, 20, 0.0), ("3", 20, 20, 1.0), ("3", 20, 240, 0.0)],
+)
+def test_right_choice_is_two_parts_for_two_colours_alone(
+    monkeypatch: pytest.MonkeyPatch, sequence: str, upper: int, lower: int, right: float
+) -> None:
+    monkeypatch.setattr(scenes.datasets, "load", lambda _: painted(upper, lower))
+    for setting in ("as-written", "recommended"):
+        assert scenes.right_choice(f"multipart/{sequence}:scene=1", setting) == right
+
+
+def test_settings_differ_in_bins_and_votes() -> None:
+    as_written, recommended = map(scenes.bins_of, ("as-written", "recommended"))
+    assert (as_written.binning, as_written.uv_range) == ("both", "full")
+    assert (recommended.binning, recommended.uv_range) == ("perez", "srgb-gamut")
+
+
+def test_every_claim_and_column_names_measures_that_exist() -> None:
+    for claim in read_claims("multipart").values():
+        PAPER.check_names(claim.trackers, claim.sequences, claim.name)
+        if "." not in claim.measure:
+            find_measure(claim.measure, "multipart")
+    for column in read_sensitivity("multipart").columns:
+        PAPER.check_names((column.tracker,), (column.sequence,), column.head)
+        find_measure(column.measure, "multipart")
