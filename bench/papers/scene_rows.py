@@ -1,7 +1,7 @@
 """Runs that a page's numbers open: the worst scenes of a claim, and the worst run of a cell."""
 
 from collections.abc import Iterable
-from math import nan
+from math import isfinite, nan
 from typing import NamedTuple
 
 import numpy as np
@@ -60,7 +60,8 @@ def claim_scenes(row: VerdictRow, setting: str, context: Context) -> list[SceneR
             continue
         members = scene_names(context.description, sequence, claim.n_scenes)[rank]
         runs = [_worst([one], members, claim.measure, texts, context) for one in texts]
-        found.append(SceneRow(scene, [ahead, *map(values.__getitem__, texts)], [runs[0], *runs]))
+        numbers = [ahead, *(values.get(one, nan) for one in texts)]
+        found.append(SceneRow(scene, numbers, [runs[0], *runs]))
     return found
 
 
@@ -83,7 +84,8 @@ def _worst(
     """Return the run with the worst mean over repetitions; None without runs."""
     measure = find_measure(measured, context.description.name)
     pairs = {(text, one): context.runs.courses(text, one) for one in scenes for text in texts}
-    means = {pair: np.mean([*map(measure, runs)]) for pair, runs in pairs.items() if runs}
+    means = {pair: float(np.mean([*map(measure, runs)])) for pair, runs in pairs.items() if runs}
+    means = {pair: mean for pair, mean in means.items() if isfinite(mean)}
     if not means:
         return None
     worst = (max if measure.lower_is_better else min)(means, key=means.__getitem__)
