@@ -110,7 +110,8 @@ class Reproduction:
         runs = StoredRuns(results, asked, self.description)
         context = Context(self.description, self.claims, runs, folder, effort)
         timing = None if effort.quick else paper_module(self.name, "timing")
-        times: list[Table] = [timing.time_table(context)] if hasattr(timing, "time_table") else []
+        time_table = getattr(timing, "time_table", None)
+        times: list[Table] = [time_table(context)] if time_table else []
         sensitivity = None
         if effort.everything:
             sensitivity = sensitivity_table(context, read_sensitivity(self.name))

@@ -1,0 +1,109 @@
+"""A reproduction of a tiny paper: evidence, verdicts, tables, page and terminal output."""
+
+from dataclasses import replace
+
+import pytest
+
+from bench.papers.evidence import evidence
+from bench.papers.page import page, write_page
+from bench.papers.reproduction import document
+from bench.papers.screen import screen
+
+
+@pytest.fixture(scope="module")
+def report(tiny):
+    return tiny.report(everything=True)
+
+
+def test_verdicts_come_from_the_scenes_that_meet_the_criteria(report):
+    order, share, time = report.verdicts
+    assert set(order.evidence["recommended"].first["scene"]) == {
+        f"plain/target:length=20:scene={scene}" for scene in (200, *range(202, 213))
+    }
+    assert order.verdicts["recommended"].effect.endswith("px, 12 scenes")
+    assert share.verdicts["as-written"] == share.verdicts["recommended"]
+    assert share.claim.note in document(report, 1.0)["claims"][1]["note"]
+    assert time.verdicts["as-written"].verdict == "holds"
+    assert time.verdicts["as-written"].effect.startswith("2.0")
+
+
+def test_main_table_has_the_papers_numbers_beside_both_settings(report):
+    main, times = report.main
+    assert main.heads == ["sequence", "tracker", "paper", "as written", "recommended"]
+    first, second = ([cell.text for cell in row] for row in main.rows)
+    assert first[2] == "20 of 20"
+    assert first[3].endswith(" px")
+    assert " %, " in first[3]
+    assert second[3].count(" / ") == 1
+    assert times.caption == "Times."
+
+
+def test_sensitivity_table_changes_one_choice(report):
+    (row,) = report.sensitivity.rows
+    assert [cell.text for cell in row[:2]] == ["16 bins", "recommended"]
+    assert row[2].text.endswith(" px")
+
+
+def test_page_begins_with_the_result_and_ends_with_history(report, tmp_path):
+    write_page(tmp_path / "tiny.md", report)
+    text = (tmp_path / "tiny.md").read_text("utf-8")
+    assert text == page(report)
+    places = [
+        "# A tiny paper",
+        "**Result in one sentence.** CamShift follows the target.",
+        "## 1 The paper's numbers and ours",
+        "20 of 20",
+        "## 2 Figures",
+        "## 3 Verdicts",
+        "TI-1",
+        "## 4 What differs and why",
+        "- The window.",
+        "## 5 The scenes",
+        "a moving target",
+        "Skipped scenes of target: 201.",
+        "## 6 Settings",
+        "## 7 Sensitivity (no verdicts)",
+        "16 bins",
+        "## 8 How to run it",
+        "trackmark reproduce tiny --all",
+        "## 9 History",
+        "- One scene was replaced.",
+    ]
+    found = [text.index(one) for one in places]
+    assert found == sorted(found)
+
+
+def test_terminal_shows_the_main_table_before_the_verdicts(report, tmp_path):
+    text = screen(report, tmp_path)
+    assert text.index("20 of 20") < text.index("TI-1")
+    assert "as-written: " in text
+    assert f"{tmp_path / 'report.html'}" in text
+
+
+def test_quick_report_has_no_verdicts(tiny, tmp_path):
+    quick = tiny.report(quick=True)
+    text = screen(quick, tmp_path)
+    assert quick.verdicts == []
+    assert len(quick.main) == 1  # nothing is timed
+    assert "2 scenes per sequence" in text
+    assert "TI-1" not in text
+    assert "not run" not in text
+    assert "## 3 Verdicts" not in page(quick)
+
+
+def test_failed_run_counts_as_lost_and_is_named(tiny, report):
+    context = report.context
+    (first, *_) = report.verdicts[1].evidence["recommended"].first["scene"]
+    (course,) = context.runs.courses("static", first)
+    failed = replace(course, run=replace(course.run, failure="frame 3: ValueError: no"))
+    known = context.runs.courses
+    context.runs.courses = lambda tracker, scene: (
+        [failed] if (tracker, scene) == ("static", first) else known(tracker, scene)
+    )
+    try:
+        found = evidence(tiny.paper.claims["TI-2"], "recommended", context)
+    finally:
+        context.runs.courses = known
+    assert found.first["value"].iloc[0] == 0
+    assert found.failed.startswith("1 of 12 runs failed and count as lost, the first on plain/")
+    assert found.failed.endswith("frame 3: ValueError: no")
