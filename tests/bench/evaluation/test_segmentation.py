@@ -20,7 +20,6 @@ from bench.metrics.regions import (
     region_similarity,
     segmentation_scores,
 )
-from bench.papers.recorded import Recorded
 from bench.reporting.tables import tables
 from bench.store.checksum import PLACEHOLDER, SEAL_KEY, sealed
 from bench.store.layout import METADATA_KEY
@@ -307,19 +306,6 @@ def test_tables_show_them_beside_what_the_boxes_score(stored):
     _, last = made["segmentation"].rows  # of the tracker that segments alone
     assert last[2].text == f"{scores['mean_region_similarity'].iloc[1]:.3f}"
     assert last[-1].text == f"{scores['contour_decay'].iloc[1]:.3f}"
-
-
-def test_papers_tables_of_recorded_sequences_show_j_and_f(stored):
-    table = Recorded(title="Trial", trackers=("static",)).table(stored, {})
-    scores = load_results(stored)
-    for head, name in (("J", "mean_region_similarity"), ("F", "mean_contour_accuracy")):
-        texts = [row[table.heads.index(head)].text for row in table.rows]
-        assert texts == ["" if np.isnan(v) else f"{v:.3f}" for v in scores[name]]
-        assert sum(map(bool, texts)) == 2
-    cells = [("static", sequence, 0, "accuracy") for sequence in scores["sequence"].unique()]
-    assert not {"J", "F"} & set(
-        Recorded(title="Trial", trackers=("static",)).table(stored, {}, cells).heads
-    )
 
 
 def test_tables_of_runs_without_masks_say_nothing_of_them(stored):

@@ -9,7 +9,6 @@ import bench
 import datasets
 from bench.evaluation.scoring import REVISED, score_both
 from bench.experiments.experiment import Experiment, SequenceSource
-from bench.papers.recorded import Recorded
 from bench.reporting.pictures import frames_and_boxes, write_strips
 from bench.reporting.tables import tables
 from bench.store.loading import as_revised, load_results
@@ -108,16 +107,6 @@ def test_tables_say_which_trace_they_show_where_a_tracker_revised(
     plain = bench.run(Experiment("plain", ("static",), sources), tmp_path, jobs=1)
     (alone,) = tables(plain)
     assert "boxes (" not in alone.caption
-
-
-def test_recorded_sequences_have_a_row_of_each_trace_where_they_differ(stored):
-    table = Recorded(title="Trial", trackers=("static",)).table(stored, {})
-    assert table.heads[:3] == ["sequence", "tracker", "trace"]
-    rows = [[cell.text for cell in row] for row in table.rows]
-    assert [row[2] for row in rows] == ["both", "online", "revised"] * 2
-    both, online, revised = rows[:3]
-    assert both[3:] == online[3:]
-    assert online[3:] != revised[3:]
 
 
 def test_a_row_a_frame_tells_whether_its_run_was_revised(stored):
