@@ -27,8 +27,9 @@ class PlainFilter:
 
     `mean` is E[S], shape (7,): x, y, vx, vy, Hx, Hy, a' [pixels and frames]; `positive` the number
     of samples that fulfil the appearance condition (equation 15), `threshold` its μ + 2σ with the
-    model as it is now, which follows where the likelihood of the mean state is above
-    `update_threshold`.
+    model as it is now. The model is updated if the likelihood of the mean state (`update_reading`
+    "density"), or its ρ ("coefficient"), is above `update_threshold`. a' keeps
+    `scale_persistence` of its value per frame.
     """
 
     def __init__(
@@ -38,10 +39,13 @@ class PlainFilter:
         bins: int = 8,
         sigma: float = 0.1,
         update_threshold: float = 0.9,
+        update_reading: str = "density",
+        scale_persistence: float = 1.0,
     ) -> None:
         self._random = np.random.default_rng(seed)
         self._n, self._bins, self._sigma = particles, bins, sigma
-        self._update_threshold = update_threshold
+        self._update_threshold, self._update_reading = update_threshold, update_reading
+        self._persistence = scale_persistence
         self.mean = np.full(7, nan)
         self.positive, self.threshold = 0, nan
 
@@ -54,7 +58,7 @@ class PlainFilter:
         # sₜ = A sₜ₋₁ + wₜ₋₁: the centre moves by the velocity, both half axes by a'.
         aspect = height / width
         self._a = np.eye(7)
-        self._a[[0, 1, 4, 5], [2, 3, 6, 6]] = 1, 1, 1, aspect
+        self._a[[0, 1, 4, 5, 6], [2, 3, 6, 6, 6]] = 1, 1, 1, aspect, self._persistence
         self._aspect, self._image_size = aspect, image.shape[1::-1]
         codes = self.codes(image)
         self._model = self._histogram(codes, self.mean)
@@ -79,8 +83,10 @@ class PlainFilter:
         self.positive = int((coefficients > self.threshold).sum())
 
         histogram = self._histogram(codes, self.mean)
-        likelihood = exp(-(1 - self._coefficient(histogram)) / (2 * self._sigma**2))
-        if likelihood / (sqrt(2 * pi) * self._sigma) > self._update_threshold:
+        match = self._coefficient(histogram)
+        if self._update_reading == "density":
+            match = exp(-(1 - match) / (2 * self._sigma**2)) / (sqrt(2 * pi) * self._sigma)
+        if match > self._update_threshold:
             self._model = (1 - ALPHA) * self._model + ALPHA * histogram
             self._find_threshold()
 
