@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from math import hypot, nan
 from types import ModuleType
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +26,7 @@ from datasets.text_form import parse_text
 
 Values = NDArray[np.float64]
 Function = Callable[..., float]
+F = TypeVar("F", bound=Callable[..., Any])
 
 KEPT_SHARE = 0.9  # of the visible frames in which a tracked target is on the estimate
 LAST_FRAMES = 10  # visible frames at the end, in all of which it is
@@ -156,10 +157,10 @@ class Measure:
 
 def measure(
     unit: str = "", *, lower_is_better: bool = False, lost_before: Function | None = None
-) -> Callable[[Function], Function]:
+) -> Callable[[F], F]:
     """Mark a function as a measure, with its unit and direction."""
 
-    def marked(function: Function) -> Function:
+    def marked(function: F) -> F:
         vars(function)["declared"] = (unit, lower_is_better, lost_before)
         return function
 

@@ -1,100 +1,77 @@
 """Time per frame of both representations (the paper's "10 milliseconds more")."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 from functools import partial
 
 import numpy as np
-import pandas as pd
-from numpy.typing import NDArray
 
+from bench.claims.row_verdicts import SETTINGS
+from bench.experiments.contestant import contestant
 from bench.papers.context import Context
-from bench.papers.timing import beginning, kept_times, turn_times
+from bench.papers.main_table import text_table
+from bench.papers.measures import measure
+from bench.papers.timing import Methods, Pairs, kept_times, milliseconds
+from reports.tables import MISSING, Table
 from trackers.base.interface import Box, Image
-from trackers.base.sharing import SharedFrame
-from trackers.histograms.bins import N_BINS, LuvBins
-from trackers.histograms.counting import region_counts
-from trackers.histograms.rectangles import Regions, bhattacharyya_distances, pixel_regions
-from trackers.multipart import LEAST_PIXELS, LEAST_SHARE
+from trackers.histograms.bins import LuvBins
+from trackers.histograms.rectangles import pixel_regions
+from trackers.multipart import LEAST_PIXELS, LEAST_SHARE, MultipartParameters
 
-__all__ = ["kernel_pairs", "kernel_times"]
-
-_PARTICLES = 200
-_BINS = np.arange(0, N_BINS, 5)  # about as many as a person's histogram has
-_PARTS = {"single": 1, "multi": 2}
-_FRAMES = 8
+SEQUENCE, FRAMES = "1", 8
 
 
-def kernel_pairs(context: Context) -> pd.DataFrame:
-    """Weighing the same rectangles whole and by halves, in turns: a row a round.
+class _Histograms:
+    """Colour histograms of the particles of a frame, one call per region of a particle.
 
-    Returns
-    -------
-    DataFrame
-        `kernel` (`one pass` as the tracker does; `two calls`: the plain way, a library call a
-        region); `single`, `multi` and `reference` [seconds], means over sequences; `ratio`.
+    The particles lie as they do after a step of the paper's noise from the first box.
     """
-    numbers = (8,) if context.effort.quick else range(1, 9)  # opening them takes longer than timing
-    names = [f"multipart/{number}" for number in numbers]
-    times = kept_times(context, kernel_times, names, frames=_FRAMES)
-    means = times.groupby(["kernel", "round"], as_index=False).mean(numeric_only=True)
-    return means.assign(ratio=means["multi"] / means["single"])
 
-
-def kernel_times(names: Sequence[str], frames: int) -> pd.DataFrame:
-    """See `kernel_pairs`; by sequence. Calls are timed on the last one alone."""
-    clips = {name: beginning(name, frames, "full") for name in names}
-    images, box = clips[names[-1]]
-    codes = [LuvBins().codes(image).astype(np.intp) for image in images]
-    pieces = []
-    for kernel, way, shown in (
-        ("one pass", _OnePass, clips),
-        ("two calls", _Calls, {names[-1]: (codes, box)}),
-    ):
-        methods = {name: partial(way, parts) for name, parts in _PARTS.items()}
-        pieces.append(turn_times(methods, shown).assign(kernel=kernel))
-    return pd.concat(pieces, ignore_index=True)
-
-
-class _OnePass:
-    """What the tracker does for the distances of its particles, with one or two parts."""
-
-    def __init__(self, parts: int) -> None:
-        self._parts = parts
-        self._colours = LuvBins()
+    def __init__(self, parameters: MultipartParameters, parts: int) -> None:
+        self._settings, self._parts = parameters, parts
+        self._colours = LuvBins(parameters.binning, parameters.uv_range)
 
     def init(self, image: Image, box: Box) -> None:
-        """Scatter particles as they lie around a box after a step of the paper's noise."""
-        x, y, width, height = box
-        jitter = np.random.default_rng(0).uniform(-1, 1, (_PARTICLES, 3))
-        jitter *= [width / 3, width / 3, width * height / 10]
-        self._states = np.array([x + width / 2, y + height / 2, width * height]) + jitter
-        self._aspect = float(width / height)
+        settings, (x, y, width, height) = self._settings, box.tolist()
+        step = width / settings.position_divisor
+        noise = np.random.default_rng(0).uniform(-1, 1, (settings.particles, 3))
+        noise *= [step, step, width * height / settings.size_divisor]
+        states = np.array([x + width / 2, y + height / 2, width * height]) + noise
+        size = image.shape[1], image.shape[0], LEAST_SHARE, LEAST_PIXELS
+        regions = pixel_regions(states, width / height, self._parts, *size)
+        self._regions = regions.parts.reshape(-1, 4).tolist()
 
     def update(self, image: Image) -> None:
-        """Weigh them."""
-        regions, colours = self._regions(image), self._colours
-        counts = region_counts(SharedFrame(image), regions, colours, _BINS)
-        totals = regions.pixels * colours.votes_a_pixel
-        for part in range(self._parts):
-            reference = counts[part, 0]
-            bhattacharyya_distances(counts[part], totals[part], reference, int(totals[part, 0]))
-
-    def _regions(self, image: NDArray[np.generic]) -> Regions:
-        height, width = image.shape[:2]
-        size = width, height, LEAST_SHARE, LEAST_PIXELS
-        return pixel_regions(self._states, self._aspect, self._parts, *size)
+        codes, n_codes = self._colours.codes(image), len(self._colours.votes)
+        for left, top, right, bottom in self._regions:
+            np.bincount(codes[top:bottom, left:right].ravel(), minlength=n_codes)
 
 
-class _Calls(_OnePass):
-    """A library call a region, on images of the colours' codes."""
+def histograms(texts: Mapping[str, str]) -> Methods:
+    """Return the histograms of a tracker in both representations."""
+    (text,) = texts.values()
+    parameters = MultipartParameters(**contestant(text).parameters)
+    return {name: partial(_Histograms, parameters, n) for name, n in (("single", 1), ("multi", 2))}
 
-    def init(self, image: Image, box: Box) -> None:
-        """Scatter particles; regions are no part of the time."""
-        super().init(image, box)
-        self._places = self._regions(image).parts.reshape(-1, 4).tolist()
 
-    def update(self, image: Image) -> None:
-        """Count them."""
-        n_codes = len(self._colours.votes)
-        for left, top, right, bottom in self._places:
-            np.bincount(image[top:bottom, left:right].ravel(), minlength=n_codes)
+@measure()
+def multi_over_single(context: Context, setting: str) -> Pairs:
+    """Return times of two-part and single histograms."""
+    tracker = [*context.description.trackers][:1]  # all have the same bins
+    times = kept_times(context, histograms, setting, tracker, [SEQUENCE], FRAMES)[SEQUENCE]
+    return [(times["multi"], times["single"])]
+
+
+def time_table(context: Context) -> Table:
+    """Return the paper's difference and ours."""
+    pairs = [pair for setting in SETTINGS for pair in multi_over_single(context, setting)]
+    rows = [
+        ["single", MISSING, *(milliseconds(single) for _, single in pairs)],
+        ["two parts", MISSING, *(milliseconds(multi) for multi, _ in pairs)],
+        ["difference", "10", *(milliseconds(multi - single) for multi, single in pairs)],
+    ]
+    heads = ["histograms", "paper [ms]", "as written [ms]", "recommended [ms]"]
+    caption = (
+        "Time of a frame's histograms, section 3: one NumPy call per region, CPU time, median of "
+        "12 rounds on sequence 1. Times of two machines are not compared."
+    )
+    return text_table("times", caption, heads, rows, 1)

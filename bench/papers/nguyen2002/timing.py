@@ -1,62 +1,42 @@
-"""The time of section 3: usual frames, and the burst at an occlusion's end."""
+"""Time per frame on a whole clip (section 3)."""
 
 import numpy as np
-import pandas as pd
 
-from bench.experiments.contestant import contestant
+from bench.claims.row_verdicts import SETTINGS
 from bench.papers.context import Context
-from bench.papers.timing import frame_times
-from bench.statistics.intervals import mean_interval
+from bench.papers.main_table import text_table
+from bench.papers.measures import measure
+from bench.papers.timing import Pairs, Values, kept_times, milliseconds, tracker_methods
+from reports.tables import Table
 
-__all__ = ["tables"]
-
-EXPERIMENT = "nguyen2002-time"
-STRETCH = 20
-"""Frames whose mean is a value of the interval: neighbours take about as long."""
+CLIPS = "clips"
+WHOLE = 1000  # frames; a clip has fewer
 
 
-def tables(context: Context) -> dict[str, pd.DataFrame]:
-    """What the claim on time rests on, a way of tracking a row.
+def _times(context: Context, setting: str) -> dict[str, Values]:
+    """Return times by features [s].
 
-    `ng-10`: `preset`, `features`; CPU milliseconds a frame over all timing runs, NaN for none:
-    `decoded` (mean, as decoded, as a camera's frames come one by one) with the 95 % limits `low`
-    and `high`; warm: `milliseconds` (mean), `usual` (median where no occlusion is declared),
-    `burst` (mean where one ends, and the frames since are tracked again), `burst_in_usual` (its
-    ratio to the second); `disturbed` (1 where other load disturbed all runs; else those that it did
-    are left out).
+    The clip has an occlusion, and so a frame in which all those since are tracked again.
     """
-    if EXPERIMENT not in context.asked:  # a quick look times nothing
-        return {}
-    frames = frame_times(
-        context.results / EXPERIMENT, context.asked[EXPERIMENT], ("revision", "occluded")
+    names = [*context.description.trackers]
+    times = kept_times(context, tracker_methods, setting, names, [CLIPS], WHOLE)[CLIPS]
+    return {name: times[name] for name in names}
+
+
+@measure("ms")
+def frame_time(context: Context, setting: str) -> Pairs:
+    """Return the CPU time per frame of the slowest features."""
+    slowest = 1e3 * max(_times(context, setting).values(), key=np.mean)
+    return [(slowest, slowest)]
+
+
+def time_table(context: Context) -> Table:
+    """Return the paper's time and ours, by features."""
+    times = [_times(context, setting) for setting in SETTINGS]
+    rows = [[name, "5", *(milliseconds(one[name]) for one in times)] for name in times[0]]
+    heads = ["features", "paper [ms]", "as written [ms]", "recommended [ms]"]
+    caption = (
+        "Time per frame, section 3: whole clip, CPU time, median of 12 rounds. "
+        "Paper: Pentium II, 400 MHz. Times of two machines are not compared."
     )
-    if frames.empty:
-        return {}
-    ends, hidden = frames["revision"] > 0, frames["occluded"] == 1
-    frames["kind"] = np.select([ends, hidden], ["burst", "hidden"], "usual")
-    frames["milliseconds"], frames["decoded"] = 1e3 * frames["seconds"], 1e3 * frames["decoded"]
-    rows = []
-    for tracker, every in frames.groupby("tracker", sort=False):
-        settled, disturbed = contestant(str(tracker)), every["disturbed"].min()
-        chosen = every[every["disturbed"] == disturbed]
-        stretches = [chosen["sequence"], chosen["repetition"], chosen["frame"] // STRETCH]
-        means = chosen.groupby(stretches)["decoded"].mean()
-        low, high = mean_interval(means) if len(means) > 1 else (np.nan, np.nan)
-        by_kind = chosen.groupby("kind")["milliseconds"]
-        usual, burst = by_kind.median().get("usual", np.nan), by_kind.mean().get("burst", np.nan)
-        rows.append(
-            {
-                "preset": settled.preset,
-                "features": settled.parameters["features"],
-                "milliseconds": chosen["milliseconds"].mean(),
-                "decoded": chosen["decoded"].mean(),
-                "low": low,
-                "high": high,
-                "degrees": len(means) - 1,
-                "usual": usual,
-                "burst": burst,
-                "burst_in_usual": burst / usual,
-                "disturbed": disturbed,
-            }
-        )
-    return {"ng-10": pd.DataFrame(rows)}
+    return text_table("times", caption, heads, rows, 1)

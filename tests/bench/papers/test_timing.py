@@ -1,145 +1,183 @@
-"""Methods that take turns: what a round tells, what is kept, and how trackers stand beside."""
+"""Times of methods that take turns, and what claims and tables read from them."""
 
-from pathlib import Path
+from itertools import product
 from types import SimpleNamespace
 
 import numpy as np
-import pandas as pd
 import pytest
 
-from bench.experiments.contestant import contestant
+from bench.claims.claim_tests import Evidence, judge
+from bench.claims.claims_file import read_claims
+from bench.claims.row_verdicts import SETTINGS
 from bench.papers import timing
-from bench.papers.context import part_of
-from bench.papers.nummiaro2003 import figures as nummiaro2003_figures
-from bench.papers.timing import ROUNDS, geometric_mean, kept_times, tracker_times, turn_times
+from bench.papers.description import read_description
+from bench.papers.measures import paper_module
+from bench.papers.multipart import timing as multipart
+from bench.papers.nummiaro2003 import timing as nummiaro2003
+from bench.papers.plan import tracker_text
+from bench.papers.timing import ROUNDS, measure_scenes, open_clips, tracker_methods, turn_times
+from bench.papers.wang2010 import timing as wang2010
 
 IMAGES = [np.full((2, 2, 3), shade, np.uint8) for shade in range(9)]
 BOX = np.array([0.0, 0.0, 1.0, 1.0])
+NAME = "plain/target:length=20"
 
 
-class Clock:
-    """CPU time that runs on as methods say; now and then other load adds to it."""
+class Load:
+    """CPU time as methods spend it; now and then other load adds to it."""
 
-    now, asked = 0.0, 0
+    now, calls = 0.0, 0
 
     @classmethod
     def spend(cls, seconds):
-        cls.asked += 1
-        cls.now += seconds * (1.7 if cls.asked % 211 == 0 else 1.0)
+        cls.calls += 1
+        cls.now += seconds * (1.7 if cls.calls % 211 == 0 else 1.0)
 
 
 class Method:
-    """An update costs so many seconds, and more in the course of the clip."""
+    """An update takes a known time, twice as long after the fourth image."""
 
     def __init__(self, seconds=0.5e-3):
         self.seconds = seconds
 
     def init(self, image, box):
-        self.shown = [image[0, 0, 0]]
+        self.shades = [image[0, 0, 0]]
 
     def update(self, image):
-        assert image[0, 0, 0] == self.shown[-1] + 1
-        self.shown.append(image[0, 0, 0])
-        Clock.spend(self.seconds * (2 if len(self.shown) > 5 else 1))
+        assert image[0, 0, 0] == self.shades[-1] + 1
+        self.shades.append(image[0, 0, 0])
+        Load.spend(self.seconds * (2 if len(self.shades) > 5 else 1))
+
+
+def test_ratio_of_turns_ignores_other_load(monkeypatch):
+    monkeypatch.setattr(timing, "thread_time", lambda: Load.now)
+    monkeypatch.setattr(timing, "Reference", Method)
+    clips = [("long", IMAGES, BOX), ("short", IMAGES[:5], BOX), ("short", IMAGES[:3], BOX)]
+    times = turn_times({"fast": lambda: Method(1e-3), "slow": lambda: Method(3e-3)}, clips)
+    assert list(times) == ["long", "short"]
+    for name, seconds in (("long", 1.5e-3), ("short", 1e-3)):
+        np.testing.assert_allclose(times[name]["fast"], np.full(ROUNDS, seconds))
+        np.testing.assert_allclose(times[name]["slow"] / times[name]["fast"], 3)
+        np.testing.assert_allclose(times[name]["reference"], times[name]["fast"] / 2)
+
+
+def test_stretches_begin_with_true_boxes_over_the_scene():
+    sequence = timing.datasets.load(NAME)
+    clips = open_clips("target", NAME, 3, stretches=3)
+    for (name, images, box), first in zip(clips, (0, 8, 16), strict=True):
+        assert (name, len(images)) == ("target", 4)
+        np.testing.assert_array_equal(images[0], sequence[first])
+        np.testing.assert_array_equal(box, sequence.boxes[first])
+    ((_, images, _),) = open_clips("target", NAME, 1000)
+    assert len(images) == 20
+
+
+class Process:
+    """A process whose measurement returns known times of `reference`."""
+
+    reference, calls = (1.0, 1.05, 1.1, 3.0), 0
+
+    def __init__(self, *_, **__):
+        pass
+
+    def submit(self, *_):
+        Process.calls += 1
+        times = {"target": {"reference": np.array(Process.reference)}}
+        return SimpleNamespace(result=lambda: times)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        pass
 
 
 @pytest.fixture
-def clock(monkeypatch):
-    monkeypatch.setattr(timing, "thread_time", lambda: Clock.now)
-    monkeypatch.setattr(timing, "Reference", Method)
+def ask(monkeypatch, tmp_path):
+    """Ask for the times of a tracker on a sequence, as a new process does."""
+    monkeypatch.setattr(timing, "ProcessPoolExecutor", Process)
+    monkeypatch.setattr(timing, "scene_names", lambda *_: [[NAME]])
+    monkeypatch.setattr(timing, "tracker_text", lambda _, tracker, setting: tracker)
+    context = SimpleNamespace(description=None, folder=tmp_path)
+
+    def times(tracker="static", frames=3):
+        monkeypatch.setattr(timing, "_measured", {})
+        names = [tracker], ["target"]
+        found = timing.kept_times(context, tracker_methods, "", *names, frames)
+        np.testing.assert_array_equal(found["target"]["reference"], Process.reference)
+        return Process.calls
+
+    monkeypatch.setattr(Process, "calls", 0)
+    return times
 
 
-def test_methods_take_turns_and_load_that_comes_and_goes_changes_no_ratio(clock):
-    clips = {"long": (IMAGES, BOX), "short": (IMAGES[:5], BOX)}
-    methods = {"cheap": lambda: Method(1e-3), "dear": lambda: Method(3e-3)}
-    times = turn_times(methods, clips)
-    assert times["sequence"].tolist() == ["long"] * ROUNDS + ["short"] * ROUNDS
-    assert times["round"].tolist() == [*range(ROUNDS)] * 2
-    assert times["cheap"].to_numpy() == pytest.approx(np.repeat([1.5e-3, 1e-3], ROUNDS))
-    assert times["reference"].to_numpy() == pytest.approx(times["cheap"] / 2)
-    found = geometric_mean(times["dear"] / times["cheap"])
-    assert list(found.values()) == pytest.approx([3, 3, 3])
-
-
-def test_a_ratio_has_an_interval():
-    found = geometric_mean([1.0, 2.0, 4.0] * 4)
-    assert found["ratio"] == pytest.approx(2)
-    assert 1 < found["low"] < 2 < found["high"] < 4
-    assert found["low"] * found["high"] == pytest.approx(4)
-
-
-NAME = "plain/target:length=20"
-measured = []
-
-
-def loud(names, frames, *texts):
-    measured.append((names, frames, texts))
-    return pd.DataFrame({"one": [1.0] * 4, "reference": [1.0, 1.2, 1.2, 1.3]})
-
-
-def quiet(names, frames, *texts):
-    return loud(names, frames, *texts).assign(reference=[1.0, 1.05, 1.1, 3.0])
-
-
-def test_times_of_a_quiet_machine_are_kept_until_what_is_timed_changes(tmp_path, monkeypatch):
-    measured.clear()
-    context = SimpleNamespace(folder=tmp_path)
-
-    def times(measure=quiet, names=(NAME,), texts=()):
-        kept_times(context, measure, names, *texts, frames=30)
-        return len(measured)
-
-    assert [times(loud), times(loud)] == [1, 2]
-    assert [times(), times()] == [3, 3]
-    assert [times(texts=["static"]), times(texts=["static"])] == [4, 4]
-    assert measured[-1] == ((NAME,), 30, ("static",))
-    assert times(names=("plain/target:length=21",)) == 5
+def test_times_are_stored_until_what_is_timed_changes(ask, monkeypatch):
+    assert [ask(), ask()] == [1, 1]
+    assert [ask("camshift"), ask("camshift"), ask(frames=4)] == [2, 2, 3]
     monkeypatch.setattr(timing, "source_digest", lambda file, package: ("other", {}))
-    assert times() == 6
-    monkeypatch.setattr(timing.platform, "node", lambda: "another")
-    assert [times(), times()] == [7, 7]
+    assert [ask(), ask()] == [4, 4]
 
 
-def test_trackers_of_a_timing_experiment_are_set_beside_its_first(tmp_path, monkeypatch, clock):
-    texts = ("camshift", "camshift:window=adaptive")
-    labels = [contestant(text).label for text in texts]
-    monkeypatch.setattr(
-        timing, "read_experiment", lambda name: SimpleNamespace(trackers=texts, name=name)
-    )
-    runs = pd.DataFrame(
-        {"tracker": labels[0], "sequence": NAME, "disturbed": load}
-        | {"seconds": seconds, "decoded": 2 * seconds}
-        for seconds, load in ((1.0, 0), (3.0, 0), (8.0, 0), (9.0, 1), (9.0, 1), (9.0, 1))
-    )
-    monkeypatch.setattr(timing, "frame_times", lambda *_: runs)
-    rounds = pd.DataFrame({labels[0]: 1.0, labels[1]: [2.0] * 12, "reference": [1.0] * 11 + [1.5]})
-    monkeypatch.setattr(timing, "times_of_trackers", lambda names, frames, *texts: rounds)
-    monkeypatch.setattr(timing, "kept_times", lambda _, measure, names, *texts, frames: rounds)
-    context = SimpleNamespace(
-        description=SimpleNamespace(experiment=str),
-        results=tmp_path,
-        asked={"time": {(label, NAME, 0, "timing") for label in labels}},
-    )
-    first, second = tracker_times(context, "time").to_dict("records")
-    assert (first["tracker"], first["text"], first["sequence"]) == ("camshift", labels[0], NAME)
-    assert (first["seconds"], first["decoded"], first["ratio"]) == (3.0, 6.0, pytest.approx(1))
-    assert np.isnan(second["seconds"])
-    assert second["ratio"] == pytest.approx(2)
-    assert (second["reference"], second["load"]) == (1.0, 1.5)
+def test_times_of_a_loaded_machine_are_not_stored(ask, monkeypatch):
+    monkeypatch.setattr(Process, "reference", (1.0, 1.2, 1.2, 1.3))
+    assert [ask(), ask()] == [1, 2]
 
 
-def test_trackers_take_turns_as_runs_begin():
-    labels = [contestant(text).label for text in ("static", "camshift")]
-    times = timing.times_of_trackers(["samples/bow-tie"], 4, "static", "camshift")
-    assert (times[[*labels, "reference"]] > 0).all(axis=None)
-    assert set(times["sequence"]) == {"samples/bow-tie"}
+@pytest.mark.parametrize(
+    ("methods", "texts"),
+    [
+        (wang2010.plain_methods, ("wang2010", "particle-filter", "camshift", "camshift-improved")),
+        (tracker_methods, ("camshift",)),
+        (multipart.histograms, ("multipart",)),
+        (nummiaro2003.plain, ("nummiaro2003:preset=as-written",)),
+        (nummiaro2003.compiled, ("nummiaro2003:preset=as-written",)),
+    ],
+)
+def test_methods_of_papers_run(methods, texts):
+    for make in methods(dict(zip(texts, texts, strict=True))).values():
+        method = make()
+        (_, images, box), *_ = open_clips("target", NAME, 2)
+        method.init(images[0], box)
+        for image in images[1:]:
+            method.update(image)
 
 
-@pytest.mark.parametrize("paper", ["nguyen2002", "nummiaro2003"])
-def test_a_look_without_timing_runs_has_no_times(paper):
-    tables = part_of(paper, "tables", "timing")
-    assert tables(SimpleNamespace(asked={}, results=Path())) == {}
+def made_up(context, methods, setting, names, sequences, *_):
+    """Times of methods in the order of their names, the first the shortest."""
+    texts = {name: tracker_text(context.description, name, setting) for name in names}
+    return {
+        sequence: {
+            method: np.full(ROUNDS, 1e-3 * 1.6**number * (1 + place))
+            for number, method in enumerate([*methods(texts), "reference"])
+        }
+        for place, sequence in enumerate(sequences)
+    }
 
 
-def test_a_look_without_timing_runs_has_no_figure_of_times():
-    assert nummiaro2003_figures.times(SimpleNamespace(tables={})) is None
+@pytest.mark.parametrize("paper", ["multipart", "nguyen2002", "nummiaro2003", "wang2010"])
+def test_claims_on_times_are_judged(paper, monkeypatch):
+    module = paper_module(paper, "timing")
+    monkeypatch.setattr(module, "kept_times", made_up)
+    context = SimpleNamespace(description=read_description(paper))
+    claims = [one for one in read_claims(paper).values() if one.measure.startswith("timing.")]
+    for claim, setting in product(claims, SETTINGS):
+        function = getattr(module, claim.measure.partition(".")[2])
+        evidence = Evidence(times=function(context, setting), unit=function.declared[0])
+        assert judge(claim, evidence).cells == ROUNDS
+    table = module.time_table(context)
+    assert claims
+    assert {len(row) for row in table.rows} == {len(table.heads)}
+
+
+def test_clock_scales_times_to_800_mhz():
+    seconds = nummiaro2003.STEPS * nummiaro2003.CYCLES_PER_STEP / 3.2e9  # of a core of 3.2 GHz
+    times = {"once": np.array([5e-3]), "clock": np.array([seconds])}
+    assert nummiaro2003._at_800_mhz(times) == pytest.approx(20e-3)
+
+
+@pytest.mark.slow
+def test_scenes_are_measured_in_another_process():
+    with timing.ProcessPoolExecutor(1, env=timing.ONE_THREAD) as process:
+        arguments = {"static": "static"}, {"target": NAME}, 3, 1
+        times = process.submit(measure_scenes, tracker_methods, *arguments).result()
+    assert times["target"]["static"].shape == (ROUNDS,)
