@@ -3,7 +3,7 @@
     times = kept_times(context, plain, "as-written", ["CamShift"], ["hand"])
     times["hand"]["CamShift"] -> CPU seconds per frame, shape (12,)
 
-Other load then slows all methods of a round alike, so that the ratio of two of them stays right.
+Other load then slows all methods of a round equally, so that the ratio of two of them stays right.
 Times are warm (`bench.metrics.times`). A paper's `timing.py` names its methods; its functions with
 a `@measure` line return pairs of longer and shorter times for claims.
 """
@@ -154,10 +154,10 @@ def kept_times(
     texts = {name: tracker_text(context.description, name, setting) for name in names}
     scenes = {name: scene_names(context.description, name, 1)[0][0] for name in sequences}
     versions = [contestant(text).version for text in texts.values()]
-    shown = [(name, *datasets.identity(scene)) for name, scene in scenes.items()]
+    scene_versions = [(name, *datasets.identity(scene)) for name, scene in scenes.items()]
     source = source_digest(Path(inspect.getfile(methods)), PACKAGE)
-    identity: list[Any] = [methods.__name__, texts, versions, shown, frames, stretches, source]
-    identity += [platform.platform(), platform.node()]
+    identity: list[Any] = [methods.__name__, texts, versions, scene_versions, frames, stretches]
+    identity += [source, platform.platform(), platform.node()]
     key = hashlib.sha256(json.dumps(identity).encode()).hexdigest()[:16]
     file = context.folder / "times" / f"{key}.json"
     if file not in _measured and file.is_file():

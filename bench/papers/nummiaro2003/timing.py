@@ -53,7 +53,7 @@ class _Weighting:
 
 
 class _PlainWeighting(PlainFilter):
-    """The same in plain NumPy."""
+    """The plain filter with its particles observed and weighted twice in every frame."""
 
     def update(self, image: Image) -> None:
         super().update(image)

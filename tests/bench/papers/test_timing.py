@@ -103,8 +103,8 @@ def ask(monkeypatch, tmp_path):
     def times(tracker="static", frames=3):
         monkeypatch.setattr(timing, "_measured", {})
         names = [tracker], ["target"]
-        found = timing.kept_times(context, tracker_methods, "", *names, frames)
-        np.testing.assert_array_equal(found["target"]["reference"], Process.reference)
+        stored = timing.kept_times(context, tracker_methods, "", *names, frames)
+        np.testing.assert_array_equal(stored["target"]["reference"], Process.reference)
         return Process.calls
 
     monkeypatch.setattr(Process, "calls", 0)
@@ -159,7 +159,7 @@ def test_claims_on_times_are_judged(paper, monkeypatch):
     module = paper_module(paper, "timing")
     monkeypatch.setattr(module, "kept_times", made_up)
     context = SimpleNamespace(description=read_description(paper))
-    claims = [one for one in read_claims(paper).values() if one.measure.startswith("timing.")]
+    claims = [c for c in read_claims(paper).values() if c.measure.startswith("timing.")]
     for claim, setting in product(claims, SETTINGS):
         function = getattr(module, claim.measure.partition(".")[2])
         evidence = Evidence(times=function(context, setting), unit=function.declared[0])
