@@ -23,7 +23,7 @@ EVENT = 35
 WALL = -45.0
 """Where the wall stands [pixels towards the camera, from the cup]."""
 
-DOWN, UP = (13.0, 34.0), (45.0, 72.0)
+DOWN, UP = (12.0, 32.0), (45.0, 72.0)
 """Frames in which the cup comes down and rises again."""
 
 HASTE = 12.0, 40.0
@@ -123,5 +123,5 @@ def drawn_plan(random: np.random.Generator) -> Plan:
         rise=random.uniform(6, 11),
         behind=(left, left + random.uniform(34, 37)),
         before=(column + random.uniform(2, 5) * pace, random.uniform(10.5, 13.0)),
-        hidden=random.uniform(-1.5, 1.0),
+        hidden=random.uniform(-1.0, 0.5),
     )

@@ -62,8 +62,9 @@ class Play:
         rows = np.cumsum((speed[1:] + speed[:-1]) / 2) / STEPS
         rows = height - random.uniform(39, 42) + rows - rows[11 * STEPS - 1]
         self._times = times[1:]
-        sway = random.uniform(20, 24) * np.sin(np.pi * self._times / 50 + random.uniform(-0.3, 0.3))
-        columns = width / 2 - self.side * random.uniform(0, 8) + random.choice([-1, 1]) * sway
+        walk = random.uniform(1.0, 1.15) * (self._times - FRAMES / 2)
+        walk += 2 * np.sin(np.pi * (self._times / 25 + random.uniform(-1, 1)))
+        columns = width / 2 - self.side * random.uniform(0, 6) + random.choice([-1, 1]) * walk
         self._ball: Array = np.stack([columns, rows], axis=1)
         self._bat, self._tip = self._follow(speed[1:], random.uniform(-3, 3))
 
