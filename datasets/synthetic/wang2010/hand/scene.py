@@ -75,7 +75,8 @@ class HandScene(Scene):
         middle, head = _place(self._seed)
         low, high = middle - head * FACE / 2, middle + head * FACE / 2
         overlap = np.logical_and(boxes[:, :2] < high, boxes[:, :2] + boxes[:, 2:] > low)
-        return Truth(boxes, np.ones(FRAMES), {"on the face": overlap.all(axis=1)})
+        before = np.asarray(overlap.all(axis=1))
+        return Truth(boxes, np.ones(FRAMES), {"on the face": before})
 
     def render(self, frame: int) -> Image:
         """See `Scene.render`."""
