@@ -23,8 +23,11 @@ EVENT = 35
 WALL = -45.0
 """Where the wall stands [pixels towards the camera, from the cup]."""
 
-DOWN, UP = (13.0, 34.0), (45.0, 72.0)
+DOWN, UP = (12.0, 32.0), (45.0, 72.0)
 """Frames in which the cup comes down and rises again."""
+
+HASTE = 12.0, 40.0
+"""Frames in which the cup goes faster to the side: past the border of the thing behind it."""
 
 
 @dataclass(frozen=True)
@@ -48,6 +51,7 @@ class Plan:
     cup: Cup
     mirrored: bool  # whether left and right are exchanged in the pictures
     pace: float  # of the cup, sideways [pixels/frame]
+    haste: float  # way sideways that it goes in addition in the frames `HASTE` [pixels]
     unevenness: Array  # (2, 3), of its way and of its tilt: size, period [frames], phase
     # column, low: where the cup's middle is in frame `EVENT` [pixels]
     column: float
@@ -63,7 +67,7 @@ class Plan:
     def middle(self, times: ArrayLike) -> Array:
         """Where the middle of the cup's axis is seen [pixels], shape `times.shape + (2,)`."""
         t = np.asarray(times, np.float64)
-        x = self.column + self.pace * (t - EVENT) + self._uneven(0, t) - self._uneven(0, EVENT)
+        x = self.column + self._across(t) - self._across(EVENT)
         down, up = smooth_step(t, *DOWN), smooth_step(t, *UP)
         y = self.low - self.fall * (1 - down) - self.rise * up
         return quantised(np.stack([x, y], axis=-1))
@@ -71,6 +75,10 @@ class Plan:
     def tilt(self, times: ArrayLike) -> Array:
         """How far the cup leans to the right [radians]."""
         return self._uneven(1, np.asarray(times, np.float64))
+
+    def _across(self, times: ArrayLike) -> Array:
+        t = np.asarray(times, np.float64)
+        return self.pace * t + self.haste * smooth_step(t, *HASTE) + self._uneven(0, t)
 
     def _uneven(self, row: int, times: ArrayLike) -> Array:
         size, period, phase = self.unevenness[row]
@@ -91,16 +99,18 @@ def drawn_plan(random: np.random.Generator) -> Plan:
         handle=random.uniform(4.0, 4.8),
         hand=int(random.choice([-1, 1])),
     )
-    pace = random.uniform(0.82, 0.94)
-    column = random.uniform(14.5 + EVENT * pace, 94.5 - (FRAMES - 1 - EVENT) * pace)
-    touch = random.uniform(14.0, 18.0)
-    left = column - (EVENT - touch) * pace + rim
+    pace, haste = random.uniform(0.72, 0.80), random.uniform(9.5, 11.0)
+    before = haste * float(smooth_step(np.array(EVENT), *HASTE))
+    least = 14.5 + EVENT * pace + before
+    column = random.uniform(least, 94.5 - (FRAMES - 1 - EVENT) * pace - (haste - before))
+    left = column - random.uniform(11.5, 13.5)
     return Plan(
         view=view,
         horizon=random.uniform(59, 63),
         cup=cup,
         mirrored=bool(random.integers(2)),
         pace=pace,
+        haste=haste,
         unevenness=np.array(
             [
                 [random.uniform(0.3, 0.9), random.uniform(42, 70), random.uniform(0, 6.28)],
@@ -111,7 +121,7 @@ def drawn_plan(random: np.random.Generator) -> Plan:
         low=random.uniform(46, 49),
         fall=random.uniform(8, 11),
         rise=random.uniform(6, 11),
-        behind=(left, left + random.uniform(28, 33)),
+        behind=(left, left + random.uniform(34, 37)),
         before=(column + random.uniform(2, 5) * pace, random.uniform(10.5, 13.0)),
-        hidden=random.uniform(-1.5, 1.0),
+        hidden=random.uniform(-1.0, 0.5),
     )

@@ -36,21 +36,17 @@ NOTICED = 0.1
 
 def scene(knobs: CupKnobs) -> "CupScene":
     """Renderer and truth; nothing is drawn yet."""
-    return CupScene(knobs.scene, knobs.background == "plain")
+    return CupScene(knobs.scene)
 
 
 class CupScene(Scene):
-    """A cup in a hand.
-
-    Where it is `plain` there is nothing but a wall of another colour, a counter and the held cup.
-    """
+    """A cup in a hand, in a kitchen."""
 
     length, size = FRAMES, SIZE
 
-    def __init__(self, seed: int, plain: bool) -> None:
+    def __init__(self, seed: int) -> None:
         self._seed = seed
-        self._plain = plain
-        self.setting = _setting(seed, plain)
+        self.setting = _setting(seed)
         self.plan = self.setting.plan
 
     def truth(self) -> Truth:
@@ -60,7 +56,7 @@ class CupScene(Scene):
         it hides a tenth of the cup or more) and `similar background` (a tenth or more of it is
         before the thing of nearly its colour).
         """
-        return _truth(self._seed, self._plain)
+        return _truth(self._seed)
 
     def render(self, frame: int) -> Image:
         """See `Scene.render`."""
@@ -98,13 +94,13 @@ class CupScene(Scene):
 
 
 @lru_cache(maxsize=4)
-def _setting(seed: int, plain: bool) -> Setting:
-    return Setting(seed, plain)
+def _setting(seed: int) -> Setting:
+    return Setting(seed)
 
 
 @lru_cache(maxsize=4)
-def _truth(seed: int, plain: bool) -> Truth:
-    scene = CupScene(seed, plain)
+def _truth(seed: int) -> Truth:
+    scene = CupScene(seed)
     setting, plan = scene.setting, scene.plan
     times = np.arange(FRAMES)
     boxes = setting.silhouettes[0].extents(plan.middle(times), plan.tilt(times))

@@ -90,13 +90,11 @@ ARM_SIZE = 112, 66
 class Setting:
     """A kitchen and a held cup, in numbers (`plan`) and looked at. Nothing in it is mirrored.
 
-    `plain` leaves nothing but a wall, a counter and the held cup. `colour` is the cup's, BGR in [0,
-    255].
+    `colour` is the cup's, BGR in [0, 255].
     """
 
-    def __init__(self, seed: int, plain: bool) -> None:
+    def __init__(self, seed: int) -> None:
         self._seed = seed
-        self._plain = plain
         self.plan = drawn_plan(self._random("plan"))
         random = self._random("cup")
         self.colour = nearly(random, CUPS[int(random.integers(len(CUPS)))], 0.06)
@@ -128,24 +126,21 @@ class Setting:
         Its shadow is on what is behind.
         """
         random = self._random("room")
-        room = bare_room(random, self.colour, not self._plain and random.random() < 0.5)
-        if not self._plain:
-            things = stores(self.plan, self._random("stores"), self.colour)
-            room = [*room, *self._similar, *things]
+        room = bare_room(random, self.colour, random.random() < 0.5)
+        room += [*self._similar, *stores(self.plan, self._random("stores"), self.colour)]
         picture, which = self._look([*room, *self._carton], self._corner, SIZE, STILL_FINE)
         before = which == len(room)
         box = picture * before[..., None]
-        if before.any():
-            rows, columns = (np.flatnonzero(before.any(axis=k)) // STILL_FINE for k in (1, 0))
-            left, top = int(columns[0]), int(rows[0])
-            size = int(columns[-1]) + 1 - left, int(rows[-1]) + 1 - top
-            corner = self._corner[0] + left, self._corner[1] + top
-            uncovered, _ = self._look(room, corner, size, STILL_FINE)
-            there = np.ix_(*(
-                np.arange(STILL_FINE * start, STILL_FINE * (start + length))
-                for start, length in ((top, size[1]), (left, size[0]))
-            ))  # fmt: skip
-            picture[there] = np.where(before[there][..., None], uncovered, picture[there])
+        rows, columns = (np.flatnonzero(before.any(axis=k)) // STILL_FINE for k in (1, 0))
+        left, top = int(columns[0]), int(rows[0])
+        size = int(columns[-1]) + 1 - left, int(rows[-1]) + 1 - top
+        corner = self._corner[0] + left, self._corner[1] + top
+        uncovered, _ = self._look(room, corner, size, STILL_FINE)
+        there = np.ix_(*(
+            np.arange(STILL_FINE * start, STILL_FINE * (start + length))
+            for start, length in ((top, size[1]), (left, size[0]))
+        ))  # fmt: skip
+        picture[there] = np.where(before[there][..., None], uncovered, picture[there])
         return smaller(picture[..., :3], STILL_FINE), smaller(box, STILL_FINE)
 
     @cached_property
@@ -164,11 +159,11 @@ class Setting:
 
     @cached_property
     def _carton(self) -> list[Thing]:
-        return [] if self._plain else [carton(self.plan, self._random("box"), self.colour)]
+        return [carton(self.plan, self._random("box"), self.colour)]
 
     @cached_property
     def _similar(self) -> list[Thing]:
-        return [] if self._plain else similar_things(self.plan, self._random("cloth"), self.colour)
+        return similar_things(self.plan, self._random("cloth"), self.colour)
 
     @property
     def _rise(self) -> float:
@@ -184,8 +179,6 @@ class Setting:
         return part_generator(self._seed, f"kitchen {part}")
 
     def _coverage(self, things: Sequence[Thing]) -> Array:
-        if not things:
-            return np.zeros(SIZE[::-1])
         return smaller(255.0 * (self._trace(things, self._corner, SIZE) != NOTHING))
 
     def _trace(

@@ -18,7 +18,6 @@ from datasets.synthetic.render.colours import (
 from datasets.synthetic.render.figure.look import drawn_skin
 from datasets.synthetic.render.finish import Finish, Pattern, Thing, grain, plain, tiles
 from datasets.synthetic.render.solids import bowl, box, chain, half_space, limb, mirrored
-from datasets.synthetic.render.texture import lerp
 from datasets.synthetic.wang2010.cup.plan import SIZE, WALL, Cup, Plan
 
 __all__ = ["bare_room", "carton", "held_cup", "similar_things", "stores"]
@@ -195,9 +194,8 @@ def held_cup(cup: Cup, colour: Array, random: np.random.Generator) -> list[Thing
     cloth = any_but(random, CLOTHES, colour)
     slope = random.uniform(-0.34, 0.02)
     grip = random.uniform(0.46, 0.54) * cup.height
-    inside = any_but(random, ((212, 222, 226),), colour) if random.random() < 0.4 else colour
     return [
-        Thing(Finish(colour, 0.4, _glaze(cup, inside / colour)), _cup(cup)),
+        Thing(Finish(colour, 0.08), _cup(cup)),
         Thing(Finish(skin, 0.04, grain(random, 0.03)), _hand(cup, grip, slope)),
         Thing(Finish(cloth, 0.0, _knitted(random, slope)), _sleeve(cup, grip, slope)),
     ]
@@ -241,16 +239,6 @@ def _sleeve(cup: Cup, grip: float, slope: float) -> list[Array]:
     cuff = chain([start, start + 2.6 * way], (5.4, 5.5), 0.0)
     arm = chain([start + 1.5 * way, start + 30 * way, start + 110 * way], (5.0, 6.6, 9.5), 1.0)
     return mirrored([*cuff, *arm], cup.hand)
-
-
-def _glaze(cup: Cup, inner: Array) -> Pattern:
-    def gain(places: Array) -> Array:
-        x, y, z = places.T
-        radius = cup.foot + (cup.rim - cup.foot) * y / cup.height
-        within = np.clip(radius - np.sqrt(x * x + z * z) - 0.1, 0, 0.2) * 5 * (y > 1.2)
-        return lerp(np.ones((len(places), 3)), inner, within)
-
-    return gain
 
 
 def _knitted(random: np.random.Generator, slope: float) -> Pattern:

@@ -111,8 +111,8 @@ def drawn_pose(random: np.random.Generator, way: Array) -> Pose:
         return np.radians(wandering(random, FRAMES, periods, degrees))
 
     reach = way[:, 0] / np.abs(way[:, 0]).max()
-    arm_tilt = np.radians(random.uniform(14, 20)) * reach + wave((2.0, 5.0), 1.5)
-    tilt = np.radians(random.uniform(6, 12)) * reach + wave((1.2, 3.5), 4.0)
+    arm_tilt = np.radians(random.uniform(6, 11)) * reach + wave((2.0, 5.0), 1.5)
+    tilt = np.radians(random.uniform(1, 3)) * reach + wave((1.2, 3.5), 1.2)
     rest = np.radians(random.uniform(8, 17, (FINGERS, JOINTS, 1)))
     together = wave((1.5, 4.0), 5.0)
     bends = [[wave((0.9, 2.5), 2.0) for _ in range(JOINTS)] for _ in range(FINGERS)]
@@ -121,14 +121,14 @@ def drawn_pose(random: np.random.Generator, way: Array) -> Pose:
         arm_tilt,
         np.radians(random.uniform(-14, 14)) + wave((1.5, 4.0), 6.0),
         np.radians(random.uniform(-6, 6)) + wave((1.5, 4.0), 4.0),
-        np.array([wave((1.0, 3.0), 2.5) for _ in range(FINGERS)]) + wave((1.5, 4.0), 1.0),
+        np.array([wave((1.0, 3.0), 0.8) for _ in range(FINGERS)]),
         rest + together + np.array(bends),
     )
 
 
 # Root and tip of the bones in the palm with their radii: thumb, then the four fingers.
 _PALM = (
-    ((1.7, 1.9, 0.3), (4.2, 4.7, 0.9), 1.55, 1.15),
+    ((1.7, 1.9, 0.3), (3.4, 4.9, 0.9), 1.55, 1.15),
     ((1.3, 1.5, 0.0), (2.9, 9.2, 0.0), 1.55, 1.15),
     ((0.4, 1.4, 0.0), (0.8, 9.6, 0.1), 1.50, 1.15),
     ((-0.5, 1.4, 0.0), (-1.2, 9.2, 0.0), 1.50, 1.10),
@@ -140,11 +140,11 @@ _PADS = (
     ((2.4, 8.7, 0.35), (-2.4, 7.9, 0.30), 0.95, 0.90),  # below the fingers
 )
 _FINGERS = (
-    (38, (3.1, 2.7), (1.15, 1.10, 0.82)),
-    (10, (4.2, 2.5, 2.0), (1.10, 1.02, 0.92, 0.74)),
-    (2, (4.6, 2.8, 2.1), (1.12, 1.04, 0.94, 0.76)),
-    (-6, (4.3, 2.6, 2.1), (1.08, 1.00, 0.90, 0.74)),
-    (-17, (3.4, 2.0, 1.8), (0.98, 0.88, 0.80, 0.66)),
+    (6, (3.1, 2.7), (1.15, 1.10, 0.82)),
+    (-1, (4.2, 2.5, 2.0), (1.10, 1.02, 0.92, 0.74)),
+    (0, (4.6, 2.8, 2.1), (1.12, 1.04, 0.94, 0.76)),
+    (1, (4.3, 2.6, 2.1), (1.08, 1.00, 0.90, 0.74)),
+    (2, (3.4, 2.0, 1.8), (0.98, 0.88, 0.80, 0.66)),
 )
 """Where each points [degrees to the right], lengths of its bones, radii at their ends."""
 

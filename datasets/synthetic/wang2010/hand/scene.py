@@ -53,37 +53,35 @@ SWAY = 0.25
 
 def scene(knobs: HandKnobs) -> "HandScene":
     """Renderer and truth; nothing is drawn yet."""
-    return HandScene(knobs.scene, knobs.background == "face")
+    return HandScene(knobs.scene)
 
 
 class HandScene(Scene):
-    """A hand before somebody's `face` in an office, or before a wall and nobody."""
+    """A hand before somebody's face in an office."""
 
     length, size = FRAMES, SIZE
 
-    def __init__(self, seed: int, face: bool) -> None:
+    def __init__(self, seed: int) -> None:
         self._seed = seed
-        self._face = face
         self.hand = _hand(seed)
 
     def truth(self) -> Truth:
         """See `Scene.truth`.
 
         Boxes are those of the hand without the sleeve; nothing hides it. The attribute is
-        `on the face`: the hand's box overlaps that of a face which is there.
+        `on the face`: the hand's box overlaps that of the face.
         """
         boxes = self.hand.boxes
         middle, head = _place(self._seed)
         low, high = middle - head * FACE / 2, middle + head * FACE / 2
         overlap = np.logical_and(boxes[:, :2] < high, boxes[:, :2] + boxes[:, 2:] > low)
-        before = np.logical_and(overlap.all(axis=1), self._face)
+        before = np.asarray(overlap.all(axis=1))
         return Truth(boxes, np.ones(FRAMES), {"on the face": before})
 
     def render(self, frame: int) -> Image:
         """See `Scene.render`."""
         canvas = self._room.copy()
-        if self._face:
-            self._portrait.draw(canvas, self._sway[frame][None], 1 / setting.FINE)
+        self._portrait.draw(canvas, self._sway[frame][None], 1 / setting.FINE)
         poses, frames = self._exposed(frame)
         cones.paint(canvas, poses, frames, self._textures, _lamp(self._seed) * [1, -1, -1, 1])
         return CAMERA.exposed(canvas, self._seed, frame, self._exposure[frame])
@@ -106,7 +104,7 @@ class HandScene(Scene):
     @cached_property
     def _room(self) -> Image:
         random = part_generator(self._seed, "wang2010/hand room")
-        return (setting.office if self._face else setting.plain_wall)(random, *SIZE)
+        return setting.office(random, *SIZE)
 
     @cached_property
     def _portrait(self) -> Sprite:
@@ -141,7 +139,7 @@ def _side(seed: int) -> int:
 def _place(seed: int) -> tuple[Array, float]:
     """Middle of the face, and height of the head [pixels]."""
     random = part_generator(seed, "wang2010/hand place")
-    return np.array([80.0, 54.0]) + random.uniform(-4, 4, 2) * [1, 0.75], random.uniform(35, 38)
+    return np.array([80.0, 54.0]) + random.uniform(-4, 4, 2) * [1, 0.75], random.uniform(40, 43)
 
 
 def _look(seed: int) -> Look:
@@ -163,5 +161,5 @@ def _hand(seed: int) -> Hand:
     pose = drawn_pose(random, way)
     middle, head = _place(seed)
     skin = np.array(look.skin) * random.uniform(0.98, 1.06)
-    scale = head * random.uniform(0.0375, 0.040)
+    scale = head * random.uniform(0.0365, 0.0385)
     return hand_in_motion(pose, way, middle, CENTRED, scale, side, skin, look.clothes)

@@ -1,4 +1,4 @@
-"""What is behind the hand: the wall of an office with somebody before it, or a wall alone.
+"""Background of the hand: the wall of an office with somebody before it.
 
 Nothing in the room has the hue of skin: the face alone has.
 """
@@ -18,7 +18,7 @@ from datasets.synthetic.render.painting import Painting
 from datasets.synthetic.render.sprite import Sprite
 from datasets.synthetic.render.texture import fractal, lerp, ramp
 
-__all__ = ["FINE", "drawn_person", "office", "plain_wall", "portrait"]
+__all__ = ["FINE", "drawn_person", "office", "portrait"]
 
 Array = NDArray[np.float64]
 
@@ -31,7 +31,6 @@ SCALE = 110.0
 SIDE = 512
 
 WALLS = ((196, 186, 168), (176, 184, 164), (192, 176, 170), (204, 190, 172), (168, 166, 152))
-CONTRASTING = ((150, 108, 66), (118, 124, 62), (142, 92, 92), (96, 118, 76), (164, 132, 84))
 FURNITURE = ((128, 116, 100), (150, 142, 128), (104, 86, 66), (98, 112, 82), (206, 198, 186))
 BACKS = (
     (120, 66, 34), (86, 48, 36), (150, 116, 70), (66, 98, 46), (92, 110, 40), (110, 54, 92),
@@ -44,14 +43,9 @@ SEAS = np.array([[92, 62, 34], [146, 108, 58], [190, 172, 132], [222, 214, 200]]
 _one_of = partial(any_of, spread=0.05)  # it keeps its hue
 
 
-def plain_wall(random: np.random.Generator, width: int, height: int) -> Image:
-    """A painted wall in one contrasting colour."""
-    return _reduced(_wall(random, width, height, CONTRASTING))
-
-
 def office(random: np.random.Generator, width: int, height: int) -> Image:
     """Wall with a shelf, a picture, a cupboard, and a plant or a pinboard."""
-    wall = _wall(random, width, height, WALLS)
+    wall = _wall(random, width, height)
     across, up = width / SCALE, height / SCALE
     painting = Painting(wall, SCALE * FINE)
     left = bool(random.random() < 0.5)
@@ -66,15 +60,13 @@ def office(random: np.random.Generator, width: int, height: int) -> Image:
     return _reduced(wall)
 
 
-def _wall(
-    random: np.random.Generator, width: int, height: int, colours: tuple[tuple[int, int, int], ...]
-) -> Image:
+def _wall(random: np.random.Generator, width: int, height: int) -> Image:
     """Paint with its grain and blotches; lighter towards a window on one side."""
     tone = 1 + 0.025 * fractal(random, SIDE, 32, 256, 0.9) + 0.03 * fractal(random, SIDE, 2, 16)
     tone = np.tile(tone, (1, 2))[: height * FINE, : width * FINE]
     aside = np.linspace(-1, 1, width * FINE) * random.choice([-1, 1])
     tone = tone * (1 + 0.10 * aside) * (1 - 0.06 * np.linspace(-1, 1, height * FINE)[:, None])
-    paint = _one_of(random, colours)
+    paint = _one_of(random, WALLS)
     return np.asarray(np.clip(np.round(paint * tone[..., None]), 0, 255), np.uint8)
 
 

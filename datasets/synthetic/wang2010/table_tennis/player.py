@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from datasets.synthetic.render.sprite import Sprite, superellipse
 from datasets.synthetic.render.texture import fractal
 
-__all__ = ["BALL_FINE", "Player", "ball", "blend_swung"]
+__all__ = ["BALL_FINE", "LIGHT", "Player", "ball", "blend_swung"]
 
 Integers = NDArray[np.int64]
 Array = NDArray[np.float64]
@@ -74,6 +74,9 @@ def blend_swung(
                 canvas[y, x, c] = (value + 32640) // 65280
 
 
+LIGHT = 0.45
+"""Light of the hall on wall, table and player; the ball's paint is brighter than any of them."""
+
 FINE = 4
 """Painted pixels per pixel of the picture."""
 
@@ -97,8 +100,8 @@ class Paint:
         self._coverage = np.zeros(self.x.shape)
 
     def sprite(self, side: int) -> Sprite:
-        """What was painted; mirrored for the side -1."""
-        return Sprite(self._colour[:, ::side], self._coverage[:, ::side])
+        """What was painted, in the light of the hall; mirrored for the side -1."""
+        return Sprite(LIGHT * self._colour[:, ::side], self._coverage[:, ::side])
 
     def grain(
         self, random: np.random.Generator, coarsest: int, finest: int, stretch: float = 1.0
@@ -168,7 +171,7 @@ BLADE = 75.0
 RUBBERS = ((38, 34, 168), (46, 44, 48), (34, 30, 142))
 SKINS = ((128, 152, 220), (104, 132, 206), (146, 170, 232), (78, 100, 168))
 SLEEVES = (
-    (198, 202, 204), (150, 84, 46), (62, 58, 60), (92, 108, 60), (172, 150, 120), (120, 60, 74),
+    (150, 84, 46), (62, 58, 60), (92, 108, 60), (120, 60, 74),
 )  # fmt: skip
 WOOD = np.array((112, 164, 204), np.float64)
 
@@ -319,13 +322,8 @@ BALL_FINE = 8
 """Painted pixels per pixel of the picture."""
 
 
-def ball(
-    random: np.random.Generator, lamp: Array, diameter: float, brightness: float = 1.0
-) -> Sprite:
-    """Paint a ball of orange celluloid, its diameter in pixels of the picture.
-
-    `brightness` is a gain of all its colours: hue and saturation stay.
-    """
+def ball(random: np.random.Generator, lamp: Array, diameter: float) -> Sprite:
+    """Paint a ball of orange celluloid, its diameter in pixels of the picture."""
     paint = np.array([random.uniform(36, 56), random.uniform(138, 154), 240.0])
     side = 2 * int(np.ceil(diameter * BALL_FINE / 2)) + 2
     radius = diameter * BALL_FINE / 2
@@ -339,4 +337,4 @@ def ball(
     for _ in range(5):
         shine = shine * shine
     colour = np.clip(paint * light[..., None] + 120 * shine[..., None], 0, 255)
-    return Sprite(brightness * colour, coverage)
+    return Sprite(colour, coverage)

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from datasets.synthetic.render.texture import fractal, noise
+from datasets.synthetic.wang2010.table_tennis.player import LIGHT
 
 __all__ = ["wall"]
 
@@ -39,7 +40,7 @@ def wall(random: np.random.Generator, width: int, height: int) -> NDArray[np.uin
     picture *= _joints(random, x, y)[..., None]
     _put_table(random, picture, y, height)
     blocks = picture.reshape(height, FINE, width, FINE, 3).mean(axis=(1, 3))
-    return np.asarray(np.clip(np.round(blocks), 0, 255), np.uint8)
+    return np.asarray(np.clip(np.round(LIGHT * blocks), 0, 255), np.uint8)
 
 
 def _joints(random: np.random.Generator, x: Array, y: Array) -> Array:

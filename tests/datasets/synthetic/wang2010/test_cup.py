@@ -56,9 +56,9 @@ def test_the_frames_that_the_paper_shows(seed):
     seen = truth.visibility
     for event in (hidden, similar):
         assert event[EVENT : EVENT + 9].all()
-        assert np.abs(np.diff(event.astype(int))).sum() == 2
+        assert (np.diff(event.astype(int)) > 0).sum() == 1
         assert not event[:11].any()
-        assert not event[-4:].any()
+    assert not hidden[-4:].any()
     assert not hidden[:21].any()
     assert seen[:18].min() > 0.85  # the thumb is before it
     assert 0.38 < seen[EVENT] < 0.64
@@ -82,7 +82,7 @@ def test_the_cup_is_carried_smoothly_from_one_side_to_the_other(seed):
     assert len(set(np.sign(step[:, 0]))) == 1
     pace = np.hypot(*step.T)
     assert pace.min() > 0.6
-    assert pace.max() < 1.35
+    assert pace.max() < 1.6
     assert np.abs(np.diff(step, axis=0)).max() < 0.3
     assert np.ptp(y) > 6
 
@@ -119,12 +119,9 @@ def test_the_thing_behind_and_the_box_have_the_cups_hue(seed):
     assert cup.setting.hidden.sum() > 350
 
 
-@pytest.mark.parametrize(
-    ("seed", "background"),
-    [(0, "cluttered"), (0, "plain"), *(pytest.param(k, "cluttered", marks=SLOW) for k in MORE)],
-)
-def test_nothing_else_has_the_cups_hue(seed, background):
-    cup = opened(seed, background=background)
+@pytest.mark.parametrize("seed", [0, *(pytest.param(k, marks=SLOW) for k in MORE)])
+def test_nothing_else_has_the_cups_hue(seed):
+    cup = opened(seed)
     image = cup.render(0)
     own = cup.mask(0) | (sided(cup, cup.setting.similar + cup.setting.hidden) > 0)
     near = hue_apart(coloured(image), hue_of_cup(cup)) < 7

@@ -1,15 +1,14 @@
-"""`wang2010/table-tennis`: how the ball flies, and that what is seen is what is true."""
+"""`wang2010/table-tennis`: motion of ball and bat, and agreement of images with ground truth."""
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
-from hypothesis import strategies as st
 
 import datasets
 from datasets.synthetic.render.sprite import blend_sprite
 from datasets.synthetic.wang2010.knobs import TableTennisKnobs
 from datasets.synthetic.wang2010.table_tennis import scene as table_tennis
-from datasets.synthetic.wang2010.table_tennis.play import Play
+from datasets.synthetic.wang2010.table_tennis.play import CATCH, Play
 from datasets.synthetic.wang2010.table_tennis.player import blend_swung
 from tests.datasets.synthetic.scenes import SEEDS
 
@@ -21,100 +20,69 @@ def centres(sequence):
     return sequence.boxes[:, :2] + sequence.boxes[:, 2:] / 2
 
 
-def climbs(sequence):
-    """How far the ball goes up to each frame from the one before, in diameters; 0 in the first."""
-    up = -np.diff(centres(sequence)[:, 1], prepend=centres(sequence)[0, 1])
-    return up / sequence.boxes[0, 2]
-
-
 @pytest.fixture(scope="module")
 def sequence():
     return datasets.load(NAME)
 
 
-@pytest.fixture
-def play():
-    return Play(3, *table_tennis.SIZE)
-
-
 @settings(max_examples=15, deadline=None)
 @given(seed=SEEDS)
-def test_in_every_scene_the_ball_stays_in_the_picture_and_is_struck_in_frame_12(seed):
+def test_ball_stays_in_view_and_speeds_up_in_frame_12_only(seed):
     sequence = datasets.load(f"{NAME}:scene={seed}")
     x, y, width, height = sequence.boxes.T
     assert np.ptp(width) == np.ptp(height) == 0
     assert (width == height).all()
     assert 10 <= width[0] <= 11
-    assert x.min() > 15
-    assert y.min() > 15
-    assert (x + width).max() < 127
+    assert min(x.min(), y.min()) > 10
+    assert (x + width).max() < 132
     assert (y + height).max() < 105
-    step = np.hypot(*np.diff(centres(sequence), axis=0).T)
-    assert step[: STROKE - 1].max() < 3.2  # as any tracker follows
-    up = climbs(sequence)
-    assert up[STROKE - 4 : STROKE].min() > 0  # the bat lifts it
-    assert np.abs(up[STROKE : STROKE + 2] - 1).max() < 0.2
-    assert up[STROKE + 3 :].max() < 0.8  # there is no second stroke
+    up = -np.diff(centres(sequence)[:, 1])
+    assert up[STROKE - 4 : STROKE - 1] == pytest.approx(up[STROKE - 2], abs=0.05)  # lifted evenly
+    changes = np.hypot(*np.diff(centres(sequence), n=2, axis=0).T)
+    assert changes.argmax() == STROKE - 2
+    assert np.delete(changes, STROKE - 2).max() < 3.5
     assert sequence.visibility.min() == 1
 
 
-def test_gravity_is_that_of_a_ball_of_40_millimetres_at_25_frames_a_second(play):
-    metres = 0.040 / play.diameter
-    times = np.arange(13.0, 17.5, 0.5)  # in the air
-    assert (play.bat(times)[:, 1] - play.ball(times)[:, 1] > play.diameter).all()
-    fall = np.polyfit(times / 25, play.ball(times)[:, 1] * metres, 2)[0] * 2
-    assert fall == pytest.approx(9.81, rel=0.01)
-    across = np.diff(play.ball(times)[:, 0])
-    assert np.ptp(across) < 0.04  # nothing pushes it aside
-
-
-@settings(max_examples=15, deadline=None)
-@given(seed=SEEDS)
-def test_in_the_second_version_the_ball_gets_faster_in_frame_12_and_the_arm_does_not(seed):
-    sequence = datasets.load(f"{NAME}:scene={seed}:version=2")
-    x, y, width, height = sequence.boxes.T
-    assert min(x.min(), y.min()) > 15
-    assert (x + width).max() < 127
-    assert (y + height).max() < 110
-    up = climbs(sequence)
-    assert up[STROKE - 4 : STROKE].min() > 0  # it is lifted, and then sent up
-    assert up[STROKE - 4 : STROKE].max() < 0.25
-    assert up[STROKE] == pytest.approx(1, abs=0.1)
-    assert up[STROKE + 2 :].max() < 0.8
-    play, times = Play(seed, *table_tennis.SIZE, 2), np.arange(50)
-    arm = play.bat(times)[:, 1] - play.tip(times)
-    assert np.abs(np.diff(arm)).max() < 2
-    assert play.tip(times).min() > -play.diameter / 2
-    assert (play.tip([0, 9, 19]) == 0).all()  # else the bat is level
-
-
-def test_in_the_second_version_the_ball_is_half_as_bright_in_the_same_colour():
-    colours = []
-    for version in (1, 2):
-        scene = table_tennis.scene(TableTennisKnobs(scene=4, version=version))
-        column, row = scene.play.ball(0).astype(int)  # mixed with no ground
-        colours.append(scene[0][row - 2 : row + 3, column - 2 : column + 3].mean(axis=(0, 1)))
-    assert colours[1] == pytest.approx(colours[0] / 2, abs=2)
-
-
 @settings(max_examples=8, deadline=None)
-@given(seed=SEEDS, version=st.sampled_from([1, 2]))
-def test_the_ball_is_never_in_the_bat_and_leaves_it_with_the_restitution(seed, version):
-    play = Play(seed, *table_tennis.SIZE, version)
+@given(seed=SEEDS)
+def test_ball_is_in_free_flight_or_on_the_bat(seed):
+    play = Play(seed, *table_tennis.SIZE)
     times = np.arange(0, 49, 1 / 64)
     ball, bat = play.ball(times), play.bat(times)
     gap = bat[:, 1] - play.diameter / 2 - ball[:, 1]
+    flying = np.zeros(len(times), bool)
+    for start, end in play.flights:
+        flying |= (times > start) & (times < end)
     assert gap.min() > -0.03
-    assert np.abs(ball[:, 0] - bat[:, 0]).max() < 12  # well on the blade
-    assert np.abs(gap[: 64 * (STROKE - 1)]).max() < 0.03  # it lies there until it is struck
-    landing = np.flatnonzero((gap < 0.03) & (times > 13))[0]
-    assert 16 < times[landing] < 19
-    over = 16
-    pace = (bat[landing + over, 1] - bat[landing - over, 1]) * 64 / (2 * over)
-    half = play.gravity * over / 64 / 2
-    comes = (ball[landing - 1, 1] - ball[landing - 1 - over, 1]) * 64 / over + half - pace
-    goes = (ball[landing + 1 + over, 1] - ball[landing + 1, 1]) * 64 / over - half - pace
-    assert -goes / comes == pytest.approx(play.restitution, abs=0.05)
+    assert np.abs(gap[~flying]).max() < 0.03
+    assert np.abs(ball[:, 0] - bat[:, 0]).max() < 4  # well on the blade
+    arm = np.diff(bat[:, 1] - play.tip(times)) * 64
+    assert np.abs(arm).max() < 12  # and never jumps
+
+
+def test_gravity_is_that_of_a_ball_of_40_millimetres_at_30_frames_per_second():
+    play = Play(3, *table_tennis.SIZE)
+    metres = 0.040 / play.diameter
+    times = np.arange(11.0, 15.0, 0.5)
+    fall = np.polyfit(times / 30, play.ball(times)[:, 1] * metres, 2)[0] * 2
+    assert fall == pytest.approx(9.81, rel=0.02)
+
+
+def test_bat_catches_the_ball_with_an_even_deceleration():
+    play = Play(3, *table_tennis.SIZE)
+    times = np.linspace(play.flights[1, 1], play.flights[2, 0], 9)
+    deceleration = -np.polyfit(times, play.ball(times)[:, 1], 2)[0] * 2
+    assert deceleration == pytest.approx(CATCH, rel=0.02)
+
+
+def test_the_wrist_strikes_the_ball_and_the_arm_does_not():
+    play = Play(3, *table_tennis.SIZE)
+    frames = np.arange(50)
+    assert (play.tip(frames[:STROKE]) == 0).all()
+    assert -3 < play.tip(STROKE) < -1
+    arm = play.bat(frames)[:, 1] - play.tip(frames)
+    assert np.abs(np.diff(arm, n=2))[STROKE - 2] < 3
 
 
 def test_speed_up_is_from_the_stroke_to_the_top(sequence):
@@ -122,8 +90,7 @@ def test_speed_up_is_from_the_stroke_to_the_top(sequence):
     assert flagged[0] == STROKE
     assert (np.diff(flagged) == 1).all()
     assert 3 <= len(flagged) <= 5
-    top = np.argmin(centres(sequence)[:, 1])
-    assert flagged[-1] == top
+    assert flagged[-1] == STROKE + np.argmin(centres(sequence)[STROKE : STROKE + 8, 1])
 
 
 @pytest.mark.parametrize("seed", [0, 7])
@@ -151,9 +118,9 @@ def pair():
 
 
 def test_the_blur_is_as_long_as_the_exposure(pair):
-    """Weighed by its colour, the struck ball is drawn out upwards by its way in 0.45 frames."""
+    """Weighed by its colour, the struck ball is longer by its way in 0.45 frames."""
     spreads = []
-    for frame in (4, STROKE):
+    for frame in (8, STROKE):
         red, dark = (scene[frame][:, :, 2].astype(float) for scene in pair)
         weight = np.clip(red - dark - 12, 0, None)
         rows, columns = np.indices(weight.shape) + 0.5
@@ -163,8 +130,8 @@ def test_the_blur_is_as_long_as_the_exposure(pair):
         assert centre == pytest.approx(y + height / 2, abs=0.8)  # lit from above
         across = (weight * columns).sum() / weight.sum()
         assert across == pytest.approx(x + width / 2, abs=0.8)
-    way = pair[0].play.diameter * 0.45
-    assert spreads[1] - spreads[0] == pytest.approx(way**2 / 12, rel=0.5)
+    still, struck = (np.ptp(pair[0].play.ball([k - 0.225, k + 0.225])[:, 1]) for k in (8, STROKE))
+    assert spreads[1] - spreads[0] == pytest.approx((struck**2 - still**2) / 12, rel=0.5)
 
 
 def test_the_ball_is_orange_before_grey():
@@ -176,7 +143,7 @@ def test_the_ball_is_orange_before_grey():
         assert red > 1.3 * green > 1.6 * blue
         wall = image[2:30, 2:-2].mean(axis=(0, 1))
         assert np.ptp(wall) < 0.15 * wall.mean()
-        assert image[2:30, 2:-2].mean(axis=2).std() > 8  # but it is speckled
+        assert image[2:30, 2:-2].mean(axis=2).std() > 5  # but it is speckled
 
 
 def swung(sprite, left, top, swings, shares):
@@ -204,7 +171,7 @@ def test_columns_go_along_with_the_swing_by_their_share(limb, count):
     assert (drawn != 90).any()
 
 
-@pytest.mark.parametrize(("seed", "side", "border"), [(3, 1, 141), (0, -1, 0)])
+@pytest.mark.parametrize(("seed", "side", "border"), [(3, 1, 141), (1, -1, 0)])
 def test_the_hand_goes_with_the_bat_and_the_arm_less_towards_the_elbow(seed, side, border):
     """Where the sleeve's upper edge is, at the border; where the thumb's is, at the blade."""
     one = table_tennis.scene(TableTennisKnobs(scene=seed))
@@ -217,4 +184,4 @@ def test_the_hand_goes_with_the_bat_and_the_arm_less_towards_the_elbow(seed, sid
         covered = canvas.any(axis=2)
         tops.append([covered[:, column].argmax() for column in (round(at[0]) + 35 * side, border)])
     assert tops[0][0] - tops[1][0] == 16
-    assert 2 <= tops[0][1] - tops[1][1] <= 10
+    assert 2 <= tops[0][1] - tops[1][1] <= 12
