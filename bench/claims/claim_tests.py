@@ -89,7 +89,7 @@ def notes(evidence: Evidence) -> list[str]:
     if evidence.lost_before > FLOOR:
         found.append(f"lost before the event in {100 * evidence.lost_before:.0f} % of the scenes")
     if evidence.reference_kept <= FLOOR:
-        found.append(f"floor: the reference is kept in {100 * evidence.reference_kept:.0f} %")
+        found.append(_floor(evidence))
     return [*found, evidence.failed] if evidence.failed else found
 
 
@@ -119,8 +119,12 @@ def _judge_differences(claim: Claim, evidence: Evidence) -> Verdict:
         verdict = no_worse(values, margin, limit=limit)
     if verdict.verdict == "holds" and evidence.reference_kept <= FLOOR:
         # Two failures are no equality.
-        return replace(verdict, verdict="inconclusive", reason="floor: the reference is lost, too")
+        return replace(verdict, verdict="inconclusive", reason=_floor(evidence))
     return verdict
+
+
+def _floor(evidence: Evidence) -> str:
+    return f"floor: the reference is kept in {100 * evidence.reference_kept:.0f} %"
 
 
 def _judge_time(claim: Claim, evidence: Evidence) -> Verdict:

@@ -8,7 +8,7 @@ from typing import Any
 
 from bench.claims.claim_tests import Evidence, judge, notes
 from bench.claims.claims_file import Claim
-from bench.statistics.verdict_rules import Verdict
+from bench.statistics.verdict_rules import Verdict, plural
 from reports.tables import MISSING, Cell, Table
 
 SETTINGS = ("as-written", "recommended")
@@ -68,6 +68,17 @@ class VerdictRow:
         }
 
 
+def effect_text(claim: Claim, verdict: Verdict) -> str:
+    """Return estimate, interval and number of units, as `18 of 24, 0.75 [0.53, 0.90]`."""
+    if not isfinite(verdict.statistic):
+        return MISSING
+    numbers = verdict.effect.partition(f", {verdict.cells} ")[0].removesuffix(" share")
+    if claim.test == "share":
+        return f"{verdict.statistic * verdict.cells:.0f} of {verdict.cells}, {numbers}"
+    counted = verdict.counted if verdict.cells == 1 else plural(verdict.counted)
+    return f"{numbers.removesuffix(' times as long')}, {verdict.cells} {counted}"
+
+
 def judge_row(claim: Claim, evidence: Mapping[str, Evidence]) -> VerdictRow:
     """Judge a claim in every setting that there is evidence for."""
     return VerdictRow(
@@ -119,7 +130,7 @@ def _texts(row: VerdictRow) -> list[str]:
         notes_of = [*row.notes[setting], *([row.claim.note] if row.claim.note else [])]
         if verdict.verdict == "inconclusive":
             notes_of.insert(0, verdict.reason)
-        texts.append(verdict.effect or MISSING)
+        texts.append(effect_text(row.claim, verdict))
         texts.append(
             verdict.verdict + (f" ({'; '.join(dict.fromkeys(notes_of))})" if notes_of else "")
         )

@@ -22,7 +22,8 @@ def criteria_table(paper: str) -> Table:
         name = f"{criterion.name} *" if criterion.with_result_in_view else criterion.name
         middle = f"{median(row.value for row in own):.3g}" if own else ""
         sequence = criterion.sequence.partition("/")[2]
-        rows.append([sequence, name, middle, criterion.target, met, criterion.sentence])
+        target = criterion.target.replace("<=", "≤").replace(">=", "≥")
+        rows.append([sequence, name, middle, target, met, criterion.sentence])
     for sequence in dict.fromkeys(row.sequence for row in values):
         failed = sorted({r.scene for r in values if r.sequence == sequence and not r.passes})
         if failed:

@@ -131,7 +131,8 @@ def setting_table(description: Description) -> Table:
     """Return the values that differ between the settings, with their sources."""
     heads = ["", "as written", "recommended", "source"]
     rows = [list(row) for row in description.setting_table]
-    return text_table("settings", "Settings", heads, rows, 1)
+    caption = "Values in which the settings differ, and values that both share"
+    return text_table("settings", caption, heads, rows, 1)
 
 
 def read_notes(paper: str) -> dict[str, str]:
