@@ -42,7 +42,6 @@ FIRST_VERSIONS = {
     "stress/twin": "595d46de91ea8f26",
     "stress/twin:light=dappled": "f2a813adc2f79c09",
     "stress/twin:twin=other": "183e136847985263",
-    "wang2010/table-tennis": "7d54cdf88a1c48ee",
 }
 """Fingerprints of when they were digests of the source's bytes and the libraries' versions."""
 

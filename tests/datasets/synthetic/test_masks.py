@@ -131,7 +131,7 @@ PAINTED = [
     ("wang2010/table-tennis:scene=2", 4, other_ball, 20, 0.95, 1),
     ("wang2010/table-tennis:scene=2", 11, other_ball, 20, 0.95, 3),
     ("wang2010/hand:scene=2", 41, other_palm, 25, 0.97, 1),
-    ("wang2010/cup", 35, other_glaze, 20, 0.85, 1),
+    ("wang2010/cup", 35, other_glaze, 30, 0.85, 1),
     ("multipart/5", 100, other_clothes, 25, 0.93, 4),
     ("multipart/8", 60, other_clothes, 25, 0.93, 4),
     ("stress/twin", 20, other_clothes, 25, 0.93, 4),

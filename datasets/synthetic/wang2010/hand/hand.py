@@ -1,4 +1,6 @@
-"""An open hand on a sleeved forearm, the palm towards the camera, on its way across a face.
+"""A hand with closed fingers on a sleeved forearm, on its way across a face.
+
+The palm is towards the camera.
 
 Lengths are in centimetres and a right hand's: x to the right, y up from the wrist, z towards the
 camera. The thumb is on the right, as one's own right hand looks to whom one waves at.
@@ -102,7 +104,7 @@ def drawn_way(random: np.random.Generator, side: int) -> Array:
 
 
 def drawn_pose(random: np.random.Generator, way: Array) -> Pose:
-    """An open hand, held easily on its way (see `drawn_way`).
+    """A hand with closed fingers, held easily on its way (see `drawn_way`).
 
     The forearm leans the more, the farther it has to reach.
     """

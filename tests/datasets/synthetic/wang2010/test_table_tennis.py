@@ -102,7 +102,7 @@ def test_a_box_holds_the_mask_and_no_more(seed):
         area = np.pi / 4 * width * height
         assert len(rows) == pytest.approx(area, rel=0.08)
         middle = columns.mean() + 0.5, rows.mean() + 0.5
-        assert middle == pytest.approx((x + width / 2, y + height / 2), abs=0.2)
+        assert middle == pytest.approx((x + width / 2, y + height / 2), abs=0.3)
         found = np.array([columns.min(), rows.min(), columns.max() + 1, rows.max() + 1])
         assert np.abs(found - (x, y, x + width, y + height)).max() < 1.5  # its rim is thin there
 
@@ -176,7 +176,7 @@ def test_the_hand_goes_with_the_bat_and_the_arm_less_towards_the_elbow(seed, sid
     """Where the sleeve's upper edge is, at the border; where the thumb's is, at the blade."""
     one = table_tennis.scene(TableTennisKnobs(scene=seed))
     assert one.play.side == side
-    at = one.play.bat(0)
+    at = one.play.bat(25)
     tops = []
     for up in (0, 16):
         canvas = np.zeros((115, 142, 3), np.uint8)
