@@ -27,8 +27,8 @@ LENGTH = 242
 COMES, HIDDEN, GONE = 20, 121, 232
 """Frames: the first with the target, that in which the tree hides him most, the first without."""
 
-BEHIND_THE_TREE = 3, 4
-"""Time for which less than a fiftieth of him is seen: he is lost for a short time only [frames]."""
+BEHIND_THE_TREE = 8, 11
+"""Time for which less than 0.3 of him is seen: he is lost for a short time only [frames]."""
 
 HURRY, HURRIED = 45.0, 25
 """He gains so much on a steady pace at the tree [pixels], within this time of it [frames]."""
@@ -115,7 +115,7 @@ def _abreast(target: Course, frame: int, ratio: float) -> tuple[float, float]:
 
 
 def _width(views: Views, target: Person, frames: int) -> float:
-    """Width [pixels] of a tree that leaves less than a fiftieth of him to be seen."""
+    """Width [pixels] of a tree that leaves less than 0.3 of him to be seen, for so long."""
     plan = VisitPlan(0, views, [target], slice(COMES, GONE))
     middle = plan.places[0, HIDDEN, 0]
     needed = []
@@ -125,5 +125,5 @@ def _width(views: Views, target: Person, frames: int) -> float:
         away = np.abs(left + np.arange(len(columns)) + 0.5 - middle)
         nearest = np.argsort(away)
         hidden = np.cumsum(columns[nearest]) / columns.sum()
-        needed.append(2 * float(away[nearest][np.searchsorted(hidden, 0.98)]))
+        needed.append(2 * float(away[nearest][np.searchsorted(hidden, 0.7)]))
     return sorted(needed)[frames - 1] + 1

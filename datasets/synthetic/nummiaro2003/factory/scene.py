@@ -10,6 +10,7 @@ of the target and the camera"). The use is "training, on-line documentation and 
 moves at everyday speeds (see `routine`).
 """
 
+from dataclasses import replace
 from functools import cached_property, lru_cache
 
 import numpy as np
@@ -107,6 +108,8 @@ def _camera(seed: int) -> Array:
 @lru_cache(maxsize=4)
 def _worker(seed: int) -> Worker:
     look = drawn_look(part_generator(seed, "factory look"))
+    # Front and back of the head differ in colour, so that large rotations show.
+    look = replace(look, beard=False, cut="short" if look.cut == "full" else look.cut)
     routine = drawn_routine(part_generator(seed, "factory routine"))
     lamp = np.array([part_generator(seed, "factory light").uniform(-0.5, 0.5), 0.8, -0.7])
     lamp /= np.sqrt((lamp * lamp).sum())

@@ -42,6 +42,9 @@ UNLIKE = 60.0
 WORK = 40, 75
 """Time that he stays at a machine, least and most [frames]."""
 
+WORK_AT_WALL = 60, 75
+"""The same at a machine that stands at the wall: he faces away from the camera [frames]."""
+
 WAY = 30.0
 """Least time from one machine to the next [frames]."""
 
@@ -143,7 +146,7 @@ def _operations(random: np.random.Generator) -> list[_Operation]:
             before = operations[-1].head
             way = np.hypot(head[0] - before[0], head[1] - before[1])
             time += max(WAY, way / SPEED * FRAMES_PER_SECOND)
-        end = time + random.uniform(*WORK)
+        end = time + random.uniform(*(WORK_AT_WALL if facing == AWAY else WORK))
         operations.append(_operation(random, time, end, head, facing))
         time, last = end, column
         while not UNLIKE <= abs(column - last) <= FARTHEST:
