@@ -1,7 +1,6 @@
 """`nummiaro2003/person`: someone walks before a parking place, seen by a fixed camera.
 
-The paper says: a person "in front of a parking place", of PETS2001; and that samples can be
-placed where people come in, "like doors and image borders". All the rest is ours.
+The paper says: a person "in front of a parking place", of PETS2001. All the rest is ours.
 """
 
 from collections.abc import Iterator
@@ -9,33 +8,30 @@ from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from datasets.synthetic.multipart.plan import Person
 from datasets.synthetic.nummiaro2003.campus.scene import VisitPlan, VisitScene, bystander
 from datasets.synthetic.nummiaro2003.campus.scene import target as target_person
 from datasets.synthetic.nummiaro2003.campus.setting import (
     DOORSTEP,
-    MIDDLE,
     OPENING,
     THRESHOLD,
     CarPark,
     entrance,
     parked_cars,
-    sides,
 )
-from datasets.synthetic.nummiaro2003.knobs import PersonKnobs
+from datasets.synthetic.nummiaro2003.knobs import WalkingKnobs
 from datasets.synthetic.render.prop import Prop
 from datasets.synthetic.render.views import SIZE, Viewpoint, Views, straight, walk
 from datasets.synthetic.scene import part_generator
 
-__all__ = ["entries", "scene"]
+__all__ = ["scene"]
 
-EMPTY, WALK = 60, 250
-"""Frames without the target, and frames of his walk."""
+WALK = 250
+"""Length of the sequence [frames]."""
 
-COMING_IN = 60
-"""At most, from the first sight of him to the whole [frames]."""
+COMING_IN = 100
+"""The target is whole in the picture after this time, at most [frames]."""
 
 DEPTHS = (8.0, 8.5), (12.2, 12.7)
 """Near and far ends of his ways before the cars [metres]."""
@@ -47,50 +43,34 @@ ELBOW_ROOM = 0.5
 """Nobody walks nearer to another [metres]."""
 
 
-def scene(knobs: PersonKnobs) -> VisitScene:
-    """Renderer and truth; nothing is drawn yet."""
-    return VisitScene(_plan(knobs.scene, knobs.start == "empty"), knobs.light)
-
-
-def entries(knobs: PersonKnobs) -> NDArray[np.float64]:
-    """The door, the left border and the right one."""
-    camera, z = _camera(knobs.scene), DOORSTEP
-    edges = _door(knobs.scene) + np.array([-0.5, 0.5]) * OPENING[0]
-    left, right = camera.column(edges, np.full(2, z))
-    bottom, top = camera.row(MIDDLE + np.array([-0.3, 0.3]), np.full(2, z))
-    door = np.array([left, top, right - left, bottom - top])
-    return np.vstack([door, sides(camera, (DEPTHS[0][0], DEPTHS[1][1]))])
+def scene(knobs: WalkingKnobs) -> VisitScene:
+    """Return renderer and ground truth; nothing is drawn yet."""
+    return VisitScene(_plan(knobs.scene), "even")
 
 
 @lru_cache(maxsize=4)
-def _plan(seed: int, empty: bool) -> VisitPlan:
+def _plan(seed: int) -> VisitPlan:
     camera, door = _camera(seed), _door(seed)
     cars = parked_cars(_generator(seed, "cars"), camera, door)
     things = [*cars, *entrance(_generator(seed, "porch"), camera, door)]
-    first, seen_whole = _coming(seed, things)
-    people_there = [first, *_passers_by(seed, first)]
-    frames = slice(0, EMPTY + WALK) if empty else slice(seen_whole, seen_whole + WALK)
-    there = [replace(who, course=who.course[frames]) for who in people_there]
+    first = _target(seed, things)
     street = int(_generator(seed, "street").integers(2**32))
-    visit = slice(EMPTY if empty else 0, None)
-    views = Views.standing(camera, frames.stop - frames.start)
-    return VisitPlan(street, views, there, visit, things, CarPark)
+    people = [first, *_passers_by(seed, first)]
+    return VisitPlan(street, Views.standing(camera, WALK), people, slice(0, None), things, CarPark)
 
 
-def _coming(seed: int, things: list[Prop]) -> tuple[Person, int]:
-    """The target who is first seen after `EMPTY` frames, and when wholly, in the light."""
-    camera, frames = _camera(seed), EMPTY + COMING_IN + WALK
+def _target(seed: int, things: list[Prop]) -> Person:
+    """Return the target; the first frame is the first that shows him whole, in the light."""
+    camera, frames = _camera(seed), COMING_IN + WALK
     random = _generator(seed, "target way")
     start, points = _way(random, camera, _door(seed))
     course = walk(frames, start, points, random.uniform(1.15, 1.3), random.uniform())
     first = target_person(_generator(seed, "target"), course)
     plan = VisitPlan(0, Views.standing(camera, frames), [first], slice(0, None), things, CarPark)
-    seen = np.array([plan.seen(f)[2].sum() / plan.coverage(0, f)[2].sum() for f in range(100)])
-    comes = int(np.argmax(seen >= 0.1))
-    outside = course.z[: len(seen)] < DOORSTEP - THRESHOLD
-    whole = int(np.argmax((seen >= 0.995) & outside))
-    waiting = np.arange(frames) - (EMPTY - comes)
-    return replace(first, course=course[np.maximum(waiting, 0)]), EMPTY + whole - comes
+    seen = [plan.seen(f)[2].sum() / plan.coverage(0, f)[2].sum() for f in range(COMING_IN)]
+    outside = course.z[:COMING_IN] < DOORSTEP - THRESHOLD
+    whole = int(np.argmax((np.array(seen) >= 0.995) & outside))
+    return replace(first, course=course[whole : whole + WALK])
 
 
 def _way(

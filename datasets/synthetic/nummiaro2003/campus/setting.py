@@ -1,22 +1,21 @@
 """Where people come and go: a parking place before a porch, old trees, the picture's borders."""
 
+from collections.abc import Sequence
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from datasets.synthetic.render.colours import BGR
 from datasets.synthetic.render.path import smooth_step, spaced
 from datasets.synthetic.render.prop import Prop
 from datasets.synthetic.render.street.furniture import car
 from datasets.synthetic.render.street.ground import SIDE, Band, asphalt, kerbstones
 from datasets.synthetic.render.street.street import HOUSES, Street
 from datasets.synthetic.render.texture import fractal, grass, paving, ramp
-from datasets.synthetic.render.views import SIZE, Viewpoint
+from datasets.synthetic.render.views import Viewpoint
 
-__all__ = [
-    "DOORSTEP", "MIDDLE", "OPENING", "THRESHOLD", "CarPark", "entrance", "old_tree", "parked_cars",
-    "sides",
-]  # fmt: skip
+__all__ = ["DOORSTEP", "OPENING", "THRESHOLD", "CarPark", "entrance", "old_tree", "parked_cars"]
 
 Array = NDArray[np.float64]
 
@@ -158,23 +157,44 @@ SPREAD = 2.1
 LEAF = 110
 """Of the texture [pixels/metre]."""
 
-BARK = np.array([[48, 60, 68], [74, 90, 98], [104, 122, 128], [138, 154, 156]], np.float64)
+BARK_TONES: tuple[BGR, ...] = (
+    (92, 108, 114),  # grey
+    (36, 44, 50),  # dark
+    (150, 162, 166),  # pale
+    (66, 104, 92),  # mossy
+    (58, 86, 124),  # reddish
+    (200, 206, 208),  # birch
+)
+BARK_RELIEF = np.array([0.60, 0.84, 1.10, 1.34])[:, None]
+"""Light from the grooves of a bark to its ridges."""
+
 GREENS = np.array([[22, 46, 34], [36, 82, 60], [56, 118, 92], [92, 156, 138]], np.float64)
 
 
 def old_tree(
-    random: np.random.Generator, x: float, z: float, scale: float, width: float, stems: int
+    random: np.random.Generator,
+    place: tuple[float, float],
+    scale: float,
+    width: float,
+    unlike: Sequence[BGR],
 ) -> list[Prop]:
-    """Trunk of one or more stems grown together, and the twigs that hang before it.
+    """Return a trunk that hides what passes behind it, and the twigs that hang before it.
 
-    It stands at a place [metres] where things are seen at a `scale` [pixels/metre]; all stems
-    together are `width` wide where people pass [pixels], and hide what passes behind them.
+    The tree stands at a place (x, z) [metres] where things are seen at a `scale` [pixels/metre].
+    The trunk is `width` wide where people pass [pixels]. Its bark is the one that differs most
+    from the colours `unlike`.
     """
-    return [_trunk(random, x, z, scale, width, stems), _twigs(random, x, z - 0.01, scale, width)]
+    tone = max(BARK_TONES, key=lambda tone: _least_difference(tone, unlike))
+    x, z = place
+    return [_trunk(random, x, z, scale, width, tone), _twigs(random, x, z - 0.01, scale, width)]
+
+
+def _least_difference(colour: BGR, others: Sequence[BGR]) -> float:
+    return min(float(np.abs(np.subtract(colour, other)).max()) for other in others)
 
 
 def _trunk(
-    random: np.random.Generator, x: float, z: float, scale: float, width: float, stems: int
+    random: np.random.Generator, x: float, z: float, scale: float, width: float, tone: BGR
 ) -> Prop:
     rows, columns = round(TALL * scale), round(1.5 * width)
     y, right = np.indices((rows, columns)) + 0.5
@@ -183,11 +203,12 @@ def _trunk(
     half = width / 2 * (1 + 0.35 * np.exp(-up / 0.11) + 0.05 * np.clip(up - 2, 0, 3))
     across = (right - columns / 2) / half
     cover = np.clip((1 - np.abs(across)) * half + 0.5, 0, 1)
-    stem = 2 * ((across + 1) / 2 * stems % 1) - 1
-    light = (0.62 + 0.42 * np.sqrt(np.clip(1 - stem * stem, 0, 1))) * (1 - 0.16 * across)
+    light = (0.62 + 0.42 * np.sqrt(np.clip(1 - across * across, 0, 1))) * (1 - 0.16 * across)
     bark = fractal(random, SIDE, 8, 256, 0.8)
     tall, wide = (np.floor(v).astype(np.int64) % SIDE for v in (y * 0.9, right * 2.2))
-    colour = ramp(bark[tall, wide], BARK) * np.clip(light, 0.2, 1.1)[..., None]
+    colour = (
+        ramp(bark[tall, wide], np.array(tone) * BARK_RELIEF) * np.clip(light, 0.2, 1.1)[..., None]
+    )
     return Prop(x, z, colour, cover, rows)
 
 
@@ -202,22 +223,3 @@ def _twigs(random: np.random.Generator, x: float, z: float, scale: float, width:
     dense = (up - LEAVES) * 2.2 - 0.6 - 4 * thin + 0.55 * crown[place] + 0.45 * grain[place]
     tone = ramp(0.7 * grain[place] + 0.35 * crown[place], GREENS)
     return Prop(x, z, tone, np.clip(dense * 6, 0, 1), TALL * scale)
-
-
-MIDDLE = 0.82
-"""Height of a person's middle between shoulders and ankles [metres]."""
-
-BREADTH = 0.45
-"""Of a person [metres]."""
-
-
-def sides(camera: Viewpoint, depths: tuple[float, float]) -> NDArray[np.float64]:
-    """Stretches of the left and the right border, as wide as a person, shape (2, 4) [pixels].
-
-    `depths` are the nearest and the farthest at which people cross them [metres].
-    """
-    bottom, top = (float(camera.row(MIDDLE, z)) for z in depths)
-    width = BREADTH * float(camera.scale(sum(depths) / 2))
-    return np.array(
-        [[left, top, width, bottom - top] for left in (0.0, SIZE[0] - width)], np.float64
-    )

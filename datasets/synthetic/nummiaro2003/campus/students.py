@@ -10,31 +10,31 @@ from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from datasets.synthetic.multipart import routes
 from datasets.synthetic.multipart.plan import Person
 from datasets.synthetic.nummiaro2003.campus.scene import VisitPlan, VisitScene, bystander
 from datasets.synthetic.nummiaro2003.campus.scene import target as target_person
-from datasets.synthetic.nummiaro2003.campus.setting import old_tree, sides
-from datasets.synthetic.nummiaro2003.knobs import StudentsKnobs
+from datasets.synthetic.nummiaro2003.campus.setting import old_tree
+from datasets.synthetic.nummiaro2003.knobs import WalkingKnobs
+from datasets.synthetic.render.path import smooth_step
 from datasets.synthetic.render.views import SIZE, Course, Views, fixed, straight
 from datasets.synthetic.scene import part_generator
 
-__all__ = ["entries", "scene"]
+__all__ = ["scene"]
 
 LENGTH = 242
 COMES, HIDDEN, GONE = 20, 121, 232
 """Frames: the first with the target, that in which the tree hides him most, the first without."""
 
-BEHIND_THE_TREE = 15, 19
-"""Time for which less than a tenth of him is seen [frames]."""
+BEHIND_THE_TREE = 8, 11
+"""Time for which less than 0.3 of him is seen: he is lost for a short time only [frames]."""
+
+HURRY, HURRIED = 45.0, 25
+"""He gains so much on a steady pace at the tree [pixels], within this time of it [frames]."""
 
 PASSED = 181, 202
 """Frames in which others pass before him, give or take two."""
-
-DEPTHS = 7.7, 9.0
-"""Nearest and farthest distance of the target from the camera [metres]."""
 
 CLEAR = 0.65
 """Others pass the target at this distance, in depth, at least [metres]."""
@@ -42,26 +42,22 @@ CLEAR = 0.65
 OTHERS_BEHIND = 5
 
 
-def scene(knobs: StudentsKnobs) -> VisitScene:
-    """Renderer and truth; nothing is drawn yet."""
-    return VisitScene(_plan(knobs.scene, knobs.tree), knobs.light)
-
-
-def entries(knobs: StudentsKnobs) -> NDArray[np.float64]:
-    """Left and right border, as far as students walk there."""
-    return sides(_views(knobs.scene).still, DEPTHS)
+def scene(knobs: WalkingKnobs) -> VisitScene:
+    """Return renderer and ground truth; nothing is drawn yet."""
+    return VisitScene(_plan(knobs.scene), "even")
 
 
 @lru_cache(maxsize=4)
-def _plan(seed: int, tree: int) -> VisitPlan:
+def _plan(seed: int) -> VisitPlan:
     views = _views(seed)
     target = _across(_generator(seed, "target way"), views)
     first = target_person(_generator(seed, "target"), target)
 
     random = _generator(seed, "tree")
-    x, z = _abreast(target, HIDDEN, random.uniform(0.68, 0.73))
-    width = tree * _width(views, first, int(random.integers(*BEHIND_THE_TREE, endpoint=True)))
-    tree_there = old_tree(random, x, z, float(views.still.scale(z)), width, tree)
+    place = _abreast(target, HIDDEN, random.uniform(0.68, 0.73))
+    width = _width(views, first, int(random.integers(*BEHIND_THE_TREE, endpoint=True)))
+    worn = first.look.shirt, first.look.trousers
+    tree = old_tree(random, place, float(views.still.scale(place[1])), width, worn)
 
     random = _generator(seed, "ways before")
     pace = random.uniform(1.4, 1.7)
@@ -77,7 +73,7 @@ def _plan(seed: int, tree: int) -> VisitPlan:
             person = replace(person, stature=max(person.stature, first.stature))
         there.append(person)
     street = int(_generator(seed, "street").integers(2**32))
-    return VisitPlan(street, views, there, slice(COMES, GONE), tree_there)
+    return VisitPlan(street, views, there, slice(COMES, GONE), tree)
 
 
 def _generator(seed: int, part: str) -> np.random.Generator:
@@ -95,11 +91,14 @@ def _across(random: np.random.Generator, views: Views) -> Course:
     middle, drift = random.uniform(8.2, 8.5), random.uniform(-0.45, 0.45)
     z = middle + drift * (2 * time - 1)
     beyond = SIZE[0] + 0.12 * 1.75 * views.still.scale(z[GONE])
-    # He is now faster, now slower, by some percent.
-    column = start + (beyond - start) * time + swing * np.sin(2 * np.pi * time)
+    # He is now faster, now slower, by some percent, and hurries past the tree.
+    hurry = HURRY * smooth_step(np.arange(float(LENGTH)), HIDDEN - HURRIED, HIDDEN + HURRIED)
+    column = start + (beyond - HURRY - start) * time + swing * np.sin(2 * np.pi * time) + hurry
     side = random.choice([-1, 1])
     x = side * (column - views.still.centre) / views.still.scale(z)
-    return Course.through(x, z, random.uniform())
+    # His legs are together behind the tree: a narrow one hides all of him.
+    together = random.choice([0.0, 0.5]) + random.uniform(0.03, 0.13)
+    return Course.through(x, z, together - float(Course.through(x, z, 0.0).phase[HIDDEN]))
 
 
 def _passing(random: np.random.Generator, target: Course, when: int, pace: float) -> Course:
@@ -116,7 +115,7 @@ def _abreast(target: Course, frame: int, ratio: float) -> tuple[float, float]:
 
 
 def _width(views: Views, target: Person, frames: int) -> float:
-    """Width [pixels] of a tree that leaves less than a tenth of him to be seen, for so long."""
+    """Width [pixels] of a tree that leaves less than 0.3 of him to be seen, for so long."""
     plan = VisitPlan(0, views, [target], slice(COMES, GONE))
     middle = plan.places[0, HIDDEN, 0]
     needed = []
@@ -126,5 +125,5 @@ def _width(views: Views, target: Person, frames: int) -> float:
         away = np.abs(left + np.arange(len(columns)) + 0.5 - middle)
         nearest = np.argsort(away)
         hidden = np.cumsum(columns[nearest]) / columns.sum()
-        needed.append(2 * float(away[nearest][np.searchsorted(hidden, 0.9)]))
+        needed.append(2 * float(away[nearest][np.searchsorted(hidden, 0.7)]))
     return sorted(needed)[frames - 1] + 1

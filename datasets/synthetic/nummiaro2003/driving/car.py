@@ -11,7 +11,7 @@ from datasets.synthetic.nummiaro2003.driving.facets import Facets, Lens, Picture
 from datasets.synthetic.nummiaro2003.driving.laying import lay_facets, sprite_of
 from datasets.synthetic.nummiaro2003.driving.paintwork import BGR, painted
 from datasets.synthetic.nummiaro2003.driving.shape import Shape, any_shape
-from datasets.synthetic.nummiaro2003.driving.things import NEAREST, Lighting, Window
+from datasets.synthetic.nummiaro2003.driving.things import NEAREST, Window
 from datasets.synthetic.nummiaro2003.driving.view import View, extents, posed
 from datasets.synthetic.render.prop import Coverage
 from datasets.synthetic.render.sprite import blend_sprite
@@ -88,10 +88,9 @@ class CarAt:
             math.ceil(high_y) + y,
         )
 
-    def draw(self, canvas: NDArray[np.uint8], view: View, lighting: Lighting) -> None:
+    def draw(self, canvas: NDArray[np.uint8], view: View) -> None:
         """See `Thing.draw`; its shadow belongs to it."""
-        pictures = self.car.pictures
-        laid = self._laid(self.car.facets, view, canvas.shape[1::-1], pictures, lighting.things)
+        laid = self._laid(self.car.facets, view, canvas.shape[1::-1], self.car.pictures)
         if laid is None:
             return
         sprite, left, top = laid
@@ -102,7 +101,7 @@ class CarAt:
 
     def coverage(self, view: View, size: tuple[int, int]) -> Coverage:
         """Silhouette of what is in a picture of a size (width, height)."""
-        laid = self._laid(self.car.body, view, size, _BLANK, _UNSHADED)
+        laid = self._laid(self.car.body, view, size, _BLANK)
         if laid is None:
             return 0, 0, np.zeros((0, 0), np.uint8)
         sprite, left, top = laid
@@ -117,7 +116,7 @@ class CarAt:
         return posed(view, facets, (self.x, 0.0, self.z), self.heading)
 
     def _laid(
-        self, facets: Facets, view: View, size: tuple[int, ...], pictures: Pictures, shade: Pictures
+        self, facets: Facets, view: View, size: tuple[int, ...], pictures: Pictures
     ) -> tuple[NDArray[np.uint8], int, int] | None:
         """What is in a picture or near it: a sprite with its left and top [pixels]."""
         window = self.window(view)
@@ -133,7 +132,7 @@ class CarAt:
         lens = Lens(view.focal, view.centre[0] - left, view.centre[1] - top)
         order = np.arange(len(facets.counts))
         pose = self._pose(facets, view)
-        lay_facets(colour, taken, shadow, facets, pictures, shade, lens, pose, order)
+        lay_facets(colour, taken, shadow, facets, pictures, _UNSHADED, lens, pose, order)
         return sprite_of(colour, taken, shadow), left, top
 
 

@@ -54,7 +54,7 @@ class Pose(NamedTuple):
     turn: NDArray[np.float64]  # (3, 3), from the solid's frame to the camera's: right, down, ahead
     place: NDArray[np.float64]  # (3,), of the solid's origin in the camera's frame [metres]
     gains: NDArray[np.int64]  # (n,), light on each facet, times 256
-    # (2, 4), column and row in the picture of shade, each as three factors of the place in the
+    # (2, 4), column and row in the picture of stains, each as three factors of the place in the
     # camera's frame and a constant
     shading: NDArray[np.float64]
 

@@ -9,7 +9,6 @@ parked cars towards the camera, crosses before it, and drives up another lane or
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from datasets.synthetic.nummiaro2003.driving.car import TARGETS, CarAt, any_car, unlike
 from datasets.synthetic.nummiaro2003.driving.house import House, any_house
@@ -31,7 +30,7 @@ from datasets.synthetic.nummiaro2003.knobs import DrivingKnobs
 from datasets.synthetic.render.path import spaced
 from datasets.synthetic.scene import part_generator
 
-__all__ = ["entries", "parking_plan", "scene"]
+__all__ = ["parking_plan", "scene"]
 
 FRAMES = 400
 
@@ -52,21 +51,8 @@ FIRST, LAST = 7.0, 41.0
 
 
 def scene(knobs: DrivingKnobs) -> DrivingScene:
-    """Renderer and truth; nothing is painted yet."""
-    return DrivingScene(parking_plan(knobs.scene), knobs.light, still=True)
-
-
-def entries(knobs: DrivingKnobs) -> NDArray[np.float64]:
-    """Both ends of the road at the picture's borders, and the far ends of the two lanes."""
-    view = parking_plan(knobs.scene).views[0]
-    width = SIZE[0]
-    near, far = (float(view.project((0.0, 0.0, z))[1]) for z in (-ROAD, ROAD))
-    top = far - 0.5 * (near - far)
-    boxes = [(0.0, top, 50.0, near - top), (width - 50.0, top, 50.0, near - top)]
-    for lane in (-LANES, LANES):
-        x, y, _ = view.project((lane, 0.7, LAST)).tolist()
-        boxes.append((x - 30, y - 15, 60.0, 30.0))
-    return np.array(boxes)
+    """Return renderer and ground truth; nothing is painted yet."""
+    return DrivingScene(parking_plan(knobs.scene), still=True)
 
 
 @lru_cache(maxsize=4)

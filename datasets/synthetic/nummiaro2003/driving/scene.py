@@ -11,7 +11,6 @@ from datasets.synthetic.nummiaro2003.driving.things import Thing, Window, from_f
 from datasets.synthetic.nummiaro2003.driving.world import World
 from datasets.synthetic.render.attributes import occluded, out_of_view, rescaled, turning
 from datasets.synthetic.render.camera import Camera, slow_exposure
-from datasets.synthetic.render.street.ground import Light
 from datasets.synthetic.scene import Scene, Truth, part_generator, pasted
 
 __all__ = ["DrivingScene", "driving_truth"]
@@ -25,14 +24,13 @@ FASTEST = 0.2
 """Share of the frames that count as fast."""
 
 
-def driving_truth(plan: Plan, shade: NDArray[np.bool_]) -> Truth:
-    """Truth of all frames; `shade`, shape (n,), is where the target is in the shade of a tree.
+def driving_truth(plan: Plan) -> Truth:
+    """Return the ground truth of all frames.
 
     `boxes` are the extents of the whole car. Attributes are `occlusion` (less than 0.9 of the
     target is seen), `out_of_view` (a part of the box), `scale_change` (width outside 0.8 to
     1.25 of the first), `turning` (the side from which it is seen turns by more than 15 degrees
-    in a second), `fast` (the fifth of the frames in which it moves most in the picture) and
-    `shade`.
+    in a second) and `fast` (the fifth of the frames in which it moves most in the picture).
     """
     boxes, visibility = plan.boxes, plan.visibility
     course = plan.cars[0][1]
@@ -49,15 +47,11 @@ def driving_truth(plan: Plan, shade: NDArray[np.bool_]) -> Truth:
             "scale_change": rescaled(boxes[:, 2]),
             "turning": turning(course.heading - sight, TURNING),
             "fast": np.greater(speed, np.quantile(speed, 1 - FASTEST)),
-            "shade": shade,
         },
     )
 
 
 CAMERA = Camera(SIZE, noise=2.0)
-
-SHADE = 0.85
-"""Light below which the target counts as in the shade."""
 
 
 class DrivingScene(Scene):
@@ -69,17 +63,13 @@ class DrivingScene(Scene):
     size = SIZE
     fps = FRAMES_PER_SECOND
 
-    def __init__(self, plan: Plan, kind: Light, still: bool) -> None:
+    def __init__(self, plan: Plan, still: bool) -> None:
         self.plan, self.length = plan, len(plan)
-        self._kind: Light = kind
         self._is_still = still
 
     def truth(self) -> Truth:
         """See `Scene.truth`."""
-        course = self.plan.cars[0][1]
-        lighting = self._world.lighting
-        gains = [lighting.on(x, z, 0.7) for x, z in zip(course.x, course.z, strict=True)]
-        return driving_truth(self.plan, np.array(gains) < SHADE)
+        return driving_truth(self.plan)
 
     def render(self, frame: int) -> Image:
         """See `Scene.render`."""
@@ -92,17 +82,17 @@ class DrivingScene(Scene):
 
     def _painted(self, frame: int) -> Image:
         """Everything, before a camera that moves."""
-        view, lighting = self.plan.views[frame], self._world.lighting
+        view = self.plan.views[frame]
         canvas = np.empty((SIZE[1], SIZE[0], 3), np.uint8)
         self._world.draw(canvas, view)
         cars = [self.plan.car(number, frame) for number in range(len(self.plan.cars))]
         for thing in from_far([*self._world.resting, *cars], view, SIZE[0]):
-            thing.draw(canvas, view, lighting)
+            thing.draw(canvas, view)
         return canvas
 
     def _with_moving(self, frame: int) -> Image:
         """What stands, before a camera that stands, and around what moves all anew."""
-        view, lighting = self.plan.views[frame], self._world.lighting
+        view = self.plan.views[frame]
         empty, full, resting = self._at_rest
         canvas = full.copy()
         moving = [self.plan.moving(number, frame) for number in range(len(self.plan.cars))]
@@ -118,26 +108,26 @@ class DrivingScene(Scene):
             near = [thing for other, thing in [*resting, *windows] if other and meet(window, other)]
             shifted = view.shifted(-left, -top)
             for thing in from_far(near, view, SIZE[0]):
-                thing.draw(part, shifted, lighting)
+                thing.draw(part, shifted)
             canvas[top:bottom, left:right] = part
         return canvas
 
     @cached_property
     def _at_rest(self) -> tuple[Image, Image, list[tuple[Window | None, Thing]]]:
         """The place without and with what stands and parks; and all that, with its windows."""
-        view, lighting = self.plan.views[0], self._world.lighting
+        view = self.plan.views[0]
         empty = np.empty((SIZE[1], SIZE[0], 3), np.uint8)
         self._world.draw(empty, view)
         full = empty.copy()
         for thing in from_far(self._world.resting, view, SIZE[0]):
-            thing.draw(full, view, lighting)
+            thing.draw(full, view)
         return empty, full, [(thing.window(view), thing) for thing in self._world.resting]
 
     @cached_property
     def _world(self) -> World:
         yaws = [view.yaw for view in self.plan.views]
         focal = self.plan.views[0].focal
-        return World(self.plan.layout, self._kind, focal, (min(yaws), max(yaws)))
+        return World(self.plan.layout, focal, (min(yaws), max(yaws)))
 
     @cached_property
     def _exposure(self) -> Array:

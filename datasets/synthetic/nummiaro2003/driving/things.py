@@ -1,4 +1,4 @@
-"""What stands in a place or drives through it, as a renderer needs it, and the light on it."""
+"""Things that stand in a place or drive through it, as a renderer needs them."""
 
 import math
 from collections.abc import Callable
@@ -8,43 +8,16 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.synthetic.nummiaro2003.driving.facets import packed
-from datasets.synthetic.nummiaro2003.driving.view import SHADE_SIDE, View
+from datasets.synthetic.nummiaro2003.driving.view import View
 from datasets.synthetic.render.prop import Prop
 from datasets.synthetic.render.sprite import Sprite
-from datasets.synthetic.render.street.ground import PERIOD, Light, Shade
-from datasets.synthetic.render.texture import fractal
 from datasets.synthetic.render.views import Viewpoint
 
 __all__ = [
-    "NEAREST", "Cutout", "Lighting", "Standing", "Thing", "Window", "cut_out", "from_far", "meet",
+    "NEAREST", "Cutout", "Standing", "Thing", "Window", "cut_out", "from_far", "meet",
 ]  # fmt: skip
 
 Array = NDArray[np.float64]
-
-_UNIT = 128  # no shade
-
-
-class Lighting:
-    """Light in a scene: an overcast sky, and the shade of trees that stays where it is.
-
-    `ground` and `things` are pictures of the shade on the ground, where stains and worn places are
-    part of it, and on all else.
-    """
-
-    def __init__(self, random: np.random.Generator, light: Light) -> None:
-        places = (np.arange(SHADE_SIDE) + 0.5) * (PERIOD / SHADE_SIDE)
-        self._shade = Shade(random, light)
-        gains = self._shade.at(places[None, :], places[:, None])
-        stains = 1 + 0.05 * fractal(random, SHADE_SIDE, 2, 64, 0.75)
-        self.ground, self.things = (
-            packed([np.repeat((_UNIT * g)[..., None], 3, axis=2)]) for g in (gains * stains, gains)
-        )
-
-    def on(self, x: float, z: float, height: float) -> float:
-        """Light at a height above a place; all in metres."""
-        return float(self._shade.on_upright(x, z, height))
-
 
 Window = tuple[int, int, int, int]
 """Left, top, right and bottom of some pixels, the last two excluded."""
@@ -75,7 +48,7 @@ class Thing(Protocol):
         """Pixels that it may be seen in, wherever they lie; None behind the camera."""
         ...
 
-    def draw(self, canvas: NDArray[np.uint8], view: View, lighting: Lighting) -> None:
+    def draw(self, canvas: NDArray[np.uint8], view: View) -> None:
         """Draw it over a canvas, which is changed in place."""
         ...
 
@@ -137,7 +110,7 @@ class Standing:
             math.ceil(top + self.cutout.sprite.height * scale) + 1,
         )
 
-    def draw(self, canvas: NDArray[np.uint8], view: View, lighting: Lighting) -> None:
+    def draw(self, canvas: NDArray[np.uint8], view: View) -> None:
         """See `Thing.draw`."""
         column, row, depth = view.place_of(self.x, self.z)
         if depth >= NEAREST:

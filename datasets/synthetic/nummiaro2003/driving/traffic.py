@@ -31,7 +31,7 @@ from datasets.synthetic.render.path import smooth_step, spaced
 from datasets.synthetic.render.views import QUICK, SLOW, wandering
 from datasets.synthetic.scene import part_generator
 
-__all__ = ["entries", "scene", "traffic_plan"]
+__all__ = ["scene", "traffic_plan"]
 
 Array = NDArray[np.float64]
 
@@ -49,16 +49,13 @@ PAVED = 7.2
 ROOM = 0.24
 """The camera is turned so that the target stays this near to the axis [radians]."""
 
+FREE = 0.2
+"""Share of the target's angle from the car's axis that the turn leaves, where it is small."""
+
 
 def scene(knobs: DrivingKnobs) -> DrivingScene:
-    """Renderer and truth; nothing is painted yet."""
-    return DrivingScene(traffic_plan(knobs.scene), knobs.light, still=False)
-
-
-def entries(knobs: DrivingKnobs) -> NDArray[np.float64]:
-    """The borders on both sides, at the height of cars."""
-    horizon = traffic_plan(knobs.scene).views[0].horizon
-    return np.array([[x, horizon - 20.0, 80.0, 160.0] for x in (0.0, SIZE[0] - 80.0)])
+    """Return renderer and ground truth; nothing is painted yet."""
+    return DrivingScene(traffic_plan(knobs.scene), still=False)
 
 
 @lru_cache(maxsize=4)
@@ -132,14 +129,14 @@ def _views(random: np.random.Generator, target: Course, follower: Course) -> lis
     bearing = np.unwrap(np.arctan2(target.x - x, target.z - z))
     off = bearing - follower.heading
     wander = wandering(random, FRAMES, SLOW, 0.05)
-    yaw = bearing - ROOM * np.tanh((off + wander) / ROOM)
-    yaw += wandering(random, FRAMES, QUICK, 0.006)
+    yaw = bearing - ROOM * np.tanh((FREE * off + wander) / ROOM)
+    yaw += wandering(random, FRAMES, QUICK, 0.004)
     pitch = random.uniform(0.015, 0.045) + wandering(random, FRAMES, SLOW, 0.008)
-    pitch += wandering(random, FRAMES, QUICK, 0.006)
-    for frame in random.integers(20, FRAMES - 20, 5):  # holes in the road
+    pitch += wandering(random, FRAMES, QUICK, 0.004)
+    for frame in random.choice(np.arange(20, FRAMES - 20, 15), 5, replace=False):  # holes
         time = np.arange(FRAMES) - frame
         hit = np.exp(-np.maximum(time, 0) / 6.0) * np.sin(time * 1.3) * (time >= 0)
-        pitch += random.uniform(0.012, 0.022) * hit
+        pitch += random.uniform(0.008, 0.014) * hit
     return [
         View(560.0, (SIZE[0] / 2, SIZE[1] / 2), (float(a), height, float(b)), float(c), float(d))
         for a, b, c, d in zip(x, z, yaw, pitch, strict=True)

@@ -11,9 +11,8 @@ from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from datasets.synthetic.nummiaro2003.driving.facets import Facets, Lens, Pose
-from datasets.synthetic.render.street.ground import PERIOD, SLANT_X, SLANT_Z
 
-__all__ = ["SHADE_SIDE", "View", "extents", "heading_axes", "posed"]
+__all__ = ["STAINS_SIDE", "View", "extents", "heading_axes", "posed"]
 
 Array = NDArray[np.float64]
 
@@ -99,11 +98,14 @@ def _direction(angle: float) -> tuple[float, float]:
 NEAREST = 0.6
 """Solids that come nearer to the camera than this have no extents [metres]."""
 
-SHADE_SIDE = 512
-"""Of the picture of shade, which covers PERIOD metres [pixels]."""
+STAINS_SIDE = 512
+"""Side of the picture of stains on the ground [pixels]."""
+
+STAINS_PERIOD = 16.0
+"""The picture of stains covers this side of the ground [metres]."""
 
 _SKY = np.array([-0.05, 0.23, -0.08, 0.8])  # brightest above, and somewhat to the left
-_DENSITY = SHADE_SIDE / PERIOD * np.array([[1.0, SLANT_X, 0.0], [0.0, SLANT_Z, 1.0]])
+_DENSITY = STAINS_SIDE / STAINS_PERIOD * np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
 
 
 def posed(
@@ -129,7 +131,7 @@ def _pose(
     `view`, shape (3, 3), turns the world's axes to the camera's, `axes` the solid's to the world's;
     `normals` are those of its facets in its own frame. Light on a facet is `sky`: three factors of
     its normal in the world, and a constant. `density`, shape (2, 3), gives column and row in the
-    picture of shade as factors of a place in the world.
+    picture of stains as factors of a place in the world.
     """
     turn, apart, shading = np.zeros((3, 3)), np.zeros(3), np.zeros((2, 4))
     for i in range(3):

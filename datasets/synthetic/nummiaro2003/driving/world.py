@@ -1,4 +1,4 @@
-"""Where cars drive: ground, houses, what stands about, what is far off, and light on all of it."""
+"""Places where cars drive: ground, houses, what stands about and what is far off."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -21,16 +21,14 @@ from datasets.synthetic.nummiaro2003.driving.house import House, Houses
 from datasets.synthetic.nummiaro2003.driving.laying import lay_behind, lay_facets
 from datasets.synthetic.nummiaro2003.driving.things import (
     Cutout,
-    Lighting,
     Standing,
     Thing,
     cut_out,
 )
-from datasets.synthetic.nummiaro2003.driving.view import View, posed
+from datasets.synthetic.nummiaro2003.driving.view import STAINS_SIDE, View, posed
 from datasets.synthetic.render.sprite import draw_rows
 from datasets.synthetic.render.street.facades import backdrop
 from datasets.synthetic.render.street.furniture import bush, post, sign, tree
-from datasets.synthetic.render.street.ground import Light
 from datasets.synthetic.render.texture import fractal, grass, paving
 from datasets.synthetic.scene import part_generator
 
@@ -175,16 +173,13 @@ class Layout:
 
 
 class World:
-    """A place in a light; nothing is painted before it is asked for.
+    """A place under an overcast sky; nothing is painted before it is asked for.
 
     `focal` is the camera's [pixels], `yaws` its lowest and highest direction of sight [radians].
     """
 
-    def __init__(
-        self, layout: Layout, light: Light, focal: float, yaws: tuple[float, float]
-    ) -> None:
+    def __init__(self, layout: Layout, focal: float, yaws: tuple[float, float]) -> None:
         self._layout = layout
-        self._light: Light = light
         self._focal = focal
         self._yaws = yaws
         self._ground = laid(layout.strips)
@@ -199,7 +194,7 @@ class World:
         lens = Lens(view.focal, *view.centre)
         for facets, pictures, shade, order in (
             (self._houses.facets, self._houses.pictures, _UNSHADED, self._houses.order(view)),
-            (self._ground, self._surfaces, self.lighting.ground, self._whole_ground),
+            (self._ground, self._surfaces, self._stains, self._whole_ground),
         ):
             pose = posed(view, facets)
             lay_facets(canvas, taken, shadow, facets, pictures, shade, lens, pose, order)
@@ -207,9 +202,11 @@ class World:
         lay_behind(canvas, taken, behind[: self._panorama.draw(behind, view)])
 
     @cached_property
-    def lighting(self) -> Lighting:
-        """Light on ground and cars."""
-        return Lighting(part_generator(self._layout.seed, "shade"), self._light)
+    def _stains(self) -> Pictures:
+        """Stains and worn places of the ground, as light on it over 128."""
+        random = part_generator(self._layout.seed, "stains")
+        stains = 1 + 0.05 * fractal(random, STAINS_SIDE, 2, 64, 0.75)
+        return packed([np.repeat((128 * stains)[..., None], 3, axis=2)])
 
     @cached_property
     def resting(self) -> list[Thing]:

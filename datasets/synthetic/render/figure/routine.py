@@ -1,12 +1,11 @@
-"""What the worker does: operations at several machines, drawn at random within bounds.
+"""Routine of the worker: operations at several machines, drawn at random within bounds.
 
-All is in the paper's words: several operations on different machines, large out-of-plane
-rotations of the head, unpredictable locations. How quick he is they don't say: there are two paces.
+The paper's words: several operations on different machines, large out-of-plane rotations of the
+head, unpredictable locations. His speeds are everyday ones: the paper does not give any.
 """
 
 from dataclasses import dataclass
 from itertools import pairwise
-from math import inf
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,8 +13,7 @@ from numpy.typing import NDArray
 from datasets.synthetic.render.path import smooth_step
 from datasets.synthetic.render.views import wandering
 
-__all__ = ["BRISK", "CALM", "DEPTHS", "FOCAL", "FRAMES", "FRAMES_PER_SECOND", "SIZE", "Pace"]
-__all__ += ["Routine", "drawn_routine"]
+__all__ = ["FOCAL", "FRAMES", "FRAMES_PER_SECOND", "SIZE", "Routine", "drawn_routine"]
 
 Array = NDArray[np.float64]
 
@@ -41,29 +39,29 @@ UNLIKE = 60.0
 """Two machines in turn are this far apart in the picture, at least [pixels]."""
 
 
-@dataclass(frozen=True)
-class Pace:
-    """How quickly he goes about his work."""
+WORK = 40, 75
+"""Time that he stays at a machine, least and most [frames]."""
 
-    work: tuple[float, float]  # how long he stays at a machine, least and most [frames]
-    way: float  # least time from one to the next [frames]
-    speed: float  # mean on the way [metres/second]
-    reach: float  # the next machine is no farther away in the picture [pixels]
-    turn: float  # of the head to the next machine, at its quickest [degrees/second]
-    glance: tuple[float, float]  # time of a look aside, there or back, least and most [frames]
-    around: float  # how often he turns the longer way round, in [0, 1]
-    sides: int  # among so many operations, the first with it, he faces to all four sides
+WORK_AT_WALL = 60, 75
+"""The same at a machine that stands at the wall: he faces away from the camera [frames]."""
 
+WAY = 30.0
+"""Least time from one machine to the next [frames]."""
 
-BRISK = Pace((22, 52), 12.0, 0.85, inf, 240.0, (6, 11), 0.3, 5)
-"""He hurries from any machine to any other."""
+SPEED = 0.35
+"""Mean speed on the way, a step or two [metres/second]."""
 
-CALM = Pace((40, 75), 30.0, 0.35, 200.0, 120.0, (14, 24), 0.0, 4)
-"""He takes a step or two to the next machine, and looks at what he does.
+FARTHEST = 200.0
+"""The next machine is no farther away in the picture [pixels]."""
 
-Everyday speeds: 40 to 75 frames are two or three seconds, and a half turn takes as long. The fourth
-operation begins by frame 431: three times 75 frames at a machine, three ways of at most 0.96 m.
-"""
+TURN = 120.0
+"""Speed of the head that turns to the next machine, at its quickest [degrees/second]."""
+
+GLANCE = 14, 24
+"""Time of a look aside, there or back, least and most [frames]."""
+
+# He faces to all four sides: the fourth operation begins by frame 431, after three times 75 frames
+# at a machine and three ways of at most 0.96 m.
 
 
 @dataclass(frozen=True)
@@ -101,11 +99,11 @@ class _Operation:
     hands: Array
 
 
-def drawn_routine(random: np.random.Generator, pace: Pace) -> Routine:
+def drawn_routine(random: np.random.Generator) -> Routine:
     """Operations one after the other until the frames are over."""
-    operations = _operations(random, pace)
-    headings = _unwound([operation.facing for operation in operations], random, pace)
-    heading, turn = _headings(random, operations, headings, pace)
+    operations = _operations(random)
+    headings = _unwound([operation.facing for operation in operations])
+    heading, turn = _headings(random, operations, headings)
     # On the way to the next machine he straightens up.
     moving = _moving(operations)
     lean = _keyed(operations, [o.lean for o in operations]) * (1 - 0.7 * moving)
@@ -113,7 +111,7 @@ def drawn_routine(random: np.random.Generator, pace: Pace) -> Routine:
     steps = np.sqrt(np.square(np.gradient(x)) + np.square(np.gradient(z))) * FRAMES_PER_SECOND
     time = np.arange(FRAMES) / FRAMES_PER_SECOND
     bob = 0.016 * np.sin(2 * np.pi * (1.9 * time + random.uniform())) * np.minimum(steps, 1.0)
-    glance, peer = _glances(random, operations, pace)
+    glance, peer = _glances(random, operations)
     hands = _keyed(operations, [o.hands for o in operations])
     nod = _keyed(operations, [o.nod for o in operations]) + peer
     busy = np.stack([wandering(random, FRAMES, (0.5, 2.5), 0.018) for _ in range(6)], axis=1)
@@ -131,10 +129,9 @@ def drawn_routine(random: np.random.Generator, pace: Pace) -> Routine:
     )
 
 
-def _operations(random: np.random.Generator, pace: Pace) -> list[_Operation]:
+def _operations(random: np.random.Generator) -> list[_Operation]:
     # He is seen from every side: the first few hold all four facings, and are always reached.
-    more = [random.choice([AWAY, FRONT]) for _ in range(pace.sides - 4)]
-    others = random.permutation([AWAY, LEFT, RIGHT, *more])
+    others = random.permutation([AWAY, LEFT, RIGHT])
     facings = [FRONT, *others.tolist()]
     operations: list[_Operation] = []
     time, column = 0.0, random.uniform(*COLUMNS)
@@ -148,11 +145,11 @@ def _operations(random: np.random.Generator, pace: Pace) -> list[_Operation]:
         if operations:
             before = operations[-1].head
             way = np.hypot(head[0] - before[0], head[1] - before[1])
-            time += max(pace.way, way / pace.speed * FRAMES_PER_SECOND)
-        end = time + random.uniform(*pace.work)
+            time += max(WAY, way / SPEED * FRAMES_PER_SECOND)
+        end = time + random.uniform(*(WORK_AT_WALL if facing == AWAY else WORK))
         operations.append(_operation(random, time, end, head, facing))
         time, last = end, column
-        while not UNLIKE <= abs(column - last) <= pace.reach:
+        while not UNLIKE <= abs(column - last) <= FARTHEST:
             column = random.uniform(*COLUMNS)
     return operations
 
@@ -186,29 +183,23 @@ def _operation(
     )
 
 
-def _unwound(facings: list[float], random: np.random.Generator, pace: Pace) -> list[float]:
-    """Headings in turn; as a rule he turns the shorter way, sometimes the other."""
+def _unwound(facings: list[float]) -> list[float]:
+    """Return the headings in turn; he turns the shorter way."""
     headings = facings[:1]
     for facing in facings[1:]:
-        by = (facing - headings[-1] + np.pi) % (2 * np.pi) - np.pi
-        if abs(by) > np.pi / 2 and random.random() < pace.around:
-            by -= np.sign(by) * 2 * np.pi
-        headings.append(headings[-1] + by)
+        headings.append(headings[-1] + (facing - headings[-1] + np.pi) % (2 * np.pi) - np.pi)
     return headings
 
 
 def _headings(
-    random: np.random.Generator,
-    operations: list[_Operation],
-    headings: list[float],
-    pace: Pace,
+    random: np.random.Generator, operations: list[_Operation], headings: list[float]
 ) -> tuple[Array, Array]:
     """Headings of the body and of the head, which turns first and faster."""
     time = np.arange(FRAMES, dtype=np.float64)
     body, head = np.full(FRAMES, headings[0]), np.full(FRAMES, headings[0])
     for (before, after), (old, new) in zip(pairwise(operations), pairwise(headings), strict=True):
         start, length = before.end, after.start - before.end
-        quick = max(9.0, abs(new - old) / np.radians(pace.turn) * FRAMES_PER_SECOND * 1.5)
+        quick = max(9.0, abs(new - old) / np.radians(TURN) * FRAMES_PER_SECOND * 1.5)
         ahead = start - random.uniform(2, 7)
         body += (new - old) * smooth_step(time, start, start + max(length, 1.2 * quick))
         head += (new - old) * smooth_step(time, ahead, ahead + max(0.7 * length, quick))
@@ -217,16 +208,14 @@ def _headings(
     return body, body + limit * np.tanh((head - body) / limit)
 
 
-def _glances(
-    random: np.random.Generator, operations: list[_Operation], pace: Pace
-) -> tuple[Array, Array]:
+def _glances(random: np.random.Generator, operations: list[_Operation]) -> tuple[Array, Array]:
     """Looks aside and up or down while he works."""
     time = np.arange(FRAMES, dtype=np.float64)
     aside, down = np.zeros(FRAMES), np.zeros(FRAMES)
     for operation in operations[1:]:
         if random.random() < 0.6:
             start = random.uniform(operation.start, operation.end - 10)
-            rise, hold = random.uniform(*pace.glance), random.uniform(4, 14)
+            rise, hold = random.uniform(*GLANCE), random.uniform(4, 14)
             there = smooth_step(time, start, start + rise)
             there = there - smooth_step(time, start + rise + hold, start + 2 * rise + hold)
             aside += random.choice([-1, 1]) * np.radians(random.uniform(25, 60)) * there

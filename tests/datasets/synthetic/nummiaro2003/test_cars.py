@@ -18,7 +18,7 @@ PLANS = {"nummiaro2003/car": parking_plan, "nummiaro2003/traffic": traffic_plan}
 
 def truth_of(name, seed):
     plan = PLANS[name](seed)
-    return plan, driving_truth(plan, np.zeros(len(plan), np.bool_))
+    return plan, driving_truth(plan)
 
 
 @settings(max_examples=3)
@@ -93,7 +93,7 @@ def test_what_stands_still_is_the_same_around_moving_cars():
         scene._world.draw(canvas, view)
         moving = [scene.plan.moving(number, frame) for number in range(len(scene.plan.cars))]
         for thing in from_far([*scene._world.resting, *moving], view, canvas.shape[1]):
-            thing.draw(canvas, view, scene._world.lighting)
+            thing.draw(canvas, view)
         difference = np.abs(quick.astype(int) - canvas)
         assert difference.max() <= 8
         assert (difference > 2).mean() < 1e-4

@@ -47,32 +47,6 @@ def test_a_box_holds_the_mask_and_its_ellipse_is_the_head(seed):
     assert min(shares) > 0.80
 
 
-@pytest.mark.slow
-@settings(max_examples=4, deadline=None)
-@given(seed=SEEDS)
-def test_every_scene_shows_the_head_whole_and_from_all_sides(seed):
-    sequence = datasets.load(f"{NAME}:scene={seed}")
-    facing = sequence.frames.worker.facing
-    assert facing[0] > 0.7  # it begins with the face
-    assert sequence.visibility[0] > 0.85
-    assert facing.min() < -0.85
-    assert 0.04 < sequence.attributes["turned_away"].mean() < 0.8
-    assert (np.abs(facing) < 0.3).any()  # in profile
-    x, y, width, height = sequence.boxes.T
-    assert x.min() > 0
-    assert y.min() > 0
-    assert (x + width).max() < 640
-    assert (y + height).max() < 480
-    assert width.min() > 50
-    assert width.max() < 125
-    assert 60 < np.median(width) < 95
-    assert (sequence.visibility > 0.25).all()
-    assert np.ptp(x + width / 2) > 200  # he goes from machine to machine
-    assert 0.05 < sequence.attributes["fast"].mean() < 0.5
-    step = np.diff(sequence.boxes[:, :2] + sequence.boxes[:, 2:] / 2, axis=0)
-    assert np.hypot(*step.T).max() < 45
-
-
 def test_turned_away_is_where_nothing_is_seen_of_the_face(sequence):
     """What is painted on the front of the head is out of sight there, and nowhere else."""
     worker = sequence.frames.worker
@@ -99,13 +73,6 @@ def test_the_background_holds_far_more_colours_than_a_street():
     assert min(halls) > 1.4 * street
 
 
-def test_lamps_make_some_columns_dark_and_others_bright():
-    even, lamps = (datasets.load(f"{NAME}:light={light}") for light in ("even", "lamps"))
-    means = lamps[0].mean(axis=(0, 2)) / even[0].mean(axis=(0, 2))
-    assert means.min() < 0.8
-    assert means.max() > 1.02
-
-
 def test_fast_is_a_tenth_of_the_width_in_a_frame(sequence):
     centre = sequence.boxes[:, :2] + sequence.boxes[:, 2:] / 2
     speed = np.hypot(*((centre[2:] - centre[:-2]) / 2).T) / sequence.boxes[1:-1, 2]
@@ -120,29 +87,23 @@ def steps(sequence):
     return np.hypot(*np.diff(centre, axis=0).T) / (sequence.boxes[:-1, 2] / 2)
 
 
-@pytest.mark.parametrize(
-    "seed", [0, *(pytest.param(k, marks=pytest.mark.slow) for k in range(1, 12))]
-)
-def test_a_calm_head_moves_half_as_fast_as_a_brisk_one_and_shows_all_its_sides(seed):
-    brisk, calm = (datasets.load(f"{NAME}:pace={pace}:scene={seed}") for pace in ("brisk", "calm"))
-    assert steps(brisk).max() > 0.45
-    assert 0.1 < steps(calm).max() < 0.3
-    facing = calm.frames.worker.facing
+@settings(max_examples=3, deadline=None)
+@given(seed=SEEDS)
+def test_head_moves_calmly_and_is_seen_from_all_sides(seed):
+    sequence = datasets.load(f"{NAME}:scene={seed}")
+    assert 0.1 < steps(sequence).max() < 0.3
+    facing = sequence.frames.worker.facing
     turning = np.abs(np.diff(np.degrees(np.arccos(facing))))
     assert turning.max() < 10
-    assert facing[0] > 0.7
+    assert facing[0] > 0.7  # it begins with the face
+    assert sequence.visibility[0] > 0.85
     assert facing.min() < -0.85
-    assert (np.abs(facing) < 0.3).any()
-    assert 0.04 < calm.attributes["turned_away"].mean() < 0.8
-    assert (calm.visibility > 0.25).all()
-    x, y, width, height = calm.boxes.T
+    assert (np.abs(facing) < 0.3).any()  # in profile
+    assert 0.04 < sequence.attributes["turned_away"].mean() < 0.8
+    assert (sequence.visibility > 0.25).all()
+    x, y, width, height = sequence.boxes.T
     assert min(x.min(), y.min()) > 0
     assert (x + width).max() < 640
     assert (y + height).max() < 480
+    assert 50 < width.min() <= width.max() < 125
     assert np.ptp(x + width / 2) > 100  # he works at several machines
-
-
-def test_the_pace_is_no_part_of_the_identity_that_stored_results_have():
-    assert datasets.load(f"{NAME}:pace=brisk").fingerprint == "312a4aa022b9d7a7"
-    assert datasets.load(f"{NAME}:pace=brisk").name == NAME
-    assert datasets.load(f"{NAME}:pace=calm").fingerprint != "312a4aa022b9d7a7"
