@@ -1,6 +1,6 @@
 """Colours in RGB space, on a plane of it, and mixtures of Gaussians there; hypotheses of all."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -27,7 +27,6 @@ __all__ = [
     "hypotheses_plot",
     "name_channels",
     "oblique",
-    "path_plot",
     "rgb_axes",
 ]
 
@@ -120,34 +119,6 @@ def colour_model_plot(model: ColourModel, title: str) -> Figure:
     handles, labels = projected.get_legend_handles_labels()
     options: dict[str, Any] = {"ncols": 2, "markerscale": 5, "fontsize": 9, "frameon": False}
     figure.legend(handles[::-1], labels[::-1], loc="outside lower center", **options)
-    return figure
-
-
-def path_plot(path: Array, title: str, marks: Sequence[int]) -> Figure:
-    """A way through colour space, and its coordinates over frames.
-
-    `path` (n, 3) holds RGB in [0, 1] by frame, NaN rows being gaps; the frames `marks` are marked
-    in both.
-    """
-    figure = bare_figure(title, 3.9)
-    space = rgb_axes(figure, (1, 2, 1), path)
-    known = path[np.isfinite(path).all(axis=1)]
-    space.plot(*path.T, color="0.55", linewidth=0.9)
-    space.scatter(*known.T, c=known, s=16, depthshade=False, edgecolors="black", linewidths=0.3)
-    marked = [frame for frame in marks if np.isfinite(path[frame]).all()]
-    space.scatter(
-        *path[marked].T, c=path[marked], s=60, depthshade=False, edgecolors="black", linewidths=1.4
-    )
-    for frame in marked:
-        space.text(*path[frame], f"  {frame}", fontsize=8, path_effects=rim(2.6, "white"))
-    over = figure.add_subplot(1, 2, 2)
-    for channel, (name, shade, style) in enumerate(_CHANNELS):
-        over.plot(path[:, channel], color=shade, linestyle=style, linewidth=1.6, label=name)
-    for frame in marks:
-        over.axvline(frame, color="0.6", linewidth=0.8, linestyle=":", zorder=0)
-    over.set(xlabel="frame", ylabel="mean colour", ylim=(0, 1), xticks=list(marks))
-    over.spines[["top", "right"]].set_visible(False)
-    over.legend(ncols=3, fontsize=9, frameon=False, loc="upper right")
     return figure
 
 

@@ -5,10 +5,9 @@ from collections.abc import Sequence
 import pandas as pd
 from matplotlib.figure import Figure
 
-from reports.figures import add_legend, draw_line, line_style, new_figure
-from reports.palette import colour
+from reports.figures import add_legend, line_style, new_figure
 
-__all__ = ["curve_plot", "roc_plot"]
+__all__ = ["curve_plot"]
 
 
 def curve_plot(
@@ -62,26 +61,4 @@ def curve_plot(
     else:
         all_axes[0].set_ylim(bottom=0)
     add_legend(figure, heading)
-    return figure
-
-
-def roc_plot(points: pd.DataFrame, title: str, labels: Sequence[str], threshold: str) -> Figure:
-    """Draw receiver operating characteristics, a threshold going from strict to lenient.
-
-    `points` have `label` (the line), `false_rate` and `hit_rate` (both in [0, 1]) and `marked`
-    (whether the point belongs to the threshold that is in use), in the order of the thresholds. The
-    lines, `labels`, keep their colours; `threshold` is what the legend says of the marks.
-    """
-    figure, (axes,) = new_figure(title, 4.4)
-    for position, label in enumerate(labels):
-        line = points[points["label"] == label]
-        draw_line(axes, line["false_rate"], line["hit_rate"], label, position)
-        marked = line[line["marked"]]
-        axes.plot(
-            marked["false_rate"], marked["hit_rate"], "X", markersize=9, color=colour(position)
-        )
-    axes.plot([], [], "X", markersize=9, color="0.3", label=threshold)
-    axes.set(xlabel="false alarms [share of the others]", ylabel="hits [share of those meant]")
-    axes.set(xlim=(0, 1), ylim=(0, 1.02))
-    add_legend(figure)
     return figure

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from reports.figures import bare_figure, rim, show
 from reports.palette import colour
 
-__all__ = ["Placed", "Surface", "Track", "placement_plot", "surface_plot", "trajectory_plot"]
+__all__ = ["Surface", "Track", "surface_plot", "trajectory_plot"]
 
 Array = NDArray[np.float64]
 
@@ -42,17 +42,6 @@ class Surface:
         found = np.full(len(places), np.nan)
         found[inside] = self.values[rows[inside], columns[inside]]
         return found
-
-
-@dataclass(frozen=True)
-class Placed:
-    """An image with the samples on it."""
-
-    image: NDArray[np.uint8]  # (height, width, 3), BGR
-    title: str
-    samples: Array  # (n, 4): ellipses
-    mean: Array | None = None  # (4,): ellipse of the mean state
-    regions: Array | None = None  # (k, 4): boxes `[x, y, width, height]` where samples are placed
 
 
 @dataclass(frozen=True)
@@ -97,20 +86,6 @@ def surface_plot(
     right.set_title(surface.quantity, fontsize=9)
     right.set_box_aspect(None, zoom=0.9)  # room for the labels, which stand outside
     right.tick_params(labelsize=7)
-    return figure
-
-
-def placement_plot(panels: Sequence[Placed], title: str) -> Figure:
-    """Images side by side with the samples on them; regions are dashed."""
-    figure, all_axes = _panels([panel.image for panel in panels], title)
-    for axes, panel in zip(all_axes, panels, strict=True):
-        axes.set_title(panel.title, fontsize=9)
-        _draw_ellipses(axes, panel.samples, _SAMPLE, 0.6)
-        if panel.mean is not None:
-            _draw_ellipses(axes, panel.mean[np.newaxis], _MEAN, 2.0)
-        for x, y, width, height in [] if panel.regions is None else panel.regions:
-            corners = np.array([[0, 0], [width, 0], [width, height], [0, height], [0, 0]]) + [x, y]
-            axes.plot(*corners.T, color=colour(1), linestyle="--", linewidth=1.5)
     return figure
 
 

@@ -1,7 +1,6 @@
 """A whole report in a folder: tables in every format, plots and film strips."""
 
 import hashlib
-import re
 from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Sequence
 from pathlib import Path
@@ -9,12 +8,11 @@ from pathlib import Path
 import pandas as pd
 
 from reports.files import write_file
-from reports.printable import one_line
-from reports.renderers import FORMATS, in_markdown, to_markdown
+from reports.renderers import FORMATS
 from reports.tables import Table
 from reports.times import timed_by
 
-__all__ = ["file_names", "report_page", "what_was_written", "write_plots", "write_tables"]
+__all__ = ["file_names", "what_was_written", "write_plots", "write_tables"]
 
 _FIGURES = {".png", ".svg", ".pdf"}
 
@@ -73,20 +71,6 @@ def write_plots(
         for name, figure in figures.items()
         for path in write_for_papers(folder / f"{name}{suffix}", figure)
     ]
-
-
-def report_page(
-    title: str, remarks: Sequence[str], tables: Sequence[Table], pictures: Sequence[Path]
-) -> str:
-    """A whole report as one page of Markdown; pictures are linked by their file names.
-
-    Remarks may be set in Markdown, but what a tracker raised may stand in them: they have no links.
-    """
-    told = (re.sub(r"<|\](?=[(\[])", r"\\\g<0>", one_line(remark)) for remark in remarks)
-    parts = [f"# {in_markdown(title)}", "\n".join(f"- {remark}" for remark in told)]
-    parts += [to_markdown(table).rstrip("\n") for table in tables]
-    parts += [f"![{picture.stem}]({picture.name})" for picture in pictures]
-    return "\n\n".join(parts) + "\n"
 
 
 def file_names(labels: Iterable[str]) -> dict[str, str]:

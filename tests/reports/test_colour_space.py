@@ -13,7 +13,6 @@ from reports.colour_space import (
     draw_plane,
     hypotheses_plot,
     oblique,
-    path_plot,
     rgb_axes,
 )
 from reports.figures import bare_figure
@@ -116,23 +115,6 @@ def test_the_model_goes_from_colours_to_posteriors():
     np.testing.assert_array_equal(plane.images[0].get_array(), shown.on_plane)
     np.testing.assert_array_equal(image.images[0].get_array(), shown.on_image)
     assert [text.get_text() for text in figure.legends[0].get_texts()] == list(CLASSES)
-
-
-def test_a_path_has_its_colours_and_gaps():
-    path = colours(4, 12)
-    path[5] = np.nan
-    figure = path_plot(path, "T", [0, 5, 11])
-    figure.draw_without_rendering()
-    space, over = figure.axes
-    points, marked = space.collections
-    known = np.delete(path, 5, axis=0)
-    np.testing.assert_allclose(np.array(points._offsets3d).T, known)
-    assert sorted_rows(points.get_facecolors()[:, :3]) == pytest.approx(sorted_rows(known))
-    np.testing.assert_allclose(np.array(marked._offsets3d).T, path[[0, 11]])
-    assert [text.get_text().strip() for text in space.texts] == ["0", "11"]
-    assert [line.get_label() for line in over.lines[:3]] == ["R", "G", "B"]
-    for channel, line in enumerate(over.lines[:3]):
-        np.testing.assert_array_equal(line.get_ydata(), path[:, channel])
 
 
 SQUARE = np.array([[20.0, 20.0], [40.0, 20.0], [40.0, 40.0], [20.0, 40.0]])

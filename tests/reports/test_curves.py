@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from reports.curves import curve_plot, roc_plot
+from reports.curves import curve_plot
 from reports.palette import colour
 
 
@@ -43,21 +43,3 @@ def test_marks_stand_at_their_settings_and_ticks_make_the_abscissa_linear(option
     assert (axes.get_xscale(), axes.get_yscale()) == scales
     for value in options.get("marks", []):
         assert axes.lines[-1].get_xdata() == [value, value]
-
-
-def test_every_line_has_its_rates_and_a_mark_at_the_threshold_in_use():
-    table = pd.DataFrame(
-        {
-            "label": ["a"] * 3 + ["b"] * 3,
-            "false_rate": [0.0, 0.1, 1.0, 0.0, 0.4, 1.0],
-            "hit_rate": [0.2, 0.9, 1.0, 0.1, 0.5, 1.0],
-            "marked": [False, True, False] * 2,
-        }
-    )
-    figure = roc_plot(table, "T", ["a", "b"], "in use")
-    a, mark, b, other_mark, _ = figure.axes[0].lines
-    assert a.get_ydata().tolist() == [0.2, 0.9, 1.0]
-    assert b.get_xdata().tolist() == [0.0, 0.4, 1.0]
-    assert [line.get_xdata().tolist() for line in (mark, other_mark)] == [[0.1], [0.4]]
-    assert mark.get_color() == a.get_color() != b.get_color() == other_mark.get_color()
-    assert [text.get_text() for text in figure.legends[0].get_texts()] == ["a", "b", "in use"]

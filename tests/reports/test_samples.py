@@ -1,9 +1,8 @@
 """Samples on images: that ellipses, trajectories and the surface are where they belong."""
 
 import numpy as np
-import pytest
 
-from reports.samples import Placed, Surface, Track, placement_plot, surface_plot, trajectory_plot
+from reports.samples import Surface, Track, surface_plot, trajectory_plot
 
 GREY = np.full((120, 160, 3), 128, np.uint8)
 MEAN = np.array([60.5, 50.5, 8.0, 14.0])
@@ -37,23 +36,6 @@ def test_samples_lie_on_the_image_and_on_the_surface():
     box = right.get_tightbbox()
     assert box.x1 <= figure.bbox.width
     assert box.y0 >= 0
-
-
-def test_places_have_their_samples_their_mean_and_their_regions():
-    regions = np.array([[0.0, 20, 10, 60], [100, 30, 20, 40]])
-    panels = [Placed(GREY, "empty", SAMPLES, regions=regions), Placed(GREY, "found", SAMPLES, MEAN)]
-    figure = placement_plot(panels, "T")
-    figure.draw_without_rendering()
-    first, second = figure.axes
-    assert first.bbox.width / first.bbox.height == pytest.approx(160 / 120, rel=0.01)
-    assert [axes.get_title() for axes in (first, second)] == ["empty", "found"]
-    corners = first.lines[1].get_xydata()
-    assert (corners.min(axis=0).tolist(), corners.max(axis=0).tolist()) == ([100, 30], [120, 70])
-    assert len(first.lines) == 2
-    assert not second.lines
-    assert [len(axes.collections) for axes in (first, second)] == [1, 3]
-    assert first.get_xlim() == (0, 160)
-    assert first.get_ylim() == (120, 0)
 
 
 def test_a_trajectory_has_an_ellipse_every_so_many_frames_and_gaps_where_there_is_no_box():

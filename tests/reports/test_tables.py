@@ -1,7 +1,6 @@
 """The table model and its four renderers, against sums done by hand."""
 
 import io
-import re
 import shutil
 import subprocess
 
@@ -20,7 +19,6 @@ from reports.tables import (
     sequence_table,
     summary_table,
 )
-from reports.write import report_page
 
 OVERLAP = Measure("overlap", "overlap", direction="higher", decimals=3)
 ERROR = Measure("error", "error", "px", "lower", 1)
@@ -244,9 +242,6 @@ def test_a_name_stays_on_its_line_and_in_its_cell(render):
 )
 def test_markdown_of_a_name_is_no_markup(name, shown):
     assert f"| {shown} |" in to_markdown(summary([done(name, "s", 0, 0.5)]))
-    page = report_page(name, [f"failed: {name}"], [], [])
-    assert page.startswith(f"# {shown}\n")
-    assert not re.search(r"(?<!\\)(\]\(|<)", page)
 
 
 @pytest.mark.parametrize("name", ["[x]", "*x"])

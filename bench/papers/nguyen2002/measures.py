@@ -56,13 +56,6 @@ def most_detected(course: Course) -> float:
     return float(detected(course) > len(hidden_in(course.truth.visibility)) / 2)
 
 
-@measure("occlusions")
-def false_occlusions(course: Course) -> float:
-    """Return the number of declared occlusions without a complete one."""
-    hidden = hidden_in(course.truth.visibility)
-    return float(sum(not any(one.causes(event) for one in hidden) for event in _events(course)))
-
-
 @measure("share")
 def lost_at_switch(course: Course) -> float:
     """Return 1 if the target is first lost within three frames of a switch of a lamp.

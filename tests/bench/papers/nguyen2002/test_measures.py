@@ -33,20 +33,19 @@ def test_kept_counts_clear_frames_and_the_last_five(made_run, made_truth):
 
 def test_occlusion_is_detected_if_declared_and_the_target_found(made_run, made_truth):
     truth = made_truth((30, 45))
-    for run, revised, online, false in (
-        (made_run((31, 50, 66)), 1, 1, 0),
-        (made_run((31, 36, 66)), 0, 1, 0),  # not in view at the end
-        (made_run((31, 50, 66), beside=(50,)), 0, 1, 0),
-        (made_run((31, 50, 66), beside=(66,)), 1, 0, 0),
-        (made_run((28, 47, 63), (70, 75, 105)), 1, 1, 1),
-        (made_run((27, 46, 62)), 0, 0, 1),
-        (made_run(), 0, 0, 0),
+    for run, revised, online in (
+        (made_run((31, 50, 66)), 1, 1),
+        (made_run((31, 36, 66)), 0, 1),  # not in view at the end
+        (made_run((31, 50, 66), beside=(50,)), 0, 1),
+        (made_run((31, 50, 66), beside=(66,)), 1, 0),
+        (made_run((28, 47, 63), (70, 75, 105)), 1, 1),
+        (made_run((27, 46, 62)), 0, 0),
+        (made_run(), 0, 0),
         # Of several in an occlusion the last one decides.
-        (made_run((30, 35, 65), (40, 59, 75)), 1, 1, 0),
+        (made_run((30, 35, 65), (40, 59, 75)), 1, 1),
     ):
         assert value("detected", run, truth) == revised
         assert value("detected:trace=online", run, truth) == online
-        assert value("false_occlusions", run, truth) == false
         assert value("most_detected", run, truth) == revised
 
 
