@@ -269,7 +269,6 @@ def _mask_moments(mask: Mask) -> tuple[NDArray[np.float64], NDArray[np.float64]]
     return places.mean(axis=1), np.asarray(vectors * np.sqrt(values) @ vectors.T)
 
 
-
 # multipart
 
 

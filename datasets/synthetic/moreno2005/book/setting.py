@@ -23,7 +23,7 @@ __all__ = ["Setting"]
 Array = NDArray[np.float64]
 Floats = NDArray[np.float32]
 
-# Light from all around, and light of the lamp on a surface of the book or of the room that faces it.
+# Light from all around, and of the lamp on a surface of the book or of the room that faces it.
 AROUND, STRAIGHT, ROOM_STRAIGHT = 0.22, 1.7, 0.35
 # Colours of the light, BGR: as of a window to the north; as of a bulb.
 NATURAL, YELLOW = np.array([1.12, 1.0, 0.90]), np.array([0.32, 0.84, 1.08])

@@ -128,8 +128,12 @@ def drawn_body(random: np.random.Generator) -> Body:
     return Body(
         float(random.uniform(1.05, 1.25)),
         np.stack([directions, random.uniform(28, 36, ARMS), curls], axis=1),
-        np.stack([random.uniform(0.06, 0.16, ARMS), random.uniform(26, 46, ARMS), turns[0]], axis=1),
-        np.stack([random.uniform(0.02, 0.05, ARMS), random.uniform(24, 40, ARMS), turns[1]], axis=1),
+        np.stack(
+            [random.uniform(0.06, 0.16, ARMS), random.uniform(26, 46, ARMS), turns[0]], axis=1
+        ),
+        np.stack(
+            [random.uniform(0.02, 0.05, ARMS), random.uniform(24, 40, ARMS), turns[1]], axis=1
+        ),
         np.array([random.uniform(0.03, 0.06), random.uniform(28, 44), turns[2, 0]]),
     )
 

@@ -29,7 +29,7 @@ DELAY = 3.0, 8.0
 LASTING = 12.0, 20.0  # how long it takes to do so [frames]
 AROUND = 2.0  # how far the floor around the octopus is from its box [pixels]
 # Greatest distance of a camouflaged octopus's mean colour from the floors', RGB of [0, 1].
-CLOSE = 0.12
+CLOSE = 0.2
 # Least distance of the colour with which it comes from that of the first floor, likewise.
 CONTRAST = 0.25
 

@@ -52,7 +52,7 @@ class OctopusScene(Scene):
         """See `Scene.truth`.
 
         The attribute is `camouflaged`: the mean colour of the octopus's present look is within
-        0.12 (in RGB of [0, 1], in even light) of those of the floors around it; distances from
+        0.2 (in RGB of [0, 1], in even light) of those of the floors around it; distances from
         several floors are averaged, each by its part of the surroundings.
         """
         plan = self.plan

@@ -115,13 +115,12 @@ def test_it_comes_with_a_look_of_its_own_and_changes_twice(seed):
     assert shares[-25:, 1].mean() > 0.7
 
 
-def test_scenes_are_camouflaged_about_half_of_the_time_and_mostly_on_both_floors():
+def test_scenes_are_camouflaged_about_a_third_of_the_time():
     plans = [drawn_plan(seed) for seed in range(16)]
     assert {kind for plan in plans for kind in plan.kinds} == {*FLOOR_KINDS, *SKINS}
     camouflaged = [plan.camouflaged for plan in plans]
-    assert 0.35 < np.mean(camouflaged) < 0.65
-    assert min(flags.sum() for flags in camouflaged) > 8
-    assert np.mean([flags[:58].any() and flags[75:].any() for flags in camouflaged]) > 0.7
+    assert 0.2 < np.mean(camouflaged) < 0.5
+    assert np.mean([flags[:58].any() and flags[75:].any() for flags in camouflaged]) > 0.3
 
 
 @pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow)])
