@@ -111,7 +111,7 @@ class Setting:
 
     def light(self, frame: int) -> Light:
         """Return the light in a frame; it changes at the jump."""
-        return self.lights[frame >= JUMP]
+        return self.lights[int(frame >= JUMP)]
 
     def seen(self, frame: int) -> Seen:
         """Return the leaf as seen in a frame."""
