@@ -31,8 +31,8 @@ SIMILAR = 0.15  # greatest distance between similar colours, in RGB of [0, 1]
 ADJOINING = 8  # least number of pixels of a patch beside the ellipse's where one touches the other
 
 TONES = 7  # colours of the texture behind the shapes
-SHAPES, ALIKE = 180, 0.6  # number of shapes; share in a colour that the ellipse has at some time
-SHAPE_RADIUS = 6.0, 30.0  # of shapes; the smaller, the more of them [pixels]
+SHAPES, ALIKE = 400, 0.8  # number of shapes; share in a colour that the ellipse has at some time
+SHAPE_RADIUS = 5.0, 18.0  # of shapes; the smaller, the more of them [pixels]
 MOTTLE = 0.06  # standard deviation of a shape's texture, of its colour
 SLANT = 0.14  # how much lighter a shape is at most at one end than at the other, of its colour
 SHADOW = 0.45  # what a shape takes at most of the light around it
@@ -157,20 +157,24 @@ def _lay(
     random: np.random.Generator, canvas: Array, mottle: Array, outline: Array, colour: Array
 ) -> None:
     """Lay a shape over a canvas of samples, with its shadow; the canvas is changed in place."""
-    covered = samples(outline)
     rows, columns = _window(outline)
-    if not covered[rows, columns].size:  # it lies beside the picture
+    window = canvas[rows, columns]
+    if not window.size:  # it lies beside the picture
         return
+    corner = np.array([columns.start, rows.start])
+    covered = np.zeros(window.shape[:2], np.uint8)
+    points = np.round((outline * FINE - 0.5 - corner) * (1 << SUBPIXEL)).astype(np.int32)
+    cv2.fillPoly(covered, [points], 1, shift=SUBPIXEL)
     reach = 2 * round(THICK * FINE) + 1
-    soft = cv2.blur(covered[rows, columns].astype(np.float64), (reach, reach))
-    canvas[rows, columns] *= 1 - SHADOW * np.asarray(soft)[..., None]
+    soft = cv2.blur(covered.astype(np.float64), (reach, reach))
+    window *= 1 - SHADOW * np.asarray(soft)[..., None]
     y, x = np.nonzero(covered)
     direction, slant = random.uniform(0, 2 * np.pi), SLANT * random.random()
     along = (x * np.cos(direction) + y * np.sin(direction)) / (FINE * 2 * SHAPE_RADIUS[1])
     lighter = slant * (along - along.mean()) if len(along) else along
     shift = random.integers(TILE, size=2)
     texture = mottle[(y + shift[0]) % TILE, (x + shift[1]) % TILE]
-    canvas[y, x] = colour * (1 + lighter + texture)[:, None]
+    window[y, x] = colour * (1 + lighter + texture)[:, None]
 
 
 def _window(outline: Array) -> tuple[slice, slice]:
