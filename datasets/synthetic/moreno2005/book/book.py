@@ -147,9 +147,17 @@ class Book:
         columns, rows = np.meshgrid(np.linspace(-1, 1, COLUMNS), np.linspace(-1, 0, ROWS))
         self._u, self._v = self.half_width * columns.ravel(), self.height * rows.ravel()
 
-    def mesh(self, random: np.random.Generator, cloth: Colour) -> Mesh:
-        """Return its triangles, printed at random on a cloth of a colour, BGR in [0, 255]."""
-        texture = printed(random, self.half_width, self.height, cloth)
+    def printed(self, random: np.random.Generator, cloth: Colour) -> NDArray[np.float32]:
+        """Return its texture, printed at random on a cloth of a colour, BGR in [0, 255]."""
+        return printed(random, self.half_width, self.height, cloth)
+
+    def blank(self) -> NDArray[np.float32]:
+        """Return a black texture of the same shape."""
+        columns, rows = round(2 * self.half_width * FINE), round(self.height * FINE)
+        return np.zeros((rows + 2 * PAGES, columns, 3), np.float32)
+
+    def mesh(self, texture: NDArray[np.float32]) -> Mesh:
+        """Return its triangles with a texture of the shape that `blank` gives."""
         front = np.stack([self._u + self.half_width, self._v + self.height], axis=1) * FINE
         rows, columns = texture.shape[0] - 2 * PAGES, texture.shape[1]
         texels, triangles = [front, [0, rows + PAGES + 1.5] + 0 * front], [grid(ROWS, COLUMNS)]

@@ -21,8 +21,9 @@ SIZE = 320, 240
 SETTLED = 15.0  # frame from which on the book turns as far as ever
 DISTANCE = 800.0  # of the camera from the book [pixels]
 SWAY = (1.4, 4.0)  # periods of the slow movements [seconds]
-QUICK = 1.5, 2.2  # duration of a bend, and of letting go [frames]
-HELD = 3.0, 6.0  # time until the next movement [frames]
+QUICK = 1  # duration of a bend [frames]; between two frames, so that its shadow is sudden
+SLOW = 2, 4  # duration of letting go [frames]
+HELD = 2, 4  # time until the next movement [frames]
 
 
 @dataclass(frozen=True)
@@ -74,18 +75,18 @@ def drawn_plan(random: np.random.Generator, height: float, side: float) -> Plan:
 def _movements(random: np.random.Generator, side: float) -> tuple[Array, tuple[Bending, ...]]:
     """Return the turn away from the light [radians] and the bending of the book by frame.
 
-    The book is bent and turned away again and again, each time within a few frames. The side away
+    The book is bent and turned away again and again, and let go more slowly. The side away
     from the light is bent away from the camera, the other side towards it, or both: its own
     shadow then covers most of it.
     """
-    times, keys = [0.0, random.uniform(5, 8)], [_let_go(random)] * 2
+    times, keys = [0, int(random.integers(5, 8))], [_let_go(random)] * 2
     kinds = cycle(random.permutation(["far", "near", "both"]).tolist())
     while times[-1] < FRAMES:
-        times += [times[-1] + random.uniform(*QUICK)] * 2
-        times[-1] += random.uniform(*HELD)
+        bend = times[-1] + QUICK
+        release = bend + int(random.integers(*HELD, endpoint=True))
+        end = release + int(random.integers(*SLOW, endpoint=True))
+        times += [bend, release, end, end + int(random.integers(*HELD, endpoint=True))]
         keys += [_bent(random, next(kinds))] * 2
-        times += [times[-1] + random.uniform(*QUICK)] * 2
-        times[-1] += random.uniform(*HELD)
         keys += [_let_go(random)] * 2
     far, near, slant, away = _eased(np.arange(float(FRAMES)), times, np.array(keys)).T
     left, right = (far, near) if side > 0 else (near, far)
@@ -104,7 +105,7 @@ def _bent(random: np.random.Generator, kind: str) -> tuple[float, float, float, 
     return far, near, random.uniform(-0.4, 0.4), random.uniform(0.28, 0.4)
 
 
-def _eased(at: Array, times: Sequence[float], values: Array) -> Array:
+def _eased(at: Array, times: Sequence[int], values: Array) -> Array:
     """Values at moments between those of keys, at rest at every key."""
     whole = np.interp(at, times, np.arange(len(values)))
     first = np.minimum(whole.astype(np.int64), len(values) - 2)

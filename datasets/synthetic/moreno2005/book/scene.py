@@ -3,7 +3,7 @@
 The paper: the non-rigid boundary of a bending book; the light changes smoothly from natural to
 yellow; the smooth model fails by "the effect of self-shadowing produced during the movement of
 the book". All other properties are our choice: the hand, the room, the lamp that lights the book
-from the side, quick movements that put most of the cover into its own shadow, and a cloth that
+from the side, bends that put most of the cover into its own shadow within a frame, and a cloth that
 looks like the wall when it is in the shadow.
 """
 

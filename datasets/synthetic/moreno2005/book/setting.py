@@ -32,7 +32,7 @@ SHADOWED = 1.1  # light on the cloth that looks like the wall, in parts of `AROU
 HORIZON = 178  # row in which the wall meets the desk [pixels]
 ROOM_FINE = 2  # samples a pixel of what stands still, in either direction
 # What holds hand and arm: left top from the held place, and size [pixels]; samples a pixel.
-HAND_CORNER, HAND_SIZE, HAND_FINE = (-90, -34), (180, 190), 3
+HAND_CORNER, HAND_SIZE, HAND_FINE = (-90, -34), (180, 190), 2
 BLEND = 4.0  # how far the hand's parts run into one another [pixels]
 
 
@@ -104,19 +104,23 @@ class Setting:
 
     def seen(self, frame: int) -> Seen:
         """Return the book as it would be seen without the hand."""
-        surface = self.surface(frame)
+        return self._looked_at(self._mesh, self.surface(frame))
+
+    def _looked_at(self, mesh: Mesh, surface: Surface) -> Seen:
         open_ = 0.7 + 0.3 * surface.normals[:, 2]
         light = AROUND * open_ + STRAIGHT * surface.straight
-        return seen(self._mesh, surface.points, np.repeat(light[:, None], 3, axis=1), SIZE)
+        return seen(mesh, surface.points, np.repeat(light[:, None], 3, axis=1), SIZE)
 
     @cached_property
     def truth(self) -> tuple[Array, Array, Array]:
         """Boxes, visibility, and the front's part in its own shadow, in every frame."""
+        # Coverage needs no colours: the room, from which the cloth has its own, is rendered later.
+        mesh = self.book.mesh(self.book.blank())
         boxes, visibility, shadow = np.empty((FRAMES, 4)), np.empty(FRAMES), np.empty(FRAMES)
         for frame in range(FRAMES):
             surface = self.surface(frame)
             boxes[frame] = box_around(surface.points)
-            book = self.seen(frame)
+            book = self._looked_at(mesh, surface)
             hidden = self.hand(frame)[..., 3][book.window]
             whole = book.sheet[..., 3].sum(dtype=np.float64)
             visibility[frame] = 1 - (book.sheet[..., 3] * hidden).sum(dtype=np.float64) / whole
@@ -128,7 +132,7 @@ class Setting:
         """The book's triangles; in its own shadow the cloth looks like the wall behind it."""
         wall = _most_frequent(self.room[20:HORIZON, 60:-60].reshape(-1, 3))
         light = np.clip(wall / (SHADOWED * AROUND), 0, 0.8)
-        return self.book.mesh(self._random("cover"), 255 * light ** (1 / GAMMA))
+        return self.book.mesh(self.book.printed(self._random("cover"), 255 * light ** (1 / GAMMA)))
 
     def _random(self, part: str) -> np.random.Generator:
         return part_generator(self._seed, f"moreno2005/book {part}")
