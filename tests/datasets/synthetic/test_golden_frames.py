@@ -22,8 +22,6 @@ DAILY = ("plain/target", "stress/twin")
 """Of these every variant is rendered every day: they show what no other does."""
 
 FIRST_VERSIONS = {
-    "moreno2005/book": "81ba6aaf10fd73a1",
-    "moreno2005/book:shadow=none": "3db6b65389830a03",
     "multipart/1": "6bbd1ffd967d5ef8",
     "multipart/1:light=dappled": "8f1cc36531d692e3",
     "nguyen2002/clip-01": "726c87e903b6bb1e",

@@ -189,13 +189,6 @@ def test_a_box_is_as_tight_as_pixels_allow(name, pixels):
 @pytest.mark.parametrize(
     ("name", "options", "told"),
     [
-        ("moreno2005/ellipse", "light=jump", "light change"),
-        ("moreno2005/ellipse", "light=repeated", "light change"),
-        ("moreno2005/ellipse", "light=shadow", "light change"),
-        ("moreno2005/book", "shadow=none", "self-shadow"),
-        ("moreno2005/book", "illuminant=constant", ""),
-        ("moreno2005/leaf", "jump=middle", "light change"),
-        ("moreno2005/leaf", "jump=none", "light change"),
         ("nguyen2002/lights", "lamps=coloured", ""),
         ("multipart/8", "light=dappled", "shade"),
         ("stress/twin", "light=dappled", ""),

@@ -22,22 +22,20 @@ FINE = 3  # texels a pixel, in either direction
 # Rows of the texture below the cover: the pages' edges, then as many of the back's colour.
 PAGES = 12
 
-CLOTHS = (
-    (48, 44, 168), (34, 96, 196), (46, 150, 196), (72, 128, 58), (124, 120, 34), (158, 92, 42),
-    (122, 58, 104), (88, 72, 158),
-)  # fmt: skip
 INKS = ((208, 224, 232), (70, 186, 226), (190, 206, 170), (46, 42, 44), (150, 176, 224))
 SIDE = 512
 
 
-def printed(random: np.random.Generator, half_width: float, height: float) -> NDArray[np.float32]:
-    """A book's surface, linear, BGR: cover, then `PAGES` rows twice.
+def printed(
+    random: np.random.Generator, half_width: float, height: float, cloth: Colour
+) -> NDArray[np.float32]:
+    """Paint a book's surface, linear, BGR: cover, then `PAGES` rows twice.
 
-    Its size is given in pixels; there are `FINE` texels a pixel.
+    The size is given in pixels, with `FINE` texels per pixel; the cloth is BGR in [0, 255].
     """
     columns, rows = round(2 * half_width * FINE), round(height * FINE)
     picture = np.empty((rows + 2 * PAGES, columns, 3), np.uint8)
-    cloth, ink = any_of(random, CLOTHS), any_of(random, INKS)
+    ink = any_of(random, INKS)
     if abs(float(ink.sum() - cloth.sum())) < 150:
         ink = varied(random, INKS[0])
     picture[:] = np.clip(cloth, 0, 255)
@@ -149,9 +147,17 @@ class Book:
         columns, rows = np.meshgrid(np.linspace(-1, 1, COLUMNS), np.linspace(-1, 0, ROWS))
         self._u, self._v = self.half_width * columns.ravel(), self.height * rows.ravel()
 
-    def mesh(self, random: np.random.Generator) -> Mesh:
-        """Its triangles, printed at random."""
-        texture = printed(random, self.half_width, self.height)
+    def printed(self, random: np.random.Generator, cloth: Colour) -> NDArray[np.float32]:
+        """Return its texture, printed at random on a cloth of a colour, BGR in [0, 255]."""
+        return printed(random, self.half_width, self.height, cloth)
+
+    def blank(self) -> NDArray[np.float32]:
+        """Return a black texture of the same shape."""
+        columns, rows = round(2 * self.half_width * FINE), round(self.height * FINE)
+        return np.zeros((rows + 2 * PAGES, columns, 3), np.float32)
+
+    def mesh(self, texture: NDArray[np.float32]) -> Mesh:
+        """Return its triangles with a texture of the shape that `blank` gives."""
         front = np.stack([self._u + self.half_width, self._v + self.height], axis=1) * FINE
         rows, columns = texture.shape[0] - 2 * PAGES, texture.shape[1]
         texels, triangles = [front, [0, rows + PAGES + 1.5] + 0 * front], [grid(ROWS, COLUMNS)]

@@ -20,7 +20,10 @@ FRAMES = 100
 SIZE = 320, 240
 SETTLED = 15.0  # frame from which on the book turns as far as ever
 DISTANCE = 800.0  # of the camera from the book [pixels]
-SWAY = (1.4, 4.0)  # periods of what moves [seconds]
+SWAY = (1.4, 4.0)  # periods of the slow movements [seconds]
+QUICK = 1  # duration of a bend [frames]; between two frames, so that its shadow is sudden
+SLOW = 2, 4  # duration of letting go [frames]
+HELD = 2, 4  # time until the next movement [frames]
 
 
 @dataclass(frozen=True)
@@ -55,48 +58,54 @@ def drawn_plan(random: np.random.Generator, height: float, side: float) -> Plan:
     """
     middle = np.array([160.0, 106 + height / 2]) + random.uniform(-1, 1, 2) * [22, 8]
     x, y = (wandering(random, FRAMES, SWAY, spread) for spread in (11.0, 5.0))
-    turns = [wandering(random, FRAMES, SWAY, spread) for spread in (0.07, 0.14, 0.09)]
+    turns = [wandering(random, FRAMES, SWAY, spread) for spread in (0.07, 0.06, 0.06)]
     for turn in turns[1:]:  # it faces the camera at first
         turn *= smooth_step(np.arange(float(FRAMES)), -2.0, SETTLED)
     scales = 1 + wandering(random, FRAMES, SWAY, 0.025)
+    away, bendings = _movements(random, side)
+    turns[1] -= side * away
     poses = tuple(
         Pose(middle + [x[k], y[k]], turned_axes(*(float(turn[k]) for turn in turns)),
              float(turns[0][k]), float(scales[k]))
         for k in range(FRAMES)
     )  # fmt: skip
-    return Plan(poses, _bendings(random, side))
+    return Plan(poses, bendings)
 
 
-def _bendings(random: np.random.Generator, side: float) -> tuple[Bending, ...]:
-    """Bent and let go again and again; it is let go at first.
+def _movements(random: np.random.Generator, side: float) -> tuple[Array, tuple[Bending, ...]]:
+    """Return the turn away from the light [radians] and the bending of the book by frame.
 
-    The side away from the light is bent away from the camera, the one towards the light
-    towards it, or both: either way there is less light on it.
+    The book is bent and turned away again and again, and let go more slowly. The side away
+    from the light is bent away from the camera, the other side towards it, or both: its own
+    shadow then covers most of it.
     """
-    times, keys = [0.0, random.uniform(5, 8)], [_let_go(random)] * 2
+    times, keys = [0, int(random.integers(5, 8))], [_let_go(random)] * 2
     kinds = cycle(random.permutation(["far", "near", "both"]).tolist())
     while times[-1] < FRAMES:
-        times += [times[-1] + random.uniform(9, 15)] * 2
-        times[-1] += random.uniform(2, 8)
+        bend = times[-1] + QUICK
+        release = bend + int(random.integers(*HELD, endpoint=True))
+        end = release + int(random.integers(*SLOW, endpoint=True))
+        times += [bend, release, end, end + int(random.integers(*HELD, endpoint=True))]
         keys += [_bent(random, next(kinds))] * 2
-        times.append(times[-1] + random.uniform(9, 14))
-        keys.append(_let_go(random))
-    far, near, slant = _eased(np.arange(float(FRAMES)), times, np.array(keys)).T
+        keys += [_let_go(random)] * 2
+    far, near, slant, away = _eased(np.arange(float(FRAMES)), times, np.array(keys)).T
     left, right = (far, near) if side > 0 else (near, far)
-    return tuple(Bending(*values) for values in np.stack([left, right, slant], axis=1).tolist())
+    bendings = np.stack([left, right, slant], axis=1).tolist()
+    return away, tuple(Bending(*values) for values in bendings)
 
 
-def _let_go(random: np.random.Generator) -> tuple[float, float, float]:
-    return random.uniform(0.0, 0.25), random.uniform(-0.15, 0.2), random.uniform(-0.3, 0.3)
+def _let_go(random: np.random.Generator) -> tuple[float, float, float, float]:
+    bending = random.uniform(0.0, 0.25), random.uniform(-0.15, 0.2), random.uniform(-0.3, 0.3)
+    return *bending, -random.uniform(0.05, 0.15)
 
 
-def _bent(random: np.random.Generator, kind: str) -> tuple[float, float, float]:
-    far = random.uniform(0.2, 0.6) if kind == "near" else random.uniform(1.1, 1.6)
-    near = random.uniform(-0.4, 0.4) if kind == "far" else -random.uniform(0.9, 1.3)
-    return far, near, random.uniform(-0.7, 0.7)
+def _bent(random: np.random.Generator, kind: str) -> tuple[float, float, float, float]:
+    far = random.uniform(0.2, 0.6) if kind == "near" else random.uniform(0.4, 0.7)
+    near = random.uniform(-0.4, 0.4) if kind == "far" else -random.uniform(0.4, 0.7)
+    return far, near, random.uniform(-0.4, 0.4), random.uniform(0.28, 0.4)
 
 
-def _eased(at: Array, times: Sequence[float], values: Array) -> Array:
+def _eased(at: Array, times: Sequence[int], values: Array) -> Array:
     """Values at moments between those of keys, at rest at every key."""
     whole = np.interp(at, times, np.arange(len(values)))
     first = np.minimum(whole.astype(np.int64), len(values) - 2)

@@ -1,8 +1,10 @@
-"""`moreno2005/book`: a book bends before desk and shelf, while the light turns yellow.
+"""`moreno2005/book`: a book bends in front of desk and shelf while the light turns yellow.
 
-The paper says: the non-rigid boundary of a bending book; the light changes smoothly from natural
-to yellow; the movement of the book brings self-shadowing about. All the rest is ours: what book,
-that a hand holds it, where the light comes from, how the book bends, the room.
+The paper: the non-rigid boundary of a bending book; the light changes smoothly from natural to
+yellow; the smooth model fails by "the effect of self-shadowing produced during the movement of
+the book". All other properties are our choice: the hand, the room, the lamp that lights the book
+from the side, bends that put most of the cover into its own shadow within a frame, and a cloth that
+looks like the wall when it is in the shadow.
 """
 
 from functools import lru_cache
@@ -30,22 +32,16 @@ CAMERA = Camera(SIZE, noise=2.0, fall=(0.05, 0.05))
 
 def scene(knobs: BookKnobs) -> "BookScene":
     """Renderer and truth; nothing is drawn yet."""
-    return BookScene(knobs.scene, knobs.illuminant == "changing", knobs.shadow == "self")
+    return BookScene(knobs.scene)
 
 
 class BookScene(Scene):
-    """A book that bends in a hand.
-
-    The light turns yellow if it is `changing`; if the book is `shaded`, the light on it depends
-    on how it is bent and turned.
-    """
+    """A book that bends in a hand."""
 
     length, size = FRAMES, SIZE
 
-    def __init__(self, seed: int, changing: bool, shaded: bool) -> None:
+    def __init__(self, seed: int) -> None:
         self._seed = seed
-        self._changing = changing
-        self._shaded = shaded
         self.setting = _setting(seed)
 
     def truth(self) -> Truth:
@@ -56,13 +52,12 @@ class BookScene(Scene):
         than half of the lamp's light that it would get if it were flat before the camera.
         """
         boxes, visibility, shadow = self.setting.truth
-        considerable = np.logical_and(shadow >= CONSIDERABLE, self._shaded)
-        return Truth(boxes, visibility, {"self-shadow": considerable})
+        return Truth(boxes, visibility, {"self-shadow": shadow >= CONSIDERABLE})
 
     def render(self, frame: int) -> Image:
         """See `Scene.render`."""
         setting = self.setting
-        book = setting.seen(frame, self._shaded)
+        book = setting.seen(frame)
         hand = setting.hand(frame)
         covered = np.maximum(hand[..., 3], book.coverage(SIZE))
         shift = -BEHIND * setting.lamp[:2] / setting.lamp[2]
@@ -70,12 +65,12 @@ class BookScene(Scene):
         picture = np.asarray(cv2.multiply(setting.room, left), np.float32)
         lay(picture[book.window], book.sheet)
         lay(picture, hand)
-        picture *= setting.illuminants[frame if self._changing else 0].astype(np.float32)
+        picture *= setting.illuminants[frame].astype(np.float32)
         return CAMERA.exposed(developed(picture), self._seed, frame)
 
     def mask(self, frame: int) -> Mask:
         """See `Scene.mask`."""
-        book = self.setting.seen(frame, shaded=False).coverage(SIZE)
+        book = self.setting.seen(frame).coverage(SIZE)
         return np.asarray(book * (1 - self.setting.hand(frame)[..., 3]) >= 0.5)
 
 

@@ -1,4 +1,4 @@
-"""All that a scene is made of: light, room, hand, and what is seen of the book in a frame."""
+"""Parts of a scene: light, room, hand and book."""
 
 from functools import cached_property
 
@@ -11,31 +11,33 @@ from datasets.synthetic.moreno2005.book.plan import FRAMES, SIZE, Plan, drawn_pl
 from datasets.synthetic.render.colours import CLOTHES, one_of
 from datasets.synthetic.render.desk import seen_room
 from datasets.synthetic.render.figure.look import drawn_skin
-from datasets.synthetic.render.finish import Finish, Thing, grain, looked_at
+from datasets.synthetic.render.finish import GAMMA, Finish, Thing, grain, looked_at
 from datasets.synthetic.render.lamp import REACH, light_on, unshaded
 from datasets.synthetic.render.path import smooth_step
 from datasets.synthetic.render.solids import chain
 from datasets.synthetic.render.triangles import Mesh, Seen, box_around, seen
 from datasets.synthetic.scene import part_generator
 
-__all__ = ["AROUND", "STRAIGHT", "Setting"]
+__all__ = ["Setting"]
 
 Array = NDArray[np.float64]
 Floats = NDArray[np.float32]
 
-AROUND, STRAIGHT = 0.28, 1.4  # light from all around, and that of the lamp on what faces it
+# Light from all around, and of the lamp on a surface of the book or of the room that faces it.
+AROUND, STRAIGHT, ROOM_STRAIGHT = 0.22, 1.7, 0.35
 # Colours of the light, BGR: as of a window to the north; as of a bulb.
 NATURAL, YELLOW = np.array([1.12, 1.0, 0.90]), np.array([0.32, 0.84, 1.08])
 FAR = 620.0  # how far the lamp is from the middle of the picture [pixels]
+SHADOWED = 1.1  # light on the cloth that looks like the wall, in parts of `AROUND`
 HORIZON = 178  # row in which the wall meets the desk [pixels]
 ROOM_FINE = 2  # samples a pixel of what stands still, in either direction
 # What holds hand and arm: left top from the held place, and size [pixels]; samples a pixel.
-HAND_CORNER, HAND_SIZE, HAND_FINE = (-90, -34), (180, 190), 3
+HAND_CORNER, HAND_SIZE, HAND_FINE = (-90, -34), (180, 190), 2
 BLEND = 4.0  # how far the hand's parts run into one another [pixels]
 
 
 class Setting:
-    """What the variants of a scene have in common; all that is drawn at random has its seed.
+    """All parts of a scene that are drawn from its seed.
 
     `lamp` is the direction to the light: aside, a little above, before the book; shape (3,).
     """
@@ -43,7 +45,7 @@ class Setting:
     def __init__(self, seed: int) -> None:
         self._seed = seed
         random = self._random("lamp")
-        lamp = np.array([random.choice([-1, 1]) * random.uniform(0.70, 0.82), -0.35, 0.58])
+        lamp = np.array([random.choice([-1, 1]) * random.uniform(0.80, 0.90), -0.25, 0.40])
         self.lamp: Array = lamp / np.sqrt((lamp * lamp).sum())
         self.book = Book(self._random("book"))
 
@@ -66,7 +68,7 @@ class Setting:
         surface = seen_room(self._random("room"), SIZE, HORIZON, ROOM_FINE)
         place = np.array([SIZE[0] / 2, SIZE[1] / 2, 0.0]) + FAR * self.lamp
         straight, _ = light_on(place, surface.depth, surface.normal, ROOM_FINE)
-        straight *= STRAIGHT * (FAR / REACH) ** 2
+        straight *= ROOM_STRAIGHT * (FAR / REACH) ** 2
         light = AROUND + straight[..., None] * unshaded(surface.depth, place, ROOM_FINE)
         returned = np.asarray(surface.colour * light, np.float32)
         return np.asarray(cv2.resize(returned, SIZE, interpolation=cv2.INTER_AREA))
@@ -100,23 +102,25 @@ class Setting:
         """The book in a frame."""
         return self.book.surface(self.plan.bendings[frame], self.plan.poses[frame], self.lamp)
 
-    def seen(self, frame: int, shaded: bool) -> Seen:
-        """What would be seen of the book without the hand, `shaded` or lit as if it were flat."""
-        surface = self.surface(frame)
-        light = np.full(len(surface.points), AROUND + STRAIGHT * self.lamp[2])
-        if shaded:
-            open_ = 0.7 + 0.3 * surface.normals[:, 2]
-            light = AROUND * open_ + STRAIGHT * surface.straight
-        return seen(self._mesh, surface.points, np.repeat(light[:, None], 3, axis=1), SIZE)
+    def seen(self, frame: int) -> Seen:
+        """Return the book as it would be seen without the hand."""
+        return self._looked_at(self._mesh, self.surface(frame))
+
+    def _looked_at(self, mesh: Mesh, surface: Surface) -> Seen:
+        open_ = 0.7 + 0.3 * surface.normals[:, 2]
+        light = AROUND * open_ + STRAIGHT * surface.straight
+        return seen(mesh, surface.points, np.repeat(light[:, None], 3, axis=1), SIZE)
 
     @cached_property
     def truth(self) -> tuple[Array, Array, Array]:
         """Boxes, visibility, and the front's part in its own shadow, in every frame."""
+        # Coverage needs no colours: the room, from which the cloth has its own, is rendered later.
+        mesh = self.book.mesh(self.book.blank())
         boxes, visibility, shadow = np.empty((FRAMES, 4)), np.empty(FRAMES), np.empty(FRAMES)
         for frame in range(FRAMES):
             surface = self.surface(frame)
             boxes[frame] = box_around(surface.points)
-            book = self.seen(frame, shaded=False)
+            book = self._looked_at(mesh, surface)
             hidden = self.hand(frame)[..., 3][book.window]
             whole = book.sheet[..., 3].sum(dtype=np.float64)
             visibility[frame] = 1 - (book.sheet[..., 3] * hidden).sum(dtype=np.float64) / whole
@@ -125,10 +129,20 @@ class Setting:
 
     @cached_property
     def _mesh(self) -> Mesh:
-        return self.book.mesh(self._random("cover"))
+        """The book's triangles; in its own shadow the cloth looks like the wall behind it."""
+        wall = _most_frequent(self.room[20:HORIZON, 60:-60].reshape(-1, 3))
+        light = np.clip(wall / (SHADOWED * AROUND), 0, 0.8)
+        return self.book.mesh(self.book.printed(self._random("cover"), 255 * light ** (1 / GAMMA)))
 
     def _random(self, part: str) -> np.random.Generator:
         return part_generator(self._seed, f"moreno2005/book {part}")
+
+
+def _most_frequent(colours: Floats) -> Array:
+    """Return the mean of the fullest of 12³ bins of linear colours, shape (k, 3)."""
+    bins = (12 * np.sqrt(np.clip(colours, 0, 0.999))).astype(int)
+    _, inverse, counts = np.unique(bins, axis=0, return_inverse=True, return_counts=True)
+    return np.asarray(colours[inverse.ravel() == counts.argmax()].mean(axis=0), np.float64)
 
 
 def _skin(random: np.random.Generator, side: float) -> list[Array]:

@@ -1,6 +1,6 @@
 """What is behind the ellipse: a smooth texture, shapes of all colours over it, the patches."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from datasets.interface import Image
 from datasets.synthetic.moreno2005.ellipse.plan import COLOURS, FRAMES, SIZE, Plan
-from datasets.synthetic.moreno2005.knobs import Clutter, Steps
 from datasets.synthetic.render.texture import fractal, ramp
 from datasets.synthetic.scene import part_generator
 
@@ -22,13 +21,8 @@ Array = NDArray[np.float64]
 FINE = 3
 SUBPIXEL = 4  # binary digits by which OpenCV places outlines between samples
 
-EVERY = 18  # frames from one pair to the next in moderate clutter
-# How far its patches' centres are from the ellipse's, when it has their colour [pixels].
-APART = 18.0, 45.0
-# Frame from which on patches are met in dense clutter: the ellipse was seen without them.
-FIRST = 10
-GAP = 12, 22  # frames from one meeting to the next
-MEETINGS = 3  # where steps are independent: one in each third of the frames from then on
+FIRST = 10  # frame from which on patches are met: the ellipse was seen without them
+MEETINGS = 3  # one in each third of the frames from then on
 PATCH_RADIUS = 10.0, 18.0  # of patches [pixels]
 # How far a patch's middle is beyond the ellipse's outline when they meet, in its own radii.
 SHOWN = 0.2, 0.7
@@ -36,8 +30,9 @@ ASIDE = 8.0, 26.0  # how far the one that is not met is from the ellipse's outli
 SIMILAR = 0.15  # greatest distance between similar colours, in RGB of [0, 1]
 ADJOINING = 8  # least number of pixels of a patch beside the ellipse's where one touches the other
 
-SHAPES: Mapping[Clutter, int] = {"moderate": 90, "dense": 140}
-SHAPE_RADIUS = 6.0, 30.0  # of shapes; the smaller, the more of them [pixels]
+TONES = 7  # colours of the texture behind the shapes
+SHAPES, ALIKE = 400, 0.8  # number of shapes; share in a colour that the ellipse has at some time
+SHAPE_RADIUS = 5.0, 18.0  # of shapes; the smaller, the more of them [pixels]
 MOTTLE = 0.06  # standard deviation of a shape's texture, of its colour
 SLANT = 0.14  # how much lighter a shape is at most at one end than at the other, of its colour
 SHADOW = 0.45  # what a shape takes at most of the light around it
@@ -99,38 +94,16 @@ class Patch:
     colour: Array  # (3,): RGB in [0, 1]
 
 
-def drawn_patches(seed: int, plan: Plan, clutter: Clutter, steps: Steps) -> list[Patch]:
-    """Patches in pairs, of the colour that the ellipse has at one time, near where it then is."""
+def drawn_patches(seed: int, plan: Plan) -> list[Patch]:
+    """Draw pairs of patches of the ellipse's colour in a frame, near its place in that frame.
+
+    One patch of each pair touches the ellipse, the other is beside it.
+    """
     random = part_generator(seed, "moreno2005/ellipse patches")
-    if clutter == "dense":
-        return _met(random, plan, steps)
+    bounds = np.linspace(FIRST, FRAMES, MEETINGS + 1).astype(int).tolist()
     patches = []
-    for frame in range(0, FRAMES, EVERY):
-        for _ in range(2):
-            radius, direction = random.uniform(*PATCH_RADIUS), random.uniform(0, 2 * np.pi)
-            towards = np.array([np.cos(direction), np.sin(direction)])
-            middle = plan.centre[frame] + random.uniform(*APART) * towards
-            patches.append(Patch(drawn_shape(random, middle, radius), plan.colour[frame]))
-    return patches
-
-
-def _meetings(random: np.random.Generator, steps: Steps) -> Iterator[int]:
-    """Frames in which the ellipse meets its colour."""
-    if steps == "independent":
-        bounds = np.linspace(FIRST, FRAMES, MEETINGS + 1).astype(int)
-        for first, end in pairwise(bounds.tolist()):
-            yield int(random.integers(first, end))
-        return
-    frame = FIRST + int(random.integers(GAP[0]))
-    while frame < FRAMES:
-        yield frame
-        frame += int(random.integers(*GAP))
-
-
-def _met(random: np.random.Generator, plan: Plan, steps: Steps) -> list[Patch]:
-    """One patch of each pair touches the ellipse while it has that colour, one is beside."""
-    patches = []
-    for frame in _meetings(random, steps):
+    for first, end in pairwise(bounds):
+        frame = int(random.integers(first, end))
         for met in (False, True):
             radius, direction = random.uniform(*PATCH_RADIUS), random.uniform(0, 2 * np.pi)
             beyond = radius * random.uniform(*SHOWN) if met else radius + random.uniform(*ASIDE)
@@ -160,19 +133,20 @@ def touched(patches: Sequence[Patch], plan: Plan) -> NDArray[np.bool_]:
     return found
 
 
-def painted(seed: int, patches: Sequence[Patch], clutter: Clutter) -> Image:
-    """Picture of all that stands still, BGR, with the patches on top."""
+def painted(seed: int, plan: Plan, patches: Sequence[Patch]) -> Image:
+    """Paint the background, BGR, with the patches on top."""
     random = part_generator(seed, "moreno2005/ellipse clutter")
     rows, columns = SIZE[1] * FINE, SIZE[0] * FINE
     smooth = fractal(random, TILE, 4, 256, 0.6)[:rows, :columns]
-    colours = random.uniform(*COLOURS, 3) + random.uniform(-0.3, 0.3, (4, 3))
-    canvas = ramp(smooth, np.clip(colours, 0.05, 0.95))
+    canvas = ramp(smooth, random.uniform(*COLOURS, (TONES, 3)))
     mottle = MOTTLE * fractal(random, TILE, 32, 512, 0.8)
-    for _ in range(SHAPES[clutter]):
+    for _ in range(SHAPES):
         middle = random.uniform((0, 0), SIZE)
         radius = SHAPE_RADIUS[0] + (SHAPE_RADIUS[1] - SHAPE_RADIUS[0]) * random.random() ** 2
         outline = drawn_shape(random, middle, radius)
-        _lay(random, canvas, mottle, outline, random.uniform(*COLOURS, 3))
+        alike, frame = random.random() < ALIKE, int(random.integers(FRAMES))
+        colour = plan.colour[frame] if alike else random.uniform(*COLOURS, 3)
+        _lay(random, canvas, mottle, outline, colour)
     for patch in patches:
         _lay(random, canvas, mottle, patch.outline, patch.colour)
     reduced = cv2.resize(np.clip(canvas, 0, 1), SIZE, interpolation=cv2.INTER_AREA)
@@ -183,20 +157,24 @@ def _lay(
     random: np.random.Generator, canvas: Array, mottle: Array, outline: Array, colour: Array
 ) -> None:
     """Lay a shape over a canvas of samples, with its shadow; the canvas is changed in place."""
-    covered = samples(outline)
     rows, columns = _window(outline)
-    if not covered[rows, columns].size:  # it lies beside the picture
+    window = canvas[rows, columns]
+    if not window.size:  # it lies beside the picture
         return
+    corner = np.array([columns.start, rows.start])
+    covered = np.zeros(window.shape[:2], np.uint8)
+    points = np.round((outline * FINE - 0.5 - corner) * (1 << SUBPIXEL)).astype(np.int32)
+    cv2.fillPoly(covered, [points], 1, shift=SUBPIXEL)
     reach = 2 * round(THICK * FINE) + 1
-    soft = cv2.blur(covered[rows, columns].astype(np.float64), (reach, reach))
-    canvas[rows, columns] *= 1 - SHADOW * np.asarray(soft)[..., None]
+    soft = cv2.blur(covered.astype(np.float64), (reach, reach))
+    window *= 1 - SHADOW * np.asarray(soft)[..., None]
     y, x = np.nonzero(covered)
     direction, slant = random.uniform(0, 2 * np.pi), SLANT * random.random()
     along = (x * np.cos(direction) + y * np.sin(direction)) / (FINE * 2 * SHAPE_RADIUS[1])
     lighter = slant * (along - along.mean()) if len(along) else along
     shift = random.integers(TILE, size=2)
     texture = mottle[(y + shift[0]) % TILE, (x + shift[1]) % TILE]
-    canvas[y, x] = colour * (1 + lighter + texture)[:, None]
+    window[y, x] = colour * (1 + lighter + texture)[:, None]
 
 
 def _window(outline: Array) -> tuple[slice, slice]:

@@ -1,4 +1,4 @@
-"""How the wind moves a leaf: sways, gusts and jerks that nothing announces."""
+"""Motion of a leaf in the wind: sways, gusts and jerks that nothing announces."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -6,14 +6,16 @@ from numpy.typing import NDArray
 from datasets.synthetic.moreno2005.leaf.blade import Shape
 from datasets.synthetic.render.path import quantised
 
-__all__ = ["FRAMES", "SIZE", "drawn_shapes", "drawn_sway"]
+__all__ = ["FRAMES", "JUMP", "SIZE", "drawn_shapes", "drawn_sway"]
 
 Array = NDArray[np.float64]
 
 FRAMES = 100
 SIZE = 320, 240
-FASTEST = 15.0  # [pixels/frame]
-CALM = 6  # frames before the first gust
+JUMP = 1  # first frame in the other light; a gust moves the leaf in the same frame
+FASTEST = 15.0  # speed in the strongest of the other gusts [pixels/frame]
+FIRST_GUST = 1.1, 1.3  # strength of the gust in the frame of the jump
+CALM = 6  # frames from the jump to the next gust
 # Between which corners the middle of the leaf stays [pixels].
 LOW, HIGH = np.array([62.0, 58.0]), np.array([258.0, 182.0])
 
@@ -42,9 +44,10 @@ def drawn_sway(random: np.random.Generator) -> Array:
 
 
 def _gusts(random: np.random.Generator) -> Array:
-    """Strength of a gust that begins in each frame, in [0, 1]; most frames have none."""
+    """Strength of a gust that begins in each frame, up to 1.3; most frames have none."""
     gusts = np.zeros(FRAMES)
-    frame = CALM + int(random.integers(6))
+    gusts[JUMP] = random.uniform(*FIRST_GUST)
+    frame = JUMP + CALM + int(random.integers(6))
     while frame < FRAMES:
         gusts[frame] = random.uniform(0.45, 1.0)
         frame += int(random.integers(6, 15))
@@ -61,7 +64,7 @@ def _places(random: np.random.Generator, gusts: Array) -> Array:
         push = direction / np.sqrt((direction * direction).sum())
         speed = 0.74 * speed + 0.03 * (home - place) + random.normal(0, 0.7, 2)
         speed = speed + gust * FASTEST * push
-        speed *= min(1.0, FASTEST / float(np.sqrt((speed * speed).sum())))
+        speed *= min(1.0, FASTEST * max(1.0, gust) / float(np.sqrt((speed * speed).sum())))
         ahead = place + speed
         speed = np.where((ahead < LOW) | (ahead > HIGH), -0.5 * speed, speed)
         place = place + speed

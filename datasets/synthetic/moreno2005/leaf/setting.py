@@ -1,4 +1,4 @@
-"""All that a scene is made of: sun and sky, foliage, and the leaf, whatever the sun does."""
+"""Parts of a scene: light, foliage and the leaf."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from datasets.synthetic.moreno2005.leaf.blade import Blade, Shape, drawn_blade, placed
-from datasets.synthetic.moreno2005.leaf.plan import SIZE, drawn_shapes, drawn_sway
+from datasets.synthetic.moreno2005.leaf.plan import JUMP, SIZE, drawn_shapes, drawn_sway
 from datasets.synthetic.render.colours import any_of, varied
 from datasets.synthetic.render.lamp import light_left
 from datasets.synthetic.render.path import smooth_step
@@ -15,18 +15,26 @@ from datasets.synthetic.render.texture import fractal
 from datasets.synthetic.render.triangles import Seen, lay, seen
 from datasets.synthetic.scene import part_generator
 
-__all__ = ["BEHIND_CLOUD", "MARGIN", "Setting", "fallen"]
+__all__ = ["CLOUD", "MARGIN", "SUNSHINE", "Light", "Setting", "fallen"]
 
 Array = NDArray[np.float64]
 Floats = NDArray[np.float32]
 
-# Light of the sky from all around, and of the sun on what faces it, BGR.
-SKY, SUN = np.array([0.78, 0.65, 0.53]), np.array([0.98, 1.42, 1.60])
-BEHIND_CLOUD = 0.04  # what a cloud leaves of the sun
+
+@dataclass(frozen=True)
+class Light:
+    """Light of the sky from all around and of the sun on what faces it, BGR; shapes (3,)."""
+
+    sky: Array
+    sun: Array
+
+
+SUNSHINE = Light(np.array([0.56, 0.64, 0.66]), np.array([0.60, 1.40, 1.90]))
+CLOUD = Light(np.array([0.40, 0.31, 0.22]), np.array([0.024, 0.056, 0.076]))
 THROUGH = 0.35  # part of the sun's light that comes through a leaf
 SIDE = 512  # of the pattern of sun and shade, which repeats [pixels]
-# Of the leaf: yellower than the foliage, or turning brown; BGR.
-COLOURS = ((52, 156, 148), (60, 132, 166), (58, 168, 124), (70, 118, 150))
+# Colours of the leaf: yellower than the foliage, or turning brown; BGR.
+COLOURS = ((52, 156, 148), (56, 138, 164), (58, 168, 124))
 LONG = 76, 90  # its length [pixels]
 OPEN = 0.45  # least part of the sun that the leaf gets: little is above it
 
@@ -40,7 +48,7 @@ FAR, NEAR = 190, 60  # leaves that are still, and those before them that sway
 MARGIN = 8  # what a layer of foliage reaches beyond the picture on every side [pixels]
 WIDE = SIZE[0] + 2 * MARGIN, SIZE[1] + 2 * MARGIN  # size of a layer [pixels]
 
-KINDS, ALIKE = 50, 0.2
+KINDS, ALIKE = 50, 0.15
 """Leaves that grow in a layer, again and again, and the part of them whose colour is near the
 target's."""
 
@@ -51,9 +59,10 @@ SHADED = 0.35, 0.8
 
 
 def fallen(normals: Array, sun: Array, in_sun: Array) -> tuple[Array, Array]:
-    """Light on leaves from all around and from the sun, in parts of `SKY` and `SUN`.
+    """Return the light on leaves from all around and from the sun, in parts of a `Light`.
 
-    Of vertices with normals (v, 3) that see a part `in_sun` (v,) of a sun in a direction (3,).
+    `normals`: of the vertices, shape (v, 3). `sun`: direction to the sun, shape (3,). `in_sun`:
+    part of the sun that each vertex sees, shape (v,).
     """
     facing = normals @ sun * np.sign(normals[:, 2])  # of the side that is seen
     lit = np.where(facing > 0, facing, -THROUGH * facing)
@@ -71,19 +80,20 @@ class Layer:
     around: Floats
     straight: Floats
 
-    def lit(self, share: float) -> Floats:
-        """The surface in the light of the sky and in a share of the sun's."""
-        sky, sun = np.append(SKY, 1), np.append(share * SUN, 0)
+    def lit(self, light: Light) -> Floats:
+        """Return the surface in a light, premultiplied, shape (height, width, 4)."""
+        sky, sun = np.append(light.sky, 1), np.append(light.sun, 0)
         return np.asarray(self.around * sky + self.straight * sun, np.float32)
 
 
 class Setting:
-    """What the variants of a scene have in common; all that is drawn at random has its seed."""
+    """All parts of a scene that are drawn from its seed."""
 
     def __init__(self, seed: int) -> None:
         self._seed = seed
         self.sun = self._drawn_sun()
-        self.sunny = bool(self._random("weather").random() < 0.5)
+
+        self.lights = (SUNSHINE, CLOUD)
 
     @cached_property
     def shapes(self) -> tuple[Shape, ...]:
@@ -99,12 +109,17 @@ class Setting:
         """The leaf's vertices in a frame, and its directions there; see `blade.placed`."""
         return placed(self._blade, self.shapes[frame])
 
-    def seen(self, frame: int, sun: float) -> Seen:
-        """What is seen of the leaf in the light of the sky and of a share of the sun's."""
+    def light(self, frame: int) -> Light:
+        """Return the light in a frame; it changes at the jump."""
+        return self.lights[int(frame >= JUMP)]
+
+    def seen(self, frame: int) -> Seen:
+        """Return the leaf as seen in a frame."""
         points, normals = self.points(frame)
         in_sun = OPEN + (1 - OPEN) * self._seen_sun(points)
         around, straight = fallen(normals, self.sun, in_sun)
-        lights = around[:, None] * SKY + straight[:, None] * (sun * SUN)
+        light = self.light(frame)
+        lights = around[:, None] * light.sky + straight[:, None] * light.sun
         return seen(self._blade.mesh, points, lights, SIZE)
 
     @cached_property

@@ -17,13 +17,13 @@ Floats = NDArray[np.float32]
 
 ARMS = 8
 JOINTS = 20  # balls along an arm
-WEBBED = 8  # of these, from the head on: with skin between them and those of the next arm
+WEBBED = 14  # of these, from the head on: with skin between them and those of the next arm
 WEB = np.array([0.25, 0.5, 0.75])  # where balls of that skin lie, from one arm to the next
 # Along the body and radius of the balls of the mantle, the head being at 0 [pixels].
 MANTLE = np.array([[-7, 9], [-13, 12.5], [-19, 15.5], [-25, 17], [-31, 17], [-36, 15], [-41, 11]])
 HEAD, EYE = 10.0, 3.6  # radii [pixels]
 EYES = np.array([[2.0, -7.5], [2.0, 7.5]])  # where they are, forwards and to the right [pixels]
-FIRST_ARM = 2.25  # directions of the outermost arms, from straight ahead [radians]
+FIRST_ARM = 1.9  # directions of the outermost arms, from straight ahead [radians]
 THICK, THIN = 6.8, 2.2  # radius of an arm at the head and at its tip [pixels]
 FINE = 2  # samples per pixel and axis
 ROUNDED = 2.2  # standard deviation of the blur that joins its parts [samples]
@@ -122,14 +122,18 @@ def drawn_body(random: np.random.Generator) -> Body:
     """An animal, drawn at random."""
     directions = np.linspace(-FIRST_ARM, FIRST_ARM, ARMS) + random.uniform(-0.12, 0.12, ARMS)
     # Left arms curl to the left and right ones to the right, but for some.
-    curls = np.sign(directions) * random.uniform(1.0, 2.4, ARMS)
-    curls *= random.choice([-1, 1], ARMS, p=[0.25, 0.75])
+    curls = np.sign(directions) * random.uniform(0.5, 1.2, ARMS)
+    curls *= random.choice([-1, 1], ARMS, p=[0.1, 0.9])
     turns = 2 * np.pi * random.random((3, ARMS))
     return Body(
-        float(random.uniform(0.92, 1.12)),
-        np.stack([directions, random.uniform(38, 50, ARMS), curls], axis=1),
-        np.stack([random.uniform(0.15, 0.4, ARMS), random.uniform(26, 46, ARMS), turns[0]], axis=1),
-        np.stack([random.uniform(0.04, 0.1, ARMS), random.uniform(24, 40, ARMS), turns[1]], axis=1),
+        float(random.uniform(1.05, 1.25)),
+        np.stack([directions, random.uniform(28, 36, ARMS), curls], axis=1),
+        np.stack(
+            [random.uniform(0.06, 0.16, ARMS), random.uniform(26, 46, ARMS), turns[0]], axis=1
+        ),
+        np.stack(
+            [random.uniform(0.02, 0.05, ARMS), random.uniform(24, 40, ARMS), turns[1]], axis=1
+        ),
         np.array([random.uniform(0.03, 0.06), random.uniform(28, 44), turns[2, 0]]),
     )
 

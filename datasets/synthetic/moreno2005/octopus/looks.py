@@ -13,6 +13,7 @@ __all__ = ["FLOOR_KINDS", "SIDE", "SKINS", "Kind", "imitated", "painted"]
 Array = NDArray[np.float64]
 
 SIDE = 512  # of textures [pixels]
+IMITATION = 0.5  # share of a floor's look that a skin takes on
 
 
 @dataclass(frozen=True)
@@ -30,9 +31,9 @@ def painted(random: np.random.Generator, kind: Kind, colour: Array) -> Array:
     return np.asarray(np.clip(texture * (colour[::-1] / texture.mean(axis=(0, 1))), 0, 1.2))
 
 
-def imitated(texture: Array, own: Array, share: float) -> Array:
-    """What a skin makes of a floor's texture: all but a `share` stays its own."""
-    return np.asarray(share * texture + (1 - share) * own)
+def imitated(texture: Array, own: Array) -> Array:
+    """Return a skin's imitation of a floor's texture; a part of the skin's look stays its own."""
+    return np.asarray(IMITATION * texture + (1 - IMITATION) * own)
 
 
 def _sand(random: np.random.Generator) -> Array:

@@ -29,7 +29,7 @@ DELAY = 3.0, 8.0
 LASTING = 12.0, 20.0  # how long it takes to do so [frames]
 AROUND = 2.0  # how far the floor around the octopus is from its box [pixels]
 # Greatest distance of a camouflaged octopus's mean colour from the floors', RGB of [0, 1].
-CLOSE = 0.12
+CLOSE = 0.2
 # Least distance of the colour with which it comes from that of the first floor, likewise.
 CONTRAST = 0.25
 
@@ -91,7 +91,6 @@ class Plan:
     kinds: tuple[str, ...]  # of the floors, and of the skin that is its own
     colours: Array  # (FLOORS + 1, 3): mean of each, RGB in [0, 1]
     changes: Array  # (2, 2): start and end of that to either floor's look [frames]
-    imitation: float  # what of a floor's look it takes on, in [0, 1]
 
     def posture(self, frame: int) -> Posture:
         """How the octopus lies there."""
@@ -113,7 +112,7 @@ class Plan:
     def camouflaged(self) -> NDArray[np.bool_]:
         """Frames in which its colour is close to those of the floors around it."""
         own = self.colours[OWN]
-        looks = np.vstack([imitated(self.colours[:OWN], own, self.imitation), own])
+        looks = np.vstack([imitated(self.colours[:OWN], own), own])
         skin = np.empty((FRAMES, 3))
         for frame in range(FRAMES):
             before, after, share = self.look(frame)
@@ -131,8 +130,8 @@ def _surroundings(zones: Zones, boxes: Array) -> Array:
     return np.asarray(zones.shares(middle[:, None] + half[:, None] * directions).mean(axis=1))
 
 
-def drawn_plan(seed: int, imitation: float) -> Plan:
-    """A course of events, drawn at random; see `Plan.imitation`, which changes nothing of it."""
+def drawn_plan(seed: int) -> Plan:
+    """Draw a course of events."""
     random, floors = (
         part_generator(seed, f"moreno2005/octopus {part}") for part in ("way", "floors")
     )
@@ -151,7 +150,7 @@ def drawn_plan(seed: int, imitation: float) -> Plan:
     means = [*(FLOOR_KINDS[kind].colour for kind in kinds), SKINS[own].colour]
     colours = np.array(means) * floors.uniform(1 - TINT, 1 + TINT, (FLOORS + 1, 3))
     zones = _drawn_zones(floors, place)
-    still = Plan(body, place, heading, zones, (*kinds, own), colours, np.zeros((2, 2)), imitation)
+    still = Plan(body, place, heading, zones, (*kinds, own), colours, np.zeros((2, 2)))
     there = float(np.argmax(_surroundings(zones, still.boxes)[:, 1] > 0.5))
     start = random.uniform(*FIRST_CHANGE)
     end = start + random.uniform(*LASTING)

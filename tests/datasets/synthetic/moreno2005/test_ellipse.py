@@ -1,4 +1,4 @@
-"""`moreno2005/ellipse`: what the ellipse does, what is seen of it, what light and patches do."""
+"""`moreno2005/ellipse`: motion, look and patches."""
 
 import cv2
 import numpy as np
@@ -31,36 +31,31 @@ def test_place_and_shape_change_at_random_but_smoothly_and_stay_in_view(seed):
     assert (x + width).max() <= 317
     assert (y + height).max() <= 237
     steps = np.hypot(*np.diff(plan.centre, axis=0).T)
-    assert steps.max() < 9.1
-    assert 2 < steps.mean() < 8
+    assert steps.max() < 7
+    assert 1.5 < steps.mean() < 6.5
     assert HALF_AXES[0] - 0.1 < plan.half_axes.min() < plan.half_axes.max() < HALF_AXES[1] + 0.1
     assert np.abs(np.diff(np.log(plan.half_axes), axis=0)).max() < 0.11
-    assert (np.ptp(plan.half_axes, axis=0) > 2).all()
+    assert (np.ptp(plan.half_axes, axis=0) > 0.5).all()
     assert np.abs(np.diff(plan.angle)).max() < 0.21
     assert np.ptp(plan.angle) > 0.1
     assert 0.08 <= plan.colour.min() < plan.colour.max() <= 0.92
     assert np.linalg.norm(np.ptp(plan.colour, axis=0)) > 0.25
 
 
-def test_independent_steps_of_the_shape_are_small_and_say_nothing_of_the_next():
+def test_steps_of_the_shape_are_small_and_independent():
     steps = []
     for seed in range(20):
-        plan, other = drawn_plan(seed, "independent"), drawn_plan(seed)
-        assert (plan.centre == other.centre).all()
-        assert (plan.colour == other.colour).all()
-        assert HALF_AXES[0] - 0.1 < plan.half_axes.min() < plan.half_axes.max() < HALF_AXES[1] + 0.1
+        plan = drawn_plan(seed)
         shape = np.column_stack([np.log(plan.half_axes), plan.angle])
         steps.append(np.diff(shape, axis=0))
     new = np.stack(steps)
     assert np.abs(new.std(axis=(0, 1)) - 0.03).max() < 0.002
     assert abs((new[:, 1:] * new[:, :-1]).mean() / new.var()) < 0.06
-    persistent = np.diff(np.log(other.half_axes), axis=0)
-    assert (persistent[1:] * persistent[:-1]).mean() / persistent.var() > 0.5
 
 
 @pytest.mark.parametrize("seed", [0, 5])
-def test_with_independent_steps_it_meets_its_colour_three_times(seed):
-    one = opened(seed, steps="independent")
+def test_ellipse_meets_its_colour_three_times(seed):
+    one = opened(seed)
     similar = one.truth().attributes["similar patch"]
     assert len(one.patches) == 6
     for first in (10, 40, 70):
@@ -144,27 +139,11 @@ def test_the_background_is_cluttered_with_all_colours():
     assert edges.mean() > 0.12
 
 
-@given(SEEDS)
-@settings(max_examples=8, deadline=None)
-def test_in_moderate_clutter_two_patches_lie_near_the_way_every_18_frames(seed):
-    one = opened(seed, clutter="moderate")
-    frames = np.repeat(np.arange(0, FRAMES, 18), 2)
-    assert len(one.patches) == len(frames)
-    for frame, patch in zip(frames, one.patches, strict=True):
-        assert (patch.colour == one.plan.colour[frame]).all()
-        x, y = patch.outline.min(axis=0), patch.outline.max(axis=0)
-        off = np.linalg.norm((x + y) / 2 - one.plan.centre[frame])
-        assert 18 - 15 < off < 45 + 15  # an outline's middle is not quite what it is drawn around
-
-
-@pytest.mark.parametrize(
-    ("clutter", "least", "most"), [("moderate", 0.0, 0.4), ("dense", 0.1, 0.65)]
-)
 @pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow)])
-def test_a_patch_of_the_ellipses_colour_touches_it_now_and_then(seed, clutter, least, most):
-    one = opened(seed, clutter=clutter)
+def test_a_patch_of_the_ellipses_colour_touches_it_now_and_then(seed):
+    one = opened(seed)
     similar = one.truth().attributes["similar patch"]
-    assert least < similar.mean() < most
+    assert 0.03 < similar.mean() < 0.5
     for frame in np.flatnonzero(similar).tolist():
         colour = one.plan.colour[frame]
         alike = [patch for patch in one.patches if np.linalg.norm(patch.colour - colour) <= 0.15]
@@ -195,54 +174,3 @@ def test_frames_without_the_attribute_have_no_patch_of_that_colour_beside():
                 left = left.difference(region_of(later))
             beside = left.intersection(whole.buffer(1)).difference(whole)
             assert beside.area < 20
-
-
-@pytest.mark.parametrize("seed", range(2))
-def test_one_jump_of_a_gain_and_a_cast_at_mid_sequence(seed):
-    one = opened(seed, light="jump")
-    (jump,) = np.flatnonzero(one.truth().attributes["light change"]).tolist()
-    assert 45 <= jump <= 55
-    ratios = []
-    for frame in (jump - 1, jump):
-        plain, seen = image(seed, frame), image(seed, frame, light="jump")
-        fair = (plain > 60) & (plain < 235)
-        ratios.append(
-            [np.median(seen[..., k][fair[..., k]] / plain[..., k][fair[..., k]]) for k in range(3)]
-        )
-    change = np.log(ratios[1]) - np.log(ratios[0])
-    assert np.abs(change).max() > 0.25
-    assert np.ptp(change) > 0.3
-
-
-def test_repeated_changes_are_kept_until_the_next():
-    one = opened(0, light="repeated")
-    changes = np.flatnonzero(one.truth().attributes["light change"])
-    assert changes.min() >= 5
-    assert 15 < len(changes) < 45
-    for frame in range(1, FRAMES):
-        same = (one.lighting.at(frame) == one.lighting.at(frame - 1)).all()
-        assert same != (frame in changes)
-    gains = np.stack([one.lighting.at(frame) for frame in range(FRAMES)])
-    assert 0.3 < gains.min() < 0.6
-    assert gains.max() <= 1.2
-    plain, seen = (image(0, int(changes[-1]), light=light) for light in ("even", "repeated"))
-    fair = (plain > 60) & (plain < 200)
-    expected = (plain * one.lighting.at(int(changes[-1]))[::-1])[fair]
-    assert np.median(np.abs(np.minimum(expected, 255) - seen[fair])) < 6
-
-
-@pytest.mark.parametrize("seed", range(2))
-def test_the_shadows_edge_changes_the_light_here_and_not_there(seed):
-    one = opened(seed, light="shadow")
-    changes = np.flatnonzero(one.truth().attributes["light change"])
-    assert len(changes) > 0
-    assert changes[0] >= 5
-    for frame in (int(changes[0]), int(changes[len(changes) // 2])):
-        plain, seen = image(seed, frame), image(seed, frame, light="shadow")
-        loss = (plain - seen).mean(axis=2) / plain.mean(axis=2)
-        loss = cv2.GaussianBlur(loss, (0, 0), 2)
-        assert (np.abs(loss) < 0.05).mean() > 0.03
-        assert (loss > 0.2).mean() > 0.03
-        on_target = loss[one.mask(frame)]
-        assert np.ptp(on_target) > 0.15
-    assert (image(seed, 0) == image(seed, 0, light="shadow")).all()

@@ -1,4 +1,4 @@
-"""`moreno2005/leaf`: how the wind moves the leaf, what the sun does, what is like the leaf."""
+"""`moreno2005/leaf`: motion of the leaf, change of the light, similar foliage."""
 
 import numpy as np
 import pytest
@@ -6,7 +6,7 @@ from hypothesis import given, settings
 
 from datasets.synthetic.moreno2005.leaf.blade import Shape, drawn_blade, placed
 from datasets.synthetic.moreno2005.leaf.plan import drawn_shapes
-from datasets.synthetic.moreno2005.leaf.setting import Setting, fallen
+from datasets.synthetic.moreno2005.leaf.setting import fallen
 from tests.datasets.synthetic.scenes import SEEDS, covered_by, grown, scenes_of
 
 FRAMES = 100
@@ -29,11 +29,11 @@ def test_the_mask_is_what_the_outline_of_the_triangles_covers(seed, frame):
 
 @settings(max_examples=6, deadline=None)
 @given(seed=SEEDS)
-def test_the_leaf_stays_in_view_and_jerks_by_up_to_15_pixels(seed):
+def test_leaf_jerks_in_view_most_strongly_at_the_jump(seed):
     steps = np.hypot(*np.diff(middles(seed), axis=0).T)
-    assert steps.max() < 15.1
+    assert 14 < steps[0] < 19.6
+    assert steps[1:].max() < 15.1
     assert (steps > 7).sum() >= 4
-    assert steps[:5].max() < 5
     assert 2.5 < steps.mean() < 7
     boxes = opened(seed).truth().boxes
     assert boxes[:, :2].min() > -8
@@ -50,7 +50,7 @@ def test_nothing_announces_where_the_leaf_goes(seed):
         assert np.percentile(np.hypot(*error.T), 95) > 7
     ahead = np.diff(way, axis=0)
     turn = (ahead[1:] * ahead[:-1]).sum(axis=1)
-    assert 0.05 < (turn < 0).mean() < 0.5
+    assert 0.02 < (turn < 0).mean() < 0.5
 
 
 @pytest.mark.parametrize("seed", range(2))
@@ -101,36 +101,6 @@ def test_a_bent_and_folded_leaf_keeps_its_lengths():
     )
 
 
-def test_the_light_changes_once_and_at_the_moment_asked_for():
-    every = ({}, {"jump": "middle"}, {"jump": "none"})
-    start, middle, none = (opened(0, **knobs).truth() for knobs in every)
-    assert np.flatnonzero(start.attributes["light change"]).tolist() == [1]
-    assert np.flatnonzero(middle.attributes["light change"]).tolist() == [50]
-    assert not none.attributes["light change"].any()
-    for frame in (0, 1, 49, 50):
-        before, after = image(0, frame, jump="none"), image(0, frame)
-        assert (image(0, frame, jump="middle") == (before if frame < 50 else after)).all()
-        assert (before == after).all() == (frame == 0)
-    assert {Setting(seed).sunny for seed in range(8)} == {True, False}  # it comes or goes
-
-
-@pytest.mark.parametrize("seed", [0, 1])
-def test_what_the_sun_shines_on_changes_strongly_and_what_is_in_the_shade_hardly(seed):
-    lights = [image(seed, 60, **knobs) ** 2 for knobs in ({}, {"jump": "none"})]
-    if not opened(seed).setting.sunny:  # at first
-        lights.reverse()
-    cloudy, sunny = lights
-    visible = (cloudy.min(axis=2) > 15**2) & (sunny.max(axis=2) < 250**2)
-    gain = sunny[visible].sum(axis=1) / cloudy[visible].sum(axis=1)
-    assert np.percentile(gain, 90) > 2
-    assert np.percentile(gain, 10) < 1.2
-    strong = gain > np.percentile(gain, 80)
-    blue, _, red = np.median(sunny[visible][strong] / cloudy[visible][strong], axis=0)
-    assert red / blue > 1.3
-    leaf = opened(seed).mask(60)
-    assert sunny[leaf].mean() / cloudy[leaf].mean() > 1.5
-
-
 @pytest.mark.parametrize("seed", range(2))
 def test_some_of_the_foliage_has_nearly_the_leafs_colour_but_most_has_not(seed):
     shares = image(seed, 30) / image(seed, 30).sum(axis=2, keepdims=True)
@@ -139,6 +109,16 @@ def test_some_of_the_foliage_has_nearly_the_leafs_colour_but_most_has_not(seed):
     alike = ((shares > low) & (shares < high)).all(axis=2)
     assert 0.003 < alike[~grown(mask, 3)].mean() < 0.3
     assert alike[mask].mean() > 0.6
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_light_changes_once_and_by_channel(seed):
+    assert np.flatnonzero(opened(seed).truth().attributes["light change"]).tolist() == [1]
+    means = [image(seed, frame)[opened(seed).mask(frame)].mean(axis=0) for frame in (0, 1, 2)]
+    gains = means[1] / means[0]
+    assert gains.max() < 0.9
+    assert gains.max() / gains.min() > 1.5
+    assert means[2] == pytest.approx(means[1], rel=0.15)
 
 
 def test_light_falls_by_lamberts_law_on_the_side_that_is_seen():
