@@ -13,8 +13,10 @@ __all__ = [
     "before_the_target",
     "behind_the_target",
     "beside_the_target",
+    "crossing",
     "in_view",
-    "pillar",
+    "overtaking",
+    "post",
 ]
 
 Array = NDArray[np.float64]
@@ -33,6 +35,12 @@ KERBSIDE = 9.9
 
 OPPOSITE = 15.8, 17.2
 """The pavement on the other side [metres]."""
+
+OVERTAKING = 0.6, 0.75
+"""Speed relative to the target of someone who overtakes it [metres/second]."""
+
+COMPANY = 2.2
+"""Distance up to which someone who overtakes the target follows its way [metres]."""
 
 UNDISTURBED = 25
 """Nobody overlaps the target for this long at either end [frames]."""
@@ -56,7 +64,7 @@ def along_the_street(random: np.random.Generator, design: Design) -> Course:
             leg += 1
 
     middle = sum(design.depths) / 2
-    return walk(design.length, (0.0, middle), points(), design.speed, random.uniform())
+    return walk(design.length, (0.0, middle), points(), design.speed, _legs_together(random))
 
 
 def in_view(random: np.random.Generator, design: Design, views: Views) -> Course:
@@ -72,7 +80,7 @@ def in_view(random: np.random.Generator, design: Design, views: Views) -> Course
             side, near = -side, not near
 
     ways = points()
-    return walk(design.length, next(ways), ways, design.speed, random.uniform())
+    return walk(design.length, next(ways), ways, design.speed, _legs_together(random))
 
 
 def before_the_target(
@@ -96,7 +104,7 @@ def before_the_target(
     return _least(candidate, trouble)
 
 
-def pillar(
+def post(
     random: np.random.Generator, views: Views, target: Course, others: list[Course]
 ) -> Course:
     """Place of something that stands where the target passes behind it."""
@@ -136,6 +144,59 @@ def behind_the_target(
         return straight(frames, at, (x, z), velocity, random.uniform())
 
     return _least(candidate, lambda course: _crowded(course, [target, *others]))
+
+
+def overtaking(
+    random: np.random.Generator, target: Course, others: list[Course], when: float
+) -> Course:
+    """Way of someone who overtakes the target, or falls behind it, farther from the camera."""
+    frames = len(target.x)
+
+    def candidate() -> Course:
+        at = when + random.uniform(-0.05, 0.05) * frames
+        speed = random.choice([-1, 1]) * random.uniform(*OVERTAKING)
+        ahead = speed * (np.arange(frames) - at) / FRAMES_PER_SECOND
+        together = np.flatnonzero(np.abs(ahead) <= COMPANY)
+        x, z = target.x + ahead, target.z + random.uniform(0.55, 0.75)
+        return Course.through(_straight_on(x, together), _held(z, together), random.uniform())
+
+    return _least(candidate, lambda course: _crowded(course, [target, *others]))
+
+
+def crossing(
+    random: np.random.Generator, views: Views, target: Course, others: list[Course], part: float
+) -> Course:
+    """Way of someone who passes before the target in the opposite direction at a part of it."""
+    frames = len(target.x)
+    at = round(part * frames)
+    direction = -float(np.sign(target.x[at + 5] - target.x[at - 5]))
+
+    def candidate() -> Course:
+        z = target.z[at] - random.uniform(0.55, 0.7)
+        velocity = direction * random.uniform(1.2, 1.4), random.uniform(-0.1, 0.1)
+        place = _abreast(views, at, target, z), z
+        return straight(frames, at, place, velocity, random.uniform())
+
+    return _least(candidate, lambda course: _crowded(course, [target, *others]))
+
+
+def _straight_on(x: Array, frames: NDArray[np.int64]) -> Array:
+    """Places that go on at the last velocity before and after some frames."""
+    first, last = int(frames[0]), int(frames[-1])
+    since, until = np.arange(len(x)) - last, np.arange(len(x)) - first
+    after = x[last] + since * (x[last] - x[last - 1])
+    before = x[first] + until * (x[first + 1] - x[first])
+    return np.where(since > 0, after, np.where(until < 0, before, x))
+
+
+def _held(z: Array, frames: NDArray[np.int64]) -> Array:
+    """Depths that keep the first and the last value outside some frames."""
+    return np.asarray(z[np.clip(np.arange(len(z)), frames[0], frames[-1])])
+
+
+def _legs_together(random: np.random.Generator) -> float:
+    """Phase of the gait in which one leg passes the other [cycles]."""
+    return float(random.choice([0.0, 0.5]) + random.uniform(-0.05, 0.05))
 
 
 def _depth(random: np.random.Generator, depths: tuple[float, float], near: bool) -> float:
