@@ -5,16 +5,19 @@ and distances are those of the tracker as written. No tracker runs.
 """
 
 from functools import lru_cache
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.papers.criteria import SceneImages
 from trackers.base.interface import Image
 from trackers.base.sharing import SharedFrame
 from trackers.histograms.bins import N_BINS, LuvBins
 from trackers.histograms.counting import region_counts
 from trackers.histograms.rectangles import bhattacharyya_distances, pixel_regions
+
+if TYPE_CHECKING:
+    from bench.papers.criteria import SceneImages
 
 __all__ = ["Appearance", "margins", "part_distance", "right_choice", "sampled_frames"]
 
@@ -86,9 +89,7 @@ def _half_counts(
 def part_distance(image: Image, box: NDArray[np.float64]) -> float:
     """Distance of the histograms of a rectangle's halves (Eq. 7)."""
     counts, totals = _half_counts(image, box[np.newaxis])
-    return float(
-        bhattacharyya_distances(counts[0], totals[0], counts[1, 0], int(totals[1, 0]))[0]
-    )
+    return float(bhattacharyya_distances(counts[0], totals[0], counts[1, 0], int(totals[1, 0]))[0])
 
 
 def right_choice(image: Image, box: NDArray[np.float64], two_coloured: bool) -> float:
@@ -120,7 +121,7 @@ def clutter_boxes(box: NDArray[np.float64]) -> NDArray[np.float64]:
 
 @lru_cache(maxsize=8)
 def margins(
-    scene: SceneImages, frames: tuple[int, ...] | None = None
+    scene: "SceneImages", frames: tuple[int, ...] | None = None
 ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
     """Measure how much farther from the first frame's histogram clutter is than the target.
 

@@ -1,6 +1,7 @@
 """Where people walk: the target by his design, the others so that they hide him as designed."""
 
 from collections.abc import Callable, Iterator
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +21,10 @@ __all__ = [
 ]
 
 Array = NDArray[np.float64]
+T = TypeVar("T")
+
+DIAGONAL = 1.0, 1.0
+"""First way of a target, aside and in depth: it is first seen at an angle [metres]."""
 
 ELBOW_ROOM = 0.5
 """Nobody walks nearer to another [metres]."""
@@ -36,11 +41,14 @@ KERBSIDE = 9.9
 OPPOSITE = 15.8, 17.2
 """The pavement on the other side [metres]."""
 
-OVERTAKING = 0.6, 0.75
+OVERTAKING = 0.9, 1.1
 """Speed relative to the target of someone who overtakes it [metres/second]."""
 
 COMPANY = 2.2
 """Distance up to which someone who overtakes the target follows its way [metres]."""
+
+CROSSING_REACH, CROSSING_TIME = 1.9, 30
+"""Who crosses is nearer to the target than this [metres] only around the crossing [frames]."""
 
 UNDISTURBED = 25
 """Nobody overlaps the target for this long at either end [frames]."""
@@ -53,9 +61,12 @@ def along_the_street(random: np.random.Generator, design: Design) -> Course:
     legs = max(1, round(design.length / FRAMES_PER_SECOND * design.speed / 4.5))
     backs = {round(legs * (k + 1) / (design.turns + 1)) for k in range(design.turns)}
 
+    middle = sum(design.depths) / 2
+
     def points() -> Iterator[tuple[float, float]]:
         x, direction, leg = 0.0, float(random.choice([-1, 1])), 0
         near = bool(random.integers(2))
+        yield direction * DIAGONAL[0], middle + (DIAGONAL[1] if near else -DIAGONAL[1])
         while True:
             direction = -direction if leg in backs else direction
             x += direction * random.uniform(3.0, 6.5)
@@ -63,7 +74,6 @@ def along_the_street(random: np.random.Generator, design: Design) -> Course:
             yield x, _depth(random, design.depths, near)
             leg += 1
 
-    middle = sum(design.depths) / 2
     return walk(design.length, (0.0, middle), points(), design.speed, _legs_together(random))
 
 
@@ -73,11 +83,15 @@ def in_view(random: np.random.Generator, design: Design, views: Views) -> Course
 
     def points() -> Iterator[tuple[float, float]]:
         side, near = float(random.choice([-1, 1])), bool(random.integers(2))
+        first = True
         while True:
             z = _depth(random, design.depths, near)
             half = SIZE[0] / 2 / float(still.scale(z))
-            yield side * random.uniform(0.55, 0.85) * half, z
-            side, near = -side, not near
+            x = side * random.uniform(0.55, 0.85) * half
+            yield x, z
+            if first:
+                yield x - side * DIAGONAL[0], z + (DIAGONAL[1] if near else -DIAGONAL[1])
+            side, near, first = -side, not near, False
 
     ways = points()
     return walk(design.length, next(ways), ways, design.speed, _legs_together(random))
@@ -104,9 +118,7 @@ def before_the_target(
     return _least(candidate, trouble)
 
 
-def post(
-    random: np.random.Generator, views: Views, target: Course, others: list[Course]
-) -> Course:
+def post(random: np.random.Generator, views: Views, target: Course, others: list[Course]) -> Course:
     """Place of something that stands where the target passes behind it."""
     frames = len(target.x)
 
@@ -164,20 +176,29 @@ def overtaking(
 
 
 def crossing(
-    random: np.random.Generator, views: Views, target: Course, others: list[Course], part: float
+    random: np.random.Generator,
+    views: Views,
+    target: Course,
+    others: list[Course],
+    parts: tuple[float, float],
 ) -> Course:
-    """Way of someone who passes before the target in the opposite direction at a part of it."""
+    """Way of someone who passes before the target at a part of it, and is near for a short time."""
     frames = len(target.x)
-    at = round(part * frames)
-    direction = -float(np.sign(target.x[at + 5] - target.x[at - 5]))
 
-    def candidate() -> Course:
+    def candidate() -> tuple[int, Course]:
+        at = round(random.uniform(*parts) * frames)
         z = target.z[at] - random.uniform(0.55, 0.7)
-        velocity = direction * random.uniform(1.2, 1.4), random.uniform(-0.1, 0.1)
+        velocity = random.choice([-1, 1]) * random.uniform(1.1, 1.8), random.uniform(-0.1, 0.1)
         place = _abreast(views, at, target, z), z
-        return straight(frames, at, place, velocity, random.uniform())
+        return at, straight(frames, at, place, velocity, random.uniform())
 
-    return _least(candidate, lambda course: _crowded(course, [target, *others]))
+    def trouble(candidate: tuple[int, Course]) -> int:
+        at, course = candidate
+        near = np.abs(course.x - target.x) < CROSSING_REACH
+        near[at - CROSSING_TIME : at + CROSSING_TIME] = False
+        return int(near.sum()) + _crowded(course, [target, *others])
+
+    return _least(candidate, trouble)[1]
 
 
 def _straight_on(x: Array, frames: NDArray[np.int64]) -> Array:
@@ -237,17 +258,17 @@ def _crowded(course: Course, others: list[Course]) -> int:
     return int(near.sum())
 
 
-def _least(candidate: Callable[[], Course], trouble: Callable[[Course], int]) -> Course:
+def _least(candidate: Callable[[], T], trouble: Callable[[T], int]) -> T:
     """First candidate without trouble; where there is none, that of the least."""
     best = candidate()
     least = trouble(best)
     for _ in range(ATTEMPTS):
         if least == 0:
             break
-        course = candidate()
-        found = trouble(course)
-        if found < least:
-            best, least = course, found
+        other = candidate()
+        amount = trouble(other)
+        if amount < least:
+            best, least = other, amount
     return best
 
 

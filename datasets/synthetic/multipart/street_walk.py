@@ -20,7 +20,7 @@ FIRST, LAST = 0.16, 0.88
 LAST_BEFORE_CROSSING = 0.74
 """The same in a sequence with a crossing of a person in the target's clothes."""
 
-CROSSING = 0.875, 0.895
+CROSSING = 0.87, 0.9
 """Part of a sequence at which that person crosses."""
 
 CLEAR = 0.6
@@ -66,7 +66,7 @@ def _target(generator: Generators, design: Design, course: Course) -> Person:
     else:
         worn = wardrobe.plain_clothes(random)
     person = casting.dressed(generator("target"), course, worn, weaves=("plain", "knit"))
-    look = replace(person.look, bulk=random.uniform(1.15, 1.25), loose=random.uniform(1.35, 1.5))
+    look = replace(person.look, bulk=random.uniform(1.05, 1.15), loose=random.uniform(1.25, 1.4))
     if design.jacket:
         look = replace(look, jacket=worn[0], shirt=wardrobe.shade(worn[0], 0.6))
     if design.bag:
@@ -77,19 +77,17 @@ def _target(generator: Generators, design: Design, course: Course) -> Person:
 def _resembling(
     generator: Generators, design: Design, views: Views, target: Person, others: list[Course]
 ) -> list[Person]:
-    """People with the target's colours: exchanged ones that overtake it, and one that crosses."""
+    """People with the target's colours: mixed ones that overtake it, and one that crosses."""
     people = []
-    for i in range(design.exchanged):
-        random = generator(f"exchanged {i}")
-        when = (i + random.uniform(0.4, 0.6)) / design.exchanged * design.length
+    for i in range(design.mixed):
+        random = generator(f"mixed {i}")
+        when = (i + random.uniform(0.4, 0.6)) / design.mixed * design.length
         others.append(routes.overtaking(random, target.course, others, when))
-        look = wardrobe.exchanged(target.look)
-        people.append(Person(look, casting.seed(random), target.stature, others[-1]))
+        look = wardrobe.mixed(target.look)
+        people.append(Person(look, casting.seed(random), 1.06 * target.stature, others[-1]))
     if design.crossing:
         random = generator("crossing")
-        others.append(
-            routes.crossing(random, views, target.course, others, random.uniform(*CROSSING))
-        )
+        others.append(routes.crossing(random, views, target.course, others, CROSSING))
         people.append(Person(target.look, casting.seed(random), target.stature, others[-1]))
     return people
 
@@ -108,9 +106,7 @@ def _passers(
     for i in range(design.behind):
         random = generator(f"way behind {i}")
         nearest = design.depths[1] + CLEAR
-        others.append(
-            routes.behind_the_target(random, views, target.course, others, nearest)
-        )
+        others.append(routes.behind_the_target(random, views, target.course, others, nearest))
     people = []
     for i, course in enumerate(others[start:]):
         random = generator(f"person {i}")

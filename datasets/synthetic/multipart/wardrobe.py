@@ -14,7 +14,7 @@ from datasets.synthetic.multipart.casting import SHIRTS, TROUSERS, dyed
 from datasets.synthetic.multipart.look import Look
 from datasets.synthetic.render.colours import BGR
 
-__all__ = ["exchanged", "passer_clothes", "plain_clothes", "shade", "two_coloured_clothes"]
+__all__ = ["mixed", "passer_clothes", "plain_clothes", "shade", "two_coloured_clothes"]
 
 SATURATED: tuple[BGR, ...] = (
     (40, 36, 200),  # red
@@ -25,10 +25,11 @@ SATURATED: tuple[BGR, ...] = (
     (30, 110, 230),  # orange
     (150, 50, 110),  # purple
     (140, 50, 200),  # magenta
+    (235, 180, 60),  # sky blue
 )
 
-DIFFERENT_HALVES = 70.0
-"""Least distance of the chromaticities of shirt and trousers [CIE u*, v*]."""
+DIFFERENT_HALVES = 90.0, 25.0
+"""Least distances of shirt and trousers of two colours: in chromaticity and in L* [CIE L*u*v*]."""
 
 UNLIKE_TARGET = 45.0
 """Least distance of a passer-by's chromaticities from the target's [CIE u*, v*]."""
@@ -46,7 +47,7 @@ def two_coloured_clothes(random: np.random.Generator) -> tuple[BGR, BGR]:
         (shirt, trousers)
         for shirt in SATURATED
         for trousers in SATURATED
-        if chroma_distance(shirt, trousers) >= DIFFERENT_HALVES
+        if _differ(shirt, trousers)
     ]
     shirt, trousers = pairs[random.integers(len(pairs))]
     return dyed(random, shirt, 0.04), dyed(random, trousers, 0.04)
@@ -62,14 +63,19 @@ def passer_clothes(random: np.random.Generator, target: tuple[BGR, BGR]) -> tupl
     return dyed(random, shirt), dyed(random, lower)
 
 
-def exchanged(look: Look) -> Look:
-    """Clothes of the same build whose shirt has the trousers' colour and vice versa.
+def mixed(look: Look) -> Look:
+    """Clothes of the same build that are striped in the colours of shirt and trousers.
 
-    The colours of the whole person are the same mixture; each half has the other's colour.
+    They resemble the whole of the target and neither of its halves: seven tenths of each garment
+    have the colour of the target's other one.
     """
-    return replace(
-        look, shirt=look.trousers, trousers=look.jacket or look.shirt, jacket=None, bag=None
-    )
+    return replace(look, shirt=look.jacket or look.shirt, striped=True, jacket=None, bag=None)
+
+
+def _differ(first: BGR, second: BGR) -> bool:
+    chroma, lightness = DIFFERENT_HALVES
+    apart = abs(float(_luv(first)[0] - _luv(second)[0])) >= lightness
+    return apart and chroma_distance(first, second) >= chroma
 
 
 def chroma_distance(first: BGR, second: BGR) -> float:
