@@ -10,7 +10,7 @@ from datasets.synthetic.multipart.designs import TWIN_FRAMES
 from datasets.synthetic.multipart.look import Look
 from datasets.synthetic.multipart.plan import Person, Plan, body_boxes
 from datasets.synthetic.render.colours import BGR, varied
-from datasets.synthetic.render.views import Course, fixed, following, straight
+from datasets.synthetic.render.views import Course, fixed, straight
 from datasets.synthetic.scene import part_generator
 
 __all__ = ["bag", "dressed", "dyed", "other_clothes", "seed", "twin_plan", "two_coloured_clothes"]

@@ -119,7 +119,7 @@ Array: TypeAlias = NDArray[np.float64]
 
 _QUARTER = AROUND // 4
 
-STRIPES, STRIPES_SHARE = 5, 0.7
+STRIPES, STRIPES_SHARE = 5, 0.8
 """Broad stripes on each part of the body of striped clothes, and the share that they cover."""
 
 

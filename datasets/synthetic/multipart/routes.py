@@ -44,6 +44,9 @@ OPPOSITE = 15.8, 17.2
 OVERTAKING = 0.9, 1.1
 """Speed relative to the target of someone who overtakes it [metres/second]."""
 
+BESIDE = 1.4
+"""Distance up to which someone who overtakes the target is in view and disturbed by nobody [m]."""
+
 COMPANY = 2.2
 """Distance up to which someone who overtakes the target follows its way [metres]."""
 
@@ -159,20 +162,28 @@ def behind_the_target(
 
 
 def overtaking(
-    random: np.random.Generator, target: Course, others: list[Course], when: float
+    random: np.random.Generator, views: Views, target: Course, others: list[Course], when: float
 ) -> Course:
     """Way of someone who overtakes the target, or falls behind it, farther from the camera."""
     frames = len(target.x)
 
     def candidate() -> Course:
-        at = when + random.uniform(-0.05, 0.05) * frames
+        at = when + random.uniform(-0.1, 0.1) * frames
         speed = random.choice([-1, 1]) * random.uniform(*OVERTAKING)
         ahead = speed * (np.arange(frames) - at) / FRAMES_PER_SECOND
         together = np.flatnonzero(np.abs(ahead) <= COMPANY)
         x, z = target.x + ahead, target.z + random.uniform(0.55, 0.75)
         return Course.through(_straight_on(x, together), _held(z, together), random.uniform())
 
-    return _least(candidate, lambda course: _crowded(course, [target, *others]))
+    def trouble(course: Course) -> int:
+        beside = np.abs(course.x - target.x) < BESIDE
+        column = views.still.column(course.x - views.x, course.z) + views.shift_x
+        hidden = np.abs(column - SIZE[0] / 2) > SIZE[0] / 2 - 25
+        for other in others:
+            hidden |= _overlaps(views, other, target)
+        return int((hidden & beside).sum()) + _crowded(course, [target, *others])
+
+    return _least(candidate, trouble)
 
 
 def crossing(

@@ -25,7 +25,6 @@ SATURATED: tuple[BGR, ...] = (
     (30, 110, 230),  # orange
     (150, 50, 110),  # purple
     (140, 50, 200),  # magenta
-    (235, 180, 60),  # sky blue
 )
 
 DIFFERENT_HALVES = 90.0, 25.0
@@ -66,7 +65,7 @@ def passer_clothes(random: np.random.Generator, target: tuple[BGR, BGR]) -> tupl
 def mixed(look: Look) -> Look:
     """Clothes of the same build that are striped in the colours of shirt and trousers.
 
-    They resemble the whole of the target and neither of its halves: seven tenths of each garment
+    They resemble the whole of the target and neither of its halves: four fifths of each garment
     have the colour of the target's other one.
     """
     return replace(look, shirt=look.jacket or look.shirt, striped=True, jacket=None, bag=None)
