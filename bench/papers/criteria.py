@@ -5,7 +5,6 @@ names the function, its options, the target and the sentence of the paper that a
 """
 
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -212,21 +211,16 @@ def low_margin_stretch(scene: SceneImages, *, parts: int, below: float) -> float
     return float(max(longest_stretch(low) - 1, 0) * step + 1)
 
 
-def _crossing_margins(scene: SceneImages, after: float) -> tuple[NDArray[np.int64], Any]:
-    frames = tuple(range(round(after * len(scene)), len(scene), 2))
-    frames_measured, values = margins.margins(scene, frames)
-    return frames_measured, values[0]
-
-
 def crossing_time(scene: SceneImages, *, after: float) -> float:
-    """Part of the sequence at which the single histogram's margin is smallest."""
-    frames, values = _crossing_margins(scene, after)
-    return float(frames[values.argmin()] / len(scene))
+    """Part of the sequence at which the target is hidden most, after a part of the sequence."""
+    first = round(after * len(scene))
+    return float((first + scene.visibility[first:].argmin()) / len(scene))
 
 
 def crossing_margin(scene: SceneImages, *, after: float) -> float:
     """Smallest margin of the single histogram after a part of the sequence."""
-    return float(_crossing_margins(scene, after)[1].min())
+    frames = tuple(range(round(after * len(scene)), len(scene), 2))
+    return float(margins.margins(scene, frames)[1][0].min())
 
 
 def background_in_person(scene: SceneImages) -> float:

@@ -41,7 +41,7 @@ KERBSIDE = 9.9
 OPPOSITE = 15.8, 17.2
 """The pavement on the other side [metres]."""
 
-OVERTAKING = 0.9, 1.1
+OVERTAKING = 0.82, 0.98
 """Speed relative to the target of someone who overtakes it [metres/second]."""
 
 BESIDE = 1.4

@@ -61,11 +61,9 @@ def test_distant_or_occluded_frames_do_not_lower_the_margin():
 
 
 def test_crossing_is_found_at_its_part_of_the_sequence():
-    others = [None] * 20
-    others[17:20] = [None, (202, RED, RED), None]
-    others[18] = (202, RED, RED)
-    images = scene(RED, RED, others)
-    assert criteria.crossing_time(images, after=0.8) == pytest.approx(0.9)
+    others = [None] * 18 + [(202, RED, RED), None]
+    images = scene(RED, RED, others, [1] * 17 + [0.2, 1, 1])
+    assert criteria.crossing_time(images, after=0.8) == pytest.approx(0.85)
     assert criteria.crossing_margin(images, after=0.8) == pytest.approx(0.0, abs=0.01)
 
 
