@@ -46,6 +46,7 @@ class Design:
     before: int = 0  # passers-by between the camera and the target, each hiding it once
     posts: int = 0  # lamp posts that the target passes behind
     mixed: int = 0  # people striped in the target's two colours that overtake it
+    pace: float = 0.9  # speed of these people relative to the target [metres/second]
     crossing: bool = False  # whether a person in the target's clothes crosses before it
 
 
@@ -54,8 +55,10 @@ DESIGNS = {
     "2": Design(534, True, True, (5.2, 8.0), 1.35, turns=1, bag=True, behind=5, mixed=2),
     "3": Design(1315, True, False, (5.4, 8.6), 1.3, turns=2, behind=11),
     "4": Design(1308, True, False, (4.7, 8.9), 1.3, turns=3, behind=11),
-    "5": Design(300, False, True, (7.0, 7.8), 1.05, behind=7, before=2, posts=1, mixed=1),
-    "6": Design(269, False, True, (7.0, 7.8), 1.05, behind=7, before=3, mixed=1),
+    "5": Design(
+        300, False, True, (7.0, 7.8), 1.05, behind=7, before=2, posts=1, mixed=1, pace=0.72
+    ),
+    "6": Design(269, False, True, (7.0, 7.8), 1.05, behind=7, before=3, mixed=1, pace=0.72),
     "7": Design(377, False, False, (7.0, 7.8), 1.05, behind=8, before=2, posts=1, crossing=True),
     "8": Design(229, False, False, (7.0, 7.8), 1.05, behind=6, before=2),
 }

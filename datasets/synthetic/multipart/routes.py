@@ -41,9 +41,6 @@ KERBSIDE = 9.9
 OPPOSITE = 15.8, 17.2
 """The pavement on the other side [metres]."""
 
-OVERTAKING = 0.82, 0.98
-"""Speed relative to the target of someone who overtakes it [metres/second]."""
-
 BESIDE = 1.4
 """Distance up to which someone who overtakes the target is in view and disturbed by nobody [m]."""
 
@@ -162,14 +159,22 @@ def behind_the_target(
 
 
 def overtaking(
-    random: np.random.Generator, views: Views, target: Course, others: list[Course], when: float
+    random: np.random.Generator,
+    views: Views,
+    target: Course,
+    others: list[Course],
+    when: float,
+    pace: float,
 ) -> Course:
-    """Way of someone who overtakes the target, or falls behind it, farther from the camera."""
+    """Way of someone who overtakes the target, or falls behind it, farther from the camera.
+
+    `pace` is the speed relative to the target [metres/second], `when` the frame of the meeting.
+    """
     frames = len(target.x)
 
     def candidate() -> Course:
         at = when + random.uniform(-0.1, 0.1) * frames
-        speed = random.choice([-1, 1]) * random.uniform(*OVERTAKING)
+        speed = random.choice([-1, 1]) * pace * random.uniform(0.92, 1.08)
         ahead = speed * (np.arange(frames) - at) / FRAMES_PER_SECOND
         together = np.flatnonzero(np.abs(ahead) <= COMPANY)
         x, z = target.x + ahead, target.z + random.uniform(0.55, 0.75)

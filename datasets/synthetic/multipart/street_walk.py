@@ -82,7 +82,7 @@ def _resembling(
     for i in range(design.mixed):
         random = generator(f"mixed {i}")
         when = (i + random.uniform(0.4, 0.6)) / design.mixed * design.length
-        others.append(routes.overtaking(random, views, target.course, others, when))
+        others.append(routes.overtaking(random, views, target.course, others, when, design.pace))
         look = wardrobe.mixed(target.look)
         people.append(Person(look, casting.seed(random), 1.06 * target.stature, others[-1]))
     if design.crossing:

@@ -126,7 +126,7 @@ def test_overtaking_walker_stays_clear_and_passes_once(seed):
     random = np.random.default_rng(seed)
     seen = views.fixed(random, 300)
     target = routes.in_view(random, DESIGNS["5"], seen)
-    course = routes.overtaking(random, seen, target, [], 150)
+    course = routes.overtaking(random, seen, target, [], 150, 0.9)
     apart = np.hypot(course.x - target.x, course.z - target.z)
     assert apart.min() > routes.ELBOW_ROOM
     near = np.flatnonzero(np.abs(course.x - target.x) < 1.5)
