@@ -186,7 +186,10 @@ def overtaking(
         hidden = np.abs(column - SIZE[0] / 2) > SIZE[0] / 2 - 25
         for other in others:
             hidden |= _overlaps(views, other, target)
-        return int((hidden & beside).sum()) + _crowded(course, [target, *others])
+        before = _overlaps(views, course, target) & (course.z < target.z)
+        meets_again = len(target.x) * int(np.count_nonzero(np.diff(beside)) > 2)
+        disturbed = int((hidden & beside).sum() + before.sum()) + meets_again
+        return disturbed + _crowded(course, [target, *others])
 
     return _least(candidate, trouble)
 
