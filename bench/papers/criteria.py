@@ -198,13 +198,13 @@ def right_choice(scene: SceneImages, *, two_coloured: bool) -> float:
 
 def low_margin_share(scene: SceneImages, *, parts: int, below: float, until: float = 1.0) -> float:
     """Share of the frames before a part of the sequence whose margin is below a limit."""
-    frames, values = margins.margins(scene)
+    frames, values = margins.margins(scene.sequence)
     return float((values[parts - 1][frames < until * len(scene)] < below).mean())
 
 
 def low_margin_stretch(scene: SceneImages, *, parts: int, below: float) -> float:
     """Longest stretch of measured frames with a margin below a limit, in frames."""
-    frames, values = margins.margins(scene)
+    frames, values = margins.margins(scene.sequence)
     step = margins.sampled_frames(len(scene))[1]
     low = np.zeros(len(scene) // step + 1, bool)
     low[frames // step] = values[parts - 1] < below
@@ -220,7 +220,7 @@ def crossing_time(scene: SceneImages, *, after: float) -> float:
 def crossing_margin(scene: SceneImages, *, after: float) -> float:
     """Smallest margin of the single histogram after a part of the sequence."""
     frames = tuple(range(round(after * len(scene)), len(scene), 2))
-    return float(margins.margins(scene, frames)[1][0].min())
+    return float(margins.margins(scene.sequence, frames)[1][0].min())
 
 
 def background_in_person(scene: SceneImages) -> float:

@@ -5,19 +5,16 @@ and distances are those of the tracker as written. No tracker runs.
 """
 
 from functools import lru_cache
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from datasets.interface import Sequence
 from trackers.base.interface import Image
 from trackers.base.sharing import SharedFrame
 from trackers.histograms.bins import N_BINS, LuvBins
 from trackers.histograms.counting import region_counts
 from trackers.histograms.rectangles import bhattacharyya_distances, pixel_regions
-
-if TYPE_CHECKING:
-    from bench.papers.criteria import SceneImages
 
 __all__ = ["Appearance", "margins", "part_distance", "right_choice", "sampled_frames"]
 
@@ -121,7 +118,7 @@ def clutter_boxes(box: NDArray[np.float64]) -> NDArray[np.float64]:
 
 @lru_cache(maxsize=8)
 def margins(
-    scene: "SceneImages", frames: tuple[int, ...] | None = None
+    sequence: Sequence, frames: tuple[int, ...] | None = None
 ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
     """Measure how much farther from the first frame's histogram clutter is than the target.
 
@@ -134,15 +131,15 @@ def margins(
     values : ndarray of float64, shape (2, n)
         Margins of the single (first row) and of the two-part histogram.
     """
-    boxes = scene.sequence.regions["full"]
-    first = scene.sequence.first_frame
-    model = Appearance(scene.sequence[first], boxes[first])
-    wanted = sampled_frames(len(scene)) if frames is None else np.array(frames)
-    clear = wanted[scene.visibility[wanted] >= CLEAR]
+    boxes = sequence.regions["full"]
+    first = sequence.first_frame
+    model = Appearance(sequence[first], boxes[first])
+    wanted = sampled_frames(len(sequence)) if frames is None else np.array(frames)
+    clear = wanted[sequence.visibility[wanted] >= CLEAR]
     values = []
     for frame in clear.tolist():
         box = boxes[frame]
         rectangles = np.vstack([box[np.newaxis], clutter_boxes(box)])
-        distances = model.distances(scene.sequence[frame], rectangles)
+        distances = model.distances(sequence[frame], rectangles)
         values.append(distances[:, 1:].min(axis=1) - distances[:, 0])
     return clear, np.array(values).reshape(-1, 2).T

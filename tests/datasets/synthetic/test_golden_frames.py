@@ -35,9 +35,6 @@ FIRST_VERSIONS = {
     "plain/target": "f7539512f62da8dd",
     "plain/target:light=0.5": "dee7681874ecf9db",
     "plain/target:occlusion=0.4": "4b7b297cb698fb47",
-    "stress/twin": "595d46de91ea8f26",
-    "stress/twin:light=dappled": "f2a813adc2f79c09",
-    "stress/twin:twin=other": "183e136847985263",
     "wang2010/table-tennis": "7d54cdf88a1c48ee",
 }
 """Fingerprints of when they were digests of the source's bytes and the libraries' versions."""
