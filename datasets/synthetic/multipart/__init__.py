@@ -1,8 +1,9 @@
-"""Pedestrians in a street: `multipart/1` to `multipart/8` and `stress/twin`.
+"""Pedestrians in a street: `multipart/1` to `multipart/8`, `stress/pillar` and `stress/twin`.
 
 `multipart/1` to `multipart/8` are analogues of the eight videos of a paper on single- and
-multi-part colour histograms, drawn from its words alone (`designs.py`). In `stress/twin` a second
-person comes near the target, in the same clothes or in others.
+multi-part colour histograms, drawn from its words alone (`designs.py`). In `stress/pillar` the
+target of 5 or 7 passes behind a pillar that hides most of it. In `stress/twin` a second person
+comes near the target, in the same clothes or in others.
 """
 
 from pathlib import Path
@@ -10,6 +11,7 @@ from pathlib import Path
 from datasets.synthetic.multipart.designs import (
     DESIGNS,
     TWIN_FRAMES,
+    PillarKnobs,
     TwinKnobs,
     WalkingKnobs,
 )
@@ -23,6 +25,7 @@ MODULE = "datasets.synthetic.multipart"
 SUITE = Suite(
     Path(__file__).parent,
     [
+        Entry("stress/pillar", PillarKnobs, f"{MODULE}.scene", DESIGNS["5"].length, SIZE),
         Entry("stress/twin", TwinKnobs, f"{MODULE}.scene", TWIN_FRAMES, SIZE),
         *(
             Entry(

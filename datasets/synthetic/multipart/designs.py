@@ -19,6 +19,7 @@ __all__ = [
     "DESIGNS",
     "TWIN_FRAMES",
     "Design",
+    "PillarKnobs",
     "TwinKnobs",
     "WalkingKnobs",
 ]
@@ -71,6 +72,14 @@ class WalkingKnobs(Knobs):
     scene: Seed = seed("all that is drawn at random: street, clothes, paths, camera")
     light: Literal["even", "dappled"] = Field(
         "even", description="even: an overcast sky; dappled: sun with the shade of trees"
+    )
+
+
+class PillarKnobs(WalkingKnobs):
+    """Parameters of `stress/pillar`."""
+
+    number: Literal["5", "7"] = Field(
+        "5", description="sequence of `multipart` that has a pillar in place of the lamp post"
     )
 
 

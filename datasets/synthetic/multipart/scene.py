@@ -1,4 +1,4 @@
-"""Renderer and truth of `multipart/1` to `multipart/8` and `stress/twin`.
+"""Renderer and truth of `multipart/1` to `multipart/8`, `stress/pillar` and `stress/twin`.
 
 Boxes are in closed form; silhouettes are drawn where they are needed.
 """
@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from datasets.interface import Image, Mask
 from datasets.synthetic.multipart.casting import twin_plan
-from datasets.synthetic.multipart.designs import TwinKnobs, WalkingKnobs
+from datasets.synthetic.multipart.designs import PillarKnobs, TwinKnobs, WalkingKnobs
 from datasets.synthetic.multipart.plan import Plan, body_boxes, full_boxes
-from datasets.synthetic.multipart.street_walk import multipart_plan
+from datasets.synthetic.multipart.street_walk import PILLARS, multipart_plan
 from datasets.synthetic.render.attributes import occluded, out_of_view, rescaled, turning
 from datasets.synthetic.render.camera import Camera, slow_exposure
 from datasets.synthetic.render.prop import Prop
@@ -30,9 +30,11 @@ TURNING = 30.0
 
 
 def scene(knobs: WalkingKnobs, number: str = "") -> "WalkingScene":
-    """Renderer and truth of one of the eight or of the twin; nothing is painted yet."""
+    """Renderer and truth of one of the eight, with a pillar or a twin; nothing is painted yet."""
     if isinstance(knobs, TwinKnobs):
         plan = twin_plan(knobs.scene, knobs.distance, knobs.twin == "same")
+    elif isinstance(knobs, PillarKnobs):
+        plan = multipart_plan(knobs.number, knobs.scene, PILLARS)
     else:
         plan = multipart_plan(number, knobs.scene)
     return WalkingScene(plan, knobs.light)

@@ -12,7 +12,7 @@ from datasets.synthetic.multipart.plan import Person, Plan, Post
 from datasets.synthetic.render.views import Course, Views, fixed, following
 from datasets.synthetic.scene import part_generator
 
-__all__ = ["multipart_plan"]
+__all__ = ["PILLARS", "multipart_plan"]
 
 FIRST, LAST = 0.16, 0.88
 """Parts of a sequence between which people pass before the target."""
@@ -26,12 +26,15 @@ CROSSING = 0.87, 0.9
 CLEAR = 0.6
 """Others walk behind the target by this at least [metres]."""
 
+POSTS, PILLARS = (0.10, 0.14), (0.35, 0.5)
+"""Thickness of a lamp post, and of the pillar that takes its place in `stress/pillar` [metres]."""
+
 Generators = Callable[[str], np.random.Generator]
 
 
 @lru_cache(maxsize=4)
-def multipart_plan(number: str, scene: int) -> Plan:
-    """People and camera of one of the eight sequences, in a scene."""
+def multipart_plan(number: str, scene: int, thickness: tuple[float, float] = POSTS) -> Plan:
+    """People and camera of one of the eight sequences, in a scene; posts within a `thickness`."""
     design = DESIGNS[number]
 
     def generator(part: str) -> np.random.Generator:
@@ -49,14 +52,11 @@ def multipart_plan(number: str, scene: int) -> Plan:
     for i in range(design.posts):
         random = generator(f"post {i}")
         others.append(routes.post(random, views, course, others))
-        posts.append(Post(float(others[-1].x[0]), float(others[-1].z[0]), random.uniform(*POSTS)))
+        place = float(others[-1].x[0]), float(others[-1].z[0])
+        posts.append(Post(*place, random.uniform(*thickness)))
     people = [target, *_resembling(generator, design, views, target, others)]
     people += _passers(generator, design, views, target, others)
     return Plan(casting.seed(generator("street")), views, people, posts)
-
-
-POSTS = 0.10, 0.14
-"""Thickness of a post, as of a lamp post [metres]."""
 
 
 def _target(generator: Generators, design: Design, course: Course) -> Person:

@@ -45,7 +45,7 @@ DAYS = ["shots/day2", "shots/day10"]
         ("davis/b*", ["davis/bear"]),
         ("davis/JPEGImages/480p", ["davis/JPEGImages/480p/bear"]),
         ("plain/*:scene=3", ["plain/target:scene=3"]),
-        ("stress", ["stress/twin"]),
+        ("stress", ["stress/pillar", "stress/twin"]),
     ],
 )
 def test_patterns_and_folders_stand_for_their_sequences(places, text, names):
@@ -80,7 +80,7 @@ def test_a_folder_is_run_as_a_whole(trackmark, places):
         ("data", ["data/Small", "data/walk2", "data/walk10"], "(OTB)"),
         ("davis", ["davis/bear"], "(DAVIS)"),
         ("shots/day?", ["shots/day2"], "images"),
-        ("stress", ["stress/twin"], "built-in"),
+        ("stress", ["stress/pillar", "stress/twin"], "built-in"),
     ],
 )
 def test_a_folder_or_pattern_is_described_by_what_it_stands_for(
