@@ -52,9 +52,6 @@ class Entry:
         Width and height of the images [pixels], likewise.
     which : tuple
         What tells the sequence from others of the same module.
-    first_name : str
-        How it was called when it got its version, if otherwise; a knob of which that name is made
-        stands in braces. Its fingerprint is still that of then.
     """
 
     name: str
@@ -63,7 +60,6 @@ class Entry:
     length: int
     size: tuple[int, int]
     which: tuple[Any, ...] = ()
-    first_name: str = ""
 
     def opened(self, options: Mapping[str, str]) -> tuple[Knobs, SceneModule]:
         """Checked knobs, and the module.
@@ -169,9 +165,7 @@ class Suite:
         tree = self.tree(entry.name)
         seal = seal_of(entry.name, self.golden)
         version = [tree] if seal is None else seal.named(tree)
-        values, name = _identity(knobs), entry.first_name or entry.name
-        told = {knob: value for knob, value in values.items() if f"{{{knob}}}" not in name}
-        identity = [name.format(**values), told, *version]
+        identity = [entry.name, _identity(knobs), *version]
         return hashlib.sha256(json.dumps(identity, sort_keys=True).encode()).hexdigest()[:16]
 
 

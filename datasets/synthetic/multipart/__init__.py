@@ -1,10 +1,9 @@
-"""People who walk in a street: of a paper on single- and multi-part colour histograms, and ours.
+"""Pedestrians in a street: `multipart/1` to `multipart/8`, `stress/pillar` and `stress/twin`.
 
-`multipart/1` to `multipart/8` are analogues of the eight videos that the paper describes, drawn
-from its words alone (`designs.py`): other videos, new in every scene. Two more put one weakness of
-a tracker to the test each. In `stress/pillar` the target of 5 or 7 passes behind a pillar, which
-hides nearly all of him. In `stress/twin` a second person comes near the target in the same clothes,
-or in others.
+`multipart/1` to `multipart/8` are analogues of the eight videos of a paper on single- and
+multi-part colour histograms, drawn from its words alone (`designs.py`). In `stress/pillar` the
+target of 5 or 7 passes behind a pillar that hides most of it. In `stress/twin` a second person
+comes near the target, in the same clothes or in others.
 """
 
 from pathlib import Path
@@ -26,14 +25,7 @@ MODULE = "datasets.synthetic.multipart"
 SUITE = Suite(
     Path(__file__).parent,
     [
-        Entry(
-            "stress/pillar",
-            PillarKnobs,
-            f"{MODULE}.scene",
-            DESIGNS["5"].length,
-            SIZE,
-            first_name="multipart/{number}",
-        ),
+        Entry("stress/pillar", PillarKnobs, f"{MODULE}.scene", DESIGNS["5"].length, SIZE),
         Entry("stress/twin", TwinKnobs, f"{MODULE}.scene", TWIN_FRAMES, SIZE),
         *(
             Entry(

@@ -6,20 +6,14 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from datasets.synthetic.multipart import routes
-from datasets.synthetic.multipart.designs import DESIGNS, PILLARS, TWIN_FRAMES
+from datasets.synthetic.multipart.designs import TWIN_FRAMES
 from datasets.synthetic.multipart.look import Look
-from datasets.synthetic.multipart.plan import Person, Plan, Post, body_boxes
+from datasets.synthetic.multipart.plan import Person, Plan, body_boxes
 from datasets.synthetic.render.colours import BGR, varied
-from datasets.synthetic.render.views import Course, fixed, following, straight
+from datasets.synthetic.render.views import Course, fixed, straight
 from datasets.synthetic.scene import part_generator
 
-__all__ = [
-    "bag", "clothes", "dressed", "multipart_plan", "other_clothes", "plain_clothes", "twin_plan",
-    "two_coloured_clothes",
-]  # fmt: skip
-
-FIRST, LAST = 0.16, 0.88
-"""Parts of a sequence between which people pass before the target."""
+__all__ = ["bag", "dressed", "dyed", "other_clothes", "seed", "twin_plan", "two_coloured_clothes"]
 
 Weaves: TypeAlias = tuple[Literal["plain", "stripes", "knit"], ...]
 
@@ -27,62 +21,14 @@ HAIR: tuple[BGR, ...] = ((28, 30, 34), (38, 46, 62), (52, 78, 110), (108, 112, 1
 SKIN: tuple[BGR, ...] = ((150, 176, 214), (124, 152, 198), (92, 122, 170), (56, 78, 118))
 SHOES: tuple[BGR, ...] = ((36, 36, 40), (44, 58, 82), (150, 154, 160))
 WEAVES: Weaves = ("plain", "plain", "knit", "stripes")
-PLAIN_WEAVES: Weaves = ("plain", "knit")
-
-CLEAR = 0.6
-"""Others walk behind the target by this at least [metres]."""
 
 
 @lru_cache(maxsize=4)
-def multipart_plan(number: str, seed: int, pillar: bool = False) -> Plan:
-    """People and camera of one of the eight sequences, in a scene; with a pillar for a post."""
-    design = (PILLARS if pillar else DESIGNS)[number]
-
-    def generator(part: str) -> np.random.Generator:
-        return part_generator(seed, f"multipart/{number} {part}")
-
-    if design.follows:
-        target = routes.along_the_street(generator("target way"), design)
-        views = following(generator("camera"), target)
-    else:
-        views = fixed(generator("camera"), design.length)
-        target = routes.in_view(generator("target way"), design, views)
-
-    others: list[Course] = []
-    posts = []
-    for i in range(design.posts):
-        random = generator(f"post {i}")
-        others.append(routes.pillar(random, views, target, others))
-        posts.append(
-            Post(float(others[-1].x[0]), float(others[-1].z[0]), random.uniform(*design.thickness))
-        )
-    for i in range(design.before):
-        random = generator(f"way before {i}")
-        share = (i + random.uniform(0.25, 0.75)) / design.before
-        when = (FIRST + (LAST - FIRST) * share) * design.length
-        others.append(routes.before_the_target(random, views, target, others, when))
-    for i in range(design.behind):
-        random = generator(f"way behind {i}")
-        nearest = design.depths[1] + CLEAR
-        others.append(routes.behind_the_target(random, views, target, others, nearest))
-
-    random = generator("target clothes")
-    worn = two_coloured_clothes(random) if design.two_coloured else plain_clothes(random)
-    weaves = WEAVES if design.two_coloured else PLAIN_WEAVES
-    people = [dressed(generator("target"), target, worn, design.jacket, design.bag, weaves)]
-    for i, course in enumerate(others[design.posts :]):
-        random = generator(f"person {i}")
-        worn, jacket, has_bag = clothes(random), random.random() < 0.3, random.random() < 0.25
-        people.append(dressed(random, course, worn, jacket, has_bag))
-    return Plan(_seed(generator("street")), views, people, posts)
-
-
-@lru_cache(maxsize=4)
-def twin_plan(seed: int, distance: float, same: bool) -> Plan:
+def twin_plan(scene: int, distance: float, same: bool) -> Plan:
     """A target, and a second person in the same clothes or in others."""
 
     def generator(part: str) -> np.random.Generator:
-        return part_generator(seed, f"stress/twin {part}")
+        return part_generator(scene, f"stress/twin {part}")
 
     random = generator("target way")
     views = fixed(generator("camera"), TWIN_FRAMES)
@@ -97,7 +43,7 @@ def twin_plan(seed: int, distance: float, same: bool) -> Plan:
     course = routes.beside_the_target(generator("twin way"), views, target, width, distance)
     # The same generator: whoever wears other clothes is the same person in all else.
     second = dressed(generator("twin"), course, worn if same else unlike)
-    return Plan(_seed(generator("street")), views, [first, second])
+    return Plan(seed(generator("street")), views, [first, second])
 
 
 def dressed(
@@ -126,10 +72,11 @@ def dressed(
         bulk=random.uniform(0.92, 1.1),
         loose=random.uniform(0.92, 1.12),
     )
-    return Person(look, _seed(random), random.uniform(1.62, 1.88), course)
+    return Person(look, seed(random), random.uniform(1.62, 1.88), course)
 
 
-def _seed(random: np.random.Generator) -> int:
+def seed(random: np.random.Generator) -> int:
+    """Draw a seed of 32 bits."""
     return int(random.integers(2**32))
 
 
@@ -184,24 +131,13 @@ CLEAR_COLOUR = 28.0
 """Colours that differ by this much beside the tone differ clearly [grey levels]."""
 
 
-def clothes(random: np.random.Generator) -> tuple[BGR, BGR]:
-    """Shirt and trousers, each at random."""
-    return _dyed(random, _one(random, SHIRTS)), _dyed(random, _one(random, TROUSERS))
-
-
 def two_coloured_clothes(random: np.random.Generator) -> tuple[BGR, BGR]:
     """Shirt and trousers at random that differ clearly, in colour and in tone."""
     pairs = [
         (shirt, trousers) for shirt in SHIRTS for trousers in TROUSERS if _clear(shirt, trousers)
     ]
     shirt, trousers = pairs[random.integers(len(pairs))]
-    return _dyed(random, shirt, spread=0.04), _dyed(random, trousers, spread=0.04)
-
-
-def plain_clothes(random: np.random.Generator) -> tuple[BGR, BGR]:
-    """Shirt and trousers of nearly the same colour and tone."""
-    cloth = _dyed(random, _one(random, BOTH))
-    return cloth, _dyed(random, cloth, spread=0.03)
+    return dyed(random, shirt, spread=0.04), dyed(random, trousers, spread=0.04)
 
 
 def shirt_below(random: np.random.Generator, jacket: BGR) -> BGR:
@@ -209,12 +145,12 @@ def shirt_below(random: np.random.Generator, jacket: BGR) -> BGR:
     others = tuple(
         shirt for shirt in SHIRTS if abs(np.subtract(shirt, jacket) @ TONE) >= CLEAR_TONE
     )
-    return _dyed(random, _one(random, others), spread=0.04)
+    return dyed(random, _one(random, others), spread=0.04)
 
 
 def bag(random: np.random.Generator) -> BGR:
     """Bag in a colour that hides the dirt."""
-    return _dyed(random, _one(random, BOTH))
+    return dyed(random, _one(random, BOTH))
 
 
 def other_clothes(random: np.random.Generator, first: tuple[BGR, BGR]) -> tuple[BGR, BGR]:
@@ -227,7 +163,7 @@ def other_clothes(random: np.random.Generator, first: tuple[BGR, BGR]) -> tuple[
         _one(random, tuple(sorted(colours, key=unlike)[: len(colours) // 4]))
         for colours in (SHIRTS, TROUSERS)
     )
-    return _dyed(random, shirt), _dyed(random, trousers)
+    return dyed(random, shirt), dyed(random, trousers)
 
 
 def _clear(shirt: BGR, trousers: BGR) -> bool:
@@ -241,6 +177,7 @@ def _one(random: np.random.Generator, colours: tuple[BGR, ...]) -> BGR:
     return colours[random.integers(len(colours))]
 
 
-def _dyed(random: np.random.Generator, colour: BGR, spread: float = 0.08) -> BGR:
+def dyed(random: np.random.Generator, colour: BGR, spread: float = 0.08) -> BGR:
+    """Colour as another garment has it, in whole grey levels."""
     blue, green, red = np.round(varied(random, colour, spread)).astype(int).tolist()
     return blue, green, red

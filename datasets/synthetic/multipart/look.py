@@ -119,6 +119,9 @@ Array: TypeAlias = NDArray[np.float64]
 
 _QUARTER = AROUND // 4
 
+STRIPES, STRIPES_SHARE = 5, 0.8
+"""Broad stripes on each part of the body of striped clothes, and the share that they cover."""
+
 
 @dataclass(frozen=True)
 class Look:
@@ -134,6 +137,7 @@ class Look:
     jacket: BGR | None = None
     bag: BGR | None = None  # a backpack, seen from behind and from the side
     weave: Literal["plain", "stripes", "knit"] = "plain"  # of the upper garment
+    striped: bool = False  # broad stripes: in the trousers' colour on the shirt, and vice versa
     long_hair: bool = False  # down to the shoulders
     hem: float = 0.475  # lower end of the upper garment, in standing heights above the ground
     # bulk, loose: breadth of the body and of the trousers, 1 is usual
@@ -183,7 +187,7 @@ def _plain(colour: Array | BGR) -> Array:
 
 
 def _leg(look: Look, folded: _Folds, rows: Array, turn: Array) -> Array:
-    cloth = _plain(look.trousers) * folded(1.0)[..., None]
+    cloth = _striped(look, look.trousers, look.jacket or look.shirt, rows) * folded(1.0)[..., None]
     knee = np.exp(-np.square((rows - 0.5) / 0.07)) * np.clip(1 - turn / 60, 0, 1)
     behind = np.exp(-np.square((rows - 0.53) / 0.05)) * np.clip((turn - 70) / 50, 0, 1)
     seam = np.abs(turn - _QUARTER) < 2
@@ -228,8 +232,17 @@ def _torso(look: Look, upper: Array, folded: _Folds, rows: Array, turn: Array) -
     return cloth * (1 - 0.2 * hem)[..., None]
 
 
-def _weave(look: Look, colour: Array, rows: Array) -> Array:
+def _striped(look: Look, colour: Array | BGR, other: BGR, rows: Array) -> Array:
+    """Cloth, if the clothes are striped with broad stripes of another colour across."""
     cloth = _plain(colour)
+    if not look.striped:
+        return cloth
+    band = np.broadcast_to(rows * STRIPES % 1 < STRIPES_SHARE, cloth.shape[:2])[..., None]
+    return np.where(band, np.array(other, np.float64), cloth)
+
+
+def _weave(look: Look, colour: Array, rows: Array) -> Array:
+    cloth = _striped(look, colour, look.trousers, rows)
     if look.weave == "stripes":
         band = (np.sin(rows * 2 * np.pi * 9) > 0.25)[..., None]
         cloth = np.where(np.broadcast_to(band, cloth.shape), cloth * 0.72 + 14, cloth)

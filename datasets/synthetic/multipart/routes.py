@@ -1,6 +1,7 @@
 """Where people walk: the target by his design, the others so that they hide him as designed."""
 
 from collections.abc import Callable, Iterator
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,11 +14,17 @@ __all__ = [
     "before_the_target",
     "behind_the_target",
     "beside_the_target",
+    "crossing",
     "in_view",
-    "pillar",
+    "overtaking",
+    "post",
 ]
 
 Array = NDArray[np.float64]
+T = TypeVar("T")
+
+DIAGONAL = 1.0, 1.0
+"""First way of a target, aside and in depth: it is first seen at an angle [metres]."""
 
 ELBOW_ROOM = 0.5
 """Nobody walks nearer to another [metres]."""
@@ -34,6 +41,15 @@ KERBSIDE = 9.9
 OPPOSITE = 15.8, 17.2
 """The pavement on the other side [metres]."""
 
+BESIDE = 1.4
+"""Distance up to which someone who overtakes the target is in view and disturbed by nobody [m]."""
+
+COMPANY = 2.2
+"""Distance up to which someone who overtakes the target follows its way [metres]."""
+
+CROSSING_REACH, CROSSING_TIME = 1.9, 30
+"""Who crosses is nearer to the target than this [metres] only around the crossing [frames]."""
+
 UNDISTURBED = 25
 """Nobody overlaps the target for this long at either end [frames]."""
 
@@ -45,9 +61,12 @@ def along_the_street(random: np.random.Generator, design: Design) -> Course:
     legs = max(1, round(design.length / FRAMES_PER_SECOND * design.speed / 4.5))
     backs = {round(legs * (k + 1) / (design.turns + 1)) for k in range(design.turns)}
 
+    middle = sum(design.depths) / 2
+
     def points() -> Iterator[tuple[float, float]]:
         x, direction, leg = 0.0, float(random.choice([-1, 1])), 0
         near = bool(random.integers(2))
+        yield direction * DIAGONAL[0], middle + (DIAGONAL[1] if near else -DIAGONAL[1])
         while True:
             direction = -direction if leg in backs else direction
             x += direction * random.uniform(3.0, 6.5)
@@ -55,8 +74,7 @@ def along_the_street(random: np.random.Generator, design: Design) -> Course:
             yield x, _depth(random, design.depths, near)
             leg += 1
 
-    middle = sum(design.depths) / 2
-    return walk(design.length, (0.0, middle), points(), design.speed, random.uniform())
+    return walk(design.length, (0.0, middle), points(), design.speed, _legs_together(random))
 
 
 def in_view(random: np.random.Generator, design: Design, views: Views) -> Course:
@@ -65,14 +83,18 @@ def in_view(random: np.random.Generator, design: Design, views: Views) -> Course
 
     def points() -> Iterator[tuple[float, float]]:
         side, near = float(random.choice([-1, 1])), bool(random.integers(2))
+        first = True
         while True:
             z = _depth(random, design.depths, near)
             half = SIZE[0] / 2 / float(still.scale(z))
-            yield side * random.uniform(0.55, 0.85) * half, z
-            side, near = -side, not near
+            x = side * random.uniform(0.55, 0.85) * half
+            yield x, z
+            if first:
+                yield x - side * DIAGONAL[0], z + (DIAGONAL[1] if near else -DIAGONAL[1])
+            side, near, first = -side, not near, False
 
     ways = points()
-    return walk(design.length, next(ways), ways, design.speed, random.uniform())
+    return walk(design.length, next(ways), ways, design.speed, _legs_together(random))
 
 
 def before_the_target(
@@ -96,9 +118,7 @@ def before_the_target(
     return _least(candidate, trouble)
 
 
-def pillar(
-    random: np.random.Generator, views: Views, target: Course, others: list[Course]
-) -> Course:
+def post(random: np.random.Generator, views: Views, target: Course, others: list[Course]) -> Course:
     """Place of something that stands where the target passes behind it."""
     frames = len(target.x)
 
@@ -136,6 +156,87 @@ def behind_the_target(
         return straight(frames, at, (x, z), velocity, random.uniform())
 
     return _least(candidate, lambda course: _crowded(course, [target, *others]))
+
+
+def overtaking(
+    random: np.random.Generator,
+    views: Views,
+    target: Course,
+    others: list[Course],
+    when: float,
+    pace: float,
+) -> Course:
+    """Way of someone who overtakes the target, or falls behind it, farther from the camera.
+
+    `pace` is the speed relative to the target [metres/second], `when` the frame of the meeting.
+    """
+    frames = len(target.x)
+
+    def candidate() -> Course:
+        at = when + random.uniform(-0.1, 0.1) * frames
+        speed = random.choice([-1, 1]) * pace * random.uniform(0.92, 1.08)
+        ahead = speed * (np.arange(frames) - at) / FRAMES_PER_SECOND
+        together = np.flatnonzero(np.abs(ahead) <= COMPANY)
+        x, z = target.x + ahead, target.z + random.uniform(0.55, 0.75)
+        return Course.through(_straight_on(x, together), _held(z, together), random.uniform())
+
+    def trouble(course: Course) -> int:
+        beside = np.abs(course.x - target.x) < BESIDE
+        column = views.still.column(course.x - views.x, course.z) + views.shift_x
+        hidden = np.abs(column - SIZE[0] / 2) > SIZE[0] / 2 - 25
+        for other in others:
+            hidden |= _overlaps(views, other, target)
+        before = _overlaps(views, course, target) & (course.z < target.z)
+        meets_again = len(target.x) * int(np.count_nonzero(np.diff(beside)) > 2)
+        disturbed = int((hidden & beside).sum() + before.sum()) + meets_again
+        return disturbed + _crowded(course, [target, *others])
+
+    return _least(candidate, trouble)
+
+
+def crossing(
+    random: np.random.Generator,
+    views: Views,
+    target: Course,
+    others: list[Course],
+    parts: tuple[float, float],
+) -> Course:
+    """Way of someone who passes before the target at a part of it, and is near for a short time."""
+    frames = len(target.x)
+
+    def candidate() -> tuple[int, Course]:
+        at = round(random.uniform(*parts) * frames)
+        z = target.z[at] - random.uniform(0.55, 0.7)
+        velocity = random.choice([-1, 1]) * random.uniform(1.1, 1.8), random.uniform(-0.1, 0.1)
+        place = _abreast(views, at, target, z), z
+        return at, straight(frames, at, place, velocity, random.uniform())
+
+    def trouble(candidate: tuple[int, Course]) -> int:
+        at, course = candidate
+        near = np.abs(course.x - target.x) < CROSSING_REACH
+        near[at - CROSSING_TIME : at + CROSSING_TIME] = False
+        return int(near.sum()) + _crowded(course, [target, *others])
+
+    return _least(candidate, trouble)[1]
+
+
+def _straight_on(x: Array, frames: NDArray[np.int64]) -> Array:
+    """Places that go on at the last velocity before and after some frames."""
+    first, last = int(frames[0]), int(frames[-1])
+    since, until = np.arange(len(x)) - last, np.arange(len(x)) - first
+    after = x[last] + since * (x[last] - x[last - 1])
+    before = x[first] + until * (x[first + 1] - x[first])
+    return np.where(since > 0, after, np.where(until < 0, before, x))
+
+
+def _held(z: Array, frames: NDArray[np.int64]) -> Array:
+    """Depths that keep the first and the last value outside some frames."""
+    return np.asarray(z[np.clip(np.arange(len(z)), frames[0], frames[-1])])
+
+
+def _legs_together(random: np.random.Generator) -> float:
+    """Phase of the gait in which one leg passes the other [cycles]."""
+    return float(random.choice([0.0, 0.5]) + random.uniform(-0.05, 0.05))
 
 
 def _depth(random: np.random.Generator, depths: tuple[float, float], near: bool) -> float:
@@ -176,17 +277,17 @@ def _crowded(course: Course, others: list[Course]) -> int:
     return int(near.sum())
 
 
-def _least(candidate: Callable[[], Course], trouble: Callable[[Course], int]) -> Course:
+def _least(candidate: Callable[[], T], trouble: Callable[[T], int]) -> T:
     """First candidate without trouble; where there is none, that of the least."""
     best = candidate()
     least = trouble(best)
     for _ in range(ATTEMPTS):
         if least == 0:
             break
-        course = candidate()
-        found = trouble(course)
-        if found < least:
-            best, least = course, found
+        other = candidate()
+        amount = trouble(other)
+        if amount < least:
+            best, least = other, amount
     return best
 
 

@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from datasets.interface import Image, Mask
-from datasets.synthetic.multipart.casting import multipart_plan, twin_plan
+from datasets.synthetic.multipart.casting import twin_plan
 from datasets.synthetic.multipart.designs import PillarKnobs, TwinKnobs, WalkingKnobs
 from datasets.synthetic.multipart.plan import Plan, body_boxes, full_boxes
+from datasets.synthetic.multipart.street_walk import PILLARS, multipart_plan
 from datasets.synthetic.render.attributes import occluded, out_of_view, rescaled, turning
 from datasets.synthetic.render.camera import Camera, slow_exposure
 from datasets.synthetic.render.prop import Prop
@@ -33,7 +34,7 @@ def scene(knobs: WalkingKnobs, number: str = "") -> "WalkingScene":
     if isinstance(knobs, TwinKnobs):
         plan = twin_plan(knobs.scene, knobs.distance, knobs.twin == "same")
     elif isinstance(knobs, PillarKnobs):
-        plan = multipart_plan(knobs.number, knobs.scene, pillar=True)
+        plan = multipart_plan(knobs.number, knobs.scene, PILLARS)
     else:
         plan = multipart_plan(number, knobs.scene)
     return WalkingScene(plan, knobs.light)
@@ -42,8 +43,8 @@ def scene(knobs: WalkingKnobs, number: str = "") -> "WalkingScene":
 def _truth(plan: Plan, shade: NDArray[np.bool_]) -> Truth:
     """Truth of all frames; `shade`, shape (n,), is where the target is in the shade of a tree.
 
-    `boxes` are the body from shoulders to ankles, the region `full` is the whole person in
-    mid-step, `tight` the extents of the silhouette. Attributes are `occlusion` (less than 0.9
+    `boxes` are the body from shoulders to ankles, the region `full` is the whole person,
+    `tight` the extents of the silhouette. Attributes are `occlusion` (less than 0.9
     of the target is seen), `out_of_view` (a part of `full`), `scale_change` (outside 0.8 to
     1.25 of the first size), `turning` (by more than 30 degrees in a second), `clutter`
     (another person's axis within two of the box's widths of the target's) and `shade`.

@@ -22,8 +22,6 @@ DAILY = ("plain/target", "stress/twin")
 """Of these every variant is rendered every day: they show what no other does."""
 
 FIRST_VERSIONS = {
-    "multipart/1": "6bbd1ffd967d5ef8",
-    "multipart/1:light=dappled": "8f1cc36531d692e3",
     "nguyen2002/clip-01": "726c87e903b6bb1e",
     "nguyen2002/clip-20": "5fbb004e2ff857e9",
     "nguyen2002/lights": "33f19a16bb8f5e03",
@@ -31,11 +29,6 @@ FIRST_VERSIONS = {
     "plain/target": "f7539512f62da8dd",
     "plain/target:light=0.5": "dee7681874ecf9db",
     "plain/target:occlusion=0.4": "4b7b297cb698fb47",
-    "stress/pillar": "e7558cd662b507ef",
-    "stress/pillar:light=dappled:number=7:scene=2": "dcef05d6a658315f",
-    "stress/twin": "595d46de91ea8f26",
-    "stress/twin:light=dappled": "f2a813adc2f79c09",
-    "stress/twin:twin=other": "183e136847985263",
 }
 """Fingerprints of when they were digests of the source's bytes and the libraries' versions."""
 
