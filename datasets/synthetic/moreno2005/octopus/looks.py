@@ -13,7 +13,7 @@ __all__ = ["FLOOR_KINDS", "SIDE", "SKINS", "Kind", "imitated", "painted"]
 Array = NDArray[np.float64]
 
 SIDE = 512  # of textures [pixels]
-IMITATION = 0.55  # share of a floor's look that a skin takes on
+IMITATION = 0.5  # share of a floor's look that a skin takes on
 
 
 @dataclass(frozen=True)
