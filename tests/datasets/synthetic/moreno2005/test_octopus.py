@@ -145,7 +145,7 @@ def test_where_it_is_camouflaged_its_pixels_are_like_those_around_it(seed):
     assert colours[shown & flags].mean() < 0.12
     assert colours[shown & flags].mean() < 0.6 * colours[start].mean()
     assert textures[shown & flags].mean() > 1.2 * textures[start].mean()
-    assert textures[shown & flags].mean() > 0.6
+    assert textures[shown & flags].mean() > 0.55
 
 
 @pytest.mark.parametrize("kind", [*FLOOR_KINDS, *SKINS])
