@@ -199,7 +199,6 @@ def test_a_box_is_as_tight_as_pixels_allow(name, pixels):
         ("moreno2005/book", "illuminant=constant", ""),
         ("moreno2005/leaf", "jump=middle", "light change"),
         ("moreno2005/leaf", "jump=none", "light change"),
-        ("nguyen2002/lights", "lamps=coloured", ""),
         ("multipart/8", "light=dappled", "shade"),
         ("stress/twin", "light=dappled", ""),
         ("nummiaro2003/person", "light=dappled", "shade"),
