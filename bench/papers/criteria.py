@@ -239,8 +239,8 @@ def feature_noise_ratio(clips: ClipSet, *, every: int, pairs: int) -> float:
     """Signal-to-noise of c1c2c3 over that of RGB, median of every `every`-th clip."""
     ratios = []
     for clip in clips.clips[::every]:
-        found = [_signal_to_noise(clip, frame) for frame in clips.frame_pairs(clip, pairs)]
-        rgb, invariants = np.median(found, axis=0)
+        frames = clips.frame_pairs(clip, pairs)
+        rgb, invariants = np.median([_signal_to_noise(clip, f) for f in frames], axis=0)
         ratios.append(invariants / rgb)
     return float(np.median(ratios))
 
@@ -249,8 +249,9 @@ def target_saturation(clips: ClipSet, *, every: int, pairs: int) -> float:
     """Mean of (max - min) / max of the target's colours, median of every `every`-th clip."""
     values = []
     for clip in clips.clips[::every]:
-        colours = [clip.target_colours(frame).astype(int) for frame in clips.frame_pairs(clip, pairs)]
-        extremes = [(frame.max(axis=1), frame.min(axis=1)) for frame in colours]
+        frames = clips.frame_pairs(clip, pairs)
+        colours = [clip.target_colours(frame).astype(int) for frame in frames]
+        extremes = [(c.max(axis=1), c.min(axis=1)) for c in colours]
         values.append(np.median([np.mean((hi - lo) / np.maximum(hi, 1)) for hi, lo in extremes]))
     return float(np.median(values))
 

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from datasets.synthetic.nguyen2002.film.outlines import BODY, OUTLINES
 from datasets.synthetic.nguyen2002.film.sheet import (
     DARK,
     GLASS,
@@ -326,43 +327,6 @@ class Kind:
         return self.shape == "round"
 
 
-BODY = 0.87  # height of a van without its wheels [its height]
-
-
-def _cover_ellipse(sheet: Sheet, w: float, h: float, cut: float) -> None:
-    sheet.cover_round(w / 2, h / 2, w / 2, h / 2)
-    across, down = sheet.places()
-    u, v = 2 * across - 1, 2 * down - 1
-    sheet.light(1.06 - 0.34 * np.clip(u * u + v * v, 0, 1))
-
-
-def _cover_box(sheet: Sheet, w: float, h: float, cut: float) -> None:
-    sheet.cover((cut, 0), (w - cut, 0), (w, cut), (w, h - cut), (w - cut, h), (cut, h),
-                (0, h - cut), (0, cut))  # fmt: skip
-
-
-def _cover_van(sheet: Sheet, w: float, h: float, cut: float) -> None:
-    """Cover a body on wheels, seen from behind, and paint the wheels."""
-    body = BODY * h
-    sheet.cover((cut, 0), (w - cut, 0), (w, cut), (w, body), (0, body), (0, cut))
-    sheet.painting.patch(0, body, w, h - body, DARK * 0.7)
-    for x in (0.04 * w, 0.76 * w):
-        sheet.cover_box(x, body, 0.2 * w, h - body)
-    sheet.cover_box(0.24 * w, body, 0.52 * w, 0.3 * (h - body))
-
-
-def _cover_boat(sheet: Sheet, w: float, h: float, cut: float) -> None:
-    """Cover a hull with a narrower cabin on it."""
-    across = (0.14, 0.86, 0.92, 1.0, 0.98, 0.88, 0.12, 0.02, 0.0, 0.08)
-    down = (0.0, 0.0, 0.38, 0.38, 0.6, 1.0, 1.0, 0.6, 0.38, 0.38)
-    sheet.cover(*joined(np.array(across) * w, np.array(down) * h))
-
-
-_OUTLINES = {
-    "round": _cover_ellipse, "box": _cover_box, "van": _cover_van, "boat": _cover_boat,
-}  # fmt: skip
-
-
 def paint_target(random: np.random.Generator, kind: Kind, width: float, height: float) -> Sheet:
     """Paint a target of a kind, a width and a height [pixels]."""
     w, h = width / UNIT, height / UNIT
@@ -374,7 +338,7 @@ def paint_target(random: np.random.Generator, kind: Kind, width: float, height: 
     sheet = Sheet(w, h, UNIT, body)
     for mark in kind.marks:
         mark(random, sheet.painting, w, BODY * h if kind.shape == "van" else h, look)
-    _OUTLINES[kind.shape](sheet, w, h, kind.corner * w)
+    OUTLINES[kind.shape](sheet, w, h, kind.corner * w)
     sheet.wear(random, random.uniform(0.05, 0.09), 8, 128)
     return sheet
 
