@@ -35,7 +35,7 @@ Floats = NDArray[np.float32]
 AFAR = -90.0
 # Of the lamp that goes off: its part of the light, and how far aside of the middle it is [pixels].
 # What is left is so little, and the shadows so far aside, that colours of before say nothing.
-STRONG, ASIDE = (0.87, 0.91), (210, 270)
+STRONG, ASIDE = (0.88, 0.92), (210, 270)
 
 
 def drawn_lamps(random: np.random.Generator) -> tuple[Lamp, Lamp]:
