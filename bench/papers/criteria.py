@@ -197,12 +197,7 @@ COMPLETE = 0.02  # visible share up to which an occlusion counts as complete
 
 
 class ClipSet:
-    """Clips of one set.
-
-    Criteria use the ground truth of all clips and images of every `every`-th clip only.
-
-    Clips of a set are in random order, so that every second one is a random sample of the set.
-    """
+    """The clips of one set, over which criteria take a median or a worst case."""
 
     def __init__(self, clips: list[SceneImages]) -> None:
         self.clips = clips
@@ -235,20 +230,20 @@ def hidden_frames(clips: ClipSet) -> float:
     return float(np.median(_hidden_lengths(clips)))
 
 
-def feature_noise_ratio(clips: ClipSet, *, every: int, pairs: int) -> float:
-    """Signal-to-noise of c1c2c3 over that of RGB, median of every `every`-th clip."""
+def feature_noise_ratio(clips: ClipSet, *, pairs: int) -> float:
+    """Signal-to-noise of c1c2c3 over that of RGB in the median clip."""
     ratios = []
-    for clip in clips.clips[::every]:
+    for clip in clips.clips:
         frames = clips.frame_pairs(clip, pairs)
         rgb, invariants = np.median([_signal_to_noise(clip, f) for f in frames], axis=0)
         ratios.append(invariants / rgb)
     return float(np.median(ratios))
 
 
-def target_saturation(clips: ClipSet, *, every: int, pairs: int) -> float:
-    """Mean of (max - min) / max of the target's colours, median of every `every`-th clip."""
+def target_saturation(clips: ClipSet, *, pairs: int) -> float:
+    """Mean of (max - min) / max of the target's colours in the median clip."""
     values = []
-    for clip in clips.clips[::every]:
+    for clip in clips.clips:
         frames = clips.frame_pairs(clip, pairs)
         colours = [clip.target_colours(frame).astype(int) for frame in frames]
         extremes = [(c.max(axis=1), c.min(axis=1)) for c in colours]
@@ -256,10 +251,10 @@ def target_saturation(clips: ClipSet, *, every: int, pairs: int) -> float:
     return float(np.median(values))
 
 
-def target_in_box(clips: ClipSet, *, every: int, pairs: int) -> float:
-    """Share of the target's pixels inside its box, worst frame of every `every`-th clip."""
+def target_in_box(clips: ClipSet, *, pairs: int) -> float:
+    """Share of the target's pixels inside its box, worst frame of all clips."""
     shares = []
-    for clip in clips.clips[::every]:
+    for clip in clips.clips:
         for frame in clips.frame_pairs(clip, pairs):
             mask = clip.mask(frame)
             inside = box_mask(mask.shape, clip.boxes[frame], 1 + 2 / clip.sides[frame])

@@ -32,7 +32,7 @@ Array = NDArray[np.float64]
 
 # Standard deviations of the film's grain: of brightness, and of its dyes, in either difference of
 # colour at the resolution of colour [grey levels].
-GRAIN, DYES = 2.6, 2.0
+GRAIN, DYES = 2.6, 2.5
 CAMERA = Camera(SIZE, noise=1.6, fall=(0.10, 0.12))
 COARSE = SIZE[0] // 2, SIZE[1] // 2  # resolution of colour
 PRINTS = 0.65, 1.1  # light of a clip, from dusk to noon

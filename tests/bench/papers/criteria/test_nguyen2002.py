@@ -58,15 +58,14 @@ def test_hidden_frames_are_those_of_complete_occlusions():
 def test_saturation_is_relative_to_the_largest_channel():
     colours = [(50, 100, 200), (200, 200, 200), (100, 100, 200)]
     clips = clip_set(*(Painted(painted(colour, 0, 3)) for colour in colours))
-    assert target_saturation(clips, every=1, pairs=2) == pytest.approx(0.5)
-    assert target_saturation(clips, every=3, pairs=2) == pytest.approx(0.75)
+    assert target_saturation(clips, pairs=2) == pytest.approx(0.5)
 
 
 def test_target_in_box_is_the_share_of_the_mask():
     whole, half = Painted(painted(200, 50, 2)), Painted(painted(200, 50, 2))
     half.boxes[:, 0] += 11  # the box is taken as one pixel larger on either side
-    assert target_in_box(clip_set(whole), every=1, pairs=1) == 1
-    assert target_in_box(clip_set(whole, half), every=1, pairs=1) == pytest.approx(0.5)
+    assert target_in_box(clip_set(whole), pairs=1) == 1
+    assert target_in_box(clip_set(whole, half), pairs=1) == pytest.approx(0.5)
 
 
 def test_noise_of_chroma_lowers_invariants_more_than_rgb():
@@ -80,7 +79,7 @@ def test_noise_of_chroma_lowers_invariants_more_than_rgb():
         ]
         return [np.clip(brightness + tint + n, 0, 255).astype(np.uint8) for n in noise]
 
-    ratios = [feature_noise_ratio(clip_set(Painted(images(c))), every=1, pairs=1) for c in (1, 6)]
+    ratios = [feature_noise_ratio(clip_set(Painted(images(c))), pairs=1) for c in (1, 6)]
     assert ratios[1] < 0.5 * ratios[0]
 
 
