@@ -19,11 +19,12 @@ from typing import Any
 
 import datasets
 from bench.papers import criteria
-from bench.papers.criteria import SceneImages
+from bench.papers.criteria import ClipSet, SceneImages
 
 FOLDER = Path(__file__).parent
 CHECKED_SCENES = 40
 MIN_PASSING = 0.9
+CLIPS = "nguyen2002/clips"  # all clips of a set of this suite
 COMPARISONS = {"<=": operator.le, ">=": operator.ge}
 
 
@@ -58,7 +59,7 @@ class Criterion:
     options: dict[str, Any]
     with_result_in_view: bool = False
 
-    def value(self, scene: SceneImages) -> float:
+    def value(self, scene: SceneImages | ClipSet) -> float:
         """Measure the criterion on a scene."""
         return float(getattr(criteria, self.measure)(scene, **self.options))
 
@@ -89,7 +90,11 @@ def read_criteria(paper: str) -> tuple[dict[str, int], list[Criterion]]:
 
 def check_scene(sequence: str, scene: int, rows: list[Criterion]) -> list[SceneRow]:
     """Measure the criteria of a sequence on one scene."""
-    images = SceneImages(datasets.load(f"{sequence}:scene={scene}"))
+    images: SceneImages | ClipSet = (
+        ClipSet.load(scene)
+        if sequence == CLIPS
+        else SceneImages(datasets.load(f"{sequence}:scene={scene}"))
+    )
     values = [row.value(images) for row in rows]
     return [
         SceneRow(sequence, scene, row.name, value, row.passes(value))

@@ -1,4 +1,4 @@
-"""Two lamps: where they are, their light on surfaces, what is in its way, soft shadows.
+"""Lamps: their light on surfaces, what is in its way, soft shadows.
 
 Places are as the camera has them: column and row in the picture, and towards the camera, all in
 pixels. Light is linear.
@@ -12,7 +12,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 __all__ = [
-    "AMBIENT", "RADIUS", "REACH", "Lamp", "crossing", "drawn_lamps", "lay_lit", "light_left",
+    "AMBIENT", "RADIUS", "REACH", "Lamp", "crossing", "lay_lit", "light_left",
     "light_on", "lit", "softness", "unshaded",
 ]  # fmt: skip
 
@@ -34,13 +34,6 @@ FAINT = 1e-4
 SPOTS, STRIDE = 10, 1.8
 """Points of a lamp from which rays are sent, and how far they go at a time [pixels]."""
 
-PAIRS = (
-    ((0.42, 0.86, 1.24), (1.38, 1.00, 0.72)),  # tungsten, daylight
-    ((1.42, 0.92, 0.70), (0.46, 0.98, 1.14)),  # blue, amber
-    ((1.10, 0.74, 1.26), (0.74, 1.20, 0.72)),  # rose, green
-)
-"""Colours of two lamps that clearly differ, BGR."""
-
 
 @dataclass(frozen=True)
 class Lamp:
@@ -48,20 +41,6 @@ class Lamp:
 
     place: Array  # (3,)
     colour: Array  # (3,), power in blue, green and red
-
-
-def drawn_lamps(random: np.random.Generator, coloured: bool) -> tuple[Lamp, Lamp]:
-    """The lamp that goes off, which gives most of the light, and another one across from it."""
-    side = float(random.choice([-1, 1]))
-    aside, across = random.uniform(150, 210), random.uniform(150, 210)
-    first = np.array([160 - side * aside, random.uniform(-90, -20), random.uniform(230, 290)])
-    second = np.array([160 + side * across, random.uniform(-60, 40), random.uniform(220, 280)])
-    share = random.uniform(0.68, 0.74)
-    tints = np.ones((2, 3))
-    tints[1, :2] += random.choice([-1, 1]) * np.array([0.06, 0.025])
-    pair = np.array(PAIRS[int(random.integers(len(PAIRS)))])[random.permutation(2)]
-    first_tint, second_tint = pair if coloured else tints
-    return Lamp(first, share * first_tint), Lamp(second, (1 - share) * second_tint)
 
 
 @njit(cache=True)

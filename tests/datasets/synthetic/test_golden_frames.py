@@ -22,10 +22,6 @@ DAILY = ("plain/target", "stress/twin")
 """Of these every variant is rendered every day: they show what no other does."""
 
 FIRST_VERSIONS = {
-    "nguyen2002/clip-01": "726c87e903b6bb1e",
-    "nguyen2002/clip-20": "5fbb004e2ff857e9",
-    "nguyen2002/lights": "33f19a16bb8f5e03",
-    "nguyen2002/lights:lamps=coloured": "4bed2a0b36fcab92",
     "plain/target": "f7539512f62da8dd",
     "plain/target:light=0.5": "dee7681874ecf9db",
     "plain/target:occlusion=0.4": "4b7b297cb698fb47",

@@ -189,7 +189,6 @@ def test_a_box_is_as_tight_as_pixels_allow(name, pixels):
 @pytest.mark.parametrize(
     ("name", "options", "told"),
     [
-        ("nguyen2002/lights", "lamps=coloured", ""),
         ("multipart/8", "light=dappled", "shade"),
         ("stress/twin", "light=dappled", ""),
     ],

@@ -32,6 +32,7 @@ class Hider:
     paint: Callable[[np.random.Generator, float, float], Sheet]
     fixed: bool  # it stands where it is: the camera passes it
     tall: bool  # it reaches from below the picture's lower border to above the upper one
+    stands: bool = False  # it stands on wheels on the ground, nearer than the target
 
 
 def _pillar(random: np.random.Generator, width: float, height: float) -> Sheet:
@@ -133,9 +134,10 @@ def _bus(random: np.random.Generator, width: float, height: float) -> Sheet:
 
 
 def _container(random: np.random.Generator, width: float, height: float) -> Sheet:
-    """A container with corrugated sides, rust and a number."""
+    """A container with corrugated sides, rust and a number, on wheels."""
     colour = any_of(random, PAINTS)
-    sheet = Sheet(width, height, UNIT, colour)
+    sheet = Sheet(width, height + 0.34, UNIT, colour)
+    sheet.anchor = width / 2, height / 2
     p, pitch = sheet.painting, random.uniform(0.07, 0.11)
     for x in np.arange(0, width, pitch):
         p.darken(x, 0, 0.4 * pitch, height, 0.74)
@@ -147,6 +149,8 @@ def _container(random: np.random.Generator, width: float, height: float) -> Shee
         p.plate(0, y, width, 0.07, colour * 0.8, 0.02)
     for x in np.arange(0.5 * width, 0.9 * width, 0.08 * width):
         p.patch(x, 0.2 * height, 0.05 * width, random.uniform(0.06, 0.12) * height, LIGHTS[0])
+    for x in (0.14 * width, 0.3 * width, 0.84 * width):
+        sheet.wheel(x, height + 0.14, 0.2, (34, 32, 32), 0.1, (120, 122, 124))
     sheet.cover_box(0, 0, width, height)
     sheet.wear(random, 0.08, 4, 64)
     return sheet
@@ -266,9 +270,9 @@ HIDERS = {
     "pillar": Hider(_pillar, True, True),
     "trunk": Hider(_trunk, True, True),
     "wall end": Hider(_wall_end, True, True),
-    "lorry": Hider(_lorry, False, False),
-    "bus": Hider(_bus, False, False),
-    "container": Hider(_container, False, False),
+    "lorry": Hider(_lorry, False, False, True),
+    "bus": Hider(_bus, False, False, True),
+    "container": Hider(_container, False, False, True),
     "ship": Hider(_ship, False, False),
     "load": Hider(_load, False, False),
     "passer-by": Hider(_passer_by, False, False),

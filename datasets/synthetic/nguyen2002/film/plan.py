@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from datasets.synthetic.nguyen2002.film.hiders import HIDERS
+from datasets.synthetic.nguyen2002.film.props import CARRIERS
 from datasets.synthetic.nguyen2002.film.setting import SETTINGS
 from datasets.synthetic.nguyen2002.film.targets import KINDS
 from datasets.synthetic.render.path import quantised
@@ -24,6 +25,7 @@ SIZE = 320, 240
 EXPOSURE = 0.5  # part of the time between two frames for which the shutter is open
 # Of the target's plane [pixels/metre]: the camera's travel in metres is seen as large there.
 NEAR = 45.0
+EYE = 1.6  # height of the camera above the ground [metres]
 FASTEST = 5.0  # of the camera that moves along, in the target's plane [pixels/frame]
 # Of the target at most, across the picture and down, as the camera follows it [pixels/frame].
 DRIFT = 3.0
@@ -36,8 +38,11 @@ SHORTEST, LONGEST = 110, 190
 PARTIAL = 8  # clips in which something passes that hides a part of the target
 # Frames, at least, before anything passes, between two that pass, and after the last.
 LEAD, GAP, END = 16, 12, 20
-WIDTHS = 1.35, 1.9  # of what hides all of the target [the target's width]
+WIDTHS = 2.1, 3.0  # of what hides all of the target [the target's width]
 SPEEDS = 0.08, 0.15  # of what passes, across the picture [the target's width a frame]
+# Frames in which more than a quarter of the target is hidden, at most: the paper limits an
+# occlusion to L frames, 35 in its list of the frames that it visits.
+LONGEST_OCCLUSION = 33
 
 
 @dataclass(frozen=True)
@@ -107,6 +112,7 @@ class Plan:
     still: Viewpoint  # at the left end of its way
     travel: Array  # (frames,): of the camera, along [metres]
     nod: Array  # (frames,): of the camera, down [pixels]
+    ground: Array  # (frames,): row in which the ground is below the target [pixels]
     gain: Array  # (frames,): of the exposure
     passages: tuple[Passage, ...]  # in order
 
@@ -129,9 +135,14 @@ def plan(seed: int, clip: int) -> Plan:
     angle = _swinging(random, n, (1.5, 6.0), np.radians(random.uniform(1.0, 3.5)))
     look = 0.5 + _swinging(random, n, (4.0, 12.0), 0.5)
     across = SIZE[0] / 2 + _drifting(random, n, (3.0, 9.0), random.uniform(25, 75))
-    level = random.uniform(108, 132) + _drifting(random, n, (2.0, 7.0), random.uniform(5, 16))
+    still = Viewpoint(700.0, EYE, float(random.uniform(86, 104)), SIZE[0] / 2)
+    tilt = _drifting(random, n, (2.0, 7.0), random.uniform(4, 12))
+    nod = quantised(tilt + wandering(random, n, (0.5, 3.0), random.uniform(0.2, 1.4)))
+    ground = still.horizon + nod + EYE * NEAR * scale
+    drop = CARRIERS[KINDS[shot.target].carrier].drop
+    level = ground - drop * size[1] * scale if drop else still.horizon + nod + 26
     centre = np.stack([across, level], axis=1)
-    centre += wandering(random, n, (0.3, 0.9), random.uniform(0.1, 0.5))[:, None] * [0.3, 1.0]
+    centre += wandering(random, n, (0.3, 0.9), random.uniform(0.1, 0.5))[:, None] * [0.3, 0.6]
     gain = 1 + _swinging(random, n, (2.0, 8.0), random.uniform(0.03, 0.10))
 
     acts = _acts(random, shot, width)
@@ -139,8 +150,6 @@ def plan(seed: int, clip: int) -> Plan:
     rate = _rate(random, passed)
     hand = wandering(random, n, (1.0, 4.0), random.uniform(0.3, 1.5))
     seen = rate * np.arange(n) + hand
-    nod = quantised(wandering(random, n, (0.5, 3.0), random.uniform(0.2, 1.4)))
-    still = Viewpoint(700.0, 1.6, float(random.uniform(86, 104)), SIZE[0] / 2)
     passages = []
     for act in acts:
         hider, middle = HIDERS[act.kind], round(act.middle)
@@ -151,6 +160,9 @@ def plan(seed: int, clip: int) -> Plan:
         x = speed * (np.arange(n) - act.middle) - depth * (hand - hand[middle])
         down = np.full(n, SIZE[1] / 2) if hider.tall else np.full(n, centre[middle, 1])
         tall = SIZE[1] + 40.0 if hider.tall else size[1] * float(scale[middle]) + 32
+        if hider.stands:
+            below = ground[middle] if drop else SIZE[1]
+            tall = max(tall, 2 * float(below - centre[middle, 1]) - 36)
         if act.low:
             edge = centre[middle, 1] + (0.5 - act.low) * size[1] * scale[middle]
             tall = SIZE[1] + 20 - float(edge)
@@ -159,7 +171,7 @@ def plan(seed: int, clip: int) -> Plan:
         passages.append(Passage(act.kind, (act.width * side, tall), way))
     return Plan(
         shot, size, quantised(centre), scale, angle, look, still,
-        quantised(seen - seen.min()) / NEAR, nod, gain, tuple(passages),
+        quantised(seen - seen.min()) / NEAR, nod, ground, gain, tuple(passages),
     )  # fmt: skip
 
 
@@ -179,7 +191,9 @@ def _acts(random: np.random.Generator, shot: Shot, width: float) -> list[_Act]:
     drawn = []
     for _ in range(shot.occlusions):
         kind = str(random.choice(SETTINGS[shot.setting].hiders))
-        drawn.append((kind, random.uniform(*WIDTHS), random.uniform(*SPEEDS), 0.0))
+        wide = random.uniform(*WIDTHS)
+        slowest = max(SPEEDS[0], (wide + 0.5) / LONGEST_OCCLUSION)
+        drawn.append((kind, wide, random.uniform(slowest, SPEEDS[1]), 0.0))
     if shot.partial:
         fixed = [HIDERS[kind].fixed for kind, *_ in drawn]
         if random.random() < 0.5 and all(fixed):

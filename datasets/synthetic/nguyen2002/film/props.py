@@ -4,7 +4,11 @@ A camera that moves along passes what stands at its depth; a carrier is no part 
 is painted over it.
 """
 
+from collections.abc import Callable
+from dataclasses import dataclass
+
 import numpy as np
+from numpy.typing import NDArray
 
 from datasets.synthetic.nguyen2002.film.sheet import (
     LIGHTS,
@@ -18,7 +22,10 @@ from datasets.synthetic.nguyen2002.film.sheet import (
 from datasets.synthetic.render.colours import any_of
 from datasets.synthetic.render.prop import Prop
 
-__all__ = ["boat", "bollard", "column", "goods", "paint_carrier", "rock", "stall", "trolley"]
+__all__ = [
+    "CARRIERS", "boat", "bollard", "column", "goods", "paint_carrier", "paint_shadow", "rock",
+    "stall", "trolley",
+]  # fmt: skip
 
 
 def _prop(sheet: Sheet, x: float, z: float, random: np.random.Generator) -> Prop:
@@ -149,9 +156,12 @@ def rock(random: np.random.Generator, x: float, z: float, scale: float) -> Prop:
     return _prop(sheet, x, z, random)
 
 
+Array = NDArray[np.float64]
+
 Place = tuple[float, float, float, float]  # middle, width and height of a target [UNIT]
 
 STEEL, TYRE = (96, 98, 100), (36, 34, 34)  # of carriers, BGR
+SHADE = (24.0, 22.0, 20.0)  # of shadows, BGR
 
 
 def paint_carrier(random: np.random.Generator, kind: str, width: float, height: float) -> Sheet:
@@ -159,19 +169,42 @@ def paint_carrier(random: np.random.Generator, kind: str, width: float, height: 
     w, h = width / UNIT, height / UNIT
     across, down = 2.6 * w, 6.0 * h
     sheet = Sheet(across, down, UNIT, STEEL)
-    CARRIERS[kind](random, sheet, (across / 2, down / 2, w, h))
+    CARRIERS[kind].paint(random, sheet, (across / 2, down / 2, w, h))
     sheet.wear(random, 0.08, 8, 64)
     return sheet
 
 
+def paint_shadow(width: float, darkness: float) -> tuple[Array, Array]:
+    """Soft shadow on the ground around its middle: colour (h, w, 3) and coverage (h, w).
+
+    `width` is its width [pixels], `darkness` its coverage in the middle, in [0, 1].
+    """
+    columns, rows = round(width), max(round(0.2 * width), 3)
+    across = np.linspace(-1, 1, columns)
+    down = np.linspace(-1, 1, rows)[:, None]
+    inside = np.clip(1.6 * (1 - np.sqrt(across * across + down * down)), 0, 1)
+    return np.full((rows, columns, 3), SHADE), darkness * inside
+
+
 def _wheels(random: np.random.Generator, sheet: Sheet, place: Place) -> None:
+    """Nothing: a van's wheels are part of it."""
+
+
+def _car(random: np.random.Generator, sheet: Sheet, place: Place) -> None:
+    """Back of an off-road car with a window, that carries its spare wheel."""
     (x, y, w, h), p = place, sheet.painting
-    x, y = x - w / 2, y + 0.4 * h
-    p.patch(x, y, w, 0.3 * h, (40, 40, 42))
-    sheet.cover_box(x + 0.03, y, w - 0.06, 0.18 * h)
-    for at in (0.05, 0.77):
-        p.patch(x + at * w, y, 0.18 * w, 0.31 * h, TYRE)
-        sheet.cover_box(x + at * w, y, 0.18 * w, 0.3 * h)
+    paint = any_of(random, PAINTS[5:] + LIGHTS[:2])
+    left, top, low = x - 0.85 * w, y - 0.9 * h, y + 0.72 * h
+    p.patch(left, top, 1.7 * w, low - top, paint)
+    p.hole(left + 0.12 * w, top + 0.08 * h, 1.46 * w, 0.45 * h, np.array([84.0, 78.0, 70.0]))
+    for side in (left + 0.05 * w, left + 1.5 * w):
+        p.patch(side, y + 0.3 * h, 0.15 * w, 0.2 * h, (52, 52, 170))
+    p.plate(left, low - 0.16 * h, 1.7 * w, 0.16 * h, STEEL, 0.01)
+    sheet.cover((left + 0.14 * w, top), (left + 1.56 * w, top), (left + 1.7 * w, y - 0.3 * h),
+                (left + 1.7 * w, low), (left, low), (left, y - 0.3 * h))  # fmt: skip
+    for wheel in (left + 0.06 * w, left + 1.34 * w):
+        p.patch(wheel, low, 0.3 * w, 0.28 * h, TYRE)
+        sheet.cover_box(wheel, low, 0.3 * w, 0.25 * h)
 
 
 def _rider(random: np.random.Generator, sheet: Sheet, place: Place) -> None:
@@ -190,12 +223,17 @@ def _rider(random: np.random.Generator, sheet: Sheet, place: Place) -> None:
     p.line([(x, y + 0.5 * h), (x, y + 2.5 * h)], 0.02, jacket * 0.5)
 
 
-def _post(random: np.random.Generator, sheet: Sheet, place: Place) -> None:
+def _trailer(random: np.random.Generator, sheet: Sheet, place: Place) -> None:
+    """A post on a low trailer."""
     (x, y, w, h), p = place, sheet.painting
-    thick = 0.09 * w
-    p.patch(x - thick, y, 2 * thick, 3 * h, STEEL)
-    p.patch(x - 0.5 * thick, y, 0.5 * thick, 3 * h, (150, 152, 152))
-    sheet.cover_box(x - thick, y, 2 * thick, 3 * h)
+    thick, deck = 0.07 * w, y + 0.86 * h
+    p.patch(x - thick, y, 2 * thick, h, STEEL)
+    p.patch(x - 0.5 * thick, y, 0.5 * thick, h, (150, 152, 152))
+    sheet.cover_box(x - thick, y, 2 * thick, 0.9 * h)
+    p.plate(x - 0.75 * w, deck, 1.5 * w, 0.12 * h, any_of(random, PAINTS), 0.01)
+    sheet.cover_box(x - 0.75 * w, deck, 1.5 * w, 0.12 * h)
+    for side in (-0.5, 0.5):
+        sheet.wheel(x + side * w, y + 0.98 * h, 0.12 * h, TYRE, 0.05 * h, STEEL)
 
 
 def _ropes(random: np.random.Generator, sheet: Sheet, place: Place) -> None:
@@ -209,32 +247,47 @@ def _ropes(random: np.random.Generator, sheet: Sheet, place: Place) -> None:
 
 
 def _cart(random: np.random.Generator, sheet: Sheet, place: Place) -> None:
+    """A hand cart with a rail, on which things stand."""
     (x, y, w, h), p = place, sheet.painting
     left, top = x - 0.66 * w, y + 0.47 * h
     p.patch(left, top, 1.32 * w, 0.12 * h, any_of(random, PAINTS))
     p.patch(left, top + 0.08 * h, 1.32 * w, 0.05 * h, (50, 52, 56))
     sheet.cover_box(left, top, 1.32 * w, 0.13 * h)
     for at in (left + 0.22 * w, left + 1.1 * w):
-        sheet.wheel(at, top + 0.22 * h, 0.13 * w, TYRE, 0.06 * w, STEEL)
+        sheet.wheel(at, y + 0.68 * h, 0.12 * h, TYRE, 0.05 * h, STEEL)
     rail = left + 1.28 * w
     sheet.cover_box(rail, y - 0.3 * h, 0.04 * w, 0.8 * h)
 
 
 def _water(random: np.random.Generator, sheet: Sheet, place: Place) -> None:
+    """Bow wave and wake, which open to both sides of what floats."""
     (x, y, w, h), p = place, sheet.painting
+    line = y + 0.46 * h
     p.patch(0, y, 2.6 * w, 3 * h, (206, 204, 190))
-    p.patch(0, y + 0.56 * h, 2.6 * w, 2 * h, (96, 84, 66))
-    sheet.cover_round(x, y + 0.5 * h, 0.62 * w, 0.1 * h)
-    for k in range(4):
-        sheet.cover_round(x + random.uniform(-0.1, 0.1) * w, y + (0.6 + 0.1 * k) * h,
-                          (0.5 - 0.07 * k) * w, 0.035 * h)  # fmt: skip
+    sheet.cover_round(x, line, 0.6 * w, 0.06 * h)
+    for along in np.linspace(0, 1, 60):
+        far, side = along**1.4, float(random.choice([-1.0, 1.0]))
+        across = x + side * (0.42 + 0.8 * far) * w + random.normal(0, 0.04) * w
+        down = line + 0.34 * far * h + random.normal(0, 0.02) * h
+        sheet.cover_round(across, down, (0.11 - 0.07 * far) * w, (0.022 - 0.01 * far) * h)
+
+
+@dataclass(frozen=True)
+class Carrier:
+    """What holds a target and moves with it, and how both meet the ground."""
+
+    paint: Callable[[np.random.Generator, Sheet, Place], None]
+    drop: float  # of the ground below the target's middle [its height]; 0: out of the picture
+    shadow: float  # width of the shadow on the ground [the target's width]; on water, of its image
 
 
 CARRIERS = {
-    "wheels": _wheels,
-    "rider": _rider,
-    "post": _post,
-    "ropes": _ropes,
-    "cart": _cart,
-    "water": _water,
+    "wheels": Carrier(_wheels, 0.5, 1.25),
+    "car": Carrier(_car, 0.97, 2.0),
+    "rider": Carrier(_rider, 0.0, 0.0),
+    "trailer": Carrier(_trailer, 1.1, 1.7),
+    "ropes": Carrier(_ropes, 0.95, 1.2),
+    "cart": Carrier(_cart, 0.8, 1.6),
+    "water": Carrier(_water, 0.48, 1.1),
 }
+"""By name."""

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from datasets.interface import Image, Mask
 from datasets.synthetic.nguyen2002.film.hiders import HIDERS
 from datasets.synthetic.nguyen2002.film.plan import EXPOSURE, SIZE, plan
-from datasets.synthetic.nguyen2002.film.props import paint_carrier
+from datasets.synthetic.nguyen2002.film.props import CARRIERS, paint_carrier, paint_shadow
 from datasets.synthetic.nguyen2002.film.setting import SETTINGS, Place
 from datasets.synthetic.nguyen2002.film.sheet import UNIT, Rigid
 from datasets.synthetic.nguyen2002.film.targets import KINDS, paint_target, two_looks
@@ -30,10 +30,14 @@ __all__ = ["FilmScene", "scene"]
 
 Array = NDArray[np.float64]
 
-GRAIN = 2.6  # standard deviation of the film's grain, the same in all colours [grey levels]
+# Standard deviations of the film's grain: of brightness, and of its dyes, in either difference of
+# colour at the resolution of colour [grey levels].
+GRAIN, DYES = 2.6, 2.5
 CAMERA = Camera(SIZE, noise=1.6, fall=(0.10, 0.12))
 COARSE = SIZE[0] // 2, SIZE[1] // 2  # resolution of colour
 PRINTS = 0.65, 1.1  # light of a clip, from dusk to noon
+SATURATION = 0.3, 0.5  # of a print, of that of what it shows: film of the time, often bleached
+SHADOW = 0.55  # darkness of a shadow on the ground, in its middle
 WHOLE = 0.99  # visible part from which on nothing is said to be hidden
 
 
@@ -71,6 +75,9 @@ class FilmScene(Scene):
         self._place.draw(canvas, replace(plan.still, x=x, shift_y=nod), travel)
         places = _places(plan.centre, frame)
         pose = float(plan.scale[frame]), float(plan.angle[frame])
+        if self._shadow is not None:
+            ground = np.column_stack([places[:, 0], np.full(len(places), plan.ground[frame])])
+            self._shadow.draw(canvas, ground, pose[0], 0.0)
         self._carrier.draw(canvas, places, *pose)
         self._target.draw(canvas, places, *pose, float(plan.look[frame]))
         for passage, (sprite, offset) in zip(plan.passages, self._hiders, strict=True):
@@ -95,17 +102,17 @@ class FilmScene(Scene):
     def _developed(self, canvas: Image, frame: int) -> Image:
         """What the film and its copy make of a picture."""
         canvas = np.asarray(cv2.LUT(canvas, self._grading), np.uint8)
+        canvas = np.asarray(cv2.transform(canvas, self._bleaching), np.uint8)
         number = 1000 * self._clip + frame
         CAMERA.exposed(canvas, self._seed, number, self.plan.gain[frame])
-        row, column = random_bytes(self._seed, number, canvas.size + 2)[-2:].astype(int).tolist()
-        grain = self._grain[row : row + SIZE[1], column : column + SIZE[0]]
+        places = random_bytes(self._seed, number, canvas.size + 6)[-6:].astype(int).reshape(3, 2)
         luma, *chroma = cv2.split(cv2.cvtColor(canvas, cv2.COLOR_BGR2YCrCb))
-        grained = cv2.add(luma, grain, dtype=cv2.CV_8U)
-        coarse = [
-            cv2.resize(cv2.resize(plane, COARSE, interpolation=cv2.INTER_AREA), SIZE)
-            for plane in chroma
-        ]
-        picture = cv2.cvtColor(cv2.merge([grained, *coarse]), cv2.COLOR_YCrCb2BGR)
+        planes = [cv2.add(luma, _cut(self._grain, places[0], SIZE), dtype=cv2.CV_8U)]
+        for plane, place in zip(chroma, places[1:], strict=True):
+            coarse = cv2.resize(plane, COARSE, interpolation=cv2.INTER_AREA)
+            grained = cv2.add(coarse, _cut(self._dyes, place, COARSE), dtype=cv2.CV_8U)
+            planes.append(cv2.resize(grained, SIZE))
+        picture = cv2.cvtColor(cv2.merge(planes), cv2.COLOR_YCrCb2BGR)
         return np.asarray(picture, np.uint8)
 
     @cached_property
@@ -133,6 +140,15 @@ class FilmScene(Scene):
         return Rigid([colour], coverage, size[0] / self.plan.size[0])
 
     @cached_property
+    def _shadow(self) -> Rigid | None:
+        """Shadow on the ground, or dark image in the water; None if the ground is not seen."""
+        width = CARRIERS[KINDS[self.plan.shot.target].carrier].shadow * self._largest[0]
+        if not width:
+            return None
+        colour, coverage = paint_shadow(width, SHADOW)
+        return Rigid([colour], coverage, self._largest[0] / self.plan.size[0])
+
+    @cached_property
     def _hiders(self) -> list[tuple[Sprite, Array]]:
         """Pictures that pass before the target, and their middles from their anchors [pixels]."""
         hiders = []
@@ -151,9 +167,12 @@ class FilmScene(Scene):
     @cached_property
     def _grain(self) -> NDArray[np.int16]:
         """Grain of a film's width and a margin by which it is shifted from frame to frame."""
-        grain = fractal(self._random("grain"), 512, 128, 256, 1.0)
-        wide = np.tile(grain, (1, 2))[:, : SIZE[0] + 256]
-        return np.asarray(np.round(wide * (GRAIN / grain.std())), np.int16)
+        return _shiftable(fractal(self._random("grain"), 512, 128, 256, 1.0), GRAIN)
+
+    @cached_property
+    def _dyes(self) -> NDArray[np.int16]:
+        """The same of the dyes, at the resolution of colour."""
+        return _shiftable(fractal(self._random("dyes"), 512, 128, 256, 1.0), DYES)
 
     @cached_property
     def _grading(self) -> NDArray[np.uint8]:
@@ -166,6 +185,12 @@ class FilmScene(Scene):
         graded = 255 * random.uniform(*PRINTS) * tint * curve
         return np.asarray(np.clip(np.round(graded), 0, 255), np.uint8)[None]
 
+    @cached_property
+    def _bleaching(self) -> Array:
+        """Mixture of channels, shape (3, 3), that leaves a part of the saturation."""
+        kept = self._random("saturation").uniform(*SATURATION)
+        return np.asarray(kept * np.eye(3) + (1 - kept) * np.array([0.114, 0.587, 0.299]))
+
     @property
     def _largest(self) -> tuple[float, float]:
         """Width and height of the target where it is seen largest, in whole pixels."""
@@ -174,6 +199,20 @@ class FilmScene(Scene):
 
     def _random(self, part: str) -> np.random.Generator:
         return part_generator(self._seed, f"nguyen2002/clip-{self._clip:02} {part}")
+
+
+def _shiftable(grain: Array, deviation: float) -> NDArray[np.int16]:
+    """Grain of a standard deviation, as wide as a picture that is shifted by up to 255 pixels."""
+    wide = np.tile(grain, (1, 2))[:, : SIZE[0] + 256]
+    return np.asarray(np.round(wide * (deviation / grain.std())), np.int16)
+
+
+def _cut(
+    grain: NDArray[np.int16], place: NDArray[np.int_], size: tuple[int, int]
+) -> NDArray[np.int16]:
+    """Part of a grain of a width and height, from a row and column on."""
+    row, column = place.tolist()
+    return grain[row : row + size[1], column : column + size[0]]
 
 
 def _places(way: Array, frame: int) -> Array:

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from datasets.synthetic.nguyen2002.film.outlines import BODY, OUTLINES
 from datasets.synthetic.nguyen2002.film.sheet import (
     DARK,
     GLASS,
@@ -303,15 +304,27 @@ def hull(random: np.random.Generator, p: Painting, w: float, h: float, look: Loo
         p.disc(x * w, 0.62 * h, 0.025 * w, look.body)
 
 
+def foam(random: np.random.Generator, p: Painting, w: float, h: float, look: Look) -> None:
+    """Foam at the water line."""
+    for x in np.arange(0, w, 0.02):
+        tall = random.uniform(0.02, 0.09) * h
+        p.patch(float(x), h - tall, 0.02, tall, varied(random, (214, 210, 198), 0.06))
+
+
 @dataclass(frozen=True)
 class Kind:
     """What targets of a kind have in common."""
 
-    round: bool  # an ellipse: the corners of its box are background
+    shape: str  # `round` (an ellipse: the corners of its box are background), `box`, `van`, `boat`
     corner: float  # of the outline otherwise, cut off [share of the width]
     marks: tuple[Mark, ...]  # what is painted on it, in order
     paints: tuple[tuple[int, int, int], ...]
     carrier: str  # what holds it: one of `props.CARRIERS`
+
+    @property
+    def round(self) -> bool:
+        """True if the outline is an ellipse."""
+        return self.shape == "round"
 
 
 def paint_target(random: np.random.Generator, kind: Kind, width: float, height: float) -> Sheet:
@@ -324,16 +337,8 @@ def paint_target(random: np.random.Generator, kind: Kind, width: float, height: 
     look = Look(body, second, DARK if body.mean() > 125 else light)
     sheet = Sheet(w, h, UNIT, body)
     for mark in kind.marks:
-        mark(random, sheet.painting, w, h, look)
-    if kind.round:
-        sheet.cover_round(w / 2, h / 2, w / 2, h / 2)
-        across, down = sheet.places()
-        u, v = 2 * across - 1, 2 * down - 1
-        sheet.light(1.06 - 0.34 * np.clip(u * u + v * v, 0, 1))
-    else:
-        cut = kind.corner * w
-        sheet.cover((cut, 0), (w - cut, 0), (w, cut), (w, h - cut), (w - cut, h), (cut, h),
-                    (0, h - cut), (0, cut))  # fmt: skip
+        mark(random, sheet.painting, w, BODY * h if kind.shape == "van" else h, look)
+    OUTLINES[kind.shape](sheet, w, h, kind.corner * w)
     sheet.wear(random, random.uniform(0.05, 0.09), 8, 128)
     return sheet
 
@@ -354,19 +359,19 @@ def two_looks(random: np.random.Generator, colour: Array) -> tuple[Array, Array]
 
 
 KINDS = {
-    "van": Kind(False, 0.05, (band, door, window, lettering, lamps), PAINTS, "wheels"),
-    "helmet": Kind(True, 0.0, (crest, visor, number), PAINTS, "rider"),
-    "sign": Kind(True, 0.0, (rim, device), PAINTS[:6], "post"),
-    "board": Kind(False, 0.01, (poster,), PAINTS, "post"),
-    "boat": Kind(False, 0.12, (hull,), PAINTS, "water"),
-    "buoy": Kind(True, 0.0, (slanted, band, emblem, number), PAINTS[:4], "water"),
-    "fender": Kind(True, 0.0, (slanted, band, emblem, lettering), PAINTS, "ropes"),
-    "crate": Kind(False, 0.01, (planks, label, number), WOODS, "ropes"),
-    "barrel": Kind(True, 0.0, (planks, emblem, lettering), WOODS, "cart"),
-    "spare wheel": Kind(True, 0.0, (slanted, emblem, lettering, tyre), PAINTS, "wheels"),
-    "drum": Kind(False, 0.06, (band, hoops, label, lettering), PAINTS, "cart"),
-    "case": Kind(False, 0.07, (straps, stickers), WOODS + PAINTS[6:9], "cart"),
-    "clock": Kind(True, 0.0, (dial,), PAINTS, "post"),
-    "lantern": Kind(True, 0.0, (slanted, ribs, emblem), PAINTS[:6], "ropes"),
+    "van": Kind("van", 0.05, (band, door, window, lettering, lamps), PAINTS, "wheels"),
+    "helmet": Kind("round", 0.0, (crest, visor, number), PAINTS, "rider"),
+    "sign": Kind("round", 0.0, (rim, device), PAINTS[:6], "trailer"),
+    "board": Kind("box", 0.01, (poster,), PAINTS, "trailer"),
+    "boat": Kind("boat", 0.12, (hull, foam), PAINTS, "water"),
+    "buoy": Kind("round", 0.0, (slanted, band, emblem, number, foam), PAINTS[:4], "water"),
+    "fender": Kind("round", 0.0, (slanted, band, emblem, lettering), PAINTS, "ropes"),
+    "crate": Kind("box", 0.01, (planks, label, number), WOODS, "ropes"),
+    "barrel": Kind("round", 0.0, (planks, emblem, lettering), WOODS, "cart"),
+    "spare wheel": Kind("round", 0.0, (slanted, emblem, lettering, tyre), PAINTS, "car"),
+    "drum": Kind("box", 0.06, (band, hoops, label, lettering), PAINTS, "cart"),
+    "case": Kind("box", 0.07, (straps, stickers), WOODS + PAINTS[6:9], "cart"),
+    "clock": Kind("round", 0.0, (dial,), PAINTS, "trailer"),
+    "lantern": Kind("round", 0.0, (slanted, ribs, emblem), PAINTS[:6], "ropes"),
 }
 """By name."""

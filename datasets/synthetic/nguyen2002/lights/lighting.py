@@ -26,13 +26,30 @@ from datasets.synthetic.render.lamp import (
     unshaded,
 )
 
-__all__ = ["Lighting"]
+__all__ = ["Lighting", "drawn_lamps"]
 
 Array = NDArray[np.float64]
 Floats = NDArray[np.float32]
 
 # About how far towards the camera what stands still is, on which soft shadows fall [pixels].
 AFAR = -90.0
+# Of the lamp that goes off: its part of the light, and how far aside of the middle it is [pixels].
+# What is left is so little, and the shadows so far aside, that colours of before say nothing.
+STRONG, ASIDE = (0.88, 0.92), (210, 270)
+
+
+def drawn_lamps(random: np.random.Generator) -> tuple[Lamp, Lamp]:
+    """Draw the lamp that goes off, which gives most of the light, and another across from it.
+
+    Both are nearly white: their blue differs by 6 %, their green by 2.5 %.
+    """
+    side = float(random.choice([-1, 1]))
+    aside, across = random.uniform(*ASIDE), random.uniform(150, 210)
+    first = np.array([160 - side * aside, random.uniform(-90, -20), random.uniform(230, 290)])
+    second = np.array([160 + side * across, random.uniform(-60, 40), random.uniform(220, 280)])
+    share = random.uniform(*STRONG)
+    tint = 1 + random.choice([-1, 1]) * np.array([0.06, 0.025, 0.0])
+    return Lamp(first, np.full(3, share)), Lamp(second, (1 - share) * tint)
 
 
 class Lighting:

@@ -12,12 +12,11 @@ import numpy as np
 
 from datasets.interface import Image, Mask
 from datasets.synthetic.nguyen2002.knobs import LightsKnobs
-from datasets.synthetic.nguyen2002.lights.lighting import Lighting
+from datasets.synthetic.nguyen2002.lights.lighting import Lighting, drawn_lamps
 from datasets.synthetic.nguyen2002.lights.plan import FRAMES, SIZE, Plan
 from datasets.synthetic.nguyen2002.lights.setting import Pose, Setting
 from datasets.synthetic.render.camera import LENS, Camera
 from datasets.synthetic.render.finish import GAMMA
-from datasets.synthetic.render.lamp import drawn_lamps
 from datasets.synthetic.scene import Scene, Truth, part_generator
 
 __all__ = ["LightsScene", "scene"]
@@ -31,17 +30,16 @@ CAMERA = Camera(SIZE, noise=2.0, fall=(0.04, 0.06))
 
 def scene(knobs: LightsKnobs) -> "LightsScene":
     """Renderer and truth; nothing is drawn yet."""
-    return LightsScene(knobs.scene, knobs.lamps == "coloured")
+    return LightsScene(knobs.scene)
 
 
 class LightsScene(Scene):
-    """A printed thing in a hand, in the light of lamps whose colours differ if `coloured`."""
+    """A printed thing in a hand, in the light of two lamps."""
 
     length, size = FRAMES, SIZE
 
-    def __init__(self, seed: int, coloured: bool) -> None:
+    def __init__(self, seed: int) -> None:
         self._seed = seed
-        self._coloured = coloured
         self.setting = _setting(seed)
         self.plan = self.setting.plan
 
@@ -77,7 +75,7 @@ class LightsScene(Scene):
     @cached_property
     def _lighting(self) -> Lighting:
         random = part_generator(self._seed, "nguyen2002/lights lamps")
-        return Lighting(self.setting, drawn_lamps(random, self._coloured))
+        return Lighting(self.setting, drawn_lamps(random))
 
 
 def _pose(plan: Plan, frame: int) -> Pose:

@@ -6,6 +6,7 @@ The middle of each is the origin; what passes reaches over the picture's whole h
 import numpy as np
 from numpy.typing import NDArray
 
+from datasets.interface import Image
 from datasets.synthetic.render.colours import ACCENTS, CLOTHES, COUNTERS, NEUTRALS, one_of
 from datasets.synthetic.render.figure.look import drawn_skin
 from datasets.synthetic.render.finish import Finish, Pattern, Thing, grain, picture_on, staggered
@@ -20,6 +21,7 @@ Array = NDArray[np.float64]
 HALF_WIDTH, HALF_HEIGHT = 108, 130  # what holds any thing that passes [pixels]
 LENGTH = 175.0  # half of its height, so that its ends are out of view [pixels]
 PRINT_FINE = 6  # dots of the print in a pixel, in either direction
+SATURATION = 0.5  # of the print, of that of its inks: a faded print
 DEPTHS = {"book": 5.0, "tea": 11.0, "toy": 13.0}  # half the thickness of things of a kind [pixels]
 
 
@@ -30,7 +32,7 @@ def held(random: np.random.Generator) -> list[Thing]:
     half = np.array([wide, wide * random.uniform(1.28, 1.36), DEPTHS[kind]])
     lean = random.uniform(0.06, 0.2)
     width, height = (round(2 * PRINT_FINE * side) for side in half[:2])
-    face = picture_on(printed(random, kind, width, height), (0.0, 0.0), half[:2], lean)
+    face = picture_on(_faded(printed(random, kind, width, height)), (0.0, 0.0), half[:2], lean)
     skin, cloth = drawn_skin(random), one_of(random, CLOTHES, 0.06)
     side, slope = float(random.choice([-1, 1])), random.uniform(-0.1, 0.4)
     solid = box(np.zeros(3), half, 0.8, lean=-lean)
@@ -39,6 +41,11 @@ def held(random: np.random.Generator) -> list[Thing]:
         Thing(Finish(skin, 0.03, grain(random, 0.035)), _hand(half, side, slope)),
         Thing(Finish(cloth, 0.0, _knitted(random)), _sleeve(half[1], side, slope)),
     ]
+
+
+def _faded(picture: Image) -> Image:
+    grey = picture.mean(axis=2, keepdims=True)
+    return np.asarray(grey + SATURATION * (picture - grey), np.uint8)
 
 
 def _hand(half: Array, side: float, slope: float) -> list[Array]:

@@ -50,11 +50,12 @@ def test_a_set_has_the_papers_numbers_all_settings_and_half_of_its_targets_ellip
 
 @pytest.mark.parametrize("seed", [0, pytest.param(7, marks=pytest.mark.slow)])
 def test_occlusions_are_complete_and_end(seed):
-    lengths, partial = [], 0
+    lengths, partial, hidden_frames = [], 0, []
     for clip, shot in enumerate(script(seed), 1):
         truth = opened(seed, clip).truth()
         seen = truth.visibility
         stretches = runs(seen < 0.9)
+        hidden_frames.append(runs(seen <= 0.02))
         least = [seen[start:stop].min() for start, stop in stretches]
         complete = [low <= 0.02 for low in least]
         assert sum(complete) == shot.occlusions
@@ -72,7 +73,8 @@ def test_occlusions_are_complete_and_end(seed):
     assert 4 <= partial <= 8
     assert min(lengths) >= 9
     assert max(lengths) < 75
-    assert 16 <= np.median(lengths) <= 30
+    complete = [stop - start for one in hidden_frames for start, stop in one]
+    assert 10 <= np.median(complete) <= 30
 
 
 @settings(max_examples=20, deadline=None)
@@ -157,12 +159,12 @@ def test_light_changes_neither_strongly_nor_abruptly(clip):
     assert tone.min() / tone.max() > 0.6
 
 
-def test_the_film_has_grain_in_all_colours_alike_and_coarse_colour():
+def test_the_film_has_grain_of_brightness_and_of_dyes():
     film = opened(2, first_clip(2, lambda shot: shot.occlusions == 0 and not shot.partial))
     still = np.stack([film._developed(np.full((240, 320, 3), 128, np.uint8), k) for k in range(12)])
     noise = (still - still.mean(axis=0)).reshape(-1, 3)
     assert 2 < noise.std(axis=0).min() < noise.std(axis=0).max() < 6
-    assert np.corrcoef(noise.T)[np.triu_indices(3, 1)].min() > 0.6
+    assert 0.2 < np.corrcoef(noise.T)[np.triu_indices(3, 1)].min() < 0.6
 
 
 def test_laying_a_picture_is_the_average_of_bilinear_samples():

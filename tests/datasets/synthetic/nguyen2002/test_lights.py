@@ -20,11 +20,11 @@ LONGEST = 35
 """Frames for which the paper's tracker looks for the end of an occlusion."""
 
 
-def around_the_switch(seed, lamps="white"):
+def around_the_switch(seed):
     """The last frame with both lamps and the first with one, without what moves."""
-    one = opened(seed, lamps=lamps)
+    one = opened(seed)
     off = one.plan.off
-    before, after = image(seed, off - 1, lamps=lamps), image(seed, off, lamps=lamps)
+    before, after = image(seed, off - 1), image(seed, off)
     still = np.ones(before.shape[:2], bool)
     for frame in (off - 1, off):
         coverage = one.setting.carried.at(_pose(one.plan, frame))[0][..., 3]
@@ -81,7 +81,7 @@ def test_visibility_is_the_masks_part_of_the_whole_object():
 
 @pytest.mark.slow
 def test_what_changes_with_the_objects_print_is_the_mask():
-    other = LightsScene(0, coloured=False)
+    other = LightsScene(0)
     other.setting = Setting(0)
     thing, *rest = other.setting._things
     inverse = replace(thing.finish, pattern=lambda at: 1 - thing.finish.pattern(at))
@@ -106,25 +106,24 @@ def test_what_passes_has_no_holes(kind):
         assert (seen.which != NOTHING).all()
 
 
-def test_brightness_about_halves_at_once_and_unevenly():
+def test_brightness_falls_to_two_fifths_at_once_and_unevenly():
     before, after, still = around_the_switch(0)
-    assert 0.5 < after.mean() / before.mean() < 0.68
+    assert 0.3 < after.mean() / before.mean() < 0.5
     on = opened(0).plan.on
-    assert image(0, on).mean() / image(0, on - 1).mean() > 1.45
+    assert image(0, on).mean() / image(0, on - 1).mean() > 2
     assert np.abs(image(0, on + 1) - image(0, on)).mean() < 5  # nothing lingers
     ratio = np.where(still, after.sum(axis=2) / before.sum(axis=2), np.nan)
     sides = [np.nanmedian(part) for part in (ratio[:, :60], ratio[:, -60:])]
     assert max(sides) / min(sides) > 1.15
 
 
-@pytest.mark.parametrize(("lamps", "invariant"), [("white", True), ("coloured", False)])
-def test_ratios_of_channels_stay_unless_the_lamps_differ_in_colour(lamps, invariant):
-    before, after, still = around_the_switch(0, lamps)
+def test_ratios_of_channels_stay_as_both_lamps_are_nearly_white():
+    before, after, still = around_the_switch(0)
     bright = still & (after.min(axis=2) > 30) & (before.max(axis=2) < 250)
     assert bright.sum() > 10_000
     ratios = np.log(after[bright] / before[bright])
     shift = np.median(np.abs(ratios[:, [0, 2]] - ratios[:, [1]]), axis=0).max()
-    assert (shift < 0.04) if invariant else (shift > 0.12)
+    assert shift < 0.06
 
 
 @pytest.mark.parametrize("lamp", [0, 1])

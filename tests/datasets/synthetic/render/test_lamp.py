@@ -8,7 +8,6 @@ from datasets.synthetic.render.lamp import (
     REACH,
     Lamp,
     crossing,
-    drawn_lamps,
     lit,
     softness,
     unshaded,
@@ -79,19 +78,3 @@ def test_a_wall_throws_its_shadow_away_from_the_lamp_as_far_as_geometry_says(sid
     assert (seen[off < -4] == 1).all()
     edge = seen[np.abs(off - reach) < 8]
     assert ((edge > 0) & (edge < 1)).any()  # the lamp is no point
-
-
-def test_lamps_of_one_colour_and_of_two():
-    for seed in range(5):
-        white = drawn_lamps(np.random.default_rng(seed), coloured=False)
-        tints = [lamp.colour / lamp.colour.max() for lamp in white]
-        assert np.abs(tints[0] - tints[1]).max() < 0.07
-        first, second = drawn_lamps(np.random.default_rng(seed), coloured=True)
-        assert (
-            np.abs(
-                np.log((first.colour / first.colour[1]) / (second.colour / second.colour[1]))
-            ).max()
-            > 0.5
-        )
-        assert (first.place == white[0].place).all()
-        assert first.colour.sum() > 1.6 * second.colour.sum()
