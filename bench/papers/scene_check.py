@@ -18,8 +18,10 @@ from statistics import median
 from typing import Any
 
 import datasets
-from bench.papers import criteria
-from bench.papers.criteria import ClipSet, SceneImages
+from bench.papers.criteria import shared
+from bench.papers.criteria.nguyen2002 import ClipSet
+from bench.papers.criteria.shared import SceneImages
+from bench.papers.measures import paper_module
 
 FOLDER = Path(__file__).parent
 CHECKED_SCENES = 40
@@ -39,7 +41,7 @@ class Criterion:
     name : str
         What is measured, for readers, with its unit.
     measure : str
-        Function of `bench.papers.criteria`.
+        Function of `bench.papers.criteria`: of the sequence's paper, or a shared one.
     target : str
         Bounds that every scene must meet: `<= 0.1`, `>= 2.5`, or both, as `>= 4, <= 9`. Empty
         for a number that is only printed.
@@ -61,7 +63,9 @@ class Criterion:
 
     def value(self, scene: SceneImages | ClipSet) -> float:
         """Measure the criterion on a scene."""
-        return float(getattr(criteria, self.measure)(scene, **self.options))
+        own = paper_module("criteria", self.sequence.partition("/")[0])
+        function = getattr(own, self.measure, None) or getattr(shared, self.measure)
+        return float(function(scene, **self.options))
 
     def passes(self, value: float) -> bool:
         """Return whether a value meets all bounds of the target."""
@@ -190,7 +194,11 @@ def main() -> None:
     )
     sys.stdout.write(summary(read_criteria(arguments.paper)[1], rows))
     if arguments.write:
-        write_values(arguments.paper, rows)
+        measured = {row.sequence for row in rows}
+        kept = [] if not arguments.only else read_values(arguments.paper)
+        rows += [row for row in kept if row.sequence not in measured]
+        order = [criterion.sequence for criterion in read_criteria(arguments.paper)[1]]
+        write_values(arguments.paper, sorted(rows, key=lambda row: order.index(row.sequence)))
 
 
 if __name__ == "__main__":

@@ -3,9 +3,9 @@
 import datasets
 from bench.experiments.contestant import contestant
 from bench.papers.context import Context
+from bench.papers.criteria.margins import right_choice as share_of_right_choices
 from bench.papers.description import read_description
 from bench.papers.measures import measure
-from bench.papers.multipart.margins import right_choice as share_of_right_choices
 from bench.papers.multipart.measures import PERSON
 from bench.papers.plan import scene_names, tracker_text
 from bench.papers.scene_values import scene_values

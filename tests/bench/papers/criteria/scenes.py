@@ -3,7 +3,7 @@
 import numpy as np
 
 import datasets
-from bench.papers.criteria import SceneImages
+from bench.papers.criteria.shared import SceneImages
 
 
 def painted(images, boxes, masks=None, visibility=None):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from bench.papers import criteria
+from bench.papers.criteria import moreno2005 as criteria
 
 RED, BLUE, GREEN = (30, 30, 220), (220, 30, 30), (30, 220, 30)
 

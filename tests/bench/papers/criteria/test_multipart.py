@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from bench.papers import criteria
-from bench.papers.criteria import SceneImages
+from bench.papers.criteria import multipart as criteria
+from bench.papers.criteria.shared import SceneImages
 from datasets import Sequence
 
 BOX = np.array([150.0, 60.0, 26.0, 100.0])

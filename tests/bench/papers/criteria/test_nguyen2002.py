@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from bench.papers.criteria import (
+from bench.papers.criteria.nguyen2002 import (
     ClipSet,
     SceneImages,
     complete_occlusions,

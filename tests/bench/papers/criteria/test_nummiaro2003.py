@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from bench.papers import criteria
-from bench.papers.criteria import SceneImages
+from bench.papers.criteria import nummiaro2003 as criteria
+from bench.papers.criteria.shared import SceneImages
 from datasets import Sequence
 
 SIZE = 40, 30

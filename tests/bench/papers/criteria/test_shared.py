@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from bench.papers import criteria, scene_check
+from bench.papers import scene_check
+from bench.papers.criteria import shared as criteria
 from bench.papers.scene_check import Criterion, SceneRow
 from tests.bench.papers.criteria.scenes import moving, painted
 

@@ -70,7 +70,7 @@ class Appearance:
 
 
 def _half_counts(
-    image: Image, boxes: NDArray[np.float64]
+    image: Image, boxes: NDArray[np.float64], colours: LuvBins | None = None
 ) -> tuple[NDArray[np.int32], NDArray[np.int64]]:
     """Votes by half, rectangle and bin, and the sum of votes by half and rectangle."""
     centres = boxes[:, :2] + boxes[:, 2:] / 2
@@ -78,26 +78,29 @@ def _half_counts(
     aspect = float(boxes[0, 2] / boxes[0, 3])
     height, width = image.shape[:2]
     regions = pixel_regions(states, aspect, 2, width, height, MIN_INSIDE, MIN_PIXELS)
-    colours = LuvBins()
+    colours = colours or LuvBins()
     counts = region_counts(SharedFrame(image), regions, colours, _BINS)
     return counts, regions.pixels * colours.votes_a_pixel
 
 
-def part_distance(image: Image, box: NDArray[np.float64]) -> float:
+def part_distance(image: Image, box: NDArray[np.float64], colours: LuvBins | None = None) -> float:
     """Distance of the histograms of a rectangle's halves (Eq. 7)."""
-    counts, totals = _half_counts(image, box[np.newaxis])
+    counts, totals = _half_counts(image, box[np.newaxis], colours)
     return float(bhattacharyya_distances(counts[0], totals[0], counts[1, 0], int(totals[1, 0]))[0])
 
 
-def right_choice(image: Image, box: NDArray[np.float64], two_coloured: bool) -> float:
+def right_choice(
+    image: Image, box: NDArray[np.float64], two_coloured: bool, colours: LuvBins | None = None
+) -> float:
     """Return the share of jittered rectangles for which Eq. 7 selects the right representation.
 
     Position and size of the 50 rectangles differ by up to 5 % of the sides, as a user's hand may.
+    `colours`: the histogram's bins, as written by default.
     """
     x, y, width, height = box
     jitters = np.random.default_rng(0).uniform(-JITTER, JITTER, (JITTERS, 4))
     rectangles = np.array([x, y, width, height]) + jitters * [width, height, width, height]
-    selects_two = [part_distance(image, rectangle) > THRESHOLD for rectangle in rectangles]
+    selects_two = [part_distance(image, rectangle, colours) > THRESHOLD for rectangle in rectangles]
     return float(np.mean(np.array(selects_two) == two_coloured))
 
 
