@@ -85,11 +85,19 @@ class SceneRow:
 
 
 def read_criteria(paper: str) -> tuple[dict[str, int], list[Criterion]]:
-    """Read `criteria.toml`: the first scene of each sequence, and the criteria."""
+    """Read `criteria.toml`: the first scene of each sequence, and the criteria by sequence.
+
+    An entry may name several sequences.
+    """
     with (FOLDER / paper / "criteria.toml").open("rb") as file:
         table = tomllib.load(file)
-    rows = [Criterion(options=row.pop("options", {}), **row) for row in table["criterion"]]
-    return table["first_scene"], rows
+    rows = []
+    for row in table["criterion"]:
+        sequences, options = row.pop("sequence"), row.pop("options", {})
+        named = [sequences] if isinstance(sequences, str) else sequences
+        rows += [Criterion(sequence, options=options, **row) for sequence in named]
+    first: dict[str, int] = table["first_scene"]
+    return first, sorted(rows, key=lambda row: list(first).index(row.sequence))
 
 
 def check_scene(sequence: str, scene: int, rows: list[Criterion]) -> list[SceneRow]:
