@@ -148,7 +148,7 @@ def test_a_name_of_5000_characters_is_a_line_that_fits_a_terminal(trackmark, one
 
 @pytest.mark.parametrize("option", ["--truth", "--keys", "--published"])
 def test_so_it_is_where_click_looks_for_the_file(trackmark, option):
-    command = {"--truth": "describe", "--keys": "annotate", "--published": "reproduce"}[option]
+    command = {"--truth": "describe", "--keys": "annotate", "--published": "compare"}[option]
     said = trackmark(command, "data", option, LONG, status=2).stderr
     assert "does not exist" in said
     assert max(map(len, said.splitlines())) < 1000
