@@ -197,7 +197,7 @@ def find_measure(text: str, paper: str) -> Measure:
         raise ExperimentError(
             f"bench/papers/{paper}: measure {name!r} has no option {unknown[0]!r} ({text!r})."
         )
-    typed = {key: _typed(value, known[key].annotation) for key, value in options.items()}
+    typed = {key: typed_option(value, known[key].annotation) for key, value in options.items()}
 
     def given(chosen: Function) -> Function:
         return lambda course: chosen(course, **typed)
@@ -206,7 +206,10 @@ def find_measure(text: str, paper: str) -> Measure:
     return Measure(given(function), text, unit, lower_is_better, before)
 
 
-def _typed(value: str, annotation: Any) -> Any:
+def typed_option(value: str, annotation: Any) -> Any:
+    """Return an option of a text form as the type that a parameter is annotated with."""
+    if annotation in (bool, "bool"):
+        return value == "true"
     if annotation in (float, "float"):
         return float(value)
     return int(value) if "int" in str(annotation) else value

@@ -9,10 +9,9 @@ from bench.claims.row_verdicts import SETTINGS
 from bench.experiments.experiment import Experiment, ExperimentError, SequenceSource
 from bench.papers import Effort
 from bench.papers.description import Description, Sensitivity
-from bench.papers.scene_check import passing_scenes, read_values
+from bench.papers.scene_check import FIRST_SCENE, passing_scenes, read_values
 from datasets.text_form import format_text, parse_text
 
-FIRST_SCENE = 200  # of sequences without criteria; trials have used those before
 MAIN_SCENES = 24
 
 

@@ -7,6 +7,7 @@ the first scenes that meet all criteria.
 
 import argparse
 import csv
+import inspect
 import operator
 import sys
 import tomllib
@@ -15,16 +16,17 @@ from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 from statistics import median
-from typing import Any
 
 import datasets
 from bench.papers.criteria import shared
 from bench.papers.criteria.nguyen2002 import ClipSet
 from bench.papers.criteria.shared import SceneImages
-from bench.papers.measures import paper_module
+from bench.papers.measures import paper_module, typed_option
+from datasets.text_form import parse_text
 
 FOLDER = Path(__file__).parent
 CHECKED_SCENES = 40
+FIRST_SCENE = 200  # unless `criteria.toml` says otherwise; trials have used those before
 MIN_PASSING = 0.9
 CLIPS = "nguyen2002/clips"  # all clips of a set of this suite
 COMPARISONS = {"<=": operator.le, ">=": operator.ge}
@@ -41,14 +43,13 @@ class Criterion:
     name : str
         What is measured, for readers, with its unit.
     measure : str
-        Function of `bench.papers.criteria`: of the sequence's paper, or a shared one.
+        Function of `bench.papers.criteria` with its options, as `slow_share:limit=1`: of the
+        sequence's paper, or a shared one.
     target : str
         Bounds that every scene must meet: `<= 0.1`, `>= 2.5`, or both, as `>= 4, <= 9`. Empty
         for a number that is only printed.
     sentence : str
         The paper's words that ask for it, with the section.
-    options : dict
-        Options of the function.
     with_result_in_view : bool
         Whether it uses what the paper says about a method's result.
     """
@@ -58,14 +59,16 @@ class Criterion:
     measure: str
     target: str
     sentence: str
-    options: dict[str, Any]
     with_result_in_view: bool = False
 
     def value(self, scene: SceneImages | ClipSet) -> float:
         """Measure the criterion on a scene."""
+        name, options = parse_text(self.measure)
         own = paper_module("criteria", self.sequence.partition("/")[0])
-        function = getattr(own, self.measure, None) or getattr(shared, self.measure)
-        return float(function(scene, **self.options))
+        function = getattr(own, name, None) or getattr(shared, name)
+        known = inspect.signature(function).parameters
+        typed = {key: typed_option(text, known[key].annotation) for key, text in options.items()}
+        return float(function(scene, **typed))
 
     def passes(self, value: float) -> bool:
         """Return whether a value meets all bounds of the target."""
@@ -93,11 +96,12 @@ def read_criteria(paper: str) -> tuple[dict[str, int], list[Criterion]]:
         table = tomllib.load(file)
     rows = []
     for row in table["criterion"]:
-        sequences, options = row.pop("sequence"), row.pop("options", {})
+        sequences = row.pop("sequence")
         named = [sequences] if isinstance(sequences, str) else sequences
-        rows += [Criterion(sequence, options=options, **row) for sequence in named]
-    first: dict[str, int] = table["first_scene"]
-    return first, sorted(rows, key=lambda row: list(first).index(row.sequence))
+        rows += [Criterion(sequence, **row) for sequence in named]
+    order = list(dict.fromkeys(row.sequence for row in rows))
+    first = dict.fromkeys(order, FIRST_SCENE) | table.get("first_scene", {})
+    return first, sorted(rows, key=lambda row: order.index(row.sequence))
 
 
 def check_scene(sequence: str, scene: int, rows: list[Criterion]) -> list[SceneRow]:

@@ -81,7 +81,7 @@ def test_longest_hidden_is_the_longest_stretch_in_frames():
 
 def criterion(**fields):
     about = {"sequence": "s", "name": "n", "measure": "median_speed", "sentence": "§"}
-    return Criterion(**{"target": "", "options": {}, **about, **fields})
+    return Criterion(**{"target": "", **about, **fields})
 
 
 @pytest.mark.parametrize(
@@ -96,7 +96,7 @@ def test_criterion_passes_within_all_bounds(target, passing):
 def test_criterion_measures_with_its_options():
     scene = moving([20, 20.5, 23.5])
     assert criterion().value(scene) == pytest.approx(1.75)
-    assert criterion(measure="slow_share", options={"limit": 1.0}).value(scene) == 0.5
+    assert criterion(measure="slow_share:limit=1").value(scene) == 0.5
 
 
 ROWS = [
@@ -125,9 +125,9 @@ def test_criteria_are_read_with_the_first_scenes(tmp_path, monkeypatch):
     (tmp_path / "paper").mkdir()
     (tmp_path / "paper" / "criteria.toml").write_text(
         '[first_scene]\ns = 200\n[[criterion]]\nsequence = "s"\nname = "n"\n'
-        'measure = "slow_share"\noptions = { limit = 1.0 }\ntarget = "<= 0.1"\nsentence = "§"\n'
+        'measure = "slow_share:limit=1"\ntarget = "<= 0.1"\nsentence = "§"\n'
     )
-    expected = criterion(measure="slow_share", options={"limit": 1.0}, target="<= 0.1")
+    expected = criterion(measure="slow_share:limit=1", target="<= 0.1")
     assert scene_check.read_criteria("paper") == ({"s": 200}, [expected])
 
 
