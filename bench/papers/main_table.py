@@ -20,7 +20,8 @@ def main_table(context: Context) -> Table:
         [*row.labels, row.paper, *(_cell(row, setting, context) for setting in SETTINGS)]
         for row in entry.rows
     ]
-    caption = f"{entry.caption} {context.scenes} scenes per sequence."
+    scenes = "1 scene" if context.scenes == 1 else f"{context.scenes} scenes"
+    caption = f"{entry.caption} {scenes} per sequence."
     return text_table("main", caption, heads, rows, len(entry.heads))
 
 
@@ -61,7 +62,8 @@ def shown(values: pd.DataFrame, measure: Measure, members: int) -> str:
     mean = float(values["value"].mean())
     if measure.unit == "share":
         return f"{100 * mean:.0f} %" if members == 1 else f"{mean:.1f}"
-    return {"px": f"{mean:.1f} px", "frames": f"{mean:.0f}"}.get(measure.unit, f"{mean:.2f}")
+    forms = {"px": f"{mean:.1f} px", "frames": f"{mean:.0f}", "occlusions": f"{mean:.1f}"}
+    return forms.get(measure.unit, f"{mean:.2f}")
 
 
 def _cell(row: MainRow, setting: str, context: Context) -> str:
