@@ -164,7 +164,8 @@ def _scenes(row: VerdictRow, setting: str, found: Sequence[SceneRow], footage: F
 def _pictures(report: Report) -> list[Picture]:
     return [
         Picture(
-            still(one.path.read_bytes()), f"{one.label}. Paper: {one.caption}. Ours: {one.words}"
+            still(one.path.read_bytes()),
+            f"{one.label}. Paper: {one.caption.rstrip('.')}. Ours: {one.words}",
         )
         for one in report.figures
     ]
