@@ -152,7 +152,7 @@ class Description(Entry):
     trace: Literal["online", "revised"] = "online"
     quick_scenes: Annotated[int, Field(ge=1)] = 3
     trackers: dict[Text, Text]
-    settings: dict[Literal["as-written", "recommended"], Options]
+    settings: dict[Text, Options]
     sequences: dict[Text, Annotated[SequenceEntry, BeforeValidator(_as_sequence)]]
     setting_table: tuple[tuple[str, ...], ...]
     main: MainTable

@@ -51,7 +51,7 @@ def tracker_text(
     `change` has options by the name in `paper.toml`, or by the tracker's own.
     """
     name, own = parse_text(description.trackers[tracker])
-    usual = options_of(description.settings[setting].get(name, ""))  # type: ignore[index]
+    usual = options_of(description.settings[setting].get(name, ""))
     changes = change or {}
     changed = options_of(changes.get(tracker, changes.get(name, "")))
     return format_text(name, {**usual, **own, **changed})

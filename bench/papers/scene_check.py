@@ -27,7 +27,6 @@ from datasets.text_form import parse_text
 FOLDER = Path(__file__).parent
 CHECKED_SCENES = 40
 FIRST_SCENE = 200  # unless `criteria.toml` says otherwise; trials have used those before
-MIN_PASSING = 0.9
 CLIPS = "nguyen2002/clips"  # all clips of a set of this suite
 COMPARISONS = {"<=": operator.le, ">=": operator.ge}
 
