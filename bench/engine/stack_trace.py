@@ -37,10 +37,10 @@ def parse_stack(text: str) -> list[CodeLine]:
 
 def select_line(stack: list[CodeLine], file: Path | None) -> CodeLine:
     """Return the innermost line of a tracker's file, or of any file if the stack has none."""
-    own = [
+    tracker_lines = [
         line for line in stack if file and Path(_unescape(line.file)).resolve() == file.resolve()
     ]
-    return (own or stack)[0]
+    return (tracker_lines or stack)[0]
 
 
 def _unescape(text: str) -> str:
