@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV   := .venv
 BIN    := $(VENV)/bin
 READY  := $(VENV)/.ready
-# With the optional engines, for the tests that compare them.
+# With the optional Dask engine, for its tests.
 FULL   := $(VENV)/.ready-full
 # Twice quiet: errors are shown, warnings (about the index's folders, say) are not.
 INSTALL = PIP_CONSTRAINT=constraints.txt $(BIN)/python -m pip install --quiet --quiet \
@@ -29,7 +29,7 @@ $(READY): pyproject.toml constraints.txt
 	@touch $@
 
 $(FULL): $(READY)
-	@$(INSTALL) '.[dev,dask,ray]'
+	@$(INSTALL) '.[dev,dask]'
 	@touch $@
 
 demo: $(READY)

@@ -123,10 +123,10 @@ _ENGINE_OPTIONS = (
         "--engine",
         default="local",
         show_default=True,
-        metavar="local|dask|ray",
-        help="What performs the work: processes of this machine, or a cluster.",
+        metavar="local|dask",
+        help="Run on this machine, or on a Dask cluster.",
     ),
-    click.option("--address", help="Of the running cluster, for dask and ray."),
+    click.option("--address", help="Scheduler of a running Dask cluster."),
     click.option(
         "--frame-limit",
         type=float,

@@ -22,7 +22,7 @@ from datasets.text_form import close_match
 
 __all__ = ["ENGINES", "Engine", "Job", "engine", "probe"]
 
-ENGINES = ("local", "dask", "ray")
+ENGINES = ("local", "dask")
 """Names of the engines."""
 
 _HERE = threading.local()

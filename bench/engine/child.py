@@ -4,8 +4,10 @@ Nothing but `bench.engine.child_process` starts it.
 """
 
 import ctypes
+import faulthandler
 import json
 import os
+import resource
 import signal
 import sys
 import threading
@@ -113,11 +115,14 @@ _ANSWERS = TypeAdapter(Answer)
 def main() -> None:
     """Answer requests until the supervisor is gone, or has none for a while.
 
-    The command line holds the descriptors of an inherited socket and of the board's file, the
-    supervisor's process number, and a limit of memory in bytes.
+    The command line holds the descriptors of an inherited socket, of the board's file and of the
+    stack trace's file, the supervisor's process number, and a limit of memory in bytes.
     """
-    descriptor, board_descriptor, parent, memory = map(int, sys.argv[1:])
+    descriptor, board_descriptor, trace_descriptor, parent, memory = map(int, sys.argv[1:])
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the command's business
+    faulthandler.enable(trace_descriptor, all_threads=False)
+    # The supervisor aborts a hung worker: do not write its memory to disk.
+    resource.setrlimit(resource.RLIMIT_CORE, (0, resource.getrlimit(resource.RLIMIT_CORE)[1]))
     _end_with(parent)
     cv2.setNumThreads(1)
     board = Board(board_descriptor)

@@ -8,7 +8,8 @@ import tempfile
 import threading
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from contextlib import suppress
+from dataclasses import dataclass, field
 from multiprocessing.connection import Connection
 from typing import IO, Any
 
@@ -17,6 +18,7 @@ from bench.engine.board import ELSEWHERE, READING, Board, Sight
 from bench.engine.child import Answer
 from bench.engine.output import Tail, drain
 from bench.engine.process import machine_memory
+from bench.engine.stack_trace import FATAL_SIGNALS, CodeLine, parse_stack
 from bench.engine.unit import Limits
 from bench.offspring import Offspring
 from bench.store.files import ResultsError
@@ -25,6 +27,8 @@ __all__ = ["ChildProcess", "Death", "StartError"]
 
 _POLL_SECONDS = 0.1
 _START_SECONDS = 300.0
+_ABORT_SECONDS = 5.0  # time in which an aborted process writes its stack trace
+_LONGEST_TRACE = 1 << 17  # bytes; `faulthandler` limits a stack to 100 lines
 _LONGEST_ANSWER = 1 << 26  # bytes
 _PIECE = 1 << 16
 # No tracker can help how long a frame takes to read, or a sequence to open for the first time.
@@ -41,6 +45,8 @@ class Death:
     # Whether somebody else killed it: the user, or a machine that has no memory left.
     outside: bool = False
     stalled: bool = False  # whether it was ended for giving no sign of life
+    # Stack trace at a crash or hang, innermost line first; empty if it is not known.
+    stack: list[CodeLine] = field(default_factory=list)
 
 
 class StartError(ResultsError):
@@ -63,9 +69,10 @@ class ChildProcess:
         self._limits = limits
         self.used = False
         ours, theirs = socket.socketpair()
-        with _shared_file() as shared, theirs:
+        self._trace = _unnamed_file(0)
+        with _unnamed_file(Board.SIZE) as shared, theirs:
             self.board = Board(shared.fileno())
-            given = [theirs.fileno(), shared.fileno()]
+            given = [theirs.fileno(), shared.fileno(), self._trace.fileno()]
             memory = limits.memory_bytes or machine_memory() // (os.cpu_count() or 1)
             self._offspring = Offspring(
                 "bench.engine.child",
@@ -117,6 +124,7 @@ class ChildProcess:
         self._reader.join(_POLL_SECONDS)
         if not self._connection.closed:
             self._connection.close()
+        self._trace.close()
 
     def _hear(self, look: Callable[[Sight], None], limit: float) -> "Answer | Death":
         seen = self.board.look()
@@ -152,8 +160,13 @@ class ChildProcess:
             look(sight)
             bound = _LONG_SECONDS.get(sight.entry, limit)
             if waited > bound:
-                said = self.tail.text()
-                return Death(f"no answer within {bound:g} s", sight, said, stalled=True)
+                # It writes its stack trace, unless it is stopped.
+                self._process.send_signal(signal.SIGABRT)
+                with suppress(subprocess.TimeoutExpired):
+                    self._process.wait(_ABORT_SECONDS)
+                said, stack = self.tail.text(), self._read_stack()
+                reason = f"no answer within {bound:g} s"
+                return Death(reason, sight, said, stalled=True, stack=stack)
 
     def _read(self, line: bytes) -> "Answer | Death":
         """An answer, unless a tracker has written into the connection, too."""
@@ -179,7 +192,20 @@ class ChildProcess:
             reason = f"its process ended with status {code}"
         if sight.entry == READING:
             reason += " while the frame was read"
-        return Death(reason, sight, self.tail.text(), outside=code == -signal.SIGKILL)
+        outside = code == -signal.SIGKILL
+        return Death(reason, sight, self.tail.text(), outside, stack=self._read_stack())
+
+    def _read_stack(self) -> list[CodeLine]:
+        """Return the stack trace if the process ended by a signal at which it writes one."""
+        if -(self._process.poll() or 0) not in FATAL_SIGNALS:
+            return []
+        try:
+            descriptor = self._trace.fileno()
+            start = max(0, os.fstat(descriptor).st_size - _LONGEST_TRACE)
+            text = os.pread(descriptor, _LONGEST_TRACE, start)
+        except (OSError, ValueError):  # it is closed: another thread has called `end`
+            return []
+        return parse_stack(text.decode("ascii", "replace"))
 
 
 def _signal_name(number: int) -> str:
@@ -189,17 +215,17 @@ def _signal_name(number: int) -> str:
         return f"signal {number}"
 
 
-def _shared_file() -> IO[bytes]:
-    """A file for a board; it has no name: nothing is left of it, however this process ends.
+def _unnamed_file(size: int) -> IO[bytes]:
+    """Return a file shared with a child. The system deletes it, however this process ends.
 
     Raises `ResultsError` where there is no room for it.
     """
     try:
-        shared = tempfile.TemporaryFile(buffering=0)  # noqa: SIM115  # the caller closes it
-        shared.write(bytes(Board.SIZE))  # on a full disk a write fails, a mapping is fatal
+        file = tempfile.TemporaryFile(buffering=0)  # noqa: SIM115  # the caller closes it
+        file.write(bytes(size))  # on a full disk a write fails, a mapping is fatal
     except OSError as error:
         raise ResultsError(
             f"there is no room for temporary files ({error.strerror or error}). Make some, or name "
             "another folder by the environment variable TMPDIR."
         ) from error
-    return shared
+    return file

@@ -1,131 +1,260 @@
-"""Units of work on a Dask cluster: one of this machine, or one that a scheduler's address names."""
+"""Dask engine: runs work units on a Dask cluster.
 
-from collections.abc import Iterator
-from concurrent.futures import CancelledError, Future
-from contextlib import contextmanager
-from functools import partial
-from typing import TYPE_CHECKING
+The cluster is either started on this machine or found by the address of its scheduler. Dask gives
+a unit to another worker if a worker is lost. A worker runs a unit only if it sees the command's
+results folder and has the command's source.
+"""
 
-from bench.engine import Engine
-from bench.engine.cluster import (
-    Cluster,
-    ClusterError,
-    Performed,
-    Task,
-    check_installed,
-    local_engine,
-    remote_engine,
-)
+import hashlib
+import os
+import socket
+import time
+import uuid
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, wait
+from contextlib import AbstractContextManager, contextmanager
+from dataclasses import dataclass, replace
+from functools import cache, partial
+from itertools import islice
+from pathlib import Path
+from typing import TYPE_CHECKING, TypeAlias
+
+from bench.engine import Engine, Job
+from bench.engine.performing import Outcome
 from bench.engine.unit import Unit
+from bench.store.files import ResultsError, remove_file, temporary_name, write_atomically
 from datasets import SequenceError
+from trackers.base.catalogue import in_file
 
 if TYPE_CHECKING:
     from distributed import Client
-    from distributed.cfexecutor import ClientExecutor
 
-__all__ = ["connect"]
+__all__ = ["ClusterError", "connect"]
 
+_POLL_SECONDS = 2.0
 _CONNECT_SECONDS = 10
-# Dask's logs of messages keep whole units: in the command, they shall be few.
-_SHORT_LOGS = {"distributed.admin.low-level-log-length": 50}
+_NO_WORKER_SECONDS = 300.0  # time to wait for a new worker after the last one is lost
+_HOME = Path(__file__).parents[2]  # folder of all packages of trackmark
+# Dask logs whole units. Few of them are kept in the command's memory.
+_CONFIG = {"distributed.admin.low-level-log-length": 50}
+
+_Result: TypeAlias = Outcome | SequenceError | ResultsError
+
+
+class ClusterError(ResultsError):
+    """A failure of the cluster that ends the command."""
 
 
 def connect(jobs: int | None, address: str | None) -> Engine:
-    """Give the engine that works on Dask.
+    """Return the Dask engine.
 
-    `jobs`: units performed at once; by default as many as the cluster has threads, or this machine
-    cores. `address`: a scheduler's (`tcp://host:8786`). Without it a cluster of `jobs` processes is
-    started on this machine, and ends with the work.
+    `jobs`: maximum number of units at a time; by default the number of threads of the cluster, or
+    of cores of this machine. `address`: scheduler, for example `tcp://host:8786`. Without an
+    address, a cluster of `jobs` processes runs on this machine until the work ends.
 
-    Raises `ImportError` where Dask is not installed. Raises `ClusterError` where no scheduler
-    answers, or it has no workers.
+    Raises `ImportError` if Dask is not installed. Raises `ClusterError` if no scheduler answers,
+    or if it has no workers.
     """
-    check_installed("distributed", extra="dask")
+    try:
+        import distributed  # noqa: F401  # check whether it is installed
+    except ImportError as error:
+        raise ImportError(
+            f"the engine 'dask' is not installed ({error}). Install it: "
+            "pip install 'trackmark[dask]'"
+        ) from None
     if address is None:
-        return local_engine("the local Dask cluster", jobs, _started)
-    return remote_engine(f"the Dask cluster at {address}", jobs, partial(_connected, address))
+        workers = jobs or os.cpu_count() or 1
+        return _Dask("the local Dask cluster", workers, 2 * workers, partial(_start, workers))
+    name = f"the Dask cluster at {address}"
+    with _connect_to(address) as client:
+        threads = _count_threads(client)
+    if not threads:
+        raise ClusterError(f"{name} has no worker yet. Start one, and run the same command again.")
+    workers = jobs or threads
+    # A cluster with more threads than `jobs` would start waiting units at once.
+    queued = 2 * workers if workers >= threads else workers
+    return _Dask(name, workers, queued, partial(_connect_to, address))
 
 
+@dataclass(frozen=True)
 class _Dask:
-    """See `Cluster`."""
+    """Implementation of `bench.engine.Engine`."""
 
-    def __init__(self, client: "Client", executor: "ClientExecutor") -> None:
-        self._client = client
-        self._executor = executor
+    name: str  # of the cluster in messages
+    workers: int  # maximum number of units that run at a time
+    queued: int  # maximum number of units in the cluster, including waiting ones
+    open_client: Callable[[], "AbstractContextManager[Client]"]
 
-    def threads(self) -> int:
-        """See `Cluster.threads`."""
-        try:
-            return sum(self._client.nthreads().values())
-        except OSError as error:
-            raise _lost(str(error)) from error
+    def perform(
+        self, units: Iterable[Unit], job: Job, progress: Callable[[int], None]
+    ) -> Iterator[tuple[Unit, Outcome | Exception]]:
+        """See `bench.engine.Engine.perform`.
 
-    def submit(self, task: Task, unit: Unit) -> Future[Performed]:
-        """See `Cluster.submit`."""
-        future: Future[Performed] = self._executor.submit(task, unit)
-        return future
+        Raises `ClusterError` if workers can't do the work, or if no worker is left.
+        """
+        job = replace(job, folder=job.folder.absolute())
+        with _marked(job.folder) as mark, self.open_client() as client:
+            executor = client.get_executor(pure=False)
+            task = partial(_perform_unit, job, mark, source_digest())
+            remaining = iter(units)
+            running: dict[Future[_Result], Unit] = {}
+            done = 0
+            last_contact = time.monotonic()
+            try:
+                while True:
+                    for unit in islice(remaining, self.queued - len(running)):
+                        running[executor.submit(task, with_absolute_paths(unit))] = unit
+                    if not running:
+                        return
+                    ended, _ = wait(running, _POLL_SECONDS, FIRST_COMPLETED)
+                    if ended or _count_threads(client):
+                        last_contact = time.monotonic()
+                    elif time.monotonic() - last_contact > _NO_WORKER_SECONDS:
+                        raise ClusterError(
+                            f"{self.name} has had no worker for {_NO_WORKER_SECONDS:.0f} s. "
+                            "Finished runs are kept. Start workers, and run the same command "
+                            "again to continue."
+                        )
+                    for future in ended:
+                        unit = running.pop(future)
+                        outcome = _read_result(future, unit)
+                        done += unit.work
+                        progress(done)
+                        yield unit, outcome
+            finally:
+                executor.shutdown(wait=False)  # cancels units that have not started
 
-    def explain(self, error: Exception, unit: Unit) -> Exception:
-        """See `Cluster.explain`."""
-        from distributed import KilledWorker
 
-        if isinstance(error, KilledWorker):
-            return SequenceError(
-                f"{unit.source.text}: {error.allowed_failures + 1} Dask workers were lost one "
-                f"after the other while they ran it, the last at {error.last_worker.address}. "
-                "Their logs say why; the same command tries again."
+def _perform_unit(job: Job, mark: str, source: str, unit: Unit) -> _Result:
+    """Perform a unit on a worker.
+
+    Errors of the sequence and of the results are returned, since Dask logs what is raised.
+    `mark`: name of a file that the command keeps in the job's folder. `source`: the command's
+    `source_digest`.
+    """
+    try:
+        if not (job.folder / mark).is_file():
+            raise ClusterError(
+                f"the worker on {socket.gethostname()} does not see the command's folder "
+                f"{job.folder}. Choose one with --output that all machines share, under the same "
+                "path."
             )
-        if isinstance(error, CancelledError | OSError):
-            return _lost(str(error) or "it ended, or can't be reached")
+        if source_digest() != source:
+            raise ClusterError(
+                f"the worker on {socket.gethostname()} runs another source of trackmark than this "
+                f"command, from {_HOME}. Install the same one there; restart workers that were "
+                "started before a change."
+            )
+        return job(unit)
+    except (SequenceError, ResultsError) as error:
         return error
 
 
+@cache
+def source_digest() -> str:
+    """Return the digest of the source at the time of the first call in this process.
+
+    A long-lived worker keeps the modules that it has imported, even if their files change.
+    """
+    digest = hashlib.sha256()
+    for package in ("bench", "datasets", "trackers"):
+        for file in sorted((_HOME / package).rglob("*.py")):
+            name = str(file.relative_to(_HOME))
+            digest.update(name.encode() + b"\0" + file.read_bytes() + b"\0")
+    return digest.hexdigest()
+
+
+def with_absolute_paths(unit: Unit) -> Unit:
+    """Return the same unit for a process with another working directory."""
+    entries = []
+    for entry in unit.entries:
+        if location := in_file(entry.tracker):
+            file, rest = location
+            entry = entry._replace(tracker=f"{file.absolute()}:{rest}")
+        entries.append(entry)
+    return replace(unit, source=unit.source.absolute(), entries=tuple(entries))
+
+
+def _read_result(future: Future[_Result], unit: Unit) -> Outcome | Exception:
+    """Return the outcome of a unit, or the error that costs only this unit.
+
+    Raises `ClusterError` if the work can't go on. Raises any other error of the task, which is a
+    defect of trackmark.
+    """
+    from distributed import KilledWorker
+
+    try:
+        outcome = future.result()
+    except KilledWorker as error:
+        return SequenceError(
+            f"{unit.source.text}: {error.allowed_failures + 1} Dask workers were lost one after "
+            f"the other while they ran it, the last at {error.last_worker.address}. "
+            "Their logs say why. The same command tries again."
+        )
+    except (CancelledError, OSError) as error:
+        raise _lost_scheduler(str(error) or "it ended, or can't be reached") from error
+    if isinstance(outcome, ClusterError):
+        raise outcome
+    return outcome
+
+
+def _count_threads(client: "Client") -> int:
+    """Return how many units the present workers perform at a time."""
+    try:
+        return sum(client.nthreads().values())
+    except OSError as error:
+        raise _lost_scheduler(str(error)) from error
+
+
+def _lost_scheduler(reason: str) -> ClusterError:
+    return ClusterError(
+        f"the Dask scheduler is lost: {reason}. Finished runs are kept. "
+        "Start it again, and run the same command again to continue."
+    )
+
+
 @contextmanager
-def _started(workers: int) -> Iterator[Cluster]:
+def _start(workers: int) -> "Iterator[Client]":
+    """Start a cluster on this machine."""
     from dask import config
     from distributed import Client, LocalCluster
 
-    # A unit is one thread, and its memory is bounded where it is performed, in a child.
+    # A unit is one thread. Its memory is limited in the child process that performs it.
     with (
-        config.set(_SHORT_LOGS),
+        config.set(_CONFIG),
         LocalCluster(
             n_workers=workers, threads_per_worker=1, memory_limit=0, dashboard_address=None
-        ) as local,
-        Client(local, set_as_default=False) as client,
-        _working(client) as cluster,
+        ) as cluster,
+        Client(cluster, set_as_default=False) as client,
     ):
-        yield cluster
+        yield client
 
 
 @contextmanager
-def _connected(address: str) -> Iterator[Cluster]:
+def _connect_to(address: str) -> "Iterator[Client]":
+    """Connect to a running scheduler."""
     from dask import config
     from distributed import Client
     from distributed.comm import get_address_host
 
     try:
-        get_address_host(address)  # a client that has no known kind of address never closes
-        with config.set(_SHORT_LOGS):
+        get_address_host(address)  # a client with an address of unknown kind never closes
+        with config.set(_CONFIG):
             client = Client(address, timeout=_CONNECT_SECONDS, set_as_default=False)
     except (OSError, ValueError) as error:
         raise ClusterError(
-            f"no Dask scheduler answers at {address} ({error}). Start one, or mend --address."
+            f"no Dask scheduler answers at {address} ({error}). Start one, or correct --address."
         ) from error
-    with client, _working(client) as cluster:
-        yield cluster
+    with client:
+        yield client
 
 
 @contextmanager
-def _working(client: "Client") -> Iterator[Cluster]:
-    executor = client.get_executor(pure=False)
+def _marked(folder: Path) -> Iterator[str]:
+    """Keep a file in the folder by which workers recognise it."""
+    mark = temporary_name(f"command-{uuid.uuid4().hex}")
+    write_atomically(folder / mark, b"Workers look for this file while a command runs.\n")
     try:
-        yield _Dask(client, executor)
+        yield mark
     finally:
-        executor.shutdown(wait=False)  # what is still waiting there is not begun
-
-
-def _lost(reason: str) -> ClusterError:
-    return ClusterError(
-        f"the Dask scheduler is lost: {reason}. What is done is kept. "
-        "Start it again, and the same command goes on from there."
-    )
+        remove_file(folder / mark)

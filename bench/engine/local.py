@@ -27,7 +27,7 @@ def connect(jobs: int | None, address: str | None) -> Engine:
     Raises `ExperimentError` where there is an address.
     """
     if address is not None:
-        raise ExperimentError("--address goes with --engine dask or ray: local has none.")
+        raise ExperimentError("--address needs --engine dask; the local engine has no address.")
     return _Local(jobs or os.cpu_count() or 1)
 
 

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 import datasets
 from bench.engine.process import Surroundings, peak_memory, reset_peak, umask
+from bench.engine.stack_trace import CodeLine, select_line
 from bench.engine.unit import Entry, Limits, Unit
 from bench.evaluation.conducting import frames_of_segments, run_by_protocol
 from bench.evaluation.loop import run_in_lock_step
@@ -68,6 +69,7 @@ class Failure:
     frame: int | None  # where; None where it is not known
     reason: str
     output: str
+    stack: list[CodeLine] = field(default_factory=list)  # innermost line first, if known
 
 
 def scored(outcome: Outcome, unit: Unit, folder: Path) -> Outcome:
@@ -156,12 +158,13 @@ def record_failure(unit: Unit, folder: Path, failure: Failure) -> Outcome:
     if not segments:
         rows[sequence.first_frame, :4] = given[sequence.first_frame]
     where = "" if failure.frame is None else f"{sequence.frame_name(failure.frame)}: "
+    line = f" at {select_line(failure.stack, chosen.file)}" if failure.stack else ""
     run = Run(
         identity=key,
         boxes=rows[:, :4],
         visible=rows[:, 4] == 1,
         confidence=rows[:, 5],
-        failure=where + failure.reason,
+        failure=where + failure.reason + line,
         output=failure.output,
         segments=segments,
     )

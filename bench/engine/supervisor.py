@@ -117,7 +117,7 @@ class Supervisor:
 
     def _record(self, unit: Unit, folder: Path, death: Death) -> Outcome:
         frame = death.sight.frame if death.sight.calls else None
-        failure = Failure(frame, death.reason, death.output)
+        failure = Failure(frame, death.reason, death.output, death.stack)
         ended = self._runs(Record(unit, folder, failure), 0, None)
         if isinstance(ended, Death):
             raise SequenceError(

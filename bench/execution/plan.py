@@ -1,7 +1,7 @@
 """Which runs an experiment asks for, and which of them are there; `units.py` shares out the rest.
 
-There may be millions of them: what is known of a run is a byte in an array of sequences by runs
-on a sequence, and units of work are made when they are asked for.
+There may be a million of them: the state of a run is a byte in an array of sequences by runs on a
+sequence, and units of work are made on demand.
 """
 
 import math
@@ -34,8 +34,8 @@ from trackers import Randomness
 __all__ = ["KnownSequences", "Plan", "PlannedSequence", "State", "make_plan"]
 
 
-MOST_RUNS = 10_000_000
-"""Of an experiment: some gigabytes of memory."""
+MAX_RUNS = 1_000_000
+"""Maximum number of runs of an experiment."""
 
 WORTH_WORKERS = 12
 """Sequences from which on worker processes, which take seconds to start, open them sooner."""
@@ -229,10 +229,10 @@ def make_plan(
             [identify(entry, found, 0, protocol).version.encode() for entry in trackers.values()]
         )
     shape = len(sequences), sum(repetitions)
-    if math.prod(shape) > MOST_RUNS:
+    if math.prod(shape) > MAX_RUNS:
         raise ExperimentError(
-            f"{math.prod(shape)} runs are asked for; {MOST_RUNS} are the most of an experiment. "
-            "Ask for fewer seeds, or share the sequences out among several."
+            f"{math.prod(shape)} runs are requested; an experiment has at most {MAX_RUNS}. "
+            "Request fewer seeds, or split the sequences between several experiments."
         )
     plan = Plan(
         experiment,

@@ -46,10 +46,10 @@ def run(
         Worker processes; as many as there are cores by default.
     retry_failed : bool
         Also repeat runs that failed.
-    engine : {'local', 'dask', 'ray'}
-        What performs them.
+    engine : {'local', 'dask'}
+        Run on this machine, or on a Dask cluster.
     address : str, optional
-        Of the engine's running cluster.
+        Scheduler of a running Dask cluster.
     limits : Limits, optional
         What a tracker may take before it counts as failed.
 

@@ -163,7 +163,7 @@ def test_so_it_is_where_click_looks_for_the_file(trackmark, option):
         (
             'version = 1\ntrackers = ["knob.py:Knob"]\nsequences = ["data/Small"]\n'
             "repetitions = 1000000000000",
-            "the most of an experiment",
+            "an experiment has at most 1000000",
         ),
     ],
     ids=["nested lists", "nested tables", "long line", "repetitions"],
@@ -177,7 +177,7 @@ def test_an_experiment_that_asks_too_much_is_a_line(trackmark, one_line, here, c
 
 def test_so_are_too_many_seeds(trackmark, one_line):
     line = one_line(trackmark(*KNOB[:-1], 10**12, status=2))
-    assert "1000000000001 runs are asked for" in line
+    assert "1000000000001 runs are requested" in line
 
 
 def test_an_experiment_may_begin_with_the_mark_of_windows(trackmark, here):

@@ -165,7 +165,7 @@ def test_what_failed_makes_the_status_one_again_and_is_counted_once(trackmark, s
         ((*RUN, "nowhere"), "nowhere"),
         ((*RUN, "data/Small", "--frame-limit", "0"), "more than 0"),
         ((*RUN, "data/Small", "--engine", "dusk"), "Did you mean 'dask'"),
-        ((*RUN, "data/Small", "--address", "tcp://nowhere:1"), "local has none"),
+        ((*RUN, "data/Small", "--address", "tcp://nowhere:1"), "the local engine has no address"),
         (("run", "nonsense"), "unknown experiment 'nonsense'"),
         (("run", "missing.toml"), "missing.toml"),
         (("describe", "nonsense"), "nonsense"),

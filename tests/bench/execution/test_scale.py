@@ -1,4 +1,4 @@
-"""An experiment of millions of runs is planned, resumed and reported in bounded memory.
+"""Memory of planning, resuming and reporting a large experiment.
 
 Most of its runs are rows of an index whose files are simulated in the listing of the folder; the
 others are files. What is measured runs in a process of its own: this file, called with a folder.
@@ -8,7 +8,7 @@ import json
 import subprocess
 import sys
 import time
-from dataclasses import asdict, dataclass
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -26,58 +26,41 @@ from bench.store.results import Results
 from bench.store.truth import write_truth
 from datasets import load
 
+TRACKERS = 25
+SEQUENCES = 100
 REPETITIONS = 20
+RUNS = TRACKERS * SEQUENCES * REPETITIONS
 LEFT = 30
 MEGABYTE = 1e6
 
 
-@dataclass(frozen=True)
-class Size:
-    """How many trackers and sequences there are, and on how many of these runs are files."""
-
-    trackers: int
-    sequences: int
-    stored: int
-
-    @property
-    def runs(self):
-        return self.trackers * self.sequences * REPETITIONS
-
-
-def experiment(folder, size):
+def experiment(folder):
     return Experiment(
         name="large",
-        trackers=tuple(f"{folder / 'knob.py'}:Knob:knob={i}" for i in range(1, size.trackers + 1)),
-        sequences=tuple(SequenceSource(f"plain/target:scene={i}") for i in range(size.sequences)),
+        trackers=tuple(f"{folder / 'knob.py'}:Knob:knob={i}" for i in range(1, TRACKERS + 1)),
+        sequences=tuple(SequenceSource(f"plain/target:scene={i}") for i in range(SEQUENCES)),
         repetitions=REPETITIONS,
     )
 
 
-def store_files(plan, results, size):
-    """Runs on the first sequences, but for the last few: these are left to do."""
-    left = LEFT
-    for number in range(size.stored):
-        sequence = load(plan.sequences[number].source.text)
-        write_truth(results.folder, sequence)
-        for chosen in plan.trackers.values():
-            for repetition in range(REPETITIONS):
-                if number == size.stored - 1 and left > 0:
-                    left -= 1
-                    continue
-                n = len(sequence)
-                run = Run(
-                    identify(chosen, sequence, repetition),
-                    boxes=sequence.boxes + repetition,
-                    visible=np.ones(n, bool),
-                    confidence=np.full(n, np.nan),
-                )
-                assert results.write(run)
+def store_files(plan, results):
+    """Store the runs on the first sequence, except the first few, which are left to do."""
+    sequence = load(plan.sequences[0].source.text)
+    write_truth(results.folder, sequence)
+    for chosen, repetition in list(product(plan.trackers.values(), range(REPETITIONS)))[LEFT:]:
+        n = len(sequence)
+        run = Run(
+            identify(chosen, sequence, repetition),
+            boxes=sequence.boxes + repetition,
+            visible=np.ones(n, bool),
+            confidence=np.full(n, np.nan),
+        )
+        assert results.write(run)
 
 
-def simulated(plan, size):
-    """Index of finished runs on all other sequences, of which there are no files."""
-    asked = plan.asked().table
-    asked = asked.slice(size.stored * size.trackers * REPETITIONS)
+def simulated(plan):
+    """Return an index of finished runs on all other sequences, which have no files."""
+    asked = plan.asked().table.slice(TRACKERS * REPETITIONS)
     n = len(asked)
     rng = np.random.default_rng(0)
     texts = {name: coded([""], np.zeros(n)) for name in ("preset", "parameters", "failure")}
@@ -116,15 +99,15 @@ SCORES = [
 ]
 
 
-def prepare(folder, size):
+def prepare(folder):
     results = Results(folder / "results" / "large")
-    plan = make_plan(experiment(folder, size), results)
-    store_files(plan, results, size)
-    table = simulated(plan, size)
+    plan = make_plan(experiment(folder), results)
+    store_files(plan, results)
+    table = simulated(plan)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("bench.store.index.list_runs", lambda where: listed(list_runs(where), table))
         patch.setattr("bench.store.index._stored", lambda _: table)
-        assert len(index.read_table(results)) == size.runs - LEFT
+        assert len(index.read_table(results)) == RUNS - LEFT
     with pa.OSFile(str(folder / "simulated.arrow"), "wb") as file:
         kept = table.select(["tracker", "sequence", "protocol", "repetition", "size", "mtime"])
         with pa.ipc.new_file(file, kept.schema) as writer:
@@ -139,7 +122,7 @@ def peak():
     return int(line.split()[1]) * 1024
 
 
-def measure(folder, size):
+def measure(folder):
     """Plan, resume, report; print what it took."""
     import bench
     from bench.execution.run import Execution
@@ -158,7 +141,7 @@ def measure(folder, size):
             told[name] = {"seconds": time.monotonic() - began, "peak": peak()}
             began = time.monotonic()
 
-        execution = Execution(experiment(folder, size), folder / "results", jobs=2)
+        execution = Execution(experiment(folder), folder / "results", jobs=2)
         told |= {"runs": len(execution.plan), "left": execution.units.runs}
         step("plan")
         told["made"] = sum(1 for _ in execution.rows())
@@ -176,37 +159,25 @@ def measure(folder, size):
     sys.stdout.write(json.dumps(told))
 
 
-def check(folder, size, evidence):
-    (folder / "size.json").write_text(json.dumps(asdict(size)))
-    prepare(folder, size)
+@pytest.mark.slow
+def test_fifty_thousand_runs_need_less_than_a_kilobyte_each(here, evidence):
+    prepare(here)
     done = subprocess.run(
-        [sys.executable, __file__, str(folder)], capture_output=True, text=True, timeout=1200
+        [sys.executable, __file__, str(here)], capture_output=True, text=True, timeout=1200
     )
     assert done.returncode == 0, done.stderr
     told = json.loads(done.stdout)
-    assert (told["runs"], told["left"], told["made"]) == (size.runs, LEFT, LEFT)
-    assert told["done"] == told["rows"] == size.runs
-    assert told["tables"] == [size.trackers, size.trackers * size.sequences]
+    assert (told["runs"], told["left"], told["made"]) == (RUNS, LEFT, LEFT)
+    assert told["done"] == told["rows"] == RUNS
+    assert told["tables"] == [TRACKERS, TRACKERS * SEQUENCES]
     for name in ("plan", "resume", "load", "report"):
-        spent = told[name]
-        a_run = (spent["peak"] - told["base"]) / size.runs
+        seconds, extra = told[name]["seconds"], told[name]["peak"] - told["base"]
         evidence(
-            f"{size.runs} runs, {name}: {spent['seconds']:.1f} s, peak {spent['peak'] / 1e6:.0f} MB"
-            f" ({a_run:.0f} bytes a run)"
+            f"{RUNS} runs, {name}: {seconds:.1f} s, peak {told[name]['peak'] / 1e6:.0f} MB"
+            f" ({extra / RUNS:.0f} bytes a run)"
         )
-        assert spent["peak"] - told["base"] < 100 * MEGABYTE + 1000 * size.runs, name
-
-
-@pytest.mark.slow
-def test_fifty_thousand_runs_take_less_than_a_kilobyte_each(here, evidence):
-    check(here, Size(trackers=25, sequences=100, stored=1), evidence)
-
-
-@pytest.mark.slow
-def test_two_million_runs_take_less_than_a_kilobyte_each(here, evidence):
-    check(here, Size(trackers=100, sequences=1000, stored=10), evidence)
+        assert extra < 100 * MEGABYTE + 1000 * RUNS, name
 
 
 if __name__ == "__main__":
-    FOLDER = Path(sys.argv[1])
-    measure(FOLDER, Size(**json.loads((FOLDER / "size.json").read_text())))
+    measure(Path(sys.argv[1]))

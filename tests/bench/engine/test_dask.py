@@ -1,34 +1,23 @@
-"""Dask and Ray: the same results to the bit, lost workers, wrong folders, wrong source."""
+"""Dask engine: results equal to the bit, lost workers, wrong folders, wrong source."""
 
 import json
 import os
 import signal
-import socket
 import subprocess
 import sys
 import time
 from contextlib import suppress
-from importlib.util import find_spec
 from pathlib import Path
-from types import SimpleNamespace
 
 import pytest
 
 from bench.engine import Job, engine
-from bench.engine.cluster import (
-    ClusterError,
-    Task,
-    _from_anywhere,
-    check_installed,
-    source_digest,
-)
+from bench.engine.dask import ClusterError, _perform_unit, source_digest, with_absolute_paths
 from bench.engine.unit import Entry, Unit
 from bench.experiments.experiment import SequenceSource
 from bench.store.results import Results
 
-LIBRARIES = {"dask": "distributed", "ray": "ray"}
-
-# What the command does with an engine. In a process of its own: clusters leave threads behind.
+# What the command does with an engine. In a process of its own: Dask leaves threads behind.
 PERFORM = """
 import sys
 from pathlib import Path
@@ -65,17 +54,10 @@ if __name__ == "__main__":
 """
 
 
-@pytest.fixture(params=LIBRARIES)
-def cluster(request):
-    """Name of an engine that is installed."""
-    if find_spec(LIBRARIES[request.param]) is None:
-        pytest.skip(f"the extra {request.param!r} is not installed; `make test-full` does")
-    return request.param
-
-
 @pytest.fixture
 def data(here, otb):
-    """Four sequences of 12 frames, a tracker in a file, and the script above."""
+    """Create four sequences of 12 frames, a tracker in a file, and the script above."""
+    pytest.importorskip("distributed", reason="the extra 'dask' is not installed")
     for name in "ABCD":
         otb(here / "data" / name, 12)
     (here / "perform.py").write_text(PERFORM)
@@ -96,7 +78,7 @@ def begin(data, engine, jobs, address, folder, trackers="static,knob.py:Knob,cam
         start_new_session=True,
         # A terminal's child listens to Ctrl-C; one of a job in the background does not.
         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
-        env=os.environ | {"PYTHONPATH": str(Path.cwd()), "RAY_AUTH_MODE": "disabled"},
+        env=os.environ | {"PYTHONPATH": str(Path.cwd())},
     )
 
 
@@ -111,11 +93,10 @@ def at_work(data):
     found = []
     for process in Path("/proc").glob("[0-9]*"):
         try:
-            place, called = (process / "cwd").readlink(), (process / "cmdline").read_bytes()
+            place = (process / "cwd").readlink()
         except OSError:  # it has ended, or is no one's business
             continue
-        # Two agents of Ray outlive a killed command; they perform nothing.
-        if place.is_relative_to(data) and b"Agent" not in called:
+        if place.is_relative_to(data):
             found.append(int(process.name))
     return found
 
@@ -128,29 +109,27 @@ def wait_until(condition, seconds=600):
 
 
 @pytest.mark.slow
-def test_two_workers_of_a_cluster_make_the_results_of_the_local_engine_to_the_bit(
-    cluster, data, contents
-):
+def test_results_of_two_workers_equal_the_local_engine(data, contents):
     status, _, said = perform(data, "local", 1, "", "results/local")
     assert status == 0, said
-    status, out, said = perform(data, cluster, 2, "", f"results/{cluster}")
+    status, out, said = perform(data, "dask", 2, "", "results/dask")
     assert status == 0, said
     expected = contents(data / "results/local")
     assert len(expected) == 4 * 6
-    assert contents(data / "results" / cluster) == expected
+    assert contents(data / "results/dask") == expected
     lines = [line.split() for line in out.splitlines()]
     assert sorted(line[1] for line in lines if line[0] == "done") == [f"data/{c}" for c in "ABCD"]
     progress = [int(line[1]) for line in lines if line[0] == "progress"]
     assert progress == [12 * 6 * i for i in range(1, 5)]
-    assert not list((data / "results" / cluster).glob(".*command-*"))
+    assert not list((data / "results/dask").glob(".*command-*"))
 
 
 @pytest.mark.slow
-def test_a_tracker_that_kills_its_process_never_reaches_the_cluster(cluster, data):
+def test_crash_of_a_tracker_does_not_reach_the_worker(data):
     source = (data / "knob.py").read_text()
     death = "import os; os._exit(3)\n        return Estimate"
     (data / "deadly.py").write_text(source.replace("return Estimate", death))
-    status, out, said = perform(data, cluster, 2, "", "results/x", "static,deadly.py:Knob")
+    status, out, said = perform(data, "dask", 2, "", "results/x", "static,deadly.py:Knob")
     assert status == 0, said
     assert out.count("done") == 4
     stored = [
@@ -164,7 +143,7 @@ def test_a_tracker_that_kills_its_process_never_reaches_the_cluster(cluster, dat
 
 
 @pytest.mark.slow
-def test_a_unit_of_a_worker_that_is_lost_is_done_by_another(cluster, data):
+def test_unit_of_a_lost_worker_runs_on_another(data):
     """A sequence's pass kills the first worker that performs it, as a lost machine would."""
     killer = """import os, pathlib, signal
         worker = os.getppid()
@@ -175,7 +154,7 @@ def test_a_unit_of_a_worker_that_is_lost_is_done_by_another(cluster, data):
     killer = killer.replace("MARK", repr(str(data / "killed")))
     source = (data / "knob.py").read_text()
     (data / "killer.py").write_text(source.replace("return Estimate", killer))
-    status, out, said = perform(data, cluster, 2, "", "results/x", "static,killer.py:Knob")
+    status, out, said = perform(data, "dask", 2, "", "results/x", "static,killer.py:Knob")
     assert status == 0, said
     assert (data / "killed").exists()
     assert out.count("done") == 4
@@ -188,11 +167,11 @@ def test_a_unit_of_a_worker_that_is_lost_is_done_by_another(cluster, data):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("end", [signal.SIGINT, signal.SIGKILL])
-def test_nothing_runs_on_after_a_command_that_was_stopped_or_killed(cluster, data, end):
+def test_all_processes_end_after_the_command(data, end):
     source = (data / "knob.py").read_text()
     pause = "__import__('time').sleep(0.3)\n        return Estimate"
     (data / "slow.py").write_text(source.replace("return Estimate", pause))
-    process = begin(data, cluster, 2, "", "results/x", "slow.py:Knob")
+    process = begin(data, "dask", 2, "", "results/x", "slow.py:Knob")
     try:
         assert process.stdout.readline().startswith(("done", "progress"))
         assert len(at_work(data)) >= 5  # a command, two workers, their children
@@ -212,8 +191,7 @@ def test_nothing_runs_on_after_a_command_that_was_stopped_or_killed(cluster, dat
 
 @pytest.fixture
 def scheduler(data):
-    """A Dask scheduler with one worker, which works in another folder; and how to end it."""
-    pytest.importorskip("distributed", reason="the extra 'dask' is not installed")
+    """Start a Dask scheduler with one worker, which works in another folder."""
     address = data / "scheduler.json"
     options = ("--scheduler-file", str(address), "--no-dashboard")
     elsewhere = data / "elsewhere"
@@ -246,9 +224,7 @@ def wait_for_workers(address):
 
 
 @pytest.mark.slow
-def test_a_worker_in_another_folder_finds_sequences_and_trackers_by_relative_paths(
-    data, scheduler, contents
-):
+def test_worker_in_another_folder_resolves_relative_paths(data, scheduler, contents):
     address, _ = scheduler
     wait_for_workers(address)
     status, _, said = perform(data, "local", 1, "", "results/local")
@@ -259,7 +235,7 @@ def test_a_worker_in_another_folder_finds_sequences_and_trackers_by_relative_pat
 
 
 @pytest.mark.slow
-def test_a_scheduler_that_ends_is_one_line_that_says_how_to_go_on(data, scheduler):
+def test_lost_scheduler_is_reported_in_one_line(data, scheduler):
     address, processes = scheduler
     wait_for_workers(address)
     source = (data / "knob.py").read_text()
@@ -271,13 +247,9 @@ def test_a_scheduler_that_ends_is_one_line_that_says_how_to_go_on(data, schedule
     _, said = process.communicate(timeout=600)
     assert process.returncode == 1
     last = said.strip().splitlines()[-1]
-    assert last.startswith("bench.engine.cluster.ClusterError: the Dask scheduler is lost")
-    assert "the same command goes on" in last
+    assert last.startswith("bench.engine.dask.ClusterError: the Dask scheduler is lost")
+    assert "run the same command again" in last
     assert 2 <= len(Results(data / "results/x").files()) < 8
-
-
-def unit(data):
-    return Unit(SequenceSource(str(data / "data" / "A")), (), "accuracy", 12)
 
 
 @pytest.mark.parametrize(
@@ -289,48 +261,31 @@ def unit(data):
         ("camshift:window=adaptive", "camshift:window=adaptive"),
     ],
 )
-def test_a_trackers_file_is_sent_as_a_path_that_holds_in_any_folder(typed, sent):
+def test_path_of_a_tracker_file_is_sent_as_absolute(typed, sent):
     unit = Unit(SequenceSource("samples/face"), (Entry(typed, 0, ""),), "accuracy", 120)
-    (entry,) = _from_anywhere(unit).entries
+    (entry,) = with_absolute_paths(unit).entries
     assert entry.tracker == sent.format(Path.cwd())
 
 
-def test_a_folder_that_a_worker_does_not_see_is_named_with_its_machine(data, monkeypatch):
-    monkeypatch.setattr("socket.gethostname", lambda: "node-7")
-    seen = Task(Job(data / "results"), ".command-1", source_digest())(unit(data))
-    assert isinstance(seen, ClusterError)
-    assert str(seen).startswith(f"the worker on node-7 does not see the command's folder {data}")
-
-
-def test_a_worker_with_another_source_is_refused(data, monkeypatch):
-    monkeypatch.setattr("socket.gethostname", lambda: "node-7")
-    (data / "results").mkdir()
-    (data / "results" / ".command-1").touch()
-    seen = Task(Job(data / "results"), ".command-1", "another")(unit(data))
-    assert isinstance(seen, ClusterError)
-    assert "the worker on node-7 runs another source of trackmark" in str(seen)
-
-
 @pytest.mark.parametrize(
-    "address", ["127.0.0.1:{}", "ray://127.0.0.1:{}", "localhost:99999", "auto"]
+    ("mark", "source", "message"),
+    [
+        (".command-2", source_digest(), "does not see the command's folder {}. Choose one"),
+        (".command-1", "another", "runs another source of trackmark than this command"),
+    ],
 )
-def test_a_ray_address_at_which_nobody_listens_is_one_line_before_ray_is_asked(
-    address, monkeypatch
-):
-    """It would ask again and again, for a quarter of an hour."""
-    with socket.create_server(("127.0.0.1", 0)) as server:
-        port = server.getsockname()[1]
-    ray = SimpleNamespace(init=pytest.fail, shutdown=lambda: None)
-    monkeypatch.setitem(sys.modules, "ray", ray)
-    monkeypatch.setenv("RAY_ADDRESS", f"127.0.0.1:{port}")
-    with pytest.raises(ClusterError, match=r"no Ray cluster answers at .* Start one, or mend"):
-        engine("ray", address=address.format(port))
+def test_worker_with_another_folder_or_source_is_refused(here, monkeypatch, mark, source, message):
+    monkeypatch.setattr("socket.gethostname", lambda: "node-7")
+    (here / ".command-1").touch()
+    unit = Unit(SequenceSource(str(here / "data" / "Small")), (), "accuracy", 12)
+    error = _perform_unit(Job(here), mark, source, unit)
+    assert isinstance(error, ClusterError)
+    assert str(error).startswith(f"the worker on node-7 {message.format(here)}")
 
 
-@pytest.mark.parametrize("extra", LIBRARIES)
-def test_an_engine_that_is_not_installed_is_one_line_that_says_what_to_install(extra, monkeypatch):
-    monkeypatch.setitem(sys.modules, LIBRARIES[extra], None)
-    with pytest.raises(ImportError) as caught:
-        check_installed(LIBRARIES[extra], extra)
-    assert f"pip install 'trackmark[{extra}]'" in str(caught.value)
-    assert "\n" not in str(caught.value)
+def test_missing_dask_is_one_line_with_the_remedy(monkeypatch):
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    with pytest.raises(
+        ImportError, match=r"\Athe engine 'dask' .* pip install 'trackmark\[dask\]'\Z"
+    ):
+        engine("dask")
