@@ -25,7 +25,7 @@ from typing import TYPE_CHECKING, Any
 from bench.packages import NameClashError, check_place
 
 if TYPE_CHECKING:
-    from bench.evaluation.conducting import evaluate
+    from bench.evaluation.loop import evaluate
     from bench.evaluation.record import Run
     from bench.evaluation.scoring import score, score_boxes
     from bench.execution.run import run
@@ -60,7 +60,7 @@ _HOMES = {
     "Experiment": "bench.experiments.experiment",
     "Run": "bench.evaluation.record",
     "by_attribute": "bench.reporting.by_attribute",
-    "evaluate": "bench.evaluation.conducting",
+    "evaluate": "bench.evaluation.loop",
     "load_results": "bench.pages.notebook",
     "player": "bench.pages.notebook",
     "read_experiment": "bench.experiments.experiment",

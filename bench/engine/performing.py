@@ -21,15 +21,13 @@ import datasets
 from bench.engine.process import Surroundings, peak_memory, reset_peak, umask
 from bench.engine.stack_trace import CodeLine, select_line
 from bench.engine.unit import Entry, Limits, Unit
-from bench.evaluation.conducting import frames_of_segments, run_by_protocol
-from bench.evaluation.loop import run_in_lock_step
+from bench.evaluation.loop import run_protocol
 from bench.evaluation.observer import UNOBSERVED, NotAttributableError, Observer
 from bench.evaluation.record import Run
-from bench.evaluation.recorder import COLUMNS
+from bench.evaluation.recorder import COLUMNS, frames_of_segments
 from bench.evaluation.reference import reference
-from bench.evaluation.timing import time_run
 from bench.experiments.contestant import Contestant, Identity, contestants, identify
-from bench.protocols import TIMING, protocol
+from bench.protocols import TIMING
 from bench.store.files import ResultsError
 from bench.store.index import row_of_file
 from bench.store.layout import UNFINISHED, beside
@@ -182,7 +180,7 @@ def probe(unit: Unit, frames: int, observer: Observer = UNOBSERVED) -> Probed:
     first = sequence.first_frame
     # The first pass compiles kernels and fills caches; the second is what a beginning costs.
     _, beginning, whole = (
-        run_in_lock_step(entries, sequence[first : first + n], observer=observer)
+        run_protocol(entries, sequence[first : first + n], observer=observer)
         for n in (_SHORTEST, _SHORTEST, frames)
     )
     counted = max(1, min(frames, len(sequence) - first) - _SHORTEST)
@@ -279,28 +277,18 @@ def _runs(
     unit = opened.unit
     repetitions = [entry.repetition for entry in unit.entries]
     entries = list(zip(opened.contestants, repetitions, strict=True))
-    if unit.protocol == TIMING:
-        ((chosen, repetition),) = entries
-        run = time_run(
-            chosen,
-            repetition,
-            opened.sequence,
-            run_seconds=run_seconds,
-            rows=rows[0],
-            observer=observer,
-        )
-        return [run], {}
-    passed = run_by_protocol(
+    passed = run_protocol(
         entries,
         opened.sequence,
-        protocol(unit.protocol),
+        unit.protocol,
         keep_arrays=unit.arrays,
         run_seconds=run_seconds,
         rows=rows,
         observer=observer,
     )
-    measured = {"overhead": passed.overhead, "frame_seconds": passed.frame_seconds}
-    return passed.runs, measured
+    if unit.protocol == TIMING:
+        return passed.runs, {}
+    return passed.runs, {"overhead": passed.overhead, "frame_seconds": passed.frame_seconds}
 
 
 def _checked_surroundings(runs: list[Run], before: Surroundings, opened: _Opened) -> list[Run]:

@@ -1,5 +1,5 @@
-"""Trackers on frames, and what comes of it.
+"""Evaluation of trackers on sequences.
 
-`loop.py` is the only loop over frames, `recorder.py` keeps what trackers say in it, `timing.py`
-measures time in passes of its own, and `scoring.py` makes scores of a run's boxes.
+`loop.py` is the only loop over frames, for every protocol and for timing runs. `recorder.py` calls
+one tracker and stores its estimates, `estimates.py` checks them, and `scoring.py` scores runs.
 """

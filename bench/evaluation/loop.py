@@ -1,12 +1,15 @@
-"""The only loop over frames: trackers in lock step through a sequence.
+"""The only loop over frames: runs trackers in lock step through the segments of a protocol.
 
-Each frame is decoded or rendered once and shown to every tracker. What a tracker does
-wrong ends its own run and nobody else's.
+Each frame is decoded or rendered once and shown to every tracker. An error of a tracker ends its
+own run only. Timing runs take the same loop three times: to warm up, with each image decoded just
+before the update, and with images in memory.
 """
 
+import gc
 from collections.abc import Collection, Iterable
 from collections.abc import Sequence as Sized
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import partial
 from math import inf, nan
 from statistics import median
 from time import perf_counter
@@ -14,33 +17,91 @@ from time import perf_counter
 import numpy as np
 from numpy.typing import NDArray
 
+import datasets
 from bench.evaluation.observer import UNOBSERVED, Observer
 from bench.evaluation.record import Run
 from bench.evaluation.recorder import Recorder
-from bench.experiments.contestant import Contestant
+from bench.evaluation.timing import Remembered, reference_seconds
+from bench.evaluation.turns import one_thread
+from bench.experiments.contestant import Contestant, TrackerMaker, contestant
+from bench.protocols import ONCE, STORED_ONCE, TIMING, stored_protocol
+from bench.protocols import protocol as protocol_of
 from datasets import Sequence
 from trackers.base.sharing import SharedFrame
 
-__all__ = ["Clocks", "Pass", "run_in_lock_step", "walk"]
+__all__ = ["Pass", "evaluate", "run_protocol"]
+
+WARM_UP_FRAMES = 10
+"""Frames that compile and fill caches before the clock of a protocol runs."""
+
+MAX_SEGMENT_BYTES = 1 << 28
+"""Maximum size of the images that are kept for the next segment."""
+
+MAX_WARM_BYTES = 1 << 29
+"""Maximum size of the images that are kept for the warm pass; it ends where they end."""
 
 
 @dataclass(frozen=True)
 class Pass:
-    """What one pass over a sequence gave."""
+    """Runs of one pass over a sequence, and its own time."""
 
-    runs: list[Run]  # in the order of the contestants
-    # Seconds that the harness itself took, per frame and tracker: everything but decoding and the
-    # trackers' own calls. The median over frames, which other load on the machine hardly touches;
-    # NaN for a sequence of a single frame.
+    runs: list[Run]  # in the order of the entries
+    # Time of the harness per frame and tracker [s], without decoding and the trackers' calls. The
+    # median over frames is robust to other load; NaN for a sequence of a single frame.
     overhead: float
-    frame_seconds: float  # seconds that it took to decode or render a frame, on average
+    frame_seconds: float  # mean time to decode or render a frame
 
 
-def run_in_lock_step(
+def evaluate(
+    tracker: str | TrackerMaker,
+    sequence: str | Sequence,
+    repetition: int = 0,
+    *,
+    protocol: str = ONCE,
+    keep_arrays: bool = False,
+) -> Run:
+    """Run one tracker through one sequence, once.
+
+    By default the tracker is initialised with the ground truth of the first frame in which the
+    target is present, and updated on every later frame (one-pass evaluation). With `init=REGION`
+    in its text it is initialised with, and scored by, that region of the sequence instead of its
+    boxes.
+
+    Parameters
+    ----------
+    tracker : str or callable
+        Text form such as `camshift:window=adaptive`, or a callable that makes a tracker
+        from a `numpy.random.SeedSequence`.
+    sequence : str or Sequence
+        What to run on; text is passed to `datasets.load`.
+    repetition : int
+        From 0; another repetition has other random numbers.
+    protocol : str
+        How it is run: `supervised:skip=10`, say; see docs/protocols.md.
+    keep_arrays : bool
+        Keep `Estimate.arrays`, masks and maps of every frame; in one-pass runs only.
+
+    Returns
+    -------
+    Run
+        With status `failed` if the tracker raised or returned a malformed estimate.
+
+    Raises
+    ------
+    TrackerError, SequenceError, ProtocolError
+        For what can't be run: unknown names or parameters, no ground truth, an unreadable image.
+    """
+    loaded = datasets.load(sequence) if isinstance(sequence, str) else sequence
+    stored = protocol_of(protocol).text
+    entries = [(contestant(tracker), repetition)]
+    return run_protocol(entries, loaded, stored, keep_arrays=keep_arrays).runs[0]
+
+
+def run_protocol(
     entries: Iterable[tuple[Contestant, int]],
     sequence: Sequence,
+    protocol: str = STORED_ONCE,
     *,
-    share: bool = True,
     keep_arrays: bool = False,
     run_seconds: float = inf,
     rows: Collection[NDArray[np.float64]] = (),
@@ -48,136 +109,210 @@ def run_in_lock_step(
 ) -> Pass:
     """Run several trackers through a sequence together.
 
-    `entries`: trackers with their repetitions. `sequence`: with truth. `share`: give trackers that
-    can share work a common store for each frame. The boxes are the same without. `keep_arrays`:
-    keep arrays, masks and maps. `run_seconds`: what a tracker may take for all frames together.
-    `rows`: one a tracker; see `Recorder`. `observer`: told what is done.
+    `entries`: trackers with their repetitions; one for timing runs. `sequence`: with ground truth.
+    `protocol`: as runs are stored; `timing` measures time in one-pass runs. `keep_arrays`: store
+    arrays, masks and maps of one-pass runs. `run_seconds`: time limit of each tracker for all
+    frames together. `rows`: a buffer per tracker; see `Recorder`. `observer`: notified of calls.
 
-    Raises `SequenceError` where the sequence has no usable truth or an image can't be read. No run
-    is kept then. Raises `NotAttributableError` where a tracker harms the process, and which of
-    them did can't be told.
+    Timing runs have `times` of both passes, as decoded and warm. No work is shared, and OpenCV's
+    threads and Python's garbage collector are off. Their `reference_seconds` are CPU times of fixed
+    work before, between and after the passes; they show whether the speed of the machine changed.
+
+    Raises `SequenceError` if the sequence has no usable ground truth or an image can't be read; no
+    run is kept then. Raises `NotAttributableError` if a tracker harms the process, and the harm
+    can't be attributed.
     """
     sequence.check_runnable()
-    entries = list(entries)
-    kept: Iterable[NDArray[np.float64] | None] = rows or [None] * len(entries)
-    recorders = [
+    make = partial(_make_recorders, list(entries), sequence, protocol)
+    recorders = make(rows, keep_arrays=keep_arrays, run_seconds=run_seconds)
+    frames, warm_up = sequence.frames, min(WARM_UP_FRAMES, len(sequence) - sequence.first_frame)
+    try:
+        if protocol == TIMING:
+            (recorder,), (warming,), (warm,) = recorders, make(), make(run_seconds=run_seconds)
+            with one_thread():
+                _walk([warming], sequence, observer, warm_up, to_the_end=False)
+                return Pass([_time(recorder, warm, sequence, observer)], nan, nan)
+        if stored_protocol(protocol).clocked:  # compile before the clock runs
+            _walk(make(), sequence, observer, warm_up, to_the_end=False)
+        if any(len(recorder.segments) > 1 for recorder in recorders):
+            sequence.frames = Remembered(frames, MAX_SEGMENT_BYTES)
+        clocks = _walk(recorders, sequence, observer)
+    finally:
+        sequence.frames = frames
+    last = len(sequence) - 1
+    for recorder in recorders:
+        if not recorder.failure:
+            observer.calling(recorder.entry, last)
+            recorder.finish(last)
+            observer.called(recorder.entry)
+    overhead = median(clocks.own) if clocks.own else nan
+    runs = [recorder.result() for recorder in recorders]
+    return Pass(runs, overhead, clocks.fetching / max(clocks.fetched, 1))
+
+
+def _make_recorders(
+    entries: Sized[tuple[Contestant, int]],
+    sequence: Sequence,
+    protocol: str,
+    rows: Collection[NDArray[np.float64]] = (),
+    *,
+    keep_arrays: bool = False,
+    run_seconds: float = inf,
+) -> list[Recorder]:
+    buffers: Iterable[NDArray[np.float64] | None] = rows or [None] * len(entries)
+    return [
         Recorder(
-            chosen,
-            repetition,
+            number,
+            *entry,
             sequence,
-            share=share,
+            protocol,
             keep_arrays=keep_arrays,
             alone=len(entries) == 1,
             run_seconds=run_seconds,
-            rows=own,
+            rows=buffer,
         )
-        for (chosen, repetition), own in zip(entries, kept, strict=True)
+        for number, (entry, buffer) in enumerate(zip(entries, buffers, strict=True))
     ]
-    clocks = walk(recorders, sequence, len(sequence), observer)
-    last = len(sequence) - 1
-    for number, recorder in enumerate(recorders):
-        if not recorder.failure:
-            observer.calling(number, last)
-            recorder.finish(last)
-            observer.called(number)
-    overhead = median(clocks.own) if clocks.own else nan
-    runs = [recorder.result() for recorder in recorders]
-    return Pass(runs, overhead, clocks.fetching / (len(sequence) - sequence.first_frame))
+
+
+def _time(recorder: Recorder, warm: Recorder, sequence: Sequence, observer: Observer) -> Run:
+    """Run a tracker on images as decoded, and a second one on images in memory."""
+    gc.collect()
+    first, n = sequence.first_frame, len(sequence)
+    sequence.frames = kept = Remembered(sequence.frames, MAX_WARM_BYTES)
+    machine = [reference_seconds()]
+    _walk([recorder], sequence, observer, to_the_end=False)
+    machine.append(reference_seconds())
+    if not recorder.failure:
+        stop = next((frame for frame in range(first, n) if frame not in kept), n)
+        _walk([warm], sequence, observer, max(stop - first, 1), to_the_end=False)
+        machine.append(reference_seconds())
+    recorder.failure = recorder.failure or warm.failure
+    run = recorder.result()
+    circumstances = {**run.circumstances, "reference_seconds": machine}
+    return replace(run, times=recorder.times(warm), circumstances=circumstances)
 
 
 @dataclass
-class Clocks:
-    """What a walk took, in seconds."""
+class _Clocks:
+    """Time that a walk took [s]."""
 
-    # To decode or render frames and masks, from the frame of initialisation on.
-    fetching: float = 0.0
-    # Of the harness itself, by frame, for one tracker.
-    own: list[float] = field(default_factory=list)
+    fetching: float = 0.0  # decoding or rendering frames and masks, from the first box on
+    fetched: int = 0  # frames
+    own: list[float] = field(default_factory=list)  # of the harness, by frame, per tracker
 
 
-def walk(
+def _walk(
     recorders: Sized[Recorder],
     sequence: Sequence,
-    stop: int,
     observer: Observer,
+    most: int | None = None,
     *,
     to_the_end: bool = True,
-) -> Clocks:
-    """Show frames to trackers: those before the target is there to trackers that watch.
+) -> _Clocks:
+    """Run trackers through their segments.
 
-    `recorders`: the trackers. `sequence`: with truth. `stop`: frame before which it ends.
-    `observer`: told what is done. `to_the_end`: go on when all have failed: a run is kept only
-    where all frames can be read.
+    `most`: number of frames from the first box on; None for all. `to_the_end`: go on if all
+    trackers have failed; a run is kept only if all frames can be read.
     """
-    first = sequence.first_frame
-    watchers = []
-    for number, recorder in enumerate(recorders if first else ()):
-        observer.calling(number, first)
-        if recorder.watches(first):
-            watchers.append((number, recorder))
-        observer.called(number)
-    for frame in range(first if watchers else 0):
-        observer.reading(frame)
-        shown = SharedFrame(sequence[frame], len(watchers))
-        for number, recorder in watchers:
-            observer.calling(number, frame)
-            recorder.show(shown, frame)
-            observer.called(number)
-    clocks = Clocks()
-    began = perf_counter()
-    observer.reading(first)
-    shown = SharedFrame(sequence[first])
-    mask = sequence.mask(first)
-    clocks.fetching = perf_counter() - began
-    for number, recorder in enumerate(recorders):
-        observer.calling(number, first)
-        recorder.start(shown, first, mask)
-        observer.called(number)
-    observer.shown(1)
-    for frame in range(first + 1, stop):
-        if not to_the_end and all(recorder.failure for recorder in recorders):
-            break
-        _follow(recorders, sequence, frame, observer, clocks)
+    clocks, before = _Clocks(), 0.0
+    # Trackers that start from different regions can have different segments.
+    for segments in dict.fromkeys(recorder.segments for recorder in recorders):
+        group = [recorder for recorder in recorders if recorder.segments == segments]
+        share = len(group) / len(recorders)
+        for segment in segments:
+            frames = segment.frames(len(sequence))
+            whole = segment.start == 0 and segment.step == 1
+            view = sequence if whole else sequence[segment.slice]
+            going = [recorder for recorder in group if not recorder.failure]
+            for recorder in going:
+                recorder.begin_segment(segment, view)
+            if going:
+                first = view.first_frame
+                walk = _SegmentWalk(going, view, first, frames, observer, clocks, before, share)
+                walk.start()
+                for frame in range(first + 1, len(view) if most is None else first + most):
+                    if not to_the_end and all(recorder.failure for recorder in going):
+                        break
+                    walk.follow(frame)
+            before += len(frames) * share
     return clocks
 
 
-def _follow(
-    recorders: Sized[Recorder], sequence: Sequence, frame: int, observer: Observer, clocks: Clocks
-) -> None:
-    began = perf_counter()
-    observer.reading(frame)
-    image = sequence[frame]
-    fetched = perf_counter()
-    shown = SharedFrame(image, len(recorders))
-    in_trackers, running = 0.0, 0
-    for number, recorder in enumerate(recorders):
-        if not recorder.failure:
-            observer.calling(number, frame)
-            in_trackers += recorder.follow(shown, frame)
-            observer.called(number)
-            running += 1
-    reading_masks = _compare(recorders, sequence, frame, observer)
-    observer.shown(frame - sequence.first_frame + 1)
-    clocks.fetching += fetched - began + reading_masks
-    if running:
-        clocks.own.append((perf_counter() - fetched - in_trackers - reading_masks) / running)
+@dataclass(frozen=True)
+class _SegmentWalk:
+    """Trackers in lock step on one segment."""
 
+    recorders: list[Recorder]
+    sequence: Sequence  # frames of the segment
+    first: int  # frame of the first box
+    frames: range  # their numbers in the whole sequence
+    observer: Observer
+    clocks: _Clocks
+    before: float  # frames of earlier segments
+    share: float  # of these trackers among those of the pass
 
-def _compare(
-    recorders: Sized[Recorder], sequence: Sequence, frame: int, observer: Observer
-) -> float:
-    """Compare the masks of trackers that give any with the true one, which is read once for all.
+    def start(self) -> None:
+        """Show the frames before the target appears to trackers that watch; initialise all."""
+        sequence, first, observer, clocks = self.sequence, self.first, self.observer, self.clocks
+        watchers = []
+        for recorder in self.recorders if first else ():
+            observer.calling(recorder.entry, self.frames[first])
+            if recorder.watches(first):
+                watchers.append(recorder)
+            observer.called(recorder.entry)
+        for frame in range(first if watchers else 0):
+            observer.reading(self.frames[frame])
+            shown = SharedFrame(sequence[frame], len(watchers))
+            for recorder in watchers:
+                observer.calling(recorder.entry, self.frames[frame])
+                recorder.show(shown, frame)
+                observer.called(recorder.entry)
+        began = perf_counter()
+        observer.reading(self.frames[first])
+        shown = SharedFrame(sequence[first])
+        mask = sequence.mask(first)
+        clocks.fetching += perf_counter() - began
+        clocks.fetched += 1
+        for recorder in self.recorders:
+            observer.calling(recorder.entry, self.frames[first])
+            recorder.start(shown, first, mask)
+            observer.called(recorder.entry)
+        observer.shown(int(self.before + self.share))
 
-    Gives the seconds that reading took: none where no tracker segments.
-    """
-    segmenting = [recorder for recorder in recorders if recorder.segments and not recorder.failure]
-    if not segmenting:
-        return 0.0
-    began = perf_counter()
-    observer.reading(frame)
-    truth = sequence.mask(frame)
-    read = perf_counter()
-    if truth is not None:
-        for recorder in segmenting:
-            recorder.compare(frame, truth)
-    return read - began
+    def follow(self, frame: int) -> None:
+        """Show a later frame."""
+        began = perf_counter()
+        observer, number = self.observer, self.frames[frame]
+        observer.reading(number)
+        image = self.sequence[frame]
+        fetched = perf_counter()
+        shown = SharedFrame(image, len(self.recorders))
+        in_trackers, running = 0.0, 0
+        for recorder in self.recorders:
+            if not recorder.failure:
+                observer.calling(recorder.entry, number)
+                in_trackers += recorder.follow(shown, frame)
+                observer.called(recorder.entry)
+                running += 1
+        reading_masks = self._compare(frame)
+        observer.shown(int(self.before + (frame - self.first + 1) * self.share))
+        self.clocks.fetching += fetched - began + reading_masks
+        self.clocks.fetched += 1
+        if running:
+            own = perf_counter() - fetched - in_trackers - reading_masks
+            self.clocks.own.append(own / running)
+
+    def _compare(self, frame: int) -> float:
+        """Compare masks with the true one, which is read once; return the reading time [s]."""
+        segmenting = [one for one in self.recorders if one.gives_masks and not one.failure]
+        if not segmenting:
+            return 0.0
+        began = perf_counter()
+        self.observer.reading(self.frames[frame])
+        truth = self.sequence.mask(frame)
+        read = perf_counter()
+        if truth is not None:
+            for recorder in segmenting:
+                recorder.compare(frame, truth)
+        return read - began

@@ -1,11 +1,11 @@
-"""One tracker in a pass: made, asked frame by frame, its answers checked and kept.
+"""Recorder of one run: makes the tracker, calls it, checks and stores its estimates.
 
-Here, and only here, a tracker's exceptions are caught: they are the result of its run.
+Exceptions of a tracker are caught only here: they are the result of its run.
 """
 
 import traceback
 from collections.abc import Callable, Mapping
-from math import inf, isnan, nan
+from math import inf, nan
 from statistics import median
 from time import perf_counter, thread_time
 from typing import Any, TypeVar
@@ -14,13 +14,19 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from bench.evaluation.estimates import (
+    MalformedEstimateError,
+    checked_box,
+    checked_estimate,
+    checked_mask,
+)
 from bench.evaluation.observer import NotAttributableError
 from bench.evaluation.record import RESERVED_COLUMNS, Run
 from bench.evaluation.reference import reference
 from bench.experiments.contestant import Contestant, identify, run_seed
 from bench.metrics.regions import Segmentation, contour_accuracy, region_similarity
 from bench.metrics.times import Times
-from bench.protocols import STORED_ONCE
+from bench.protocols import STORED_ONCE, TIMING, Conduct, Segment, Step, stored_protocol
 from datasets import Sequence
 from trackers import Box, Estimate, Finisher, Mapper, Mask, Tracker, Watcher
 from trackers.base.sharing import SharedFrame, SharingTracker
@@ -30,176 +36,202 @@ __all__ = [
     "LONGEST_REASON",
     "LONGEST_TRACEBACK",
     "MAP",
-    "MalformedEstimateError",
     "Recorder",
-    "checked_box",
+    "frames_of_segments",
 ]
 
 R = TypeVar("R")
 
 MAP = "map."
-"""What the names of maps begin with among the arrays of a run."""
+"""Prefix of the names of maps among the arrays of a run."""
 
 COLUMNS = 6
-"""Box, visibility, confidence: what is kept of every frame."""
+"""Number of values that are stored per frame: box, visibility, confidence."""
 
 LONGEST_REASON = 1_000
 LONGEST_TRACEBACK = 20_000
-"""Characters that are kept of what a tracker raises."""
-
-_NUMBERS = "fiubO"  # kinds of arrays: real numbers, or objects that become some
+"""Maximum number of characters that are stored of an exception."""
 
 _NO_MEMORY = -4  # OpenCV's Error::StsNoMem
 
-# Ctrl-C is the user's; everything else that escapes a tracker, sys.exit too, is its own.
+# Ctrl-C is the user's. Every other exception, even SystemExit, is the tracker's own.
 _OURS = (KeyboardInterrupt, GeneratorExit)
 
 
-class MalformedEstimateError(ValueError):
-    """What a tracker returned is no estimate."""
-
-
 class Recorder:
-    """One tracker in a pass, and what it has said so far.
+    """One run: a tracker on the segments of a protocol, and its estimates so far.
 
-    `chosen`: the tracker. `repetition`: from 0. `sequence`: its images are not asked for here.
-    `protocol`: what is asked. `share`: let the tracker share work on a frame, where it can.
-    `keep_arrays`: keep arrays, masks and maps. `alone`: whether no other tracker runs in this
-    process meanwhile. If one does, a lack of memory may be its doing. `run_seconds`: what the
-    tracker may take for all frames together. `rows`: where boxes, visibility and confidence are
-    kept, frame by frame; see `bench.store.unfinished`, shape (n, 6).
+    `entry`: index of the run in its pass. `protocol`: as runs are stored; see `run_protocol`.
+    `keep_arrays`: store arrays, masks and maps. `alone`: whether no other tracker runs in the
+    process. Otherwise a lack of memory may be caused by another tracker. `run_seconds`: time
+    limit of all calls together [s]. `rows`: buffer of the frames of all segments, shape (n, 6).
 
-    `failure` says why the tracker is no longer asked, and is empty while it is; `seconds` what it
-    has taken so far by the wall clock; `segments` whether it has given a mask that counts (none
-    does in timing runs).
+    `failure` is empty as long as the tracker is called. `seconds` is the wall time of its calls.
     """
 
     def __init__(
         self,
+        entry: int,
         chosen: Contestant,
         repetition: int,
         sequence: Sequence,
+        protocol: str,
         *,
-        protocol: str = STORED_ONCE,
-        share: bool,
-        keep_arrays: bool,
+        keep_arrays: bool = False,
         alone: bool = True,
         run_seconds: float = inf,
         rows: NDArray[np.float64] | None = None,
     ) -> None:
-        self.failure = ""
-        self.seconds = 0.0
-        self._updates: list[float] = []  # seconds of CPU that each took
-        self.segments = False
         if repetition < 0:
             raise ValueError(f"repetition is {repetition}; they count from 0.")
-        # Settled before the tracker runs: what changes meanwhile is not what was run.
+        # Settled before the tracker runs: later changes are not part of the run.
         self.identity = identify(chosen, sequence, repetition, protocol)
-        self._chosen = chosen
-        self._sequence = sequence
-        self._given = reference(sequence, chosen.init, sequence.name).boxes
-        self._share = share
-        self._keep_arrays = keep_arrays
-        self._alone = alone
-        self._run_seconds = run_seconds
-        self._rows = np.full((len(sequence), COLUMNS), nan) if rows is None else rows
-        self._boxes = self._rows[:, :4]
+        self.entry = entry
+        self.failure = ""
+        self.seconds = 0.0
+        self.gives_masks = False  # that are compared with the ground truth
+        self._protocol = stored_protocol(protocol)
+        self.segments = _segments(protocol, sequence, chosen.init)
+        self._frames = frames_of_segments(protocol, sequence, chosen.init)
+        self._chosen, self._run_seconds, self._alone = chosen, run_seconds, alone
+        # Only one-pass runs store masks, arrays and the boxes of `finish`.
+        self._complete = protocol == STORED_ONCE
+        self._revises = protocol in (STORED_ONCE, TIMING)
+        self._shares = protocol != TIMING
+        self._keep_arrays = keep_arrays and self._complete
+        n = sum(len(segment.frames(len(sequence))) for segment in self.segments)
+        self._all_rows = np.full((n, COLUMNS), nan) if rows is None else rows
+        self._stop = 0  # row after the present segment
+        self._trackers_begun = 0
+        self._wall: list[float] = []  # seconds of each update
+        self._cpu: list[float] = []
+        self._initialisation = nan, nan
         self._details: dict[str, NDArray[np.float64]] = {}
         self._arrays: dict[int, dict[str, NDArray[Any]]] = {}
         self._mask: Mask | None = None
         self._segmentation: Segmentation | None = None
         self._revisions: dict[int, Box] = {}
+        self._estimates: dict[int, NDArray[np.float64]] = {}  # only if rows repeat older ones
         self._first_seen = 0
-        self._begun = 0  # trackers before this one, in the same run
-        self._update: Callable[[SharedFrame], Estimate]
+        self._conduct = Conduct()
+        self._update: Callable[[Any], Estimate]
+
+    def begin_segment(self, segment: Segment, view: Sequence) -> None:
+        """Prepare a new tracker for the next segment; `view`: the frames of the segment."""
+        self._segment, self._sequence = segment, view
+        self._start, self._stop = self._stop, self._stop + len(view)
+        self._rows = self._all_rows[self._start : self._stop]
+        truth = reference(view, self._chosen.init, view.name)
+        self._truth_boxes = truth.boxes
+        self._conduct = self._protocol.conduct(truth, view.first_frame, view.image_size)
         self._made: Tracker | None = None
 
     def watches(self, first: int) -> bool:
-        """Make the tracker; tell whether it is shown the frames before `first`."""
+        """Make the tracker; return whether it is shown the frames before `first`."""
         return self._try(first, lambda: isinstance(self._tracker(), Watcher)) or False
 
     def show(self, shown: SharedFrame, frame: int) -> None:
-        """Show a frame in which the target is not there yet to a tracker that watches."""
+        """Show a frame before the first one with a target to a tracker that watches."""
         tracker = self._tracker()
         if isinstance(tracker, Watcher) and not self.failure:
             self._try(frame, lambda: tracker.watch(shown.image))
 
     def start(self, shown: SharedFrame, frame: int, mask: Mask | None) -> None:
-        """Make the tracker and give it the target."""
-        box = self._given[frame]
+        """Make the tracker and initialise it."""
+        box = self._truth_boxes[frame]
+        if any(self._segment.moved):
+            box, mask = self._segment.given(box), None  # the mask would reveal the true box
         self._rows[frame] = (*box, True, nan)
+        self._estimates[frame] = self._rows[frame].copy()
         if not self.failure:
-            # A tracker counts the frames that it is shown, and of those before its first box only
-            # one that watches is shown any.
+            # Frame numbers of a tracker count the frames that it is shown. Only one that watches
+            # is shown frames before its first box.
             self._first_seen = 0 if isinstance(self._made, Watcher) else frame
             self._try(frame, lambda: self._initialise(shown, box.copy(), mask))
 
     def follow(self, shown: SharedFrame, frame: int) -> float:
-        """Ask for the next estimate; give the seconds that the tracker took."""
-        asked = answered = perf_counter()
-        cpu = thread_time()
-        try:
-            estimate = self._ask(shown, frame)
-            answered = perf_counter()
-            self._updates.append(thread_time() - cpu)
-            self._take(shown, frame, estimate)
-        except _OURS:
-            raise
-        except BaseException as error:  # noqa: BLE001  # what a tracker raises is its result
-            self._fail(frame, error)
-        self.seconds += answered - asked
-        if self.seconds > self._run_seconds and not self.failure:
-            self.fail(frame, f"the run took longer than its limit of {self._run_seconds:g} s")
-        return answered - asked
+        """Handle a frame as the protocol requires; return the seconds that the tracker took."""
+        seconds = 0.0
+        step = self._conduct.step(frame)
+        if step is Step.ASK:
+            seconds = self._ask(shown, frame)
+        elif step is Step.BEGIN:
+            self._made = None
+            before = self.seconds
+            self.start(shown, frame, self._sequence.mask(frame))
+            seconds = self.seconds - before
+        if (answered := self._conduct.answered) is not None and not self.failure:
+            if step is Step.ASK:
+                self._estimates[frame] = self._rows[frame].copy()
+            self._rows[frame] = self._estimates[answered[frame]]
+        return seconds
 
     def compare(self, frame: int, truth: Mask) -> None:
-        """Keep how the mask that `follow` was given agrees with the true one.
+        """Compare the last mask of the tracker with the true one.
 
-        A tracker that segments, and gives no mask for a frame, is taken to have lost the target.
+        A tracker that returns masks, but none for this frame, has lost the target.
         """
         if self._segmentation is None:
-            n = len(self._boxes)
+            n = len(self._rows)
             self._segmentation = Segmentation(np.full(n, nan), np.full(n, nan))
         mask = np.zeros_like(truth) if self._mask is None else self._mask
         self._segmentation.region_similarity[frame] = region_similarity(mask, truth)
         self._segmentation.contour_accuracy[frame] = contour_accuracy(mask, truth)
 
     def finish(self, frame: int) -> None:
-        """Tell a tracker that wants to know it that `frame` was the last one."""
+        """Ask for final corrections after the last frame, in one-pass runs."""
         tracker = self._tracker()
-        if isinstance(tracker, Finisher):
+        if self._complete and isinstance(tracker, Finisher):
             self._try(frame, lambda: self._take_revision(frame, tracker.finish()))
 
-    def result(self, times: Times | None = None) -> Run:
-        """The run as it stands."""
-        revised = None
+    def result(self) -> Run:
+        """Return the run in its current state."""
+        boxes, revised = self._all_rows[:, :4].copy(), None
         if self._revisions:
-            revised = self._boxes.copy()
+            revised = boxes.copy()
             for frame, box in self._revisions.items():
                 revised[frame] = box
+        circumstances = {"seconds": self.seconds}
+        if self._cpu:
+            circumstances["update_seconds"] = median(self._cpu)
         return Run(
             identity=self.identity,
-            boxes=self._boxes.copy(),
-            visible=self._rows[:, 4] == 1,
-            confidence=self._rows[:, 5].copy(),
+            boxes=boxes,
+            visible=self._all_rows[:, 4] == 1,
+            confidence=self._all_rows[:, 5].copy(),
             details=self._details,
             failure=self.failure,
             revised=revised,
             arrays=self._arrays,
             segmentation=self._segmentation,
-            times=times,
-            circumstances={"seconds": self.seconds}
-            | ({"update_seconds": median(self._updates)} if self._updates else {}),
+            states=self._conduct.states,
+            answered=self._conduct.answered,
+            segments=self._frames,
+            circumstances=circumstances,
         )
 
+    def times(self, warm: "Recorder") -> Times:
+        """Return the times of this run and of its repetition `warm` on images in memory."""
+        wall, cpu = self._times()
+        warm_wall, warm_cpu = warm._times()
+        return Times(wall, cpu, *self._initialisation, warm_wall, warm_cpu)
+
+    def _times(self) -> NDArray[np.float64]:
+        """Return wall and CPU time by frame, of a run without skipped frames."""
+        times = np.full((2, len(self._all_rows)), nan)
+        if self._wall:
+            first = self._sequence.first_frame + 1
+            times[:, first : first + len(self._wall)] = self._wall, self._cpu
+        return times
+
     def _try(self, frame: int, call: Callable[[], R]) -> R | None:
-        """Let the tracker do something before it is asked; None where it raises."""
+        """Return the result of another call of the tracker than an update; None if it raises."""
         began = perf_counter()
         try:
             return call()
         except _OURS:
             raise
-        except BaseException as error:  # noqa: BLE001  # what a tracker raises is its result
+        except BaseException as error:  # noqa: BLE001  # an exception is the result of the run
             self._fail(frame, error)
             return None
         finally:
@@ -207,44 +239,73 @@ class Recorder:
 
     def _tracker(self) -> Tracker:
         if self._made is None:
-            key = self.identity
-            seed = run_seed(self._chosen.name, key.sequence, key.repetition, self._begun)
+            key, begun = self.identity, self._trackers_begun
+            self._trackers_begun += 1
+            seed = run_seed(self._chosen.name, key.sequence, key.repetition, begun)
             self._made = self._chosen.make(seed)
         return self._made
 
     def _initialise(self, shown: SharedFrame, box: Box, mask: Mask | None) -> None:
         tracker = self._tracker()
-        if self._share and isinstance(tracker, SharingTracker):
+        self._shared = False
+        if self._shares and isinstance(tracker, SharingTracker):
+            self._shared = True
             self._update = tracker.update_shared
             tracker.init_shared(shown, box, mask)
-        else:
-            plain = tracker.update
-            self._update = lambda shown: plain(shown.image)
-            tracker.init(shown.image, box, mask)
+            return
+        self._update = tracker.update
+        cpu, wall = thread_time(), perf_counter()
+        tracker.init(shown.image, box, mask)
+        self._initialisation = perf_counter() - wall, thread_time() - cpu
 
-    def _ask(self, shown: SharedFrame, frame: int) -> Estimate:
-        """Call the tracker; the call alone counts as the tracker's time."""
-        return self._update(shown)
+    def _ask(self, shown: SharedFrame, frame: int) -> float:
+        """Store the next estimate; return the seconds that the tracker took."""
+        update, argument = self._update, shown if self._shared else shown.image
+        began = answered = perf_counter()
+        # The wall clock inside the CPU clock: reading the CPU clock must not look like waiting.
+        cpu = thread_time()
+        try:
+            asked = perf_counter()
+            estimate = update(argument)
+            answered = perf_counter()
+            self._cpu.append(thread_time() - cpu)
+            self._wall.append(answered - asked)
+            self._take(shown, frame, estimate)
+        except _OURS:
+            raise
+        except BaseException as error:  # noqa: BLE001  # an exception is the result of the run
+            self._fail(frame, error)
+        seconds = answered - began
+        self.seconds += seconds
+        if self.failure:
+            return seconds
+        if self.seconds > self._run_seconds:
+            self.fail(frame, f"the run took longer than its limit of {self._run_seconds:g} s")
+        elif reason := self._conduct.told(frame, self._rows[frame], seconds):
+            self.fail(frame, reason)
+        return seconds
 
     def _take(self, shown: SharedFrame, frame: int, estimate: Estimate) -> None:
-        """Check an estimate and keep it."""
-        box, confidence = _checked(estimate)
-        self._mask = _checked_mask(estimate.mask, shown.image.shape[:2])
-        self.segments |= self._mask is not None and self.identity.protocol == STORED_ONCE
+        """Check an estimate and store it."""
+        box, confidence = checked_estimate(estimate)
+        self._mask = None
+        if estimate.mask is not None:
+            self._mask = checked_mask(estimate.mask, shown.image.shape[:2])
+            self.gives_masks = self._complete
         self._rows[frame] = (*box, bool(estimate.visible), confidence)
         for key, value in estimate.details.items():
             if key not in self._details:
                 if not isinstance(key, str) or key in RESERVED_COLUMNS or not key.isprintable():
                     raise MalformedEstimateError(f"a detail can't be called {key!r}")
-                self._details[key] = np.full(len(self._boxes), nan)
-            self._details[key][frame] = value
+                self._details[key] = np.full(len(self._all_rows), nan)
+            self._details[key][self._start + frame] = value
         if estimate.revised:
             self._take_revision(frame, estimate.revised)
         if self._keep_arrays:
             self._keep(shown, frame, estimate)
 
     def _keep(self, shown: SharedFrame, frame: int, estimate: Estimate) -> None:
-        """Keep what is larger than numbers: arrays, the mask, and maps, in 255ths."""
+        """Store arrays, the mask and maps; the values of maps are multiplied by 255."""
         kept = {key: np.array(value) for key, value in estimate.arrays.items()}
         if estimate.mask is not None:
             kept["mask"] = np.array(estimate.mask)
@@ -260,6 +321,8 @@ class Recorder:
             self._arrays[frame] = kept
 
     def _take_revision(self, frame: int, revised: Mapping[int, Box]) -> None:
+        if not self._revises:
+            return
         last = frame - self._first_seen
         for earlier, box in revised.items():
             whole = isinstance(earlier, int | np.integer) and not isinstance(earlier, bool)
@@ -270,65 +333,45 @@ class Recorder:
             self._revisions[self._first_seen + int(earlier)] = np.array(checked_box(box))
 
     def fail(self, frame: int, reason: str) -> None:
-        """Count the run as failed, for what the tracker did elsewhere than in its answers."""
+        """Mark the run as failed for a reason other than an exception."""
         self.failure = f"{self._sequence.frame_name(frame)}: {reason}"
 
     def _fail(self, frame: int, error: BaseException) -> None:
         if not self._alone and _lacks_memory(error):
             raise NotAttributableError("the memory is exhausted") from error
-        # The traceback module guards against errors that can't even be printed.
-        said = " ".join(traceback.format_exception_only(error)).strip().replace("\n", " ")
+        # The traceback module handles exceptions that cannot be printed.
+        message = " ".join(traceback.format_exception_only(error)).strip().replace("\n", " ")
         trace = "".join(traceback.format_exception(error))
-        # What is wrong stands at the beginning of what is said, and at the end of a traceback.
-        reason = said[:LONGEST_REASON]
+        # The cause stands at the beginning of a message and at the end of a traceback.
+        reason = message[:LONGEST_REASON]
         text = f"{self._sequence.frame_name(frame)}: {reason}\n{trace[-LONGEST_TRACEBACK:]}"
-        # The name of a file, for one, may hold what no text file can.
+        # A file name, for example, may not be valid UTF-8.
         self.failure = text.encode("utf-8", "backslashreplace").decode()
 
 
 def _lacks_memory(error: BaseException) -> bool:
-    """Whether memory is exhausted; OpenCV has an error of its own for it."""
+    """Return whether memory is exhausted; OpenCV has its own error for this case."""
     return isinstance(error, MemoryError) or (
         isinstance(error, cv2.error) and error.code == _NO_MEMORY
     )
 
 
-def checked_box(box: Any) -> list[float]:
-    """The four numbers of a box.
+def frames_of_segments(
+    protocol: str, sequence: Sequence, init: str
+) -> tuple[NDArray[np.int32], ...]:
+    """Return the frame numbers of each segment; empty for a protocol without segments.
 
-    Raises `MalformedEstimateError` unless it is four finite numbers with positive width and
-    height.
+    `protocol`: as runs are stored. `init`: the ground truth that the run starts from.
+
+    Raises `SequenceError` if the sequence lacks that region, or has no ground truth.
     """
-    plain = np.asarray(box) if isinstance(box, np.ndarray) else None
-    if plain is None or plain.shape != (4,) or plain.dtype.kind not in _NUMBERS:
-        raise MalformedEstimateError(f"the box is {box!r}, not an array [x, y, width, height]")
-    # Checked as it is kept: what is finite in another type need not be as float64.
-    numbers = [float(number) for number in plain.tolist()]
-    x, y, width, height = numbers
-    # A NaN fails every comparison, so these also tell finite from not.
-    if not (-inf < x < inf and -inf < y < inf and 0 < width < inf and 0 < height < inf):
-        raise MalformedEstimateError(f"the box {numbers} is not finite with a positive size")
-    return numbers
+    if not stored_protocol(protocol).segmented:
+        return ()
+    segments = _segments(protocol, sequence, init)
+    return tuple(np.array(segment.frames(len(sequence)), np.int32) for segment in segments)
 
 
-def _checked(estimate: Any) -> tuple[list[float], float]:
-    """Box and confidence of an estimate."""
-    if not isinstance(estimate, Estimate):
-        raise MalformedEstimateError(f"update returned {estimate!r}, not an Estimate")
-    confidence = float(estimate.confidence)
-    if not (0.0 <= confidence <= 1.0 or isnan(confidence)):
-        raise MalformedEstimateError(f"the confidence {confidence} is not in [0, 1]")
-    return checked_box(estimate.box), confidence
-
-
-def _checked_mask(mask: Any, shape: tuple[int, ...]) -> Mask | None:
-    """The mask as a plain array; None where the tracker gave none."""
-    if mask is None:
-        return None
-    if not isinstance(mask, np.ndarray):
-        raise MalformedEstimateError(f"the mask is {type(mask).__name__}, not an array of bool")
-    if mask.dtype != np.bool_ or mask.shape != shape:
-        raise MalformedEstimateError(
-            f"the mask is {mask.dtype} of shape {mask.shape}, not bool of the image's shape {shape}"
-        )
-    return np.asarray(mask)
+def _segments(protocol: str, sequence: Sequence, init: str) -> tuple[Segment, ...]:
+    boxes = reference(sequence, init, sequence.name).boxes
+    present = sequence.present & np.isfinite(boxes).all(axis=1)
+    return tuple(stored_protocol(protocol).segments(present, sequence.values))

@@ -16,7 +16,7 @@ from bench.metrics.native import Truth
 from bench.metrics.preset import Answer, Judged, Preset, Target
 from bench.metrics.regions import segmentation_scores
 from bench.metrics.times import time_scores
-from bench.protocols import STORED_ONCE, TIMING, Protocol, ProtocolError, title
+from bench.protocols import ProtocolError, stored_protocol, title
 from bench.protocols import names as protocol_names
 from bench.protocols import protocol as protocol_of
 
@@ -69,15 +69,10 @@ def can_judge(preset: str, protocol: str) -> bool:
     None is for unknown ones: runs of a later trackmark may be by protocols that it has alone.
     """
     try:
-        one = _rules(protocol)
+        one = stored_protocol(protocol)
     except ProtocolError:
         return False
     return metrics_preset(preset).protocol in one.judged
-
-
-def _rules(stored: str) -> Protocol:
-    """The protocol that runs are filed under; timing runs are in one pass."""
-    return protocol_of(STORED_ONCE if stored == TIMING else stored)
 
 
 def _protocols_for(one: Preset) -> list[str]:
@@ -98,11 +93,11 @@ def _check_segments(run: Run, boxes: NDArray[Any], given: NDArray[Any]) -> None:
         ways = np.arange(first, n), np.arange(first, -1, -1)
         if not (0 <= first < n and any(np.array_equal(frames, way) for way in ways)):
             raise ValueError(f"{run!r} has a segment that is not from a frame to an end of {n}.")
-    rules = _rules(run.identity.protocol)
+    rules = stored_protocol(run.identity.protocol)
     if run.segments and (rules.by_values or run.identity.imported):
         return
     present = np.isfinite(boxes).all(axis=1) & np.isfinite(given).all(axis=1)
-    asked = rules.segments(present, {}) or [] if present.any() else []
+    asked = rules.segments(present, {}) if rules.segmented and present.any() else []
     expected = [one.frames(n) for one in asked]
     if len(expected) != len(run.segments) or not all(map(np.array_equal, run.segments, expected)):
         raise ValueError(

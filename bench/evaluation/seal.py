@@ -18,7 +18,7 @@ import click
 
 import datasets
 import trackers
-from bench.evaluation.conducting import evaluate
+from bench.evaluation.loop import evaluate
 from bench.experiments.contestant import GOLDEN, PACKAGE
 from datasets.golden import golden_digests
 from datasets.outline import known_of

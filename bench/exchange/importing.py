@@ -301,7 +301,7 @@ def _stored_protocol(
     present = _present(on)
     starts = [int(present.argmax()) if frames[0] == 0 else int(frames[0]) for frames in segments]
     for text in ("tre", f"tre:starts={len(segments)}"):
-        chosen = protocol_of(text).segments(present, {}) or []
+        chosen = protocol_of(text).segments(present, {})
         if [segment.start or int(present.argmax()) for segment in chosen] == starts:
             return text
     if len(segments) != _STARTS_OF_TRE:

@@ -17,7 +17,7 @@ import pyarrow as pa
 from numpy.typing import NDArray
 
 import datasets
-from bench.evaluation.conducting import frames_of_segments
+from bench.evaluation.recorder import frames_of_segments
 from bench.evaluation.reference import reference
 from bench.experiments.contestant import BOXES, Contestant, identify
 from bench.experiments.experiment import Experiment, ExperimentError, SequenceSource

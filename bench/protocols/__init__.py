@@ -35,6 +35,7 @@ __all__ = [
     "definition",
     "names",
     "protocol",
+    "stored_protocol",
     "title",
 ]
 
@@ -137,6 +138,9 @@ class Protocol(Parameters):
     preset: ClassVar[str] = "native"
     """Metrics preset of its tables where none is asked for."""
 
+    segmented: ClassVar[bool] = False
+    """True if runs store their frames by segment, even if there is only one."""
+
     by_values: ClassVar[bool] = False
     """Whether its segments depend on numbers that the data bring, see `segments`."""
 
@@ -160,21 +164,21 @@ class Protocol(Parameters):
 
     def segments(
         self, present: NDArray[np.bool_], values: Mapping[str, NDArray[np.float64]]
-    ) -> list[Segment] | None:
-        """The segments of a run; None for one over the whole sequence.
+    ) -> list[Segment]:
+        """Return the segments of a run; by default one, the whole sequence.
 
         `present`: where there is a target, shape (n,), somewhere at least. `values`: numbers that
         the data bring, by name and frame.
         """
-        return None
+        return [Segment()]
 
-    def conduct(self, truth: Truth, first: int, size: tuple[int, int]) -> Conduct | None:
-        """What is done in a run over the whole sequence; None where the tracker is always asked.
+    def conduct(self, truth: Truth, first: int, size: tuple[int, int]) -> Conduct:
+        """Return the conduct of one segment; by default the tracker is asked at every frame.
 
         `truth`: that the run starts from. `first`: frame of initialisation. `size`: width and
         height of the images [pixels].
         """
-        return None
+        return Conduct()
 
 
 @cache
@@ -201,6 +205,11 @@ def protocol(text: str) -> Protocol:
         return made.checked(f"protocol {name}", options)
     except TrackerError as error:
         raise ProtocolError(str(error)) from None
+
+
+def stored_protocol(stored: str) -> Protocol:
+    """Return the protocol that stored runs were made by; timing runs are one-pass."""
+    return protocol(STORED_ONCE if stored == TIMING else stored)
 
 
 def title(stored: str) -> str:

@@ -27,6 +27,7 @@ class Anchors(Protocol):
 
     judged: ClassVar[tuple[str, ...]] = ("anchors", "one pass")
     preset: ClassVar[str] = "vot-anchor"
+    segmented: ClassVar[bool] = True
     by_values: ClassVar[bool] = True
 
     spacing: int = whole(50, "frames between anchors, where the data name none")

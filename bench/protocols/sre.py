@@ -9,6 +9,7 @@ the mean over segments. Wu, Lim and Yang, "Online object tracking: a benchmark",
 """
 
 from collections.abc import Mapping
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +22,8 @@ __all__ = ["PROTOCOL"]
 
 class SpatialRobustness(Protocol):
     """Knobs of how wrong the first boxes are."""
+
+    segmented: ClassVar[bool] = True
 
     shift: float = Field(0.1, gt=0, lt=1, description="of moved boxes and corners [sizes]")
     scale: float = Field(0.1, gt=0, lt=0.5, description="steps of the scale, two down and two up")

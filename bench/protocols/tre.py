@@ -8,6 +8,7 @@ object tracking: a benchmark", CVPR 2013.
 """
 
 from collections.abc import Mapping
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +21,8 @@ __all__ = ["PROTOCOL"]
 
 class TemporalRobustness(Protocol):
     """Knobs of where it starts."""
+
+    segmented: ClassVar[bool] = True
 
     starts: int = whole(20, "starts, at most")
     least: int = whole(20, "frames of the shortest segment", least=2)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import datasets
-from bench.evaluation.loop import run_in_lock_step
+from bench.evaluation.loop import run_protocol
 from bench.experiments.contestant import contestant
 from bench.store.results import Results
 from trackers import Estimate
@@ -72,7 +72,7 @@ def test_overhead_per_frame_and_tracker(benchmark, still, maker, trackers):
     entries = [(contestant(maker), repetition) for repetition in range(trackers)]
 
     def go():
-        return run_in_lock_step(entries, still).overhead
+        return run_protocol(entries, still).overhead
 
     overhead = benchmark.pedantic(go, rounds=3, iterations=1)
     if benchmark.enabled:
@@ -85,11 +85,11 @@ def test_the_harness_costs_little_beside_opencvs_mean_shift(still):
 
     cv2.setNumThreads(1)
     entries = [(contestant(Talking), repetition) for repetition in range(4)]
-    run_in_lock_step(entries, still)
+    run_protocol(entries, still)
     ratios = []
     for _ in range(5):
         began = thread_time()
-        run_in_lock_step(entries, still)
+        run_protocol(entries, still)
         harness = (thread_time() - began) / FRAMES / len(entries)
         began = thread_time()
         for _ in range(50):
@@ -106,6 +106,6 @@ def test_the_command_answers(benchmark, arguments):
 
 
 def test_writing_a_run(benchmark, still, tmp_path):
-    (run,) = run_in_lock_step([(contestant(Talking), 0)], still).runs
+    (run,) = run_protocol([(contestant(Talking), 0)], still).runs
     results = Results(tmp_path)
     benchmark.pedantic(results.write, args=(run,), rounds=5)

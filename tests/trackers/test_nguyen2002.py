@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import datasets
-from bench.evaluation.conducting import evaluate
+from bench.evaluation.loop import evaluate
 from bench.experiments.contestant import contestant
 from tests.trackers import plain_nguyen2002 as plain
 from tests.trackers.template_clip import centre_errors, clip, final, made, texture, track

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 import datasets
 from bench.claims.row_verdicts import SETTINGS
-from bench.evaluation.loop import run_in_lock_step
+from bench.evaluation.loop import run_protocol
 from bench.experiments.contestant import contestant
 from bench.papers.context import Context
 from bench.papers.moreno2005.example import (
@@ -166,7 +166,7 @@ def _strip(figure: int, scene: str, texts: Mapping[str, str]) -> Strip:
     frames = evenly_spaced(sequence.first_frame, len(sequence) - 1, FRAMES)
     truth = {frame: true_contour(sequence, frame) for frame in frames}
     entries = [(contestant(text), 0) for text in texts.values()]
-    runs = run_in_lock_step(entries, sequence, keep_arrays=True).runs
+    runs = run_protocol(entries, sequence, keep_arrays=True).runs
     rows = []
     for label, run in zip(texts, runs, strict=True):
         if run.failure or run.segmentation is None:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import datasets
-from bench.evaluation.loop import run_in_lock_step
+from bench.evaluation.loop import run_protocol
 from bench.experiments.contestant import contestant
 from bench.metrics.regions import contour_accuracy, region_similarity
 from bench.papers.description import read_description
@@ -46,7 +46,7 @@ def contour_gain(scene: str, setting: str) -> float:
     """
     sequence = datasets.load(scene)
     text = tracker_text(read_description("moreno2005"), "full", setting)
-    (run,) = run_in_lock_step([(contestant(text), 0)], sequence, keep_arrays=True).runs
+    (run,) = run_protocol([(contestant(text), 0)], sequence, keep_arrays=True).runs
     if run.failure:
         raise datasets.SequenceError(f"{scene}: {text} failed: {run.failure.splitlines()[0]}")
     rows = []

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import datasets
-from bench.evaluation.loop import run_in_lock_step
+from bench.evaluation.loop import run_protocol
 from bench.experiments.contestant import contestant
 from bench.papers.description import read_description
 from bench.papers.measures import measure
@@ -76,7 +76,7 @@ def surfaces(scene: str, setting: str, most: int) -> list[Surface]:
     first = sequence.first_frame
     part = sequence[: first + RUN]
     text = tracker_text(read_description("nummiaro2003"), "no model update", setting)
-    (run,) = run_in_lock_step([(contestant(text), 0)], part, keep_arrays=True).runs
+    (run,) = run_protocol([(contestant(text), 0)], part, keep_arrays=True).runs
     if run.failure:
         raise datasets.SequenceError(f"{scene}: {text} failed: {run.failure.splitlines()[0]}")
     ellipses = Ellipses(JointBins(), "isotropic")

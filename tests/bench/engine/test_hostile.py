@@ -12,7 +12,7 @@ import pytest
 
 import bench
 import datasets
-from bench.evaluation.loop import run_in_lock_step
+from bench.evaluation.loop import run_protocol
 from bench.experiments.contestant import contestants
 from bench.experiments.experiment import Experiment, SequenceSource
 from bench.store.index import read_index
@@ -207,11 +207,11 @@ def test_what_trackers_raise_and_answer_is_theirs_alone(tmp_path, ground):
     sequence = datasets.load(str(ground / "A"))
     chosen = [first, *map(angry, rows), *others]
     with warnings.catch_warnings(action="ignore"):
-        runs = run_in_lock_step([(entry, 0) for entry in chosen], sequence).runs
+        runs = run_protocol([(entry, 0) for entry in chosen], sequence).runs
     for entry, run in zip(chosen, runs, strict=True):
         reason, _, _ = run.failure.partition("\n")
         if entry.name not in rows:
-            (alone,) = run_in_lock_step([(entry, 0)], sequence).runs
+            (alone,) = run_protocol([(entry, 0)], sequence).runs
             assert reason == ""
             assert run.boxes.tobytes() == alone.boxes.tobytes()
         else:

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import bench
-from bench.evaluation.loop import run_in_lock_step
-from bench.evaluation.timing import time_run
+from bench.evaluation.loop import run_protocol
 from bench.experiments.contestant import contestant
+from bench.protocols import STORED_ONCE, TIMING
 from datasets import SequenceError
 from tests.bench.evaluation.walkers import Walker, misbehaving
 from trackers import Estimate
@@ -67,9 +67,9 @@ def test_the_seed_depends_on_tracker_sequence_and_repetition_as_documented(make_
 def test_lock_step_gives_every_tracker_the_boxes_that_it_has_alone(make_sequence):
     sequence = make_sequence()
     entries = [(contestant(Walker), r) for r in range(3)] + [(contestant("static"), 0)]
-    together = run_in_lock_step(entries, sequence).runs
+    together = run_protocol(entries, sequence).runs
     for (entry, repetition), run in zip(entries, together, strict=True):
-        (alone,) = run_in_lock_step([(entry, repetition)], sequence).runs
+        (alone,) = run_protocol([(entry, repetition)], sequence).runs
         np.testing.assert_array_equal(run.boxes, alone.boxes)
 
 
@@ -78,7 +78,7 @@ def test_a_frame_is_fetched_once_for_all_trackers(make_sequence):
     frames = sequence.frames
     sequence.check_runnable()
     frames.asked.clear()
-    run_in_lock_step([(contestant(Walker), r) for r in range(4)], sequence)
+    run_protocol([(contestant(Walker), r) for r in range(4)], sequence)
     fetched = [frame for frame in frames.asked if frame > 0]
     assert fetched == [1, 2, 3, 4, 5]
 
@@ -106,15 +106,15 @@ def make_sharer(seed):
     return Sharer(Sharer.Parameters(), seed)
 
 
-@pytest.mark.parametrize("share", [True, False])
-def test_shared_work_is_done_once_a_frame_and_the_boxes_are_the_same_without(make_sequence, share):
+def test_shared_work_is_done_once_a_frame_and_does_not_change_boxes(make_sequence):
     sequence = make_sequence(n=5)
     entry = contestant(make_sharer)
     computed.clear()
-    runs = run_in_lock_step([(entry, 0), (entry, 1)], sequence, share=share).runs
-    assert len(computed) == (4 if share else 8)
+    runs = run_protocol([(entry, 0), (entry, 1)], sequence).runs
+    assert len(computed) == 4
     np.testing.assert_array_equal(runs[0].boxes, runs[1].boxes)
-    np.testing.assert_array_equal(runs[0].boxes, boxes_of(make_sharer, sequence))
+    (unshared,) = run_protocol([(entry, 0)], sequence, TIMING).runs
+    np.testing.assert_array_equal(runs[0].boxes, unshared.boxes)
 
 
 @pytest.mark.parametrize("n", [1, 3])
@@ -127,7 +127,7 @@ def test_trackers_in_lock_step_are_told_how_many_they_are(make_sequence, n):
             return Estimate(self.box)
 
     entry = contestant(lambda seed: Asker(Asker.Parameters(), seed))
-    run_in_lock_step([(entry, repetition) for repetition in range(n)], make_sequence(4))
+    run_protocol([(entry, repetition) for repetition in range(n)], make_sequence(4))
     assert told == {n}
 
 
@@ -198,7 +198,7 @@ def test_what_a_tracker_does_wrong_ends_its_own_run_alone(make_sequence, case):
     act, reason = BAD[case]
     sequence = make_sequence(n=8)
     entries = [(contestant(Walker), 0), (contestant(misbehaving(act)), 0), (contestant(Walker), 1)]
-    first, bad, last = run_in_lock_step(entries, sequence).runs
+    first, bad, last = run_protocol(entries, sequence).runs
     assert bad.status == "failed"
     headline = bad.failure.splitlines()[0]
     assert headline.startswith("frame 3: ")
@@ -258,14 +258,12 @@ def test_a_tracker_that_fails_to_start_is_a_failed_run(make_sequence):
         bench.score(run, make_sequence())
 
 
-@pytest.mark.parametrize(
-    "protocol", [bench.evaluate, lambda name, sequence: time_run(contestant(name), 0, sequence)]
-)
+@pytest.mark.parametrize("protocol", [STORED_ONCE, TIMING])
 def test_a_frame_of_another_size_is_an_error_of_the_sequence(make_sequence, protocol):
     sequence = make_sequence(n=8)
     sequence.frames = [np.zeros((24, 32 + (frame == 5), 3), np.uint8) for frame in range(8)]
     with pytest.raises(SequenceError, match="line: frame 5 has 33x24 pixels, others have 32x24"):
-        protocol("static", sequence)
+        run_protocol([(contestant("static"), 0)], sequence, protocol)
 
 
 def test_arrays_and_masks_are_kept_only_when_asked_for(make_sequence):
@@ -303,7 +301,7 @@ def test_static_scores_what_standing_still_scores(make_sequence):
 def test_the_harness_reports_its_own_time_without_that_of_trackers_and_images(
     make_sequence, monkeypatch
 ):
-    """By a clock that ticks once a reading: 1 in the loop, 1 in each tracker's own call."""
+    """By a clock that ticks once a reading: 1 in the loop, 2 in each tracker's own call."""
     ticks = iter(range(10**6))
     now = partial(next, ticks)
     monkeypatch.setattr("bench.evaluation.loop.perf_counter", now)
@@ -311,9 +309,9 @@ def test_the_harness_reports_its_own_time_without_that_of_trackers_and_images(
     (entry,) = [contestant(Walker)]
     for n_trackers in (1, 4):
         entries = [(entry, repetition) for repetition in range(n_trackers)]
-        overhead = run_in_lock_step(entries, make_sequence(n=9)).overhead
-        # A frame reads the clock 2 + 2 a tracker: so much passes, of which 1 a tracker is its own.
-        assert overhead == pytest.approx((1 + 2 * n_trackers - n_trackers) / n_trackers)
+        overhead = run_protocol(entries, make_sequence(n=9)).overhead
+        # A frame reads the clock 2 + 3 a tracker: so much passes, of which 2 a tracker are its own.
+        assert overhead == pytest.approx((1 + 3 * n_trackers - 2 * n_trackers) / n_trackers)
 
 
 def test_trackers_that_failed_do_not_make_the_harness_look_quicker(make_sequence, monkeypatch):
@@ -322,4 +320,4 @@ def test_trackers_that_failed_do_not_make_the_harness_look_quicker(make_sequence
     monkeypatch.setattr("bench.evaluation.recorder.perf_counter", lambda: 0.0)
     failing = contestant(misbehaving(raise_error, at=1))
     entries = [(contestant(Walker), 0)] + [(failing, i) for i in range(9)]
-    assert run_in_lock_step(entries, make_sequence(n=9)).overhead == 1.0
+    assert run_protocol(entries, make_sequence(n=9)).overhead == 1.0

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import bench
-from bench.evaluation.loop import run_in_lock_step
+from bench.evaluation.loop import run_protocol
 from bench.experiments.contestant import contestant
 from tests.bench.evaluation.walkers import Walker, misbehaving
 from trackers import Estimate
@@ -78,7 +78,7 @@ def test_a_last_word_that_changes_nothing_leaves_no_second_trace(make_sequence):
 )
 def test_a_bad_last_word_costs_the_run_and_no_other(make_sequence, last_word, reason):
     entries = [(contestant(finishing(last_word)), 0), (contestant("static"), 0)]
-    bad, other = run_in_lock_step(entries, make_sequence(n=6)).runs
+    bad, other = run_protocol(entries, make_sequence(n=6)).runs
     assert bad.failure.startswith("frame 5: ")
     assert reason in bad.failure
     assert other.failure == ""
@@ -148,7 +148,7 @@ def test_what_a_tracker_raises_while_it_watches_fails_its_own_run(late):
         def watch(self, image):
             raise RuntimeError("too dark")
 
-    failed, fine = run_in_lock_step([(contestant(Raising), 0), (contestant(Walker), 0)], late).runs
+    failed, fine = run_protocol([(contestant(Raising), 0), (contestant(Walker), 0)], late).runs
     assert "frame 0" in failed.failure
     assert "too dark" in failed.failure
     assert not fine.failure

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import bench
-from bench.evaluation.loop import run_in_lock_step
-from bench.evaluation.timing import time_run
+from bench.evaluation.loop import run_protocol
 from bench.experiments.contestant import contestant
+from bench.protocols import TIMING
 from bench.reporting.pictures import frames_and_boxes
 from bench.store.loading import load_results
 from bench.store.results import Results
@@ -49,7 +49,7 @@ def test_it_is_scored_by_the_region_that_it_started_from(sequence):
 
 def test_the_region_is_part_of_the_identity_but_never_of_the_random_numbers(sequence):
     plain, full = contestant("static"), contestant("static:init=full")
-    runs = run_in_lock_step([(plain, 0), (full, 0)], sequence).runs
+    runs = run_protocol([(plain, 0), (full, 0)], sequence).runs
     assert runs[0].identity.digest != runs[1].identity.digest
     assert plain.name == full.name == "static"
     assert contestant("static:init=boxes").label == "static"
@@ -67,7 +67,7 @@ def test_a_region_that_is_absent_where_the_target_appears_is_refused(sequence):
 
 
 def test_a_timing_run_starts_from_the_region_too(sequence):
-    run = time_run(contestant("static:init=full"), 0, sequence)
+    (run,) = run_protocol([(contestant("static:init=full"), 0)], sequence, TIMING).runs
     np.testing.assert_array_equal(run.boxes[-1], sequence.regions["full"][0])
 
 

@@ -4,11 +4,17 @@ import numpy as np
 import pytest
 
 import bench
-from bench.evaluation import timing
-from bench.evaluation.timing import WARM_UP_FRAMES, time_run
+from bench.evaluation import loop
+from bench.evaluation.loop import WARM_UP_FRAMES, run_protocol
 from bench.experiments.contestant import contestant
 from bench.metrics.times import DISTURBED_RATIO, Times, is_disturbed, time_scores
+from bench.protocols import TIMING
 from trackers import Estimate
+
+
+def time_run(tracker, sequence):
+    (run,) = run_protocol([(contestant(tracker), 0)], sequence, TIMING).runs
+    return run
 
 
 def times(wall, cpu):
@@ -74,7 +80,7 @@ class Counting:
 def test_a_timing_run_is_warmed_up_by_another_instance_and_gives_the_same_boxes(make_sequence):
     sequence = make_sequence(n=30)
     Counting.made.clear()
-    run = time_run(contestant(Counting), 0, sequence)
+    run = time_run(Counting, sequence)
     assert [tracker.updates for tracker in Counting.made] == [WARM_UP_FRAMES - 1, 29, 29]
     assert run.identity.protocol == "timing"
     np.testing.assert_array_equal(run.boxes, bench.evaluate(Counting, sequence).boxes)
@@ -101,12 +107,12 @@ def test_the_warm_pass_asks_for_no_image_again_and_ends_where_memory_does(
             return frames[frame]
 
     sequence.frames = counted = Counted()
-    time_run(contestant("static"), 0, sequence)
+    time_run("static", sequence)
     assert asked[-30:] == [*range(30)]
     assert asked.count(29) == 1
     assert sequence.frames is counted
-    monkeypatch.setattr(timing, "MOST_BYTES", 12 * frames[0].nbytes)
-    times = time_run(contestant("static"), 0, sequence).times
+    monkeypatch.setattr(loop, "MAX_WARM_BYTES", 12 * frames[0].nbytes)
+    times = time_run("static", sequence).times
     assert np.isfinite(times.cpu[1:]).all()
     assert np.isfinite(times.warm_cpu).tolist() == [0 < frame < 12 for frame in range(30)]
 
@@ -133,7 +139,7 @@ def test_only_the_update_is_timed(make_sequence):
             return original(self, frame)
 
     slow.__class__ = SlowFrames
-    run = time_run(contestant("static"), 0, sequence)
+    run = time_run("static", sequence)
     assert np.nanmax(run.times.cpu) < 0.005
 
 
@@ -142,7 +148,7 @@ def test_a_tracker_that_fails_while_it_is_timed_is_a_failed_run(make_sequence):
         def update(self, image):
             raise RuntimeError("no")
 
-    run = time_run(contestant(Failing), 0, make_sequence(n=5))
+    run = time_run(Failing, make_sequence(n=5))
     assert run.failure.startswith("frame 1: RuntimeError: no")
 
 
@@ -168,7 +174,7 @@ def test_a_timing_run_has_one_thread_no_collector_and_shares_nothing(make_sequen
             return super().update(image)
 
     threads = cv2.getNumThreads()
-    time_run(contestant(lambda seed: Sharing(Sharing.Parameters(), seed)), 0, make_sequence(n=5))
+    time_run(lambda seed: Sharing(Sharing.Parameters(), seed), make_sequence(n=5))
     timed = seen[-8:]
     assert timed[::2] == ["plain"] * 4
     assert {(collected, used) for collected, used, _ in timed[1::2]} == {(False, 1)}
@@ -184,5 +190,5 @@ def test_a_run_is_scored_on_its_own_sequence_alone(make_sequence):
 def test_the_garbage_collector_is_on_again_after_a_timing_run(make_sequence):
     import gc
 
-    time_run(contestant("static"), 0, make_sequence(n=5))
+    time_run("static", make_sequence(n=5))
     assert gc.isenabled()

@@ -9,9 +9,8 @@ import pytest
 
 import bench
 import datasets
-from bench.evaluation.loop import run_in_lock_step
+from bench.evaluation.loop import run_protocol
 from bench.evaluation.record import RESERVED_COLUMNS
-from bench.evaluation.timing import time_run
 from bench.experiments.contestant import contestant
 from bench.experiments.experiment import Experiment, SequenceSource
 from bench.metrics.regions import (
@@ -20,6 +19,7 @@ from bench.metrics.regions import (
     region_similarity,
     segmentation_scores,
 )
+from bench.protocols import TIMING
 from bench.reporting.tables import tables
 from bench.store.checksum import PLACEHOLDER, SEAL_KEY, sealed
 from bench.store.layout import METADATA_KEY
@@ -105,7 +105,7 @@ def test_a_true_mask_is_read_once_for_all_trackers_and_only_where_one_segments(m
     masks.asked.clear()
     entries = [(contestant("static"), 0)]
     entries += [(contestant(segmenting(lambda call: square(4))), r) for r in range(3)]
-    runs = run_in_lock_step(entries, sequence).runs
+    runs = run_protocol(entries, sequence).runs
     assert masks.asked == [0, 1, 2, 3]
     assert [run.segmentation is None for run in runs] == [True, False, False, False]
 
@@ -157,7 +157,8 @@ def test_a_mask_that_is_none_ends_the_run(make, mask, reason):
 
 def test_masks_are_never_compared_in_timing_runs(make):
     sequence, masks = make(n=16)
-    run = time_run(contestant(segmenting(lambda call: square(4))), 0, sequence)
+    entries = [(contestant(segmenting(lambda call: square(4))), 0)]
+    (run,) = run_protocol(entries, sequence, TIMING).runs
     assert run.failure == ""
     assert run.segmentation is None
     assert set(masks.asked) == {0}

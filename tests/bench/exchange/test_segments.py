@@ -9,7 +9,7 @@ import pytest
 
 import datasets
 from bench import exchange, metrics
-from bench.evaluation.conducting import evaluate
+from bench.evaluation.loop import evaluate
 from bench.evaluation.scoring import can_judge, judge
 from bench.exchange.exporting import export_results
 from bench.exchange.importing import Guest, On, guest, import_results

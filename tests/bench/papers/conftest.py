@@ -10,7 +10,7 @@ import pytest
 import bench.papers
 import datasets
 from bench.claims import claims_file
-from bench.evaluation.loop import run_in_lock_step
+from bench.evaluation.loop import run_protocol
 from bench.experiments.contestant import contestant
 from bench.papers import Effort, description, plan, reproduction, scene_check
 from bench.papers.measures import find_measure
@@ -199,7 +199,7 @@ def stored_runs(folder, trackers, sequences, repetitions=1):
     entries = [(contestant(text), one) for text in trackers for one in range(repetitions)]
     for sequence in map(datasets.load, sequences):
         write_truth(folder, sequence)
-        for run in run_in_lock_step(entries, sequence).runs:
+        for run in run_protocol(entries, sequence).runs:
             assert results.write(run)
             key = run.identity
             versions[key.tracker, key.sequence, key.repetition, key.protocol] = key.version

@@ -10,7 +10,8 @@ import bench
 import datasets
 from bench import metrics, protocols
 from bench.engine.performing import Failure, record_failure
-from bench.evaluation.conducting import frames_of_segments, run_by_protocol
+from bench.evaluation.loop import run_protocol
+from bench.evaluation.recorder import frames_of_segments
 from bench.evaluation.scoring import can_judge, judge
 from bench.execution.plan import State, make_plan
 from bench.execution.units import left_of
@@ -56,7 +57,7 @@ def text_of(name):
 
 def by(name, sequence, *makers):
     entries = [(contestant(maker), 0) for maker in makers]
-    return run_by_protocol(entries, sequence, protocol(text_of(name))).runs
+    return run_protocol(entries, sequence, protocol(text_of(name)).text).runs
 
 
 @pytest.fixture

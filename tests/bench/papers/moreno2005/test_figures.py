@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from skimage import measure
 
 import datasets
-from bench.evaluation.conducting import evaluate
+from bench.evaluation.loop import evaluate
 from bench.papers.moreno2005 import figures, stages
 from bench.papers.moreno2005.figures import density_figure, error_figure
 from bench.papers.moreno2005.stages import (
