@@ -14,9 +14,8 @@ steps = 99
 ```
 """
 
-import json
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from math import isfinite
 from pathlib import Path
 from typing import Any
@@ -25,7 +24,7 @@ from pydantic import BaseModel, ConfigDict, model_validator
 
 from trackers.base.parameters import TrackerError, unknown
 
-__all__ = ["LEARNT", "LearntDynamics", "dynamics_text", "read_dynamics"]
+__all__ = ["LEARNT", "LearntDynamics", "read_dynamics"]
 
 LEARNT = (
     "plane_spread",
@@ -46,11 +45,9 @@ LEARNT = (
 )
 """Parameters that can be learnt."""
 
-DIGITS = 4  # significant ones; more would be noise
-
 
 def read_dynamics(path: str | Path) -> dict[str, float]:
-    """Values of parameters by name, from a file that `trackmark learn` wrote.
+    """Values of parameters by name, from a file.
 
     Raises
     ------
@@ -61,11 +58,9 @@ def read_dynamics(path: str | Path) -> dict[str, float]:
     try:
         content = tomllib.loads(Path(path).read_text(encoding="utf-8-sig"))
     except OSError as error:
-        raise TrackerError(
-            f"{path}: {error.strerror}. Give a file of dynamics; `trackmark learn` writes one."
-        ) from None
+        raise TrackerError(f"{path}: {error.strerror}. Give a file of dynamics.") from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
-        raise TrackerError(f"{path}: not TOML ({error}). `trackmark learn` writes it.") from None
+        raise TrackerError(f"{path}: not TOML ({error}).") from None
     values = {}
     for name, value in content.items():
         if name == "learnt":
@@ -83,40 +78,8 @@ def read_dynamics(path: str | Path) -> dict[str, float]:
     return values
 
 
-def dynamics_text(
-    values: Mapping[str, float],
-    origin: Mapping[str, str],
-    sequences: Sequence[Mapping[str, object]],
-) -> str:
-    """What a file of dynamics holds: values, how (`origin`) and from what they were learnt.
-
-    Examples
-    --------
-    >>> print(dynamics_text({"mean_spread": 1 / 3}, {}, [{"name": "cup", "steps": 99}]))
-    mean_spread = 0.3333
-    <BLANKLINE>
-    [learnt]
-    <BLANKLINE>
-    [[learnt.sequences]]
-    name = "cup"
-    steps = 99
-    <BLANKLINE>
-    """
-    parts = [
-        [f"{name} = {value:.{DIGITS}g}" for name, value in values.items()],
-        ["[learnt]", *_lines(origin)],
-        *(["[[learnt.sequences]]", *_lines(sequence)] for sequence in sequences),
-    ]
-    return "\n\n".join("\n".join(lines) for lines in parts) + "\n"
-
-
-def _lines(table: Mapping[str, object]) -> list[str]:
-    # JSON's strings are TOML's basic strings.
-    return [f"{key} = {json.dumps(value, ensure_ascii=False)}" for key, value in table.items()]
-
-
 class LearntDynamics(BaseModel):
-    """A parameter: values of others by name, from a file that `trackmark learn` wrote.
+    """A parameter: values of others by name, from a file.
 
     In text it is the file's name, empty for none. A run's identity holds the values too, so that a
     file that was written anew makes other runs.

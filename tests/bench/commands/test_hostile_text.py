@@ -87,7 +87,6 @@ LOOPS = [
     + ("loop.csv",),
     ("report", "loop"),
     ("compare", "--results", "loop"),
-    ("learn", "loop"),
     ("results", "list", "loop"),
     ("results", "merge", "data", "loop"),
     ("baseline", "loop.toml", "--trackers", "static", *SMALL),

@@ -132,7 +132,6 @@ def test_control_characters_of_a_tracker_and_of_a_name_do_not_reach_the_terminal
         ("annotate", "data/Small/img", "--box", "0:1,1,9,9", "--box", "4:1,1,9,9", "--output")
         + (f"{LONG}.csv",),
         ("report", LONG),
-        ("learn", LONG),
         ("reproduce", LONG),
         ("results", "list", LONG),
         ("results", "check", LONG),
