@@ -25,7 +25,6 @@ from trackers.base.sharing import SharedFrame, SharingTracker
 from trackers.contours.chain import Chain, Hypotheses, complete
 from trackers.contours.colour_cue import Fit
 from trackers.contours.contour_cue import ContourCue, ContourDynamics
-from trackers.contours.dynamics import LearntDynamics
 from trackers.contours.mixture import components_of, fitted
 from trackers.contours.observation import (
     ColourCells,
@@ -141,10 +140,6 @@ class SegmenterParameters(Parameters):
     start: Literal["mask", "box"] = choice(
         "mask", "the target is the given mask (where there is one), or an ellipse in the given box"
     )
-    dynamics: LearntDynamics = choice(
-        LearntDynamics(),
-        "TOML file of deviations; its values replace the parameters of the same names",
-    )
     output: Literal["snake", "mean", "posterior"] = choice(
         "snake",
         "what mask and box are of: the contour that the snake refined, the "
@@ -174,11 +169,6 @@ class Segmenter(SharingTracker):
     """
 
     randomness = Randomness.GENERATOR
-
-    def __init__(self, parameters: SegmenterParameters, seed: np.random.SeedSequence) -> None:
-        learnt = parameters.dynamics.values
-        known = {key: learnt[key] for key in learnt if key in type(parameters).model_fields}
-        super().__init__(parameters.model_copy(update=known), seed)
 
     @abstractmethod
     def chain_from(self, start: Start) -> Chain[Observation]:
