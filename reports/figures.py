@@ -20,23 +20,6 @@ from reports.files import write_file
 from reports.palette import LINE_STYLES, MARKERS, colour
 from reports.printable import printable
 
-__all__ = [
-    "CROWDED",
-    "OTHERS",
-    "add_legend",
-    "add_names",
-    "bare_figure",
-    "draw_line",
-    "fold",
-    "line_style",
-    "named_line",
-    "new_figure",
-    "panels_each",
-    "rim",
-    "show",
-    "write_figure",
-]
-
 CROWDED = 7
 """Most lines in one plot; more than that have a panel each."""
 

@@ -9,8 +9,6 @@ from numpy.typing import ArrayLike
 
 from reports.figures import bare_figure, fold
 
-__all__ = ["heat_plot"]
-
 _MOST_NAMED = 100
 """Rows up to which there is room for their names and numbers."""
 

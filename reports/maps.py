@@ -12,8 +12,6 @@ from numpy.typing import NDArray
 from reports.figures import bare_figure, rim, show
 from reports.palette import colour
 
-__all__ = ["Panel", "map_plot"]
-
 
 @dataclass(frozen=True)
 class Panel:

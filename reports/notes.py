@@ -4,8 +4,6 @@ import re
 
 import pandas as pd
 
-__all__ = ["NOT_RUN", "counted", "failure_notes", "notes_of"]
-
 NOT_RUN = "not run"
 _WORDS = {
     "missing": "of the runs that were asked for",

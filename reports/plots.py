@@ -28,17 +28,6 @@ from reports.palette import colour
 from reports.series import draw_median
 from reports.times import timed_by
 
-__all__ = [
-    "TRACE_WORDS",
-    "curve_plot",
-    "frame_plot",
-    "precision_plot",
-    "share_curve",
-    "share_of",
-    "speed_plot",
-    "success_plot",
-]
-
 TRACE_WORDS: Mapping[str, str] = {
     "online": "said at once (online)",
     "revised": "said in the end (revised)",

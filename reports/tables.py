@@ -18,19 +18,6 @@ from numpy.typing import NDArray
 
 from reports.notes import NOT_RUN, counted, notes_of
 
-__all__ = [
-    "MISSING",
-    "Cell",
-    "Direction",
-    "Measure",
-    "Table",
-    "Uncertainties",
-    "Uncertainty",
-    "complete",
-    "sequence_table",
-    "summary_table",
-]
-
 Direction: TypeAlias = Literal["higher", "lower"]
 
 MISSING = "—"

@@ -2,8 +2,6 @@
 
 import pandas as pd
 
-__all__ = ["timed_by"]
-
 
 def timed_by(runs: pd.DataFrame) -> str:
     """Columns of times to compare by: warm where all that were timed have it, or as decoded.

@@ -12,8 +12,6 @@ from reports.renderers import FORMATS
 from reports.tables import Table
 from reports.times import timed_by
 
-__all__ = ["file_names", "what_was_written", "write_plots", "write_tables"]
-
 _FIGURES = {".png", ".svg", ".pdf"}
 
 _LONGEST_NAME = 200  # bytes, of which a sign takes four at most; file systems take 255

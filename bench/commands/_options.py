@@ -17,26 +17,6 @@ from datasets.decoding import brief
 if TYPE_CHECKING:
     from bench.execution.run import Execution
 
-__all__ = [
-    "chosen_sequences",
-    "engine_options",
-    "jobs_option",
-    "json_option",
-    "memory_size",
-    "metrics_option",
-    "output_option",
-    "parse_box",
-    "patience",
-    "progress_bar",
-    "protocol_option",
-    "refresh_index",
-    "split_list",
-    "telling_of_replaced",
-    "trace_option",
-    "truth_option",
-    "utf8_text",
-]
-
 DEFAULT_OUTPUT = Path("results")
 
 PATIENCE = 2.0

@@ -15,8 +15,6 @@ import click
 
 import datasets
 
-__all__ = ["Boxes", "pick_boxes"]
-
 Boxes = dict[int, list[float]]
 """`[x, y, width, height]` in pixels, by frame."""
 

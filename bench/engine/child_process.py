@@ -21,8 +21,6 @@ from bench.engine.unit import Limits
 from bench.offspring import Offspring
 from bench.store.files import ResultsError
 
-__all__ = ["ChildProcess", "Death", "StartError"]
-
 _POLL_SECONDS = 0.1
 _START_SECONDS = 300.0
 _LONGEST_ANSWER = 1 << 26  # bytes

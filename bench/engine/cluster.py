@@ -26,17 +26,6 @@ from bench.store.files import ResultsError, remove_file, temporary_name, write_a
 from datasets import SequenceError
 from trackers.base.catalogue import in_file
 
-__all__ = [
-    "Cluster",
-    "ClusterEngine",
-    "ClusterError",
-    "Performed",
-    "Task",
-    "check_installed",
-    "local_engine",
-    "remote_engine",
-]
-
 _POLL_SECONDS = 2.0
 _HOME = Path(__file__).parents[2]  # what all packages of trackmark lie in
 

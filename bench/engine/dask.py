@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     from distributed import Client
     from distributed.cfexecutor import ClientExecutor
 
-__all__ = ["connect"]
-
 _CONNECT_SECONDS = 10
 # Dask's logs of messages keep whole units: in the command, they shall be few.
 _SHORT_LOGS = {"distributed.admin.low-level-log-length": 50}

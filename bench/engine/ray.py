@@ -21,8 +21,6 @@ from bench.engine.cluster import (
 from bench.engine.unit import Unit
 from datasets import SequenceError
 
-__all__ = ["connect"]
-
 _RETRIES = 3
 _CONNECT_SECONDS = 10.0
 _OBJECT_STORE_BYTES = 80 << 20  # hardly more than Ray demands: what comes back is small

@@ -21,8 +21,6 @@ from bench.store.layout import run_path
 from bench.store.results import Results
 from reports.files import write_file
 
-__all__ = ["export_results"]
-
 
 def export_results(
     experiment: Path,

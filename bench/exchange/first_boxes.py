@@ -16,8 +16,6 @@ from numpy.typing import NDArray
 from bench.exchange.layout import ExchangeError, Held
 from bench.metrics.overlap import overlap
 
-__all__ = ["FirstBox", "check_first_boxes", "origin_of"]
-
 _ORIGINS = (0, 1)
 _SAME = 0.3  # pixels: trackers that scale images begin beside the truth; origins are 1 apart
 _FITS = 0.5  # overlap of a first box that is taken without a message

@@ -18,24 +18,6 @@ from datasets import SequenceError
 from datasets.decoding import brief
 from datasets.truth_file import read_text
 
-__all__ = [
-    "ExchangeError",
-    "Header",
-    "Layout",
-    "On",
-    "Said",
-    "SegmentWriter",
-    "boxes_from",
-    "by_sequence",
-    "column_from",
-    "file_name",
-    "first_line",
-    "letters",
-    "numbers_of",
-    "rounded",
-    "text_of",
-]
-
 
 class ExchangeError(ResultsError):
     """Results that can't be read or written in a layout; the message names file and line."""

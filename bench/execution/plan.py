@@ -31,9 +31,6 @@ from bench.store.results import Results
 from datasets import Sequence, SequenceError
 from trackers import Randomness
 
-__all__ = ["KnownSequences", "Plan", "PlannedSequence", "State", "make_plan"]
-
-
 MOST_RUNS = 10_000_000
 """Of an experiment: some gigabytes of memory."""
 

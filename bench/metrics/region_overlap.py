@@ -14,8 +14,6 @@ from numpy.typing import NDArray
 
 from bench.metrics.overlap import is_well_formed, overlap
 
-__all__ = ["exact_overlap", "raster_overlap"]
-
 FARTHEST = 2.0**30
 """Largest coordinate [px]; larger ones are clipped, so that areas and integers do not overflow."""
 

@@ -14,16 +14,6 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = [
-    "RECALL_THRESHOLD",
-    "TOLERANCE",
-    "Segmentation",
-    "contour_accuracy",
-    "mean_recall_decay",
-    "region_similarity",
-    "segmentation_scores",
-]
-
 TOLERANCE = 0.008
 """Distance up to which contours agree, in shares of the image's diagonal."""
 

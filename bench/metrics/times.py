@@ -12,8 +12,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["DISTURBED_RATIO", "Times", "is_disturbed", "time_scores"]
-
 DISTURBED_RATIO = 1.1
 """Wall time over CPU time from which a pass counts as disturbed by other load."""
 

@@ -17,8 +17,6 @@ from reports.page.content import Chart, Line, Place
 from reports.tables import Table
 from reports.write import file_names
 
-__all__ = ["error_charts", "share_charts", "speed_chart", "survival_chart"]
-
 _BINS = 120
 """Points of a curve over the frames of a sequence."""
 

@@ -19,8 +19,6 @@ from reports.printable import one_line
 from reports.renderers import OR_NUMBERS, breakable, in_latex, in_markdown, to_latex, to_markdown
 from reports.write import write_tables
 
-__all__ = ["write_paper"]
-
 _MOST_FLOATS = 10
 """Tables and figures after which LaTeX is told to put them: it keeps some fifty in mind."""
 

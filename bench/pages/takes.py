@@ -28,17 +28,6 @@ from reports.page.content import Place, Scene, Take
 from reports.page.film import packed, quantised, squeezed
 from reports.plots import share_of
 
-__all__ = [
-    "Clip",
-    "Reading",
-    "Stage",
-    "Stored",
-    "named_by",
-    "read_takes",
-    "scenes",
-    "taken",
-]
-
 _DONE = {
     State.SKIPPED: "not asked",
     State.INITIALISED: "begun with the truth",

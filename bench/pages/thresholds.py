@@ -3,8 +3,6 @@
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["ERRORS", "OVERLAPS", "nearest_to"]
-
 Array = NDArray[np.float64]
 OVERLAPS = np.linspace(0.0, 1.0, 51)
 ERRORS = np.linspace(0.0, 50.0, 51)

@@ -47,8 +47,6 @@ from trackers.contours.plane_cue import discriminant_basis
 from trackers.contours.snake import Stiffness
 from trackers.contours.snake import refined as refined_by_snake
 
-__all__ = ["LITERAL", "Segmenter", "SegmenterParameters", "Start", "best_posterior", "surely"]
-
 Array: TypeAlias = NDArray[np.float64]
 Posterior: TypeAlias = NDArray[np.float32]
 

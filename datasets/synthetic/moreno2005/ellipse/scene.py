@@ -20,8 +20,6 @@ from datasets.synthetic.moreno2005.knobs import EllipseKnobs
 from datasets.synthetic.render.camera import Camera
 from datasets.synthetic.scene import Scene, Truth, part_generator
 
-__all__ = ["EllipseScene", "scene"]
-
 Array = NDArray[np.float64]
 
 CAMERA = Camera(SIZE, noise=5.0, fall=(0, 0))
