@@ -9,8 +9,7 @@ import pandas as pd
 
 from reports.files import write_file
 from reports.renderers import FORMATS
-from reports.tables import Table
-from reports.times import timed_by
+from reports.tables import Table, timed_by
 
 _FIGURES = {".png", ".svg", ".pdf"}
 

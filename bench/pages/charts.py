@@ -7,8 +7,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from bench.pages.takes import Clip, Reading, Stage
-from bench.pages.thresholds import ERRORS, OVERLAPS
+from bench.pages.takes import ERRORS, OVERLAPS, Clip, Reading, Stage
 from bench.reporting.tables import SUMMARY
 from bench.statistics.rules import MIN_UNITS
 from bench.statistics.survival import kaplan_meier
