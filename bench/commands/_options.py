@@ -164,14 +164,9 @@ def split_list(text: str) -> list[str]:
 
 
 def chosen_sequences(text: str, truth: Path | None) -> tuple[SequenceSource, ...]:
-    """Sequences of a comma-separated list; what an item may be says `datasets.matching`.
+    """Return the distinct sequences of a comma-separated list of what `datasets.matching` takes.
 
-    What several items stand for is there once.
-
-    Raises
-    ------
-    SequenceError, ExperimentError
-        For a pattern that matches nothing, or a truth file for several sequences.
+    Raises `SequenceError` for a pattern without match, `ExperimentError` if several share `truth`.
     """
     import datasets
 

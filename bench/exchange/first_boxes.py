@@ -27,21 +27,11 @@ _BETTER = 4  # the other reading is this many times closer to an overlap of 1
 
 @dataclass(frozen=True)
 class FirstBox:
-    """First box of a segment.
+    """First box of a segment."""
 
-    Attributes
-    ----------
-    place : str
-        File and record, for messages.
-    expected : ndarray of float64, shape (4,)
-        The box at initialisation, in pixels from 0.
-    stored : ndarray of float64, shape (4,)
-        The box in the file, in the numbers of the file; NaN if the file has none.
-    """
-
-    place: str
-    expected: NDArray[np.float64]
-    stored: NDArray[np.float64]
+    place: str  # file and record, for messages
+    expected: NDArray[np.float64]  # box at initialisation, in pixels from 0
+    stored: NDArray[np.float64]  # in the numbers of the file; NaN if the file has none
 
 
 def origin_of(boxes: Iterable[FirstBox], held: Held) -> int | None:
