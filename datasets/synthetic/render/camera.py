@@ -10,11 +10,6 @@ from numpy.typing import NDArray
 from datasets.interface import Image
 from datasets.synthetic.render.views import wandering
 
-__all__ = [
-    "LENS", "LEVEL_STEPS", "Camera", "developed", "fixed_point", "noise_table", "random_bytes",
-    "slow_exposure",
-]  # fmt: skip
-
 GAIN_STEPS = 1024
 """Steps in a gain of 1."""
 

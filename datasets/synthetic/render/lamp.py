@@ -11,11 +11,6 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-__all__ = [
-    "AMBIENT", "RADIUS", "REACH", "Lamp", "crossing", "lay_lit", "light_left",
-    "light_on", "lit", "softness", "unshaded",
-]  # fmt: skip
-
 Array = NDArray[np.float64]
 Floats = NDArray[np.floating]
 

@@ -10,11 +10,6 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-__all__ = [
-    "Sprite", "blend_sprite", "blurred", "draw_rows", "instants", "superellipse",
-    "window",
-]  # fmt: skip
-
 
 class Sprite:
     """Colour with coverage, in a pyramid so that it can be drawn smaller without aliasing.

@@ -7,8 +7,6 @@ Sizes are powers of two, of 256 pixels or more for the grounds.
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["creases", "fractal", "grass", "lerp", "noise", "paving", "pebbles", "ramp", "relief"]
-
 Array = NDArray[np.float64]
 
 

@@ -26,8 +26,6 @@ from datasets.synthetic.render.lamp import (
     unshaded,
 )
 
-__all__ = ["Lighting", "drawn_lamps"]
-
 Array = NDArray[np.float64]
 Floats = NDArray[np.float32]
 

@@ -13,8 +13,6 @@ from datasets.synthetic.render.desk import seen_room
 from datasets.synthetic.render.finish import Surface, Thing, looked_at
 from datasets.synthetic.scene import part_generator
 
-__all__ = ["HELD", "PASSING", "ROOM_FINE", "Card", "Pose", "Setting", "Shade"]
-
 Array = NDArray[np.float64]
 Floats = NDArray[np.float32]
 
