@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from bench.papers.criteria import multipart as criteria
-from bench.papers.criteria.shared import SceneImages
-from datasets import Sequence
+from tests.bench.papers.criteria.scenes import inside, painted
 
 BOX = np.array([150.0, 60.0, 26.0, 100.0])
 GREY, RED, BLUE = (128, 128, 128), (40, 40, 200), (200, 60, 40)
@@ -27,15 +26,8 @@ def scene(upper, lower, others, visibility=None):
             paint(image, *other)
         images.append(image)
     boxes = np.tile(BOX, (len(images), 1))
-    visible = np.ones(len(images)) if visibility is None else np.asarray(visibility)
-    mask = np.zeros((240, 320), np.uint8)
-    mask[60:160, 150:170] = 1
-    return SceneImages(
-        Sequence(
-            "painted", images, boxes, fingerprint="p", visibility=visible,
-            regions={"full": boxes}, masks=lambda _: mask,
-        )
-    )  # fmt: skip
+    masks = [inside(images[0].shape, (150, 60, 20, 100))] * len(images)
+    return painted(images, boxes, masks, visibility=visibility, regions={"full": boxes})
 
 
 def test_right_choice_follows_the_colours_of_both_halves():
