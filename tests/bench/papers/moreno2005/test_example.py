@@ -1,4 +1,4 @@
-"""Section 3: the course, both filters against a grid, and the factorisation of equation 2."""
+"""Section 3: the course, and both filters against a grid."""
 
 import numpy as np
 import pytest
@@ -14,8 +14,6 @@ from bench.papers.moreno2005.example import (
     gain_of_filtering,
 )
 from bench.papers.moreno2005.figures import GRIDS, iteration
-
-STATES = 4
 
 
 def test_truth_returns_to_the_middle_and_stays_in_bounds():
@@ -75,35 +73,3 @@ def test_densities_of_an_iteration_are_normalised():
         margin = moment.both.sum(axis=1) * steps[0]
         np.testing.assert_allclose(margin, moment.second, atol=0.1)
     assert before.marks["true, t - 1"] != after.marks["true, t"]
-
-
-def joint(generator, *, informs):
-    """Return a random p(x₁, x₂, z₁, z₂) with the dependences of equation 1.
-
-    `informs`: z₂ tells of x₁; otherwise p(z₂ | x₁, z₁) is the same for all x₁.
-    """
-    first = generator.dirichlet(np.ones(STATES))
-    measured = generator.dirichlet(np.ones(STATES), STATES)  # z₁ given x₁
-    if informs:
-        second = generator.dirichlet(np.ones(STATES), (STATES, STATES))  # x₂ given x₁, z₁
-        seen = generator.dirichlet(np.ones(STATES), (STATES,) * 3)  # z₂ given x₁, x₂, z₁
-        both = second[..., np.newaxis] * seen.transpose(0, 2, 1, 3)
-    else:
-        total = generator.dirichlet(np.ones(STATES), STATES)  # z₂ given z₁
-        shares = generator.dirichlet(np.ones(STATES), (STATES,) * 3)  # x₂ given x₁, z₁, z₂
-        both = (total[np.newaxis, ..., np.newaxis] * shares).transpose(0, 1, 3, 2)
-    # `both` is p(x₂, z₂ | x₁, z₁), axes x₁, z₁, x₂, z₂.
-    whole = (first[:, np.newaxis] * measured)[..., np.newaxis, np.newaxis] * both
-    return whole.transpose(0, 2, 1, 3)
-
-
-@pytest.mark.parametrize("informs", [True, False])
-def test_equation_2_needs_that_the_second_measurement_tells_nothing_of_x1(informs):
-    """Its proof replaces p(x₁ | z₁, z₂) by p(x₁ | z₁)."""
-    model = joint(np.random.default_rng(0), informs=informs)
-    posterior = model / model.sum(axis=(0, 1))
-    of_first = model.sum(axis=(1, 3))
-    first = (of_first / of_first.sum(axis=0))[:, np.newaxis, :, np.newaxis]
-    product = first * model / model.sum(axis=1, keepdims=True)
-    distance = 0.5 * np.abs(posterior - product).sum(axis=(0, 1)).max()
-    assert (distance > 0.02) if informs else (distance < 1e-12)

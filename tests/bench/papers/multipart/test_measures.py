@@ -12,6 +12,8 @@ from bench.papers.description import read_description, read_sensitivity
 from bench.papers.measures import Course, find_measure
 from bench.papers.multipart import scenes
 from bench.papers.runs import StoredRuns
+from tests.bench.papers import courses
+from tests.bench.papers.courses import value
 
 N = 30
 PERSON = np.array([50.0, 20.0, 20.0, 60.0])
@@ -25,14 +27,11 @@ def course(shifts: Any = 0.0, *, hidden: Any = (), failure: str = "") -> Course:
     estimates[:, 0] += shifts
     visibility = np.ones(N)
     visibility[list(hidden)] = 0.2
-    run = SimpleNamespace(failure=failure, details={}, boxes_in=lambda trace: estimates)
-    truth = SimpleNamespace(
-        boxes=np.tile(BODY, (N, 1)),
-        regions={"full": np.tile(PERSON, (N, 1))},
-        visibility=visibility,
-        image_size=(160, 120),
+    boxes, regions = np.tile(BODY, (N, 1)), {"full": np.tile(PERSON, (N, 1))}
+    run = {"failure": failure}
+    return courses.course(
+        "multipart", boxes, estimates, visibility, (160, 120), run, regions=regions
     )
-    return Course(run, truth, PAPER, "multipart")  # type: ignore[arg-type]  # only what it reads
 
 
 def off_from(first: int, last: int = N, by: float = 11.0) -> np.ndarray:
@@ -40,10 +39,6 @@ def off_from(first: int, last: int = N, by: float = 11.0) -> np.ndarray:
     shifts = np.zeros(N)
     shifts[first:last] = by
     return shifts
-
-
-def value(text: str, given: Course) -> float:
-    return find_measure(text, "multipart")(given)
 
 
 @pytest.mark.parametrize(("by", "expected"), [(9.5, N), (10.5, 20)])
