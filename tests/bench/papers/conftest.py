@@ -187,16 +187,10 @@ sentence = "a moving target"
 }
 
 
-@pytest.fixture(scope="session")
-def store_runs():
-    """`store_runs(folder, trackers, sequences, repetitions=1)`: an experiment's runs, made here."""
-    return stored_runs
-
-
-def stored_runs(folder, trackers, sequences, repetitions=1):
+def stored_runs(folder, trackers, sequences):
     """Run trackers in this process, store their runs as an experiment and return their cells."""
     results, versions = Results(folder), {}
-    entries = [(contestant(text), one) for text in trackers for one in range(repetitions)]
+    entries = [(contestant(text), 0) for text in trackers]
     for sequence in map(datasets.load, sequences):
         write_truth(folder, sequence)
         for run in run_in_lock_step(entries, sequence).runs:
@@ -205,6 +199,12 @@ def stored_runs(folder, trackers, sequences, repetitions=1):
             versions[key.tracker, key.sequence, key.repetition, key.protocol] = key.version
     results.prepare(Asked(folder.name, versions))
     return set(versions)
+
+
+@pytest.fixture(scope="session")
+def store_runs():
+    """Return `stored_runs`."""
+    return stored_runs
 
 
 @dataclass(frozen=True)
@@ -252,3 +252,9 @@ def tiny(tmp_path_factory):
         del sys.modules[name]
     for cached in (find_measure, plan.verdict_scenes):
         cached.cache_clear()
+
+
+@pytest.fixture(scope="module")
+def report(tiny):
+    """Return the report of the tiny paper with everything."""
+    return tiny.report(everything=True)

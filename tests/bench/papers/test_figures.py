@@ -13,11 +13,6 @@ SCENES = [f"plain/target:length=20:scene={number}" for number in (200, *range(20
 ADAPTIVE = "camshift:window=adaptive"
 
 
-@pytest.fixture(scope="module")
-def report(tiny):
-    return tiny.report()
-
-
 @pytest.fixture
 def redraw(report, tmp_path):
     """`redraw(NAME=updates)` draws the figures again, the named entry with other fields."""

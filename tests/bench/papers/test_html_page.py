@@ -23,11 +23,6 @@ SCENES = (200, *range(202, 213))
 
 
 @pytest.fixture(scope="module")
-def report(tiny):
-    return tiny.report(everything=True)
-
-
-@pytest.fixture(scope="module")
 def page(tiny, report):
     return write_html_page(tiny.results / "tiny" / "report.html", report)[0]
 

@@ -2,17 +2,10 @@
 
 from dataclasses import replace
 
-import pytest
-
 from bench.papers.evidence import evidence
 from bench.papers.page import page, write_page
 from bench.papers.reproduction import document
 from bench.papers.screen import screen
-
-
-@pytest.fixture(scope="module")
-def report(tiny):
-    return tiny.report(everything=True)
 
 
 def test_verdicts_come_from_the_scenes_that_meet_the_criteria(report):
