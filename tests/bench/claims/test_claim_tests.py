@@ -9,26 +9,9 @@ import pandas as pd
 import pytest
 
 from bench.claims.claim_tests import Evidence, judge, notes, scene_differences
-from bench.claims.claims_file import Claim
 from bench.claims.row_verdicts import count_verdicts, judge_row, verdict_table
 from bench.statistics.verdict_rules import no_worse, order, share
-
-
-def claim(**fields: Any) -> Claim:
-    """Return a claim with some fields replaced."""
-    usual: dict[str, Any] = {
-        "name": "AB-1",
-        "source": "Fig. 1",
-        "quote": "it tracks",
-        "short": "it tracks",
-        "says": "The target is tracked.",
-        "paper": "1 of 1",
-        "sequences": "ball",
-        "measure": "kept",
-        "falsified": "It is lost.",
-        "reason": "The figure shows the end.",
-    }
-    return Claim.model_validate(usual | fields)
+from tests.bench.claims.entries import claim
 
 
 def table(values: dict[str, Any], sequence: str = "ball") -> pd.DataFrame:

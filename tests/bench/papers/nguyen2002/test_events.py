@@ -59,9 +59,8 @@ def test_events_without_a_frame_to_report_are_read_off_boxes():
     events = [(80, 91, 119), (95, 106, 119), (107, 112, 119)]
     run = made_run(*events)
     for beginning, end, _ in events[1:]:
-        run.revised[beginning : end + 1] = made_run((beginning, end, None)).revised[
-            beginning : end + 1
-        ]
+        hidden = slice(beginning, end + 1)
+        run.revised[hidden] = made_run((beginning, end, None)).revised[hidden]
     assert declared_in(run) == [Declared(*event) for event in events]
 
 
