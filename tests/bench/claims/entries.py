@@ -24,9 +24,14 @@ def claim(**fields: Any) -> Claim:
     return Claim.model_validate({"name": "AB-1", **TEXTS, **fields})
 
 
+def claim_text(name: str, **fields: Any) -> str:
+    """Return a claim as an entry of a claims file."""
+    lines = [f"{key} = {json.dumps(value)}" for key, value in {**TEXTS, **fields}.items()]
+    return "\n".join([f"[{name}]", *lines, ""])
+
+
 def write_claim(folder: Path, **fields: Any) -> Path:
     """Write a claims file with one claim."""
     path = folder / "claims.toml"
-    lines = [f"{name} = {json.dumps(field)}" for name, field in {**TEXTS, **fields}.items()]
-    path.write_text("\n".join(["[AB-1]", *lines]), "utf-8")
+    path.write_text(claim_text("AB-1", **fields), "utf-8")
     return path

@@ -18,7 +18,7 @@ def test_model_auc_is_zero_where_target_and_ring_swap_colours():
     assert criteria.model_auc(SWAPPED, frame=2, age=0) == 1
 
 
-def test_hard_share_counts_frames_that_old_colours_do_not_separate():
+def test_hard_share_counts_frames_not_separated_by_old_colours():
     assert criteria.hard_share(SWAPPED, limit=0.75, age=1) == pytest.approx(1 / 3)
     assert criteria.hard_share(SWAPPED, limit=0.75, age=2) == 1
 
@@ -50,7 +50,7 @@ def test_colour_step_is_the_length_of_the_mean_change():
     assert criteria.colour_step(scene) == pytest.approx(0.2)
 
 
-def test_affine_overlap_is_high_for_stretched_and_low_for_split_shapes():
+def test_affine_overlap_is_low_for_split_shapes_only():
     stretched = blocks([(BOX, RED, BLUE), ((10, 10, 40, 12), RED, BLUE)])
     assert criteria.affine_overlap(stretched, percentile=50, step=1) > 0.93
 

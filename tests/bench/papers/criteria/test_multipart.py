@@ -10,20 +10,14 @@ BOX = np.array([150.0, 60.0, 26.0, 100.0])
 GREY, RED, BLUE = (128, 128, 128), (40, 40, 200), (200, 60, 40)
 
 
-def paint(image, left, upper, lower):
-    """Paint a person of the box's size at a column."""
-    image[60:110, left : left + 26] = upper
-    image[110:160, left : left + 26] = lower
-
-
 def scene(upper, lower, others, visibility=None):
-    """Person on grey; `others` are (left, upper, lower) or None, by frame."""
+    """Return a person on grey; `others` are (left, upper, lower) or None, by frame."""
     images = []
     for other in others:
         image = np.full((240, 320, 3), GREY, np.uint8)
-        paint(image, 150, upper, lower)
-        if other is not None:
-            paint(image, *other)
+        for left, top, bottom in filter(None, [(150, upper, lower), other]):
+            image[60:110, left : left + 26] = top
+            image[110:160, left : left + 26] = bottom
         images.append(image)
     boxes = np.tile(BOX, (len(images), 1))
     masks = [inside(images[0].shape, (150, 60, 20, 100))] * len(images)

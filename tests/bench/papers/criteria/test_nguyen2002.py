@@ -3,15 +3,8 @@
 import numpy as np
 import pytest
 
-from bench.papers.criteria.nguyen2002 import (
-    ClipSet,
-    complete_occlusions,
-    feature_noise_ratio,
-    hidden_frames,
-    light_change_auc,
-    target_in_box,
-    target_saturation,
-)
+from bench.papers.criteria import nguyen2002 as criteria
+from bench.papers.criteria.nguyen2002 import ClipSet
 from tests.bench.papers.criteria.scenes import blocks, inside, painted
 
 BOX = 20, 20, 20, 20
@@ -26,22 +19,22 @@ def test_hidden_frames_are_those_of_complete_occlusions():
     first = [1, 0.5, 0.02, 0, 0, 0.4, 1, 0.3, 1]  # 3 frames; the second occlusion is partial
     second = [1, 0, 0, 0, 0, 0, 1, 1, 0]  # 5 frames and 1 frame
     clips = ClipSet([clip(200, 50, 9, visibility=each) for each in (first, second)])
-    assert complete_occlusions(clips) == 3
-    assert hidden_frames(clips) == 3
+    assert criteria.complete_occlusions(clips) == 3
+    assert criteria.hidden_frames(clips) == 3
 
 
 def test_saturation_is_relative_to_the_largest_channel():
     colours = [(50, 100, 200), (200, 200, 200), (100, 100, 200)]
     clips = ClipSet([clip(colour, 0, 3) for colour in colours])
-    assert target_saturation(clips, pairs=2) == pytest.approx(0.5)
+    assert criteria.target_saturation(clips, pairs=2) == pytest.approx(0.5)
 
 
 def test_target_in_box_is_the_share_of_the_mask():
     whole, mask = clip(200, 50, 2), inside(SIZE, BOX)
     images = [whole.image(0)] * 2
     half = painted(images, [(31, 20, 20, 20)] * 2, [mask] * 2)  # the box is taken a pixel larger
-    assert target_in_box(ClipSet([whole]), pairs=1) == 1
-    assert target_in_box(ClipSet([whole, half]), pairs=1) == pytest.approx(0.5)
+    assert criteria.target_in_box(ClipSet([whole]), pairs=1) == 1
+    assert criteria.target_in_box(ClipSet([whole, half]), pairs=1) == pytest.approx(0.5)
 
 
 def test_noise_of_chroma_lowers_invariants_more_than_rgb():
@@ -56,7 +49,8 @@ def test_noise_of_chroma_lowers_invariants_more_than_rgb():
         return [np.clip(brightness + tint + n, 0, 255).astype(np.uint8) for n in noise]
 
     ratios = [
-        feature_noise_ratio(ClipSet([painted(images(c), [BOX] * 2)]), pairs=1) for c in (1, 6)
+        criteria.feature_noise_ratio(ClipSet([painted(images(c), [BOX] * 2)]), pairs=1)
+        for c in (1, 6)
     ]
     assert ratios[1] < 0.5 * ratios[0]
 
@@ -67,4 +61,4 @@ def test_light_change_is_judged_by_colours_of_before(dark_target, expected):
     lamp_off = np.array([False, False, True, True, False])
     scene = blocks([bright] * 2 + [dark] * 2 + [bright], SIZE, attributes={"lamp off": lamp_off})
     for switch in ("off", "on"):
-        assert light_change_auc(scene, switch=switch) == pytest.approx(expected)
+        assert criteria.light_change_auc(scene, switch=switch) == pytest.approx(expected)

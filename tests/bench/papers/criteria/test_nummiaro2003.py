@@ -57,7 +57,7 @@ def test_measures_of_the_occlusions(students):
     assert criteria.frames_before_short_occlusions(students) == 10
 
 
-def test_hider_distance_is_one_for_other_colours_and_zero_for_the_same(students):
+def test_hider_distance_spans_zero_to_one(students):
     assert criteria.distance_of_students(students) == pytest.approx(1)
     assert criteria.distance_of_tree(students) == pytest.approx(1)
     assert criteria.distance_of_students(students_of([RED] * 60, hider=RED)) == pytest.approx(0)

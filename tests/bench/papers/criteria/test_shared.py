@@ -108,14 +108,7 @@ def test_passing_scenes_meet_all_criteria_of_their_sequence():
     assert list(scene_check.passing_scenes(ROWS, "b")) == [200]
 
 
-def test_values_are_read_as_they_were_written(tmp_path, monkeypatch):
-    monkeypatch.setattr(scene_check, "FOLDER", tmp_path)
-    (tmp_path / "paper").mkdir()
-    scene_check.write_values("paper", ROWS)
-    assert scene_check.read_values("paper") == ROWS
-
-
-def test_criteria_are_read_with_the_first_scenes(tmp_path, monkeypatch):
+def test_files_of_a_paper_are_read(tmp_path, monkeypatch):
     monkeypatch.setattr(scene_check, "FOLDER", tmp_path)
     (tmp_path / "paper").mkdir()
     (tmp_path / "paper" / "criteria.toml").write_text(
@@ -124,6 +117,8 @@ def test_criteria_are_read_with_the_first_scenes(tmp_path, monkeypatch):
     )
     expected = criterion(measure="slow_share:limit=1", target="<= 0.1")
     assert scene_check.read_criteria("paper") == ({"s": 200}, [expected])
+    scene_check.write_values("paper", ROWS)
+    assert scene_check.read_values("paper") == ROWS
 
 
 def test_summary_counts_scenes_and_prints_the_median():

@@ -37,7 +37,7 @@ def test_motion_map_marks_the_moving_target_with_its_margin():
     assert criteria.motion_marked_share(scene) > 0.5
 
 
-def test_motion_map_on_target_is_one_if_nothing_else_has_its_colour():
+def test_motion_map_on_target_is_one_for_a_unique_colour():
     assert criteria.motion_map_on_target(moving(RISING), frame=6) == pytest.approx(1)
 
 

@@ -3,27 +3,21 @@
 import numpy as np
 import pytest
 
-from bench.papers.moreno2005.example import (
-    COLOURS,
-    POSITIONS,
-    Setting,
-    chain,
-    course,
-    errors,
-    gain_of_dependence,
-    gain_of_filtering,
-)
+from bench.papers.moreno2005 import example
+from bench.papers.moreno2005.example import Setting
 from bench.papers.moreno2005.figures import GRIDS, iteration
 
 
 def test_truth_returns_to_the_middle_and_stays_in_bounds():
     still = Setting(1.0, (0.0, 0.0), (0.0, 0.0), (0.1, 0.1))
-    seen = course(still, 50, np.random.default_rng(1))
+    seen = example.course(still, 50, np.random.default_rng(1))
     expected = seen.start[0] * 0.95 ** np.arange(1, 51)
     np.testing.assert_allclose(seen.truth[:, 0], expected)
     np.testing.assert_array_equal(seen.observed, seen.truth)
-    wild = course(Setting(1.0, (2.0, 2.0), (0.1, 0.3), (0.1, 0.1)), 2000, np.random.default_rng(2))
-    for column, (low, high) in enumerate((POSITIONS, COLOURS)):
+    wild = example.course(
+        Setting(1.0, (2.0, 2.0), (0.1, 0.3), (0.1, 0.1)), 2000, np.random.default_rng(2)
+    )
+    for column, (low, high) in enumerate((example.POSITIONS, example.COLOURS)):
         assert (wild.truth[:, column].min(), wild.truth[:, column].max()) == (low, high)
     np.testing.assert_allclose((wild.observed - wild.truth).std(axis=0), [0.1, 0.3], rtol=0.05)
 
@@ -45,7 +39,7 @@ def test_filters_have_the_posterior_of_a_grid():
     twice = mean(around(start[1]), observed[1], 2)
     anywhere = mean((grid >= 0) & (grid <= 1), observed[1], 1)
     for kind, colour in (("dependent", twice), ("independent", anywhere)):
-        cues = chain(kind, setting, 200_000, start)
+        cues = example.chain(kind, setting, 200_000, start)
         found = cues.step(observed, np.random.default_rng(5))
         attached = found[-2].states[found[-1].attached]
         assert found[-1].weights @ found[-1].states == pytest.approx(position, abs=1e-3)
@@ -53,15 +47,15 @@ def test_filters_have_the_posterior_of_a_grid():
 
 
 def test_gains_are_shares_of_the_observations_error(monkeypatch):
-    monkeypatch.setattr("bench.papers.moreno2005.example.NUMBERS", (50, 100))
-    first, second = errors(0, 50), errors(0, 100)
+    monkeypatch.setattr(example, "NUMBERS", (50, 100))
+    first, second = example.errors(0, 50), example.errors(0, 100)
     assert first["observation"] == second["observation"]
     independent = (first["independent"] + second["independent"]) / 2
     dependent = (first["dependent"] + second["dependent"]) / 2
     expected = (independent - dependent) / first["observation"]
-    assert gain_of_dependence("0") == pytest.approx(expected)
+    assert example.gain_of_dependence("0") == pytest.approx(expected)
     larger = max(independent, dependent)
-    assert gain_of_filtering("0") == pytest.approx(1 - larger / first["observation"])
+    assert example.gain_of_filtering("0") == pytest.approx(1 - larger / first["observation"])
 
 
 def test_densities_of_an_iteration_are_normalised():

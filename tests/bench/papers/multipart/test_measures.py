@@ -6,9 +6,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bench.claims.claims_file import read_claims
-from bench.papers.description import read_description, read_sensitivity
-from bench.papers.measures import Course, find_measure
+from bench.papers.description import read_description
+from bench.papers.measures import Course
 from bench.papers.multipart import scenes
 from bench.papers.runs import StoredRuns
 from datasets import Sequence
@@ -102,13 +101,3 @@ def test_settings_differ_in_bins_and_votes() -> None:
     as_written, recommended = map(scenes.bins_of, ("as-written", "recommended"))
     assert (as_written.binning, as_written.uv_range) == ("both", "full")
     assert (recommended.binning, recommended.uv_range) == ("perez", "srgb-gamut")
-
-
-def test_every_claim_and_column_names_measures_that_exist() -> None:
-    for claim in read_claims("multipart").values():
-        PAPER.check_names(claim.trackers, claim.sequences, claim.name)
-        if "." not in claim.measure:
-            find_measure(claim.measure, "multipart")
-    for column in read_sensitivity("multipart").columns:
-        PAPER.check_names((column.tracker,), (column.sequence,), column.head)
-        find_measure(column.measure, "multipart")

@@ -68,32 +68,6 @@ PLAIN = "plain/target:length=60:occlusion=0.9:noise=8"
 """By a low limit of outliers noise is taken for occlusions: they follow on one another."""
 
 
-def events_of_both(text, length=60):
-    """Occlusions of a run that have an end, by its rows and by the method in plain NumPy."""
-    sequence = datasets.load(PLAIN)[:length]
-    run = bench.evaluate(f"nguyen2002:{text}", sequence)
-    assert not run.failure
-    settings = run.identity.parameters
-    _, expected, _ = track_offline(list(sequence), sequence.boxes[0], **settings)
-    events = declared_in(run)
-    found = [event[:2] for event in events if event.end is not None]
-    return events, found, [event for event in expected if event[1] < len(sequence)]
-
-
-@pytest.mark.parametrize(
-    ("text", "length", "together"),
-    [
-        ("longest_occlusion=11:search_range=8", 40, 2),
-        pytest.param("longest_occlusion=19", 60, 3, marks=pytest.mark.slow),
-    ],
-)
-def test_events_within_frames_looked_through_are_kept(text, length, together):
-    text = f"features=rgb:end=first:gamma=0.08:{text}"
-    events, found, expected = events_of_both(text, length)
-    assert found == expected
-    assert max(Counter(event.back for event in events if event.back).values()) == together
-
-
 def test_events_are_frames_of_the_sequence_of_a_late_target():
     sequence = datasets.load(PLAIN)
     boxes = sequence.boxes.copy()
@@ -108,24 +82,40 @@ def test_events_are_frames_of_the_sequence_of_a_late_target():
     assert not changed[5:first].any()
 
 
-@pytest.mark.slow
+FIRST = "features=rgb:end=first:gamma=0.08"
+
+
 @pytest.mark.parametrize(
-    "text",
+    ("text", "length", "together"),
     [
-        "features=rgb:gamma=0.08:longest_occlusion=11",
-        "features=rgb:gamma=0.05:longest_occlusion=11",
-        "features=invariants:gamma=0.2:longest_occlusion=11",
-        "features=intensity:gamma=0.02:longest_occlusion=11",
-        "features=intensity:gamma=0.02:longest_occlusion=19:end=first:accept=0",
-        "features=rgb:gamma=0.05:end=first:accept=0.04",
-        "preset=robust:gamma=0.05:accept=0.06:candidates=all",
-        "preset=as-written:gamma=0.1:longest_occlusion=11",
+        (f"{FIRST}:longest_occlusion=11:search_range=8", 40, 2),
+        *(
+            pytest.param(text, 60, together, marks=pytest.mark.slow)
+            for text, together in {
+                f"{FIRST}:longest_occlusion=19": 3,
+                "features=rgb:gamma=0.08:longest_occlusion=11": 1,
+                "features=rgb:gamma=0.05:longest_occlusion=11": 1,
+                "features=invariants:gamma=0.2:longest_occlusion=11": 1,
+                "features=intensity:gamma=0.02:longest_occlusion=11": 1,
+                "features=intensity:gamma=0.02:longest_occlusion=19:end=first:accept=0": 1,
+                "features=rgb:gamma=0.05:end=first:accept=0.04": 1,
+                "preset=robust:gamma=0.05:accept=0.06:candidates=all": 1,
+                "preset=as-written:gamma=0.1:longest_occlusion=11": 1,
+            }.items()
+        ),
     ],
 )
-def test_events_of_stored_runs_equal_those_of_plain_numpy(text):
-    _, found, expected = events_of_both(text)
+def test_events_of_stored_runs_equal_those_of_plain_numpy(text, length, together):
+    """`together`: occlusions that began and ended within the frames that were looked through."""
+    sequence = datasets.load(PLAIN)[:length]
+    run = bench.evaluate(f"nguyen2002:{text}", sequence)
+    settings = run.identity.parameters
+    _, expected, _ = track_offline(list(sequence), sequence.boxes[0], **settings)
+    events = declared_in(run)
+    found = [event[:2] for event in events if event.end is not None]
     assert len(found) > 1
-    assert found == expected
+    assert found == [event for event in expected if event[1] < length]
+    assert max(Counter(event.back for event in events if event.back).values()) == together
 
 
 def test_complete_occlusion_has_hardly_anything_in_view():
