@@ -43,6 +43,7 @@ camshift = "window=adaptive"
 
 [sequences]
 target = "plain/target:length=20"
+twice = ["plain/target:length=20", "plain/target:length=20"]
 
 [main]
 caption = "Table 1 of the paper."
@@ -125,7 +126,9 @@ def two_frames(context):
 ''',
     "sensitivity.toml": """
 scenes = 2
-columns = [{ head = "error", sequence = "target", tracker = "camshift", measure = "mean_error" }]
+columns = [
+    { head = "error", sequence = "target", tracker = "camshift", measure = "mean_error" },
+    { head = "kept of 2", sequence = "twice", tracker = "camshift", measure = "kept" }]
 rows = [{ choice = "16 bins", change = { camshift = "hue_bins=16" } }]
 """,
     "notes.md": """

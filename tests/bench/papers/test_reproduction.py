@@ -35,6 +35,7 @@ def test_sensitivity_table_changes_one_choice(report):
     (row,) = report.sensitivity.rows
     assert [cell.text for cell in row[:2]] == ["16 bins", "recommended"]
     assert row[2].text.endswith(" px")
+    assert row[3].text in {"0.0", "1.0", "2.0"}, "a share that is added up over members is a count"
 
 
 def test_page_begins_with_the_result_and_ends_with_history(report, tmp_path):
