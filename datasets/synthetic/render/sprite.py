@@ -179,7 +179,8 @@ def blend_sprite(
                 for c in range(4):
                     i = 4 * (u >> 16) + c
                     out[4 * (x - first) + c] += (256 - right) * mixed[i] + right * mixed[i + 4]
-        _lay(canvas[y].ravel()[3 * first_x : 3 * last_x], sums, np.uint32(shift))
+        # Unlike ravel(), reshape() never copies: it rejects a canvas that is not contiguous.
+        _lay(canvas[y].reshape(-1)[3 * first_x : 3 * last_x], sums, np.uint32(shift))
 
 
 @njit(cache=True)
