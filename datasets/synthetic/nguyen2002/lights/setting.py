@@ -71,6 +71,13 @@ class Card:
             for sheet in laid
         ]
 
+    def may_be_seen(self, pose: Pose) -> bool:
+        """Return whether a part of it may lie in the picture."""
+        height, width = self._sheets[0].shape[:2]
+        corners = np.array([(x, y) for x in (-1, width + 1) for y in (-1, height + 1)])
+        places = pose.onto_picture(corners / self._fine - self._anchor)
+        return bool((places.max(axis=0) > 0).all() and (places.min(axis=0) < SIZE).all())
+
     def shade(self, softness: float = 0.0) -> "Shade":
         """What it covers, its edges softened by a standard deviation [pixels]."""
         coverage = self._sheets[0][..., 3]
