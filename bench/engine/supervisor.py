@@ -16,8 +16,6 @@ from bench.store.files import ResultsError
 from bench.store.truth import write_truth
 from datasets import SequenceError
 
-__all__ = ["Supervisor"]
-
 _Result = TypeVar("_Result", Outcome, Probed)
 
 _ERRORS = {kind.__name__: kind for kind in (SequenceError, ResultsError, DefectError)}

@@ -6,8 +6,6 @@ from typing import NamedTuple
 
 from bench.experiments.experiment import ExperimentError, SequenceSource
 
-__all__ = ["LEAST_MEMORY", "Entry", "Limits", "Unit"]
-
 
 class Entry(NamedTuple):
     """One run of a unit."""

@@ -10,8 +10,6 @@ import numpy as np
 
 from trackers import Estimate, Mask
 
-__all__ = ["MalformedEstimateError", "checked_box", "checked_estimate", "checked_mask"]
-
 _NUMBER_KINDS = "fiubO"  # array kinds of real numbers, and of objects that convert to them
 
 

@@ -29,8 +29,6 @@ from bench.protocols import protocol as protocol_of
 from datasets import Sequence
 from trackers.base.sharing import SharedFrame
 
-__all__ = ["Pass", "evaluate", "run_protocol"]
-
 WARM_UP_FRAMES = 10
 """Frames that compile and fill caches before the clock of a protocol runs."""
 

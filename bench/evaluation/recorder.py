@@ -31,15 +31,6 @@ from datasets import Sequence
 from trackers import Box, Estimate, Finisher, Mapper, Mask, Tracker, Watcher
 from trackers.base.sharing import SharedFrame, SharingTracker
 
-__all__ = [
-    "COLUMNS",
-    "LONGEST_REASON",
-    "LONGEST_TRACEBACK",
-    "MAP",
-    "Recorder",
-    "frames_of_segments",
-]
-
 R = TypeVar("R")
 
 MAP = "map."

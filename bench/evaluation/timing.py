@@ -7,8 +7,6 @@ from time import thread_time
 from bench.evaluation.turns import Reference
 from datasets.interface import Frames, Image
 
-__all__ = ["Remembered", "reference_seconds"]
-
 REFERENCE_CALLS = 15
 
 

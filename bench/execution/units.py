@@ -13,8 +13,6 @@ from bench.execution.plan import Plan, State
 from bench.experiments.contestant import PACKAGE, Contestant
 from trackers import Randomness
 
-__all__ = ["Units", "left_of", "owner_of"]
-
 
 class _Group(NamedTuple):
     """Runs that may share a process."""

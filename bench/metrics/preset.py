@@ -15,23 +15,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from bench.metrics.native import Truth
 
-__all__ = [
-    "Answer",
-    "Axes",
-    "Column",
-    "Judged",
-    "Preset",
-    "Protocol",
-    "Runs",
-    "Started",
-    "State",
-    "Target",
-    "alone",
-    "heading",
-    "mean_of_sequences",
-    "started",
-]
-
 Protocol: TypeAlias = Literal["one pass", "supervised", "anchors"]
 """What a preset takes a run for: once from a box, begun again after failures, from anchors."""
 
@@ -216,28 +199,14 @@ class Preset:
 
 @dataclass(frozen=True)
 class Started:
-    """A run and its truth from the frame of initialisation on.
-
-    Attributes
-    ----------
-    frames : slice
-        From the first frame in which the target is present.
-    truth, estimate : ndarray of float64, shape (m, 4)
-        Boxes of these frames; the estimate's first is the truth's.
-    present : ndarray of bool, shape (m,)
-        Where there is a target.
-    size : tuple of int, or None
-        Width and height of the images, where the truth knows them.
-    shapes : sequence or None
-        True outlines of these frames; see `Target`.
-    """
+    """A run and its ground truth from the first frame on in which the target is present."""
 
     frames: slice
-    truth: NDArray[np.float64]
-    estimate: NDArray[np.float64]
-    present: NDArray[np.bool_]
-    size: tuple[int, int] | None
-    shapes: Sequence[NDArray[Any] | None] | None
+    truth: NDArray[np.float64]  # (m, 4)
+    estimate: NDArray[np.float64]  # (m, 4); the first box is that of the ground truth
+    present: NDArray[np.bool_]  # (m,): frames with a target
+    size: tuple[int, int] | None  # width and height of the images, if the ground truth has them
+    shapes: Sequence[NDArray[Any] | None] | None  # true outlines; see `Target`
 
 
 def started(truth: Truth, answer: Answer) -> Started:

@@ -56,8 +56,6 @@ from bench.store.layout import (
 from bench.store.unfinished import remove_leftovers
 from datasets.source_digest import library_versions
 
-__all__ = ["Results"]
-
 _DIGITS = 16  # of a companion's digest, in its name
 
 
