@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from trackers import Estimate, Mask
+from trackmark.trackers import Estimate, Mask
 
 _NUMBER_KINDS = "fiubO"  # array kinds of real numbers, and of objects that convert to them
 

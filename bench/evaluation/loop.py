@@ -17,17 +17,17 @@ from time import perf_counter
 import numpy as np
 from numpy.typing import NDArray
 
-import datasets
-from bench.evaluation.observer import UNOBSERVED, Observer
-from bench.evaluation.record import Run
-from bench.evaluation.recorder import Recorder
-from bench.evaluation.timing import Remembered, reference_seconds
-from bench.evaluation.turns import one_thread
-from bench.experiments.contestant import Contestant, TrackerMaker, contestant
-from bench.protocols import ONCE, STORED_ONCE, TIMING, stored_protocol
-from bench.protocols import protocol as protocol_of
-from datasets import Sequence
-from trackers.base.sharing import SharedFrame
+from trackmark import datasets
+from trackmark.bench.evaluation.observer import UNOBSERVED, Observer
+from trackmark.bench.evaluation.record import Run
+from trackmark.bench.evaluation.recorder import Recorder
+from trackmark.bench.evaluation.timing import Remembered, reference_seconds
+from trackmark.bench.evaluation.turns import one_thread
+from trackmark.bench.experiments.contestant import Contestant, TrackerMaker, contestant
+from trackmark.bench.protocols import ONCE, STORED_ONCE, TIMING, stored_protocol
+from trackmark.bench.protocols import protocol as protocol_of
+from trackmark.datasets import Sequence
+from trackmark.trackers.base.sharing import SharedFrame
 
 WARM_UP_FRAMES = 10
 """Frames that compile and fill caches before the clock of a protocol runs."""

@@ -4,8 +4,8 @@ from math import inf
 from statistics import median
 from time import thread_time
 
-from bench.evaluation.turns import Reference
-from datasets.interface import Frames, Image
+from trackmark.bench.evaluation.turns import Reference
+from trackmark.datasets.interface import Frames, Image
 
 REFERENCE_CALLS = 15
 

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-import bench
-from bench.evaluation import loop
-from bench.evaluation.loop import WARM_UP_FRAMES, run_protocol
-from bench.experiments.contestant import contestant
-from bench.metrics.times import DISTURBED_RATIO, Times, is_disturbed, time_scores
-from bench.protocols import TIMING
-from trackers import Estimate
+from trackmark import bench
+from trackmark.bench.evaluation import loop
+from trackmark.bench.evaluation.loop import WARM_UP_FRAMES, run_protocol
+from trackmark.bench.experiments.contestant import contestant
+from trackmark.bench.metrics.times import DISTURBED_RATIO, Times, is_disturbed, time_scores
+from trackmark.bench.protocols import TIMING
+from trackmark.trackers import Estimate
 
 
 def time_run(tracker, sequence):
@@ -22,7 +22,7 @@ def times(wall, cpu):
 
 
 def test_anybodys_boxes_are_scored():
-    import datasets
+    from trackmark import datasets
 
     face = datasets.load("samples/face")
     scores = bench.score_boxes(face.boxes, "samples/face")
@@ -157,7 +157,7 @@ def test_a_timing_run_has_one_thread_no_collector_and_shares_nothing(make_sequen
 
     import cv2
 
-    from trackers.base.sharing import SharingTracker
+    from trackmark.trackers.base.sharing import SharingTracker
 
     seen = []
 
