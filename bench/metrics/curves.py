@@ -22,15 +22,23 @@ NORMALISED_DISTANCES = np.arange(51) / 100
 """Thresholds of the centre's distance in widths and heights of the truth."""
 
 
-def shares(hits: NDArray[np.bool_], thresholds: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Curve of the share of frames that hit, by threshold.
+def shares(
+    values: NDArray[np.float64],
+    thresholds: NDArray[np.float64],
+    limits: NDArray[np.float64] | None = None,
+    *,
+    above: bool = False,
+) -> NDArray[np.float64]:
+    """Return the curve of the share of values up to, or above, each threshold.
 
-    `hits` has a row a frame and a column a threshold. Returns points (threshold, share), shape
-    (thresholds, 2); shares are NaN where there is no frame.
+    `limits`: compared with the values instead of the thresholds. Returns points (threshold, share),
+    shape (thresholds, 2). NaN is no hit. Shares of no values are NaN.
     """
-    total = len(hits)
-    share = hits.sum(axis=0) / total if total else np.full(len(thresholds), np.nan)
-    return np.column_stack([thresholds, share])
+    ordered = np.sort(values)  # NaN last
+    hits = ordered.searchsorted(thresholds if limits is None else limits, "right")
+    if above:
+        hits = ordered.searchsorted(np.nan) - hits
+    return np.array([thresholds, hits / (len(values) or np.nan)]).T
 
 
 def normalised_error(

@@ -19,25 +19,34 @@ from bench.metrics.preset import Answer, Axes, Column, Judged, Preset, started
 __all__ = ["PRESET"]
 
 _AT_20_PIXELS = 20
-_DECIMALS = 4
 _AT_HALF = 10
+
+
+def _limit(threshold: float) -> float:
+    """Return the largest number that Python rounds to at most a threshold, to 4 decimals.
+
+    Python rounds like the toolkit. NumPy multiplies first, and differs at ties.
+    """
+    limit = threshold + 0.5e-4
+    return limit if round(limit, 4) <= threshold else float(np.nextafter(limit, 0))
+
+
+_LIMITS = np.array([_limit(threshold) for threshold in DISTANCES.tolist()])
 
 
 def judge(truth: Truth, answer: Answer) -> Judged:
     """Scores and curves of a run."""
     run = started(truth, answer)
-    t, e = run.truth, run.estimate
-    overlaps = np.nan_to_num(overlap(t, e))
-    success = shares(overlaps[:, None] > OVERLAPS, OVERLAPS)
-    # Python's own `round`, like the toolkit's: NumPy's multiplies first, and differs at ties.
-    errors = np.array([round(error, _DECIMALS) for error in centre_error(t, e).tolist()])
-    precision = shares(errors[:, None] <= DISTANCES, DISTANCES)
+    t, e, n = run.truth, run.estimate, len(run.truth)
+    overlaps = np.where(run.present, overlap(t, e), 0.0)
+    success = shares(overlaps, OVERLAPS, above=True)
+    precision = shares(centre_error(t, e), DISTANCES, _LIMITS)
     scores = {
         "success_auc": float(success[:, 1].mean()),
         "precision": float(precision[_AT_20_PIXELS, 1]),
         "success_rate": float(success[_AT_HALF, 1]),
         "mean_overlap": float(overlaps.mean()),
-        "success_published": float((overlaps >= OVERLAPS[_AT_HALF]).mean()),
+        "success_published": float(np.count_nonzero(overlaps >= OVERLAPS[_AT_HALF]) / n),
     }
     return Judged(scores, {"success": success, "precision": precision})
 

@@ -30,9 +30,9 @@ def judge(truth: Truth, answer: Answer) -> Judged:
     t = np.round(run.truth)
     overlaps = np.nan_to_num(overlap(t, e))
     curves = {
-        "success": shares(overlaps[:, None] > OVERLAPS, OVERLAPS),
-        "precision": shares(plain_error(t, e)[:, None] <= _PIXELS, _PIXELS),
-        "normalised_precision": shares(normalised_error(t, e)[:, None] <= _SIZES, _SIZES),
+        "success": shares(overlaps, OVERLAPS, above=True),
+        "precision": shares(plain_error(t, e), _PIXELS),
+        "normalised_precision": shares(normalised_error(t, e), _SIZES),
     }
     scores = {f"{name}_auc": float(np.trapezoid(c[:, 1], OVERLAPS)) for name, c in curves.items()}
     return Judged(scores, curves)
