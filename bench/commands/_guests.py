@@ -62,9 +62,12 @@ def together(
     """Experiments, each with others' results in it for as long as they are looked at.
 
     Without experiments the others' results on `sequences` are one. `only`: names of those sequences
-    of the experiments that are meant.
+    of the experiments that are meant. Each run is read once.
     """
+    from bench.store.results import kept_runs
+
     with ExitStack() as stack:
+        stack.enter_context(kept_runs())
         if not experiments:
             made = Path(stack.enter_context(TemporaryDirectory(prefix="trackmark-"))) / ALONE
             imported(guests, sequences or "", made)

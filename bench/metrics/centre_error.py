@@ -5,8 +5,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from bench.metrics.overlap import is_well_formed
 
-__all__ = ["centre_error", "centre_inside", "centres"]
-
 FARTHEST = 1e100
 """Largest finite centre error [px]: sums and squares of larger ones would overflow."""
 

@@ -3,15 +3,6 @@
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = [
-    "DISTANCES",
-    "NORMALISED_DISTANCES",
-    "OVERLAPS",
-    "normalised_error",
-    "plain_error",
-    "shares",
-]
-
 OVERLAPS = np.linspace(0, 1, 21)
 """Thresholds of overlap of the OTB family."""
 

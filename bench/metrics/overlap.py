@@ -7,8 +7,6 @@ rounded away, so a perfect estimate overlaps by exactly 1.
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["is_well_formed", "overlap"]
-
 
 @np.errstate(over="ignore", invalid="ignore", divide="ignore")  # boxes of 1e308, empty boxes
 def overlap(truth: ArrayLike, estimate: ArrayLike) -> NDArray[np.float64]:

@@ -15,23 +15,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from bench.metrics.native import Truth
 
-__all__ = [
-    "Answer",
-    "Axes",
-    "Column",
-    "Judged",
-    "Preset",
-    "Protocol",
-    "Runs",
-    "Started",
-    "State",
-    "Target",
-    "alone",
-    "heading",
-    "mean_of_sequences",
-    "started",
-]
-
 Protocol: TypeAlias = Literal["one pass", "supervised", "anchors"]
 """What a preset takes a run for: once from a box, begun again after failures, from anchors."""
 

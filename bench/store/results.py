@@ -9,8 +9,9 @@ import json
 import platform
 import socket
 import zipfile
-from collections.abc import Mapping
-from contextlib import nullcontext
+from collections.abc import Callable, Hashable, Iterator, Mapping
+from contextlib import contextmanager, nullcontext
+from contextvars import ContextVar
 from dataclasses import asdict
 from datetime import UTC, datetime
 from functools import cache
@@ -56,8 +57,8 @@ from bench.store.layout import (
 from bench.store.unfinished import remove_leftovers
 from datasets.source_digest import library_versions
 
-__all__ = ["Results"]
-
+MAX_KEPT_BYTES = 1 << 30
+"""Maximum size of the runs that `kept_runs` keeps; others are read whenever they are needed."""
 _DIGITS = 16  # of a companion's digest, in its name
 
 
@@ -129,10 +130,16 @@ class Results:
                     remove_empty_folder(parent)
 
     def read(self, path: Path) -> Run:
-        """Read a run.
+        """Read a run, within `kept_runs` only once.
 
         Raises `ResultsError` naming a file that is damaged or has another layout.
         """
+        kept = _kept.get()
+        if kept is None or not path.exists():
+            return self._read(path)
+        return kept.read(path, self._read)
+
+    def _read(self, path: Path) -> Run:
         try:
             content = read_sealed(path)
             # Not by `read_table`, whose threads may outlive the interpreter and abort it.
@@ -186,6 +193,42 @@ class Results:
         for file in path.parent.glob(f"{path.stem}.*.*"):
             if file.name not in keep and not file.name.endswith(UNFINISHED):
                 remove_file(file)
+
+
+class _KeptRuns:
+    """Runs in memory, by what tells their files apart."""
+
+    def __init__(self) -> None:
+        self._runs: dict[Hashable, Run] = {}
+        self._free = MAX_KEPT_BYTES
+
+    def read(self, path: Path, read: Callable[[Path], Run]) -> Run:
+        """Return the run in a file, which is read unless it is in memory."""
+        status = path.stat()
+        key = *path.parts[-3:], status.st_ino, status.st_size, status.st_mtime_ns
+        if key in self._runs:
+            return self._runs[key]
+        run = read(path)
+        arrays = [array for named in run.arrays.values() for array in named.values()]
+        arrays += [run.boxes] * 3 + list(run.details.values())  # 3: for all columns of our own
+        size = sum(array.nbytes for array in arrays)
+        if size <= self._free:
+            self._free -= size
+            self._runs[key] = run
+        return run
+
+
+_kept: ContextVar[_KeptRuns | None] = ContextVar("_kept", default=None)
+
+
+@contextmanager
+def kept_runs() -> Iterator[None]:
+    """Keep the runs that are read, so that each is read once: for commands that show results."""
+    token = _kept.set(_KeptRuns())
+    try:
+        yield
+    finally:
+        _kept.reset(token)
 
 
 def _run_file(run: Run, names: Mapping[str, str]) -> bytes:
@@ -309,7 +352,9 @@ def _identity(metadata: Mapping[str, Any]) -> Identity:
 
 def _boxes(table: pa.Table) -> NDArray[np.float64]:
     """Boxes of a run or of its companion, shape (n, 4)."""
-    return np.column_stack([table.column(name).to_numpy() for name in BOX_COLUMNS])
+    boxes = np.column_stack([table.column(name).to_numpy() for name in BOX_COLUMNS])
+    boxes.flags.writeable = False  # as the other columns: runs may be shared, see `kept_runs`
+    return boxes
 
 
 def _companions(run: Run) -> dict[str, bytes]:
