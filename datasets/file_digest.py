@@ -5,6 +5,7 @@ import os
 import time
 from collections.abc import Sequence as SequenceOf
 from contextlib import suppress
+from functools import cache
 from pathlib import Path
 from tempfile import NamedTemporaryFile
 
@@ -42,12 +43,18 @@ def file_digests(files: SequenceOf[Path]) -> list[str]:
     SequenceError
         For a file that can't be read.
     """
-    # Not `Path.resolve`: it raises RuntimeError if symbolic links form a loop.
-    paths = [Path(os.path.realpath(file)) for file in files]
+    # Not `Path.resolve`: it raises RuntimeError if symbolic links form a loop. Each folder is
+    # resolved once, as it can hold thousands of files.
+    real = cache(os.path.realpath)
+    paths = [
+        Path(os.path.realpath(file)) if file.is_symlink() else Path(real(file.parent), file.name)
+        for file in files
+    ]
     # One cache file a set of folders keeps each small, and runs on other data out of it.
     folders = "\0".join(sorted({str(path.parent) for path in paths}))
-    cache = cache_folder() / "digests" / f"{hashlib.sha256(folders.encode()).hexdigest()[:16]}.json"
-    known = _remembered(cache)
+    name = hashlib.sha256(folders.encode()).hexdigest()[:16]
+    remembered = cache_folder() / "digests" / f"{name}.json"
+    known = _remembered(remembered)
     fresh: _Known = {}
     digests = []
     for path in paths:
@@ -67,7 +74,7 @@ def file_digests(files: SequenceOf[Path]) -> list[str]:
         digests.append(digest)
     if fresh:
         with suppress(OSError):
-            _remember(cache, known | fresh)
+            _remember(remembered, known | fresh)
     return digests
 
 

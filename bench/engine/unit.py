@@ -6,8 +6,6 @@ from typing import NamedTuple
 
 from bench.experiments.experiment import ExperimentError, SequenceSource
 
-__all__ = ["LEAST_MEMORY", "Entry", "Limits", "Unit"]
-
 
 class Entry(NamedTuple):
     """One run of a unit."""
@@ -33,6 +31,7 @@ class Unit:
     # later. Empty for trackers of the package, which share processes.
     owner: str = ""
     arrays: bool = False  # whether arrays, masks and maps are kept
+    truth: str = ""  # path of the ground truth in the results folder; empty if unknown
 
     @property
     def work(self) -> int:

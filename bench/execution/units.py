@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -11,9 +12,8 @@ from numpy.typing import NDArray
 from bench.engine.unit import Entry, Unit
 from bench.execution.plan import Plan, State
 from bench.experiments.contestant import PACKAGE, Contestant
+from bench.store.truth import truth_path
 from trackers import Randomness
-
-__all__ = ["Units", "left_of", "owner_of"]
 
 
 class _Group(NamedTuple):
@@ -114,7 +114,8 @@ class Units:
             )
         found = plan.sequences[sequence]
         arrays = plan.experiment.arrays
-        return Unit(found.source, tuple(entries), plan.protocol, found.frames, owner, arrays)
+        truth = str(truth_path(Path(), found.name, found.fingerprint))
+        return Unit(found.source, tuple(entries), plan.protocol, found.frames, owner, arrays, truth)
 
 
 def owner_of(chosen: Contestant) -> str:
