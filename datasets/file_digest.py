@@ -1,11 +1,11 @@
 """SHA-256 of files, remembered between runs by path, size and time of change."""
 
+import functools
 import hashlib
 import os
 import time
 from collections.abc import Sequence as SequenceOf
 from contextlib import suppress
-from functools import cache
 from pathlib import Path
 from tempfile import NamedTemporaryFile
 
@@ -45,16 +45,15 @@ def file_digests(files: SequenceOf[Path]) -> list[str]:
     """
     # Not `Path.resolve`: it raises RuntimeError if symbolic links form a loop. Each folder is
     # resolved once, as it can hold thousands of files.
-    real = cache(os.path.realpath)
+    real = functools.cache(os.path.realpath)
     paths = [
         Path(os.path.realpath(file)) if file.is_symlink() else Path(real(file.parent), file.name)
         for file in files
     ]
     # One cache file a set of folders keeps each small, and runs on other data out of it.
     folders = "\0".join(sorted({str(path.parent) for path in paths}))
-    name = hashlib.sha256(folders.encode()).hexdigest()[:16]
-    remembered = cache_folder() / "digests" / f"{name}.json"
-    known = _remembered(remembered)
+    cache = cache_folder() / "digests" / f"{hashlib.sha256(folders.encode()).hexdigest()[:16]}.json"
+    known = _remembered(cache)
     fresh: _Known = {}
     digests = []
     for path in paths:
@@ -74,7 +73,7 @@ def file_digests(files: SequenceOf[Path]) -> list[str]:
         digests.append(digest)
     if fresh:
         with suppress(OSError):
-            _remember(remembered, known | fresh)
+            _remember(cache, known | fresh)
     return digests
 
 

@@ -64,10 +64,10 @@ def together(
     Without experiments the others' results on `sequences` are one. `only`: names of those sequences
     of the experiments that are meant. Each run is read once.
     """
-    from bench.store.results import kept_runs
+    from bench.store.results import KeptRuns, kept_runs
 
     with ExitStack() as stack:
-        stack.enter_context(kept_runs())
+        stack.callback(kept_runs.reset, kept_runs.set(KeptRuns()))
         if not experiments:
             made = Path(stack.enter_context(TemporaryDirectory(prefix="trackmark-"))) / ALONE
             imported(guests, sequences or "", made)

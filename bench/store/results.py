@@ -9,8 +9,8 @@ import json
 import platform
 import socket
 import zipfile
-from collections.abc import Callable, Hashable, Iterator, Mapping
-from contextlib import contextmanager, nullcontext
+from collections.abc import Hashable, Mapping
+from contextlib import nullcontext
 from contextvars import ContextVar
 from dataclasses import asdict
 from datetime import UTC, datetime
@@ -57,8 +57,6 @@ from bench.store.layout import (
 from bench.store.unfinished import remove_leftovers
 from datasets.source_digest import library_versions
 
-MAX_KEPT_BYTES = 1 << 30
-"""Maximum size of the runs that `kept_runs` keeps; others are read whenever they are needed."""
 _DIGITS = 16  # of a companion's digest, in its name
 
 
@@ -134,10 +132,12 @@ class Results:
 
         Raises `ResultsError` naming a file that is damaged or has another layout.
         """
-        kept = _kept.get()
+        kept = kept_runs.get()
         if kept is None or not path.exists():
             return self._read(path)
-        return kept.read(path, self._read)
+        status = path.stat()
+        key = *path.parts[-3:], status.st_ino, status.st_size, status.st_mtime_ns
+        return kept.get(key) or kept.keep(key, self._read(path))
 
     def _read(self, path: Path) -> Run:
         try:
@@ -195,40 +195,25 @@ class Results:
                 remove_file(file)
 
 
-class _KeptRuns:
+class KeptRuns(dict[Hashable, Run]):
     """Runs in memory, by what tells their files apart."""
 
-    def __init__(self) -> None:
-        self._runs: dict[Hashable, Run] = {}
-        self._free = MAX_KEPT_BYTES
+    free = 1 << 30
+    """Bytes that are left; runs that do not fit are read whenever they are needed."""
 
-    def read(self, path: Path, read: Callable[[Path], Run]) -> Run:
-        """Return the run in a file, which is read unless it is in memory."""
-        status = path.stat()
-        key = *path.parts[-3:], status.st_ino, status.st_size, status.st_mtime_ns
-        if key in self._runs:
-            return self._runs[key]
-        run = read(path)
+    def keep(self, key: Hashable, run: Run) -> Run:
+        """Keep a run if it fits, and return it."""
         arrays = [array for named in run.arrays.values() for array in named.values()]
         arrays += [run.boxes] * 3 + list(run.details.values())  # 3: for all columns of our own
         size = sum(array.nbytes for array in arrays)
-        if size <= self._free:
-            self._free -= size
-            self._runs[key] = run
+        if size <= self.free:
+            self.free -= size
+            self[key] = run
         return run
 
 
-_kept: ContextVar[_KeptRuns | None] = ContextVar("_kept", default=None)
-
-
-@contextmanager
-def kept_runs() -> Iterator[None]:
-    """Keep the runs that are read, so that each is read once: for commands that show results."""
-    token = _kept.set(_KeptRuns())
-    try:
-        yield
-    finally:
-        _kept.reset(token)
+kept_runs: ContextVar[KeptRuns | None] = ContextVar("kept_runs", default=None)
+"""Set by a command that reads each run once."""
 
 
 def _run_file(run: Run, names: Mapping[str, str]) -> bytes:

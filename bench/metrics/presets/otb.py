@@ -20,18 +20,10 @@ __all__ = ["PRESET"]
 
 _AT_20_PIXELS = 20
 _AT_HALF = 10
-
-
-def _limit(threshold: float) -> float:
-    """Return the largest number that Python rounds to at most a threshold, to 4 decimals.
-
-    Python rounds like the toolkit. NumPy multiplies first, and differs at ties.
-    """
-    limit = threshold + 0.5e-4
-    return limit if round(limit, 4) <= threshold else float(np.nextafter(limit, 0))
-
-
-_LIMITS = np.array([_limit(threshold) for threshold in DISTANCES.tolist()])
+# The largest numbers that round to at most a threshold, to 4 decimals. Python rounds like the
+# toolkit; NumPy multiplies first, and differs at ties.
+_TIES = [(k, k + 0.5e-4) for k in DISTANCES.tolist()]
+_LIMITS = np.array([x if round(x, 4) <= k else np.nextafter(x, 0) for k, x in _TIES])
 
 
 def judge(truth: Truth, answer: Answer) -> Judged:
@@ -40,7 +32,8 @@ def judge(truth: Truth, answer: Answer) -> Judged:
     t, e, n = run.truth, run.estimate, len(run.truth)
     overlaps = np.where(run.present, overlap(t, e), 0.0)
     success = shares(overlaps, OVERLAPS, above=True)
-    precision = shares(centre_error(t, e), DISTANCES, _LIMITS)
+    precision = shares(centre_error(t, e), _LIMITS)
+    precision[:, 0] = DISTANCES
     scores = {
         "success_auc": float(success[:, 1].mean()),
         "precision": float(precision[_AT_20_PIXELS, 1]),

@@ -6,35 +6,20 @@ import pytest
 
 from bench.store import results
 
-STORED = "results/stored"
-
-
-@pytest.fixture
-def reads(trackmark, here, monkeypatch):
-    """Counter of the runs that were read, by file, of an experiment without index."""
-    options = ("--sequences", "data/Small", "--seeds", 2, "--name", "stored")
-    trackmark("run", "--trackers", "static,camshift,knob.py:Knob", *options)
-    (here / STORED / "index.arrow").unlink()
-    counter, decode = Counter(), results._run
-
-    def count(path, *content):
-        counter[path] += 1
-        return decode(path, *content)
-
-    monkeypatch.setattr(results, "_run", count)
-    return counter
-
 
 @pytest.mark.parametrize("command", [("report", "--by-attribute"), ("compare", "--results")])
-def test_command_reads_each_run_once(trackmark, reads, command):
-    trackmark(*command, STORED, "--metrics", "native,otb", "--folder", "out")
+def test_command_reads_each_run_once(trackmark, here, monkeypatch, command):
+    stored = here / "results" / "stored"
+    where = ("--sequences", "data/Small", "--seeds", 2, "--name", "stored")
+    trackmark("run", "--trackers", "static,camshift,knob.py:Knob", *where)
+    (stored / "index.arrow").unlink()
+    reads, decode = Counter(), results._run
+    monkeypatch.setattr(results, "_run", lambda *of: reads.update(of[:1]) or decode(*of))
+    trackmark(*command, stored, "--metrics", "native,otb", "--folder", "out")
     assert sorted(reads.values()) == [1] * 4
-
-
-def test_command_reads_runs_again_if_they_do_not_fit_in_memory(trackmark, reads, monkeypatch):
-    command = ("compare", "--results", STORED, "--metrics", "otb,lasot", "--json")
-    first = trackmark(*command).stdout
-    monkeypatch.setattr(results, "MAX_KEPT_BYTES", 0)
+    data = *command, stored, "--metrics", "native,otb,lasot", "--json"
+    first = trackmark(*data).stdout
+    monkeypatch.setattr(results.KeptRuns, "free", 0)
     reads.clear()
-    assert trackmark(*command).stdout == first
+    assert trackmark(*data).stdout == first
     assert min(reads.values()) > 1

@@ -157,16 +157,7 @@ def test_lasot_divides_centres_before_it_subtracts(target, estimate, hit):
     assert ours == pytest.approx(slow_lasot(truth, boxes), abs=1e-12)
 
 
-@pytest.mark.parametrize(
-    ("offset", "hit"),
-    [
-        (20.00004, True),
-        (nextafter(20.00005, 0), True),
-        (20.00005, False),
-        (nextafter(20.00005, 21), False),
-        (20.00006, False),
-    ],
-)
+@pytest.mark.parametrize(("offset", "hit"), [(nextafter(20.00005, 0), True), (20.00005, False)])
 def test_otb_rounds_centre_errors_to_four_decimals(offset, hit):
     truth = np.array([[-4, 50, 8, 40]] * 2, float)  # the sums below are exact
     boxes = truth + [[0, 0, 0, 0], [offset, 0, 0, 0]]
