@@ -14,8 +14,6 @@ from bench.commands._terminal import complain, interruptible, outlets
 from bench.compilation import announce, attend
 from bench.packages import check_ownership
 
-__all__ = ["main"]
-
 _COMMANDS = Path(__file__).parent / "commands"
 
 

@@ -15,8 +15,6 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-__all__ = ["SENTENCE", "announce", "attend"]
-
 SENTENCE = "Compiling kernels that are used here for the first time; later runs find them compiled."
 
 

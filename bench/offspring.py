@@ -10,8 +10,6 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-__all__ = ["Offspring"]
-
 _END_SECONDS = 10.0
 _MARK = "TRACKMARK_CHILD"
 _HOME = str(Path(__file__).parents[1])

@@ -12,8 +12,6 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from importlib.metadata import Distribution
 
-__all__ = ["NameClashError", "check_ownership", "check_place"]
-
 NAMES = ("bench", "datasets", "reports", "trackers")
 DISTRIBUTION = "trackmark"
 ADVICE = "Give trackmark an environment of its own: `make setup` in a fresh clone makes one."

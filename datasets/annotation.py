@@ -9,8 +9,6 @@ from numpy.typing import ArrayLike, NDArray
 from datasets.interface import LARGEST, SequenceError, lies_outside
 from datasets.truth_file import Truth
 
-__all__ = ["interpolate"]
-
 
 def interpolate(
     keys: Mapping[int, ArrayLike],

@@ -13,18 +13,6 @@ from datasets.interface import Sequence, SequenceError, Summary
 from datasets.outline import Outline, outlined
 from datasets.text_form import close_match, natural_order, parse_text
 
-__all__ = [
-    "identity",
-    "is_built_in",
-    "load",
-    "matching",
-    "names",
-    "options",
-    "outline",
-    "summary",
-    "taken_for",
-]
-
 
 class Suite(Protocol):
     """What offers built-in sequences: the module `samples`, or a suite of synthetic ones."""

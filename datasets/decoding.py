@@ -8,16 +8,6 @@ from reprlib import Repr
 
 from datasets.interface import SequenceError
 
-__all__ = [
-    "MOST_PIXELS",
-    "PROGRAMMING_ERRORS",
-    "brief",
-    "check_name",
-    "check_pixels",
-    "decoding",
-    "pixel_limit",
-]
-
 MOST_PIXELS = 100_000_000
 """Pixels of the largest image that is decoded; `$TRACKMARK_MOST_PIXELS` sets another number."""
 

@@ -13,8 +13,6 @@ from pydantic import TypeAdapter, ValidationError
 
 from datasets.interface import SequenceError
 
-__all__ = ["cache_folder", "file_digests"]
-
 # Two changes within one tick of the file system's clock leave the same time of change; a
 # file changed so recently is not remembered (2 s is FAT's tick, the coarsest).
 _TICK_NS = 2_000_000_000

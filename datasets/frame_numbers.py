@@ -11,8 +11,6 @@ from pathlib import Path
 from datasets.interface import SequenceError
 from datasets.text_form import natural_order
 
-__all__ = ["check_frame_numbers"]
-
 _Number = tuple[str | int, ...]
 """Name of an image up to its last number: text and numbers in turn."""
 

@@ -6,8 +6,6 @@ import numpy as np
 
 from datasets.interface import Image, Sequence
 
-__all__ = ["golden_digests", "look_difference"]
-
 TILES = 4
 """Tiles across and down of which a look keeps the mean colours."""
 

@@ -21,16 +21,6 @@ from datasets.frame_numbers import check_frame_numbers
 from datasets.interface import Image, SequenceError
 from datasets.text_form import natural_order
 
-__all__ = [
-    "SUFFIXES",
-    "ImageFiles",
-    "decode_image",
-    "image_files",
-    "image_size",
-    "numbered_images",
-    "size_of_first",
-]
-
 SUFFIXES = (".jpg", ".jpeg", ".png", ".bmp", ".ppm", ".tif", ".tiff")
 
 _JPEG_START, _PNG_START, _TIFF_STARTS = b"\xff\xd8", b"\x89PNG", (b"II", b"MM")

@@ -9,18 +9,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from datasets.shapes import Shapes
 
-__all__ = [
-    "LARGEST",
-    "Frames",
-    "Image",
-    "Mask",
-    "Origin",
-    "Sequence",
-    "SequenceError",
-    "Summary",
-    "lies_outside",
-]
-
 Image: TypeAlias = NDArray[np.uint8]
 Mask: TypeAlias = NDArray[np.bool_]
 

@@ -13,22 +13,6 @@ from datasets.decoding import brief
 from datasets.interface import SequenceError
 from datasets.truth_file import read_text
 
-__all__ = [
-    "as_boxes",
-    "check_line",
-    "check_row_count",
-    "columns",
-    "fps_of",
-    "numbers",
-    "place_of",
-    "read_boxes",
-    "read_fields",
-    "read_flags",
-    "read_rows",
-    "without_rest",
-    "words",
-]
-
 # What `float` takes besides (1_0, infinity, digits of other scripts) is a mistake in such a file.
 _NUMBER = re.compile(r"[+-]?((\d+\.?\d*|\.\d+)(e[+-]?\d+)?|nan)", re.ASCII | re.IGNORECASE)
 _BETWEEN = re.compile(r"\s*,\s*|\s+")

@@ -6,8 +6,6 @@ from typing import Any
 
 from datasets.interface import Origin, Sequence
 
-__all__ = ["Outline", "known_of", "outlined"]
-
 
 @dataclass(frozen=True)
 class Outline:

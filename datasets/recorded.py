@@ -15,8 +15,6 @@ from datasets.interface import Frames, Mask, Origin, Sequence
 from datasets.shapes import Shapes
 from datasets.truth_file import Truth
 
-__all__ = ["recorded", "recorded_images"]
-
 
 def recorded(
     name: str,

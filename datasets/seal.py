@@ -15,8 +15,6 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-__all__ = ["Seal", "read_seals", "seal_of", "write_seals"]
-
 
 @dataclass(frozen=True)
 class Seal:

@@ -15,8 +15,6 @@ from inspect import getmodulename
 from pathlib import Path
 from typing import Any
 
-__all__ = ["imported_libraries", "library_versions", "source_digest", "tree_digest"]
-
 
 @dataclass(frozen=True)
 class _Import:

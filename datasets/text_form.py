@@ -9,8 +9,6 @@ from difflib import get_close_matches
 
 from datasets.decoding import brief
 
-__all__ = ["close_match", "format_text", "natural_order", "parse_text"]
-
 
 def close_match(name: str, known: Iterable[str]) -> str:
     """The end of a message about an unknown name: " Did you mean 'x'?", or nothing."""

@@ -20,8 +20,6 @@ from numpy.typing import NDArray
 from datasets.decoding import brief
 from datasets.interface import SequenceError
 
-__all__ = ["Truth", "given_or_own", "missing", "read", "read_text", "write"]
-
 COLUMNS = ["frame", "x", "y", "width", "height"]
 OPTIONAL = ["visibility", "source"]
 HEADER = f"{','.join(COLUMNS)} (then {', '.join(OPTIONAL)} where wanted)"

@@ -14,8 +14,6 @@ from av.video.reformatter import VideoReformatter
 from datasets.decoding import check_pixels, decoding, pixel_limit
 from datasets.interface import Image, SequenceError
 
-__all__ = ["VideoFrames"]
-
 
 class _DecodeError(Exception):
     """A frame came damaged, or did not come."""

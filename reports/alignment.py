@@ -5,8 +5,6 @@ from typing import NamedTuple
 
 from reports.tables import MISSING, Table
 
-__all__ = ["Number", "number_in", "rests_of", "texts_of"]
-
 _NEVER = "none"  # in place of the number of a frame
 _NUMBER = re.compile(
     r"([\[(~<>≤≥]*\s*[+-]?\d*)(?:(?<=\d)\.?\d*|\.\d+)(?:e[+-]?\d+)?(?=$|[\s,;%\])±–*])",

@@ -19,8 +19,6 @@ from reports.figures import (
 )
 from reports.palette import colour
 
-__all__ = ["Against", "attribute_plot"]
-
 COLUMNS = 3
 
 

@@ -16,20 +16,6 @@ from numpy.typing import NDArray
 from reports.figures import bare_figure, rim, show
 from reports.palette import colour
 
-__all__ = [
-    "CLASSES",
-    "ColourModel",
-    "Gaussians",
-    "Palette",
-    "colour_model_plot",
-    "draw_gaussians",
-    "draw_plane",
-    "hypotheses_plot",
-    "name_channels",
-    "oblique",
-    "rgb_axes",
-]
-
 Array = NDArray[np.float64]
 
 CLASSES = {"target": colour(0), "background": colour(1)}

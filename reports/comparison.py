@@ -23,17 +23,6 @@ from reports.figures import (
 )
 from reports.palette import colour
 
-__all__ = [
-    "Breaks",
-    "Point",
-    "Steps",
-    "breaking_plot",
-    "difference_plot",
-    "profile_plot",
-    "speed_accuracy_plot",
-    "survival_plot",
-]
-
 TALLEST = 24.0  # inches
 NAMED_ROWS = 200
 """Rows of all panels up to which there is room for a name each in a plot so tall."""

@@ -7,8 +7,6 @@ from matplotlib.figure import Figure
 
 from reports.figures import add_legend, line_style, new_figure
 
-__all__ = ["curve_plot"]
-
 
 def curve_plot(
     points: pd.DataFrame,

@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 
 from reports.figures import bare_figure
 
-__all__ = ["Densities", "density_plot"]
-
 Array = NDArray[np.float64]
 
 _MARKER_GREYS = ("black", "0.45", "0.75")

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
 from functools import cache
 from math import ceil
 from pathlib import Path
@@ -13,29 +14,13 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties, findfont, get_font
+from matplotlib.patches import Polygon, Rectangle
 from matplotlib.patheffects import withStroke
 from numpy.typing import ArrayLike, NDArray
 
 from reports.files import write_file
 from reports.palette import LINE_STYLES, MARKERS, colour
 from reports.printable import printable
-
-__all__ = [
-    "CROWDED",
-    "OTHERS",
-    "add_legend",
-    "add_names",
-    "bare_figure",
-    "draw_line",
-    "fold",
-    "line_style",
-    "named_line",
-    "new_figure",
-    "panels_each",
-    "rim",
-    "show",
-    "write_figure",
-]
 
 CROWDED = 7
 """Most lines in one plot; more than that have a panel each."""
@@ -47,6 +32,9 @@ _STYLE = ("color", "linestyle", "linewidth", "drawstyle", "marker", "markersize"
 
 OTHERS: Mapping[str, Any] = {"color": "0.85", "linewidth": 0.7}
 """How other lines are drawn behind that of a panel."""
+
+_MOST_NAMED = 100
+"""Maximum number of rows of a heat map that have room for names and numbers."""
 
 
 def bare_figure(title: str, height: float) -> Figure:
@@ -238,3 +226,61 @@ def write_for_papers(path: Path, figure: Figure) -> list[Path]:
     """
     paths = [path, path.with_suffix(".pdf")] if path.suffix == ".svg" else [path]
     return [write_figure(one, figure) for one in paths]
+
+
+@dataclass(frozen=True)
+class Panel:
+    """One of the pictures."""
+
+    title: str
+    shown: NDArray[np.uint8] | NDArray[np.float64]  # see `show`
+    box: NDArray[np.float64] | None = None  # `[x, y, width, height]`, drawn on it [pixels]
+    contour: NDArray[np.float64] | None = None  # (points, 2): a closed polygon on it [pixels]
+
+
+def map_plot(panels: Sequence[Panel], title: str, columns: int) -> Figure:
+    """Draw panels, all of one size, in rows of so many columns."""
+    rows = -(-len(panels) // columns)
+    height, width = panels[0].shown.shape[:2]
+    figure = bare_figure(title, 0.6 + rows * (0.3 + 8.0 / columns * height / width))
+    grid = figure.subplots(rows, columns, squeeze=False).ravel()
+    for axes in grid:
+        axes.set_axis_off()
+    for axes, panel in zip(grid, panels, strict=False):
+        show(axes, panel.shown)
+        axes.set_title(panel.title, fontsize=9)
+        if panel.box is not None:
+            x, y, *size = panel.box.tolist()
+            axes.add_patch(Rectangle((x, y), *size, fill=False, edgecolor=colour(1)))
+        if panel.contour is not None:
+            line: dict[str, Any] = {"fill": False, "edgecolor": colour(1), "linewidth": 1.8}
+            axes.add_patch(Polygon(panel.contour, path_effects=rim(3.2), **line))
+    return figure
+
+
+def heat_plot(values: ArrayLike, rows: Sequence[str], columns: Sequence[str], title: str) -> Figure:
+    """Shade scores in [0, 1], (rows, columns); NaN stays white and has a dash."""
+    scores = np.asarray(values, np.float64)
+    figure = bare_figure(title, min(1.6 + 0.26 * len(rows), 30.0))
+    axes = figure.subplots()
+    axes.imshow(scores, cmap="Blues", vmin=0.0, vmax=1.0, aspect="auto", interpolation="nearest")
+    axes.xaxis.tick_top()
+    options: dict[str, Any] = {
+        "rotation": 30,
+        "ha": "left",
+        "rotation_mode": "anchor",
+        "fontsize": 8,
+    }
+    axes.set_xticks(range(len(columns)), [fold(name, 24) for name in columns], **options)
+    axes.spines[:].set_visible(False)
+    axes.tick_params(length=0)
+    if len(rows) > _MOST_NAMED:
+        axes.set_yticks([])
+        axes.set_ylabel(f"{len(rows)} sequences", fontsize=9)
+        return figure
+    axes.set_yticks(range(len(rows)), [fold(name, 40) for name in rows], fontsize=7)
+    for (row, column), score in np.ndenumerate(scores):
+        text = f"{score:.2f}" if np.isfinite(score) else "-"
+        shade = "white" if score > 0.7 else "black"
+        axes.text(column, row, text, ha="center", va="center", fontsize=7, color=shade)
+    return figure

@@ -7,8 +7,6 @@ from collections.abc import Callable
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-__all__ = ["write_file"]
-
 
 def write_file(path: Path, write: Callable[[Path], object]) -> Path:
     """Let `write` fill a temporary file, move the content to `path`, and return `path`.

@@ -12,8 +12,6 @@ from reports.files import write_file
 from reports.overlay import GROUND, TRUTH, Shape, draw_ruler, legend, overlay, write_words
 from reports.palette import colours
 
-__all__ = ["evenly_spaced", "film_strip", "write_film_strip"]
-
 Places: TypeAlias = NDArray[np.float64] | Mapping[int, NDArray[np.float64]]
 
 WIDTH = 1680

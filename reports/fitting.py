@@ -7,8 +7,6 @@ from itertools import groupby
 from reports.printable import one_line, width, wrapped
 from reports.tables import MISSING, Cell, Table
 
-__all__ = ["fitted", "on_terminal"]
-
 _FEWEST = 2  # columns of scores that are shown however wide they are
 
 

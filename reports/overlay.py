@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 
 from reports.palette import TRUTH_COLOUR, to_bgr
 
-__all__ = ["GROUND", "TRUTH", "Shape", "draw_ruler", "legend", "overlay", "write_words"]
-
 Shape: TypeAlias = Literal["box", "ellipse", "contour"]
 """What is drawn: a box by its edges, or by the ellipse inscribed in it; or a polygon."""
 

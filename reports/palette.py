@@ -2,17 +2,6 @@
 
 from collections.abc import Sequence
 
-__all__ = [
-    "COLOURS",
-    "LINE_STYLES",
-    "MARKERS",
-    "TRUTH_COLOUR",
-    "colour",
-    "colours",
-    "rgb",
-    "to_bgr",
-]
-
 COLOURS = ("#2B59FF", "#EA6301", "#469A6A", "#B975B3", "#AD5129", "#7D5DD8", "#7F6574")
 """Neither light nor dark: a tracker has one colour on paper, on dark ground and on frames."""
 

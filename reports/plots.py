@@ -26,18 +26,7 @@ from reports.figures import (
 )
 from reports.palette import colour
 from reports.series import draw_median
-from reports.times import timed_by
-
-__all__ = [
-    "TRACE_WORDS",
-    "curve_plot",
-    "frame_plot",
-    "precision_plot",
-    "share_curve",
-    "share_of",
-    "speed_plot",
-    "success_plot",
-]
+from reports.tables import timed_by
 
 TRACE_WORDS: Mapping[str, str] = {
     "online": "said at once (online)",
@@ -197,7 +186,7 @@ def speed_plot(runs: pd.DataFrame, title: str, trackers: Sequence[str]) -> Figur
     Parameters
     ----------
     runs : DataFrame
-        Timing runs with `tracker` and the columns that `reports.times.timed_by` names, which are
+        Timing runs with `tracker` and the columns that `reports.tables.timed_by` names, which are
         NaN in disturbed and failed passes: the trackers of these get a word instead of a dot, as a
         mean over the rest would be another one.
     trackers : sequence of str

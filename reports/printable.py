@@ -9,8 +9,6 @@ import re
 import shutil
 import textwrap
 
-__all__ = ["WIDTH", "in_xml", "one_line", "printable", "width", "wrapped"]
-
 WIDTH = 100
 """Columns of a terminal that is not narrow."""
 

@@ -12,18 +12,6 @@ from reports.alignment import number_in, rests_of, texts_of
 from reports.printable import one_line
 from reports.tables import Cell, Table
 
-__all__ = [
-    "FORMATS",
-    "breakable",
-    "in_markdown",
-    "to_csv",
-    "to_html",
-    "to_json",
-    "to_latex",
-    "to_markdown",
-    "to_text",
-]
-
 _LATEX = {
     "\\": r"\textbackslash{}",
     "&": r"\&",

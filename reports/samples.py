@@ -16,8 +16,6 @@ from numpy.typing import NDArray
 from reports.figures import bare_figure, rim, show
 from reports.palette import colour
 
-__all__ = ["Surface", "Track", "surface_plot", "trajectory_plot"]
-
 Array = NDArray[np.float64]
 
 _SAMPLE, _MEAN = "black", "white"

@@ -17,8 +17,6 @@ from numpy.typing import NDArray
 from reports.figures import add_legend, draw_line, new_figure
 from reports.palette import colour
 
-__all__ = ["REPETITIONS", "appearance_plot", "draw_median", "series_grid", "series_plot"]
-
 QUARTILES = "median and quartiles over"
 REPETITIONS = "repetitions"
 _GREYS = (0.93, 0.82, 0.7)

@@ -12,8 +12,6 @@ from reports.files import write_file
 from reports.overlay import TRUTH, legend, overlay
 from reports.palette import colours
 
-__all__ = ["write_video"]
-
 DEFAULT_FPS = 25.0
 LEAST_WIDTH = 480
 """Narrower images are enlarged to at least this width, so that boxes and words are readable."""

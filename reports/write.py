@@ -9,10 +9,7 @@ import pandas as pd
 
 from reports.files import write_file
 from reports.renderers import FORMATS
-from reports.tables import Table
-from reports.times import timed_by
-
-__all__ = ["file_names", "what_was_written", "write_plots", "write_tables"]
+from reports.tables import Table, timed_by
 
 _FIGURES = {".png", ".svg", ".pdf"}
 

@@ -75,8 +75,11 @@ def effect_text(claim: Claim, verdict: Verdict) -> str:
     numbers = verdict.effect.partition(f", {verdict.cells} ")[0].removesuffix(" share")
     if claim.test == "share":
         return f"{verdict.statistic * verdict.cells:.0f} of {verdict.cells}, {numbers}"
+    ratio, as_long, _ = numbers.partition(" times as long")
+    if claim.test == "time":
+        return f"{'ratio ' if as_long else ''}{ratio}, {verdict.cells} rounds"
     counted = verdict.counted if verdict.cells == 1 else plural(verdict.counted)
-    return f"{numbers.removesuffix(' times as long')}, {verdict.cells} {counted}"
+    return f"{numbers}, {verdict.cells} {counted}"
 
 
 def judge_row(claim: Claim, evidence: Mapping[str, Evidence]) -> VerdictRow:

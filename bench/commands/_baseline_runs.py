@@ -15,8 +15,6 @@ if TYPE_CHECKING:
     from bench.comparing.baseline import Cells
     from bench.execution.plan import KnownSequences, Plan
 
-__all__ = ["CellRunner", "differing", "failure_lines", "first_cells", "with_failures"]
-
 _HASH_SEED = "PYTHONHASHSEED"
 
 

@@ -13,8 +13,6 @@ from bench.commands._options import chosen_sequences, refresh_index, say
 if TYPE_CHECKING:
     from bench.exchange.importing import Guest
 
-__all__ = ["guests_of", "guests_option", "imported", "together"]
-
 ALONE = "published"
 """What results of others are called where nothing of ours is beside them."""
 

@@ -17,26 +17,6 @@ from datasets.decoding import brief
 if TYPE_CHECKING:
     from bench.execution.run import Execution
 
-__all__ = [
-    "chosen_sequences",
-    "engine_options",
-    "jobs_option",
-    "json_option",
-    "memory_size",
-    "metrics_option",
-    "output_option",
-    "parse_box",
-    "patience",
-    "progress_bar",
-    "protocol_option",
-    "refresh_index",
-    "split_list",
-    "telling_of_replaced",
-    "trace_option",
-    "truth_option",
-    "utf8_text",
-]
-
 DEFAULT_OUTPUT = Path("results")
 
 PATIENCE = 2.0
@@ -184,14 +164,9 @@ def split_list(text: str) -> list[str]:
 
 
 def chosen_sequences(text: str, truth: Path | None) -> tuple[SequenceSource, ...]:
-    """Sequences of a comma-separated list; what an item may be says `datasets.matching`.
+    """Return the distinct sequences of a comma-separated list of what `datasets.matching` takes.
 
-    What several items stand for is there once.
-
-    Raises
-    ------
-    SequenceError, ExperimentError
-        For a pattern that matches nothing, or a truth file for several sequences.
+    Raises `SequenceError` for a pattern without match, `ExperimentError` if several share `truth`.
     """
     import datasets
 

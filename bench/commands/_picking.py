@@ -15,8 +15,6 @@ import click
 
 import datasets
 
-__all__ = ["Boxes", "pick_boxes"]
-
 Boxes = dict[int, list[float]]
 """`[x, y, width, height]` in pixels, by frame."""
 
@@ -28,17 +26,7 @@ _LONGEST_ANSWER = 10_000_000  # bytes: boxes of a hundred thousand frames
 def pick_boxes(
     sequence: datasets.Sequence, marked: Mapping[int, list[float]], check: Callable[[Boxes], object]
 ) -> Boxes:
-    """Have somebody draw boxes; returns when they say that they are done.
-
-    Parameters
-    ----------
-    sequence : Sequence
-        Whose frames are shown.
-    marked : mapping of int to list of float
-        Boxes that are there from the beginning.
-    check : callable
-        Raises a `ValueError` for boxes that won't do: it is told on the page, which goes on.
-    """
+    """Return the boxes that the user draws in a browser, from `marked` on, if `check` accepts."""
     with _Server(sequence, marked, check) as server:
         click.echo(f"Draw boxes at {server.url} and press Done there. Ctrl-C gives up.", err=True)
         if _has_display():
@@ -138,13 +126,7 @@ class _Handler(BaseHTTPRequestHandler):
 
 
 def _boxes(answer: Any) -> Boxes:
-    """Boxes as the page sends them.
-
-    Raises
-    ------
-    ValueError
-        For anything else.
-    """
+    """Return the boxes that the page sent, or raise `ValueError` if they are malformed."""
     if not isinstance(answer, dict):
         raise ValueError("boxes by frame are expected.")  # noqa: TRY004  # an error of the sender
     boxes: Boxes = {}

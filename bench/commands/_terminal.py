@@ -12,8 +12,6 @@ import click
 
 from reports.printable import printable, wrapped
 
-__all__ = ["Outlet", "complain", "interruptible", "outlets", "progress_outlet"]
-
 LONGEST = 1000
 """Characters of a message's line that are shown."""
 

@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from datasets import Sequence
     from datasets.truth_file import Truth
 
-__all__ = ["command"]
-
 STRIP_FRAMES = 24
 
 

@@ -20,8 +20,6 @@ from bench.experiments.experiment import Experiment, SequenceSource
 if TYPE_CHECKING:
     from bench.comparing.baseline import Baseline, Cells
 
-__all__ = ["command", "refuse_hidden_randomness"]
-
 
 @click.command("baseline")
 @click.argument("name")

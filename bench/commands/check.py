@@ -35,8 +35,6 @@ if TYPE_CHECKING:
     from bench.statistics.speed import Pace
     from reports.tables import Table
 
-__all__ = ["command"]
-
 EXIT_INCONCLUSIVE = 3
 
 

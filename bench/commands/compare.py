@@ -35,8 +35,6 @@ if TYPE_CHECKING:
     from bench.store.layout import Cell
     from reports.tables import Measure
 
-__all__ = ["command"]
-
 WIDTH = 96
 
 STRIPS = 3

@@ -12,8 +12,6 @@ from bench.commands._options import jobs_option, progress_bar
 from bench.commands.run import execute
 from bench.experiments.experiment import read_experiment
 
-__all__ = ["command"]
-
 
 @click.command("demo")
 @click.option(

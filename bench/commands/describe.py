@@ -12,8 +12,6 @@ import click
 from bench.commands._options import json_option, patience, progress_bar, truth_option
 from reports.printable import wrapped
 
-__all__ = ["command"]
-
 
 @click.command("describe")
 @click.argument("name")

@@ -14,8 +14,6 @@ import click
 from bench.commands._options import json_option
 from reports.printable import wrapped
 
-__all__ = ["command"]
-
 LIBRARIES = ("numpy", "numba", "pandas", "pyarrow", "matplotlib", "av", "scikit-video")
 OPENCV = "opencv"
 MISSING = "not installed"

@@ -7,8 +7,6 @@ import click
 from bench.commands._options import json_option
 from reports.printable import wrapped
 
-__all__ = ["command"]
-
 KINDS = (
     "trackers",
     "sequences",

@@ -25,8 +25,6 @@ if TYPE_CHECKING:
     from bench.reporting.by_preset import Scored
     from reports.tables import Table
 
-__all__ = ["command"]
-
 TEXTS = ("text", "markdown", "csv", "latex")
 FIGURES = ("png", "svg", "pdf")
 

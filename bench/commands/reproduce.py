@@ -26,8 +26,6 @@ if TYPE_CHECKING:
     from bench.papers.reproduction import Report, Reproduction
     from bench.store.layout import Cell
 
-__all__ = ["command"]
-
 
 @click.command("reproduce")
 @click.argument("paper", required=False)

@@ -23,8 +23,6 @@ from bench.commands._options import (
     trace_option,
 )
 
-__all__ = ["command"]
-
 folder_argument = click.argument(
     "folder", type=click.Path(path_type=Path), default=DEFAULT_OUTPUT, required=False
 )

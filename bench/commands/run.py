@@ -44,8 +44,6 @@ if TYPE_CHECKING:
     from bench.execution.plan import KnownSequences, Plan
     from bench.execution.run import Execution
 
-__all__ = ["ad_hoc_name", "command", "execute"]
-
 _LONGEST = 24  # letters of a tracker's or a sequence's name in that of a folder
 
 

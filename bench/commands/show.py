@@ -18,8 +18,6 @@ from bench.commands._terminal import complain
 if TYPE_CHECKING:
     from bench.evaluation.record import Trace
 
-__all__ = ["command"]
-
 
 @click.command("show")
 @click.argument("sequence")

@@ -25,8 +25,6 @@ if TYPE_CHECKING:
     from bench.comparing.stressing import Series
     from bench.execution.plan import KnownSequences
 
-__all__ = ["command"]
-
 REPETITIONS = 3
 """Of trackers that draw random numbers, on --recorded sequences."""
 

@@ -17,8 +17,7 @@ from bench.statistics.intervals import Interval
 from bench.statistics.rules import MIN_UNITS
 from reports.comparison import Breaks, breaking_plot
 from reports.figures import write_figure
-from reports.notes import failure_notes
-from reports.tables import MISSING, Cell, Table
+from reports.tables import MISSING, Cell, Table, failure_notes
 from reports.write import file_names
 
 Array = NDArray[np.float64]

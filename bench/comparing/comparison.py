@@ -21,8 +21,7 @@ from bench.reporting.tables import own_times, uncertainty_of
 from bench.statistics.intervals import Interval
 from bench.statistics.rules import Answer, decide
 from bench.statistics.units import Units, units_of
-from reports.tables import Measure
-from reports.times import timed_by
+from reports.tables import Measure, timed_by
 
 Means: TypeAlias = Mapping[str, NDArray[np.float64]]
 """Means over repetitions, shape (n_sequences,), by tracker."""

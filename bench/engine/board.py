@@ -15,8 +15,6 @@ from bench.engine.output import Printed
 from bench.engine.process import umask
 from bench.evaluation.observer import Observer
 
-__all__ = ["ELSEWHERE", "NOBODY", "READING", "Board", "BoardObserver", "Sight", "Slot"]
-
 NOBODY = -1
 """No tracker is being called, in the midst of a pass."""
 

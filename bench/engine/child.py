@@ -32,8 +32,6 @@ from bench.evaluation.recorder import LONGEST_TRACEBACK
 from bench.store.files import ResultsError
 from datasets import SequenceError
 
-__all__ = ["Answer", "DefectError", "Perform", "Probe", "Record", "main"]
-
 _PARENT_SECONDS = 1.0
 _IDLE_SECONDS = 60.0  # a worker of a cluster outlives the command that it worked for
 _DEATH_SIGNAL = 1  # Linux: PR_SET_PDEATHSIG

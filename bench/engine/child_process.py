@@ -23,8 +23,6 @@ from bench.engine.unit import Limits
 from bench.offspring import Offspring
 from bench.store.files import ResultsError
 
-__all__ = ["ChildProcess", "Death", "StartError"]
-
 _POLL_SECONDS = 0.1
 _START_SECONDS = 300.0
 _ABORT_SECONDS = 5.0  # time in which an aborted process writes its stack trace

@@ -29,8 +29,6 @@ from trackers.base.catalogue import in_file
 if TYPE_CHECKING:
     from distributed import Client
 
-__all__ = ["ClusterError", "connect"]
-
 _POLL_SECONDS = 2.0
 _CONNECT_SECONDS = 10
 _NO_WORKER_SECONDS = 300.0  # time to wait for a new worker after the last one is lost

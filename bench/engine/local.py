@@ -13,8 +13,6 @@ from bench.engine.supervisor import Supervisor
 from bench.engine.unit import Unit
 from bench.experiments.experiment import ExperimentError
 
-__all__ = ["connect"]
-
 _POLL_SECONDS = 0.2
 
 

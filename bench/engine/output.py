@@ -6,8 +6,6 @@ from collections import deque
 from collections.abc import Callable
 from typing import Any, TextIO
 
-__all__ = ["LONGEST", "Printed", "Tail", "drain"]
-
 LONGEST = 16_384
 """Characters or bytes of a tracker's last words that are kept."""
 

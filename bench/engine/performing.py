@@ -38,8 +38,6 @@ from bench.store.unfinished import map_rows, read_rows
 from datasets import Sequence, SequenceError
 from trackers import Randomness, TrackerError
 
-__all__ = ["Failure", "Outcome", "Probed", "perform", "probe", "record_failure", "scored"]
-
 _SHORTEST = 2  # frames of a pass
 _GLOBAL_NUMBERS = (
     "it drew from the process's global random numbers (numpy.random or random), so that its boxes "

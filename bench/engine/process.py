@@ -11,16 +11,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-__all__ = [
-    "Surroundings",
-    "can_use_files",
-    "limit_memory",
-    "machine_memory",
-    "peak_memory",
-    "reset_peak",
-    "umask",
-]
-
 _CONTROL_GROUP = Path("/sys/fs/cgroup/memory.max")
 _STATUS = Path("/proc/self/status")
 _FORGET = Path("/proc/self/clear_refs")

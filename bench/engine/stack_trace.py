@@ -5,8 +5,6 @@ import signal
 from pathlib import Path, PurePath
 from typing import NamedTuple
 
-__all__ = ["FATAL_SIGNALS", "CodeLine", "parse_stack", "select_line"]
-
 FATAL_SIGNALS = frozenset(
     {signal.SIGSEGV, signal.SIGFPE, signal.SIGABRT, signal.SIGBUS, signal.SIGILL}
 )

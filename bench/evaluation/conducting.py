@@ -27,8 +27,6 @@ from datasets import Sequence
 from trackers import Box, Mask
 from trackers.base.sharing import SharedFrame
 
-__all__ = ["evaluate", "frames_of_segments", "run_by_protocol"]
-
 _MOST_BYTES = 1 << 28
 """Of images that are kept for the next segment."""
 

@@ -21,8 +21,6 @@ from bench.experiments.contestant import Contestant
 from datasets import Sequence
 from trackers.base.sharing import SharedFrame
 
-__all__ = ["Clocks", "Pass", "run_in_lock_step", "walk"]
-
 
 @dataclass(frozen=True)
 class Pass:

@@ -2,8 +2,6 @@
 
 from collections.abc import Mapping
 
-__all__ = ["UNOBSERVED", "NotAttributableError", "Observer"]
-
 
 class NotAttributableError(Exception):
     """Something went wrong in a pass, and which of its trackers did it can't be told."""

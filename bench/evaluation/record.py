@@ -10,8 +10,6 @@ from bench.experiments.contestant import Identity
 from bench.metrics.regions import Segmentation
 from bench.metrics.times import Times
 
-__all__ = ["RESERVED_COLUMNS", "Run", "Trace"]
-
 Trace: TypeAlias = Literal["online", "revised"]
 """What a tracker said of each frame at once, or in the end."""
 

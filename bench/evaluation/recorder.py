@@ -25,16 +25,6 @@ from datasets import Sequence
 from trackers import Box, Estimate, Finisher, Mapper, Mask, Tracker, Watcher
 from trackers.base.sharing import SharedFrame, SharingTracker
 
-__all__ = [
-    "COLUMNS",
-    "LONGEST_REASON",
-    "LONGEST_TRACEBACK",
-    "MAP",
-    "MalformedEstimateError",
-    "Recorder",
-    "checked_box",
-]
-
 R = TypeVar("R")
 
 MAP = "map."

@@ -11,8 +11,6 @@ from bench.metrics.native import Truth
 from datasets import SequenceError
 from datasets.text_form import close_match
 
-__all__ = ["Reference", "reference"]
-
 
 @dataclass(frozen=True)
 class Reference:

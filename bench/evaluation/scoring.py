@@ -20,8 +20,6 @@ from bench.protocols import STORED_ONCE, TIMING, Protocol, ProtocolError, title
 from bench.protocols import names as protocol_names
 from bench.protocols import protocol as protocol_of
 
-__all__ = ["REVISED", "can_judge", "judge", "score", "score_both", "score_boxes"]
-
 REVISED = "revised_"
 """How the names of scores of revised boxes begin, where they stand beside those of online boxes."""
 

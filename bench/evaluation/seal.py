@@ -27,8 +27,6 @@ from datasets.source_digest import imported_libraries, tree_digest
 from datasets.synthetic.suite import suites
 from reports.files import write_file
 
-__all__ = ["Sealed", "golden_boxes", "main", "sealed"]
-
 Golden = dict[str, Mapping[str, str]]
 
 SHORT = (("samples/face", 0, 12), ("wang2010/table-tennis", 5, 16), ("moreno2005/octopus", 0, 5))

@@ -27,8 +27,6 @@ from datasets.interface import Frames, Image
 from trackers import Box, Estimate, Mask
 from trackers.base.sharing import SharedFrame
 
-__all__ = ["Remembered", "time_run"]
-
 WARM_UP_FRAMES = 10
 REFERENCE_CALLS = 15
 MOST_BYTES = 1 << 29

@@ -25,9 +25,6 @@ from numpy.typing import NDArray
 
 from bench.offspring import Offspring
 
-__all__ = ["Clip", "Performance", "Reference", "Setup", "Side", "TurnError", "Turns", "in_turns"]
-__all__ += ["main", "one_thread", "take_turns"]
-
 ANSWER_SECONDS = 600.0
 """Within which a turn must be over: compiling, too."""
 

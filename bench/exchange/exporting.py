@@ -21,8 +21,6 @@ from bench.store.layout import run_path
 from bench.store.results import Results
 from reports.files import write_file
 
-__all__ = ["export_results"]
-
 
 def export_results(
     experiment: Path,
@@ -37,30 +35,16 @@ def export_results(
     trace: Trace = "online",
     protocol: str = ONCE,
 ) -> list[Path]:
-    """Write the finished runs of an experiment in a layout, and give the files.
+    """Write the finished runs of an experiment in a layout, and return the files.
 
-    Parameters
-    ----------
-    experiment, target : Path
-        A folder of results, and where a folder a tracker is made.
-    tell : callable
-        Is given the sentence on what the layout keeps, and those on what is left out.
-    kind, tracker, sequence, protocol : str
-        Name of the layout, patterns of what is meant, and the protocol of these runs.
-    origin : int, optional
-        Number of the first pixel, where it is to be another than the layout's.
-    force : bool
-        Whether existing files are replaced. Otherwise nothing is written if there is one.
-    trace : {'online', 'revised'}
-        Boxes as estimated at once, or as revised in the end.
+    `target` gets a folder per tracker. `tell`: called with sentences on what the layout keeps and
+    what is left out. `kind`: name of the layout. `tracker`, `sequence`: patterns. `origin`: number
+    of the first pixel, if it is not the layout's. `force`: replace existing files; otherwise
+    nothing is written if there is one.
 
-    Raises
-    ------
-    ExchangeError, ProtocolError
-        If nothing matches, two runs would be one file, a file exists, or the layout has no room
-        for the runs; for an unknown protocol.
-    ResultsError, OSError
-        Where a file can't be read or written.
+    Raises `ExchangeError` or `ProtocolError` if nothing matches, two runs would be one file, a file
+    exists, the layout has no room for the runs, or the protocol is unknown; `ResultsError` or
+    `OSError` if a file cannot be read or written.
     """
     form, results = layout(kind), Results(experiment)
     start = form.origin if origin is None else origin

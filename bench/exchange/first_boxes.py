@@ -16,8 +16,6 @@ from numpy.typing import NDArray
 from bench.exchange.layout import ExchangeError, Held
 from bench.metrics.overlap import overlap
 
-__all__ = ["FirstBox", "check_first_boxes", "origin_of"]
-
 _ORIGINS = (0, 1)
 _SAME = 0.3  # pixels: trackers that scale images begin beside the truth; origins are 1 apart
 _FITS = 0.5  # overlap of a first box that is taken without a message
@@ -29,21 +27,11 @@ _BETTER = 4  # the other reading is this many times closer to an overlap of 1
 
 @dataclass(frozen=True)
 class FirstBox:
-    """First box of a segment.
+    """First box of a segment."""
 
-    Attributes
-    ----------
-    place : str
-        File and record, for messages.
-    expected : ndarray of float64, shape (4,)
-        The box at initialisation, in pixels from 0.
-    stored : ndarray of float64, shape (4,)
-        The box in the file, in the numbers of the file; NaN if the file has none.
-    """
-
-    place: str
-    expected: NDArray[np.float64]
-    stored: NDArray[np.float64]
+    place: str  # file and record, for messages
+    expected: NDArray[np.float64]  # box at initialisation, in pixels from 0
+    stored: NDArray[np.float64]  # in the numbers of the file; NaN if the file has none
 
 
 def origin_of(boxes: Iterable[FirstBox], held: Held) -> int | None:

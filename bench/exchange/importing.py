@@ -32,8 +32,6 @@ from bench.store.layout import Cell
 from bench.store.results import Results
 from bench.store.truth import read_truth, write_truth
 
-__all__ = ["Guest", "On", "guest", "import_results", "on_sequences", "with_guests"]
-
 
 @dataclass(frozen=True)
 class Guest:

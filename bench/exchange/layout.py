@@ -18,24 +18,6 @@ from datasets import SequenceError
 from datasets.decoding import brief
 from datasets.truth_file import read_text
 
-__all__ = [
-    "ExchangeError",
-    "Header",
-    "Layout",
-    "On",
-    "Said",
-    "SegmentWriter",
-    "boxes_from",
-    "by_sequence",
-    "column_from",
-    "file_name",
-    "first_line",
-    "letters",
-    "numbers_of",
-    "rounded",
-    "text_of",
-]
-
 
 class ExchangeError(ResultsError):
     """Results that can't be read or written in a layout; the message names file and line."""
@@ -54,25 +36,13 @@ class On:
 
 @dataclass(frozen=True)
 class Header:
-    """Statement of a file about some of its rows: which frames of which sequence they belong to.
+    """Statement of a file about some of its rows: which frames of which sequence they belong to."""
 
-    Attributes
-    ----------
-    place : str
-        File and part of it, for messages.
-    rows : int
-        Number of rows.
-    start, end : int or None
-        First and last frame as the file counts them; None if the file does not state it.
-    sequence : str
-        Name of the sequence; empty if the file does not state it.
-    """
-
-    place: str
-    rows: int
-    start: int | None = None
-    end: int | None = None
-    sequence: str = ""
+    place: str  # file and part of it, for messages
+    rows: int  # number of rows
+    start: int | None = None  # first frame as the file counts; None if it does not state it
+    end: int | None = None  # last frame
+    sequence: str = ""  # name; empty if the file does not state it
 
 
 @dataclass(frozen=True)

@@ -28,8 +28,6 @@ from bench.store.index import read_table
 from bench.store.results import Results
 from trackers import Randomness
 
-__all__ = ["Basis", "Estimate", "estimate", "measured_before", "words"]
-
 PROBED_FRAMES = 12
 _START_SECONDS = (2.0, 5.0)  # of a worker process, with its imports
 _PROBE_SECONDS = 10.0  # for a frame; who asks for an estimate does not wait for long

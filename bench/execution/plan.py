@@ -31,9 +31,6 @@ from bench.store.results import Results
 from datasets import Sequence, SequenceError
 from trackers import Randomness
 
-__all__ = ["KnownSequences", "Plan", "PlannedSequence", "State", "make_plan"]
-
-
 MAX_RUNS = 1_000_000
 """Maximum number of runs of an experiment."""
 

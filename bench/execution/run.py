@@ -21,8 +21,6 @@ from bench.store.log import RunLog
 from bench.store.results import Results
 from datasets import SequenceError
 
-__all__ = ["Execution", "run"]
-
 
 def run(
     experiment: Experiment | str | Path,

@@ -21,20 +21,6 @@ from datasets.text_form import format_text, parse_text
 from trackers import Randomness, Tracker, TrackerError
 from trackers.base.catalogue import DEFAULT_PRESET, in_file
 
-__all__ = [
-    "BOXES",
-    "IMPORTED",
-    "Contestant",
-    "Identity",
-    "KnownVersions",
-    "TrackerMaker",
-    "contestant",
-    "contestants",
-    "identify",
-    "run_seed",
-    "split_text",
-]
-
 TrackerMaker: TypeAlias = Callable[[np.random.SeedSequence], Tracker]
 
 PACKAGE = Path(str(trackers.__file__)).parent

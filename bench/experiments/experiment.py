@@ -32,15 +32,6 @@ from datasets.text_form import close_match, format_text
 if TYPE_CHECKING:
     from bench.protocols import Protocol
 
-__all__ = [
-    "Experiment",
-    "ExperimentError",
-    "SequenceSource",
-    "experiment_names",
-    "read_experiment",
-    "read_toml",
-]
-
 FOLDER = Path(__file__).parent
 PAPERS = FOLDER.parent / "papers"
 """A paper's experiments lie in its folder, and are named after both: `<paper>-<file>`."""

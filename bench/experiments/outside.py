@@ -32,8 +32,6 @@ from bench.offspring import Offspring
 from trackers import Randomness, Tracker, TrackerError
 from trackers.base.catalogue import in_file, is_outside
 
-__all__ = ["answered", "described", "main", "settled"]
-
 _SECONDS = 300.0
 """In which all of them must be imported."""
 

@@ -17,8 +17,6 @@ from numpy.typing import NDArray
 from bench.metrics.centre_error import centre_error, centre_inside
 from bench.metrics.overlap import is_well_formed, overlap
 
-__all__ = ["LOSS_FRAMES", "SUCCESS_OVERLAP", "VISIBLE_FRACTION", "Truth", "first_loss", "native"]
-
 SUCCESS_OVERLAP = 0.5
 """Overlap from which a frame is a success."""
 

@@ -199,28 +199,14 @@ class Preset:
 
 @dataclass(frozen=True)
 class Started:
-    """A run and its truth from the frame of initialisation on.
-
-    Attributes
-    ----------
-    frames : slice
-        From the first frame in which the target is present.
-    truth, estimate : ndarray of float64, shape (m, 4)
-        Boxes of these frames; the estimate's first is the truth's.
-    present : ndarray of bool, shape (m,)
-        Where there is a target.
-    size : tuple of int, or None
-        Width and height of the images, where the truth knows them.
-    shapes : sequence or None
-        True outlines of these frames; see `Target`.
-    """
+    """A run and its ground truth from the first frame on in which the target is present."""
 
     frames: slice
-    truth: NDArray[np.float64]
-    estimate: NDArray[np.float64]
-    present: NDArray[np.bool_]
-    size: tuple[int, int] | None
-    shapes: Sequence[NDArray[Any] | None] | None
+    truth: NDArray[np.float64]  # (m, 4)
+    estimate: NDArray[np.float64]  # (m, 4); the first box is that of the ground truth
+    present: NDArray[np.bool_]  # (m,): frames with a target
+    size: tuple[int, int] | None  # width and height of the images, if the ground truth has them
+    shapes: Sequence[NDArray[Any] | None] | None  # true outlines; see `Target`
 
 
 def started(truth: Truth, answer: Answer) -> Started:

@@ -14,8 +14,6 @@ from numpy.typing import NDArray
 
 from bench.metrics.overlap import is_well_formed, overlap
 
-__all__ = ["exact_overlap", "raster_overlap"]
-
 FARTHEST = 2.0**30
 """Largest coordinate [px]; larger ones are clipped, so that areas and integers do not overflow."""
 
@@ -29,21 +27,11 @@ def raster_overlap(
     size: tuple[int, int] | None = None,
     shapes: Shapes = None,
 ) -> NDArray[np.float64]:
-    """Share of pixels that both regions have of those that any has, frame by frame.
+    """Return the pixels of both regions as a share of the pixels of either, in [0, 1], by frame.
 
-    Parameters
-    ----------
-    truth, estimate : ndarray of float64, shape (n, 4)
-        Boxes in pixels; a NaN row of the truth where the target is absent.
-    size : tuple of int, optional
-        Width and height of the image; pixels outside do not count.
-    shapes : sequence, optional
-        True outlines in the place of boxes (`Shapes`).
-
-    Returns
-    -------
-    ndarray of float64, shape (n,)
-        In [0, 1]; 0 where the target is absent, the estimate malformed, or neither has a pixel.
+    Boxes have shape (n, 4). Pixels outside the image's `size` (width, height) do not count.
+    `shapes` replace boxes of the ground truth. The share is 0 if the target is absent (a NaN row),
+    the estimate is malformed, or neither region has a pixel.
     """
     e = _corners(_whole(np.where(is_well_formed(estimate)[:, None], estimate, 0.0)), size)
     t = _corners(_whole(np.nan_to_num(truth)), size)

@@ -14,16 +14,6 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = [
-    "RECALL_THRESHOLD",
-    "TOLERANCE",
-    "Segmentation",
-    "contour_accuracy",
-    "mean_recall_decay",
-    "region_similarity",
-    "segmentation_scores",
-]
-
 TOLERANCE = 0.008
 """Distance up to which contours agree, in shares of the image's diagonal."""
 
@@ -37,13 +27,10 @@ _SQUARE = np.ones((2, 2), np.uint8)
 
 @dataclass(frozen=True)
 class Segmentation:
-    """How a tracker's masks agree with the true ones.
+    """Agreement of a tracker's masks with the ground truth, by frame, in [0, 1].
 
-    Attributes
-    ----------
-    region_similarity, contour_accuracy : ndarray of float64, shape (n,)
-        In [0, 1], by frame; NaN where there is no true mask, up to the frame of initialisation,
-        before the tracker's first mask, and after a failure.
+    Values are NaN if there is no true mask, up to the frame of initialisation, before the tracker's
+    first mask, and after a failure.
     """
 
     region_similarity: NDArray[Any]

@@ -12,31 +12,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["DISTURBED_RATIO", "Times", "is_disturbed", "time_scores"]
-
 DISTURBED_RATIO = 1.1
 """Wall time over CPU time from which a pass counts as disturbed by other load."""
 
 
 @dataclass(frozen=True)
 class Times:
-    """Times of a timing run, in seconds.
+    """Times of a timing run, in seconds."""
 
-    Attributes
-    ----------
-    wall, cpu : ndarray of float64, shape (n,)
-        Time in `update` alone, by frame, as decoded; NaN where it was not called.
-    initialisation_wall, initialisation_cpu : float
-        Time in `init`.
-    warm_wall, warm_cpu : ndarray of float64, shape (n,), or None
-        Warm; None in runs that were stored before these were taken.
-    """
-
-    wall: NDArray[Any]
+    wall: NDArray[Any]  # (n,): of `update` alone, as decoded; NaN if it was not called
     cpu: NDArray[Any]
-    initialisation_wall: float
+    initialisation_wall: float  # of `init`
     initialisation_cpu: float
-    warm_wall: NDArray[Any] | None = None
+    warm_wall: NDArray[Any] | None = None  # None in runs that were stored before warm times were
     warm_cpu: NDArray[Any] | None = None
 
 

@@ -21,8 +21,6 @@ from bench.statistics.units import Units, units_of
 from reports.page.content import Place, Section, Sheet
 from reports.tables import MISSING, Cell, Table
 
-__all__ = ["answers", "parts", "repetitions"]
-
 _NO_PARTS = (
     "These sequences have no parts to compare trackers on: names of none say a knob that others "
     "turn otherwise (as plain/target:noise=30 does), and no attribute is known of some that others "

@@ -7,8 +7,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from bench.pages.takes import Clip, Reading, Stage
-from bench.pages.thresholds import ERRORS, OVERLAPS
+from bench.pages.takes import ERRORS, OVERLAPS, Clip, Reading, Stage
 from bench.reporting.tables import SUMMARY
 from bench.statistics.rules import MIN_UNITS
 from bench.statistics.survival import kaplan_meier
@@ -16,8 +15,6 @@ from bench.statistics.units import units_of
 from reports.page.content import Chart, Line, Place
 from reports.tables import Table
 from reports.write import file_names
-
-__all__ = ["error_charts", "share_charts", "speed_chart", "survival_chart"]
 
 _BINS = 120
 """Points of a curve over the frames of a sequence."""

@@ -13,8 +13,6 @@ from bench.pages.shown import mask_shapes
 from bench.reporting.by_attribute import open_sequence
 from reports.page.film import film
 
-__all__ = ["Filmed", "Keep", "Watch", "film_all"]
-
 Watch = Callable[[int, int | None], None]
 """Told how many frames are done, of how many."""
 

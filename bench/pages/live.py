@@ -15,8 +15,6 @@ from reports.page.content import Page, Section
 from reports.page.page import write_page
 from trackers import Randomness
 
-__all__ = ["write_live_page"]
-
 _HEIGHT = 480  # pixels, at most, of frames: there is a single sequence on the page
 
 

@@ -15,8 +15,6 @@ from bench.store import loading
 from bench.store.layout import Cell, experiment_folders
 from reports.files import write_file
 
-__all__ = ["Player", "Runs", "load_results", "player"]
-
 _HEIGHT = 780  # of a player [CSS pixels]
 
 

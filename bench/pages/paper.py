@@ -11,15 +11,12 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from reports.comparison import Point, Steps, speed_accuracy_plot, survival_plot
-from reports.figures import write_for_papers
+from reports.figures import heat_plot, write_for_papers
 from reports.files import write_file
-from reports.heat import heat_plot
 from reports.page.content import Chart, Line, Page, Section
 from reports.printable import one_line
 from reports.renderers import OR_NUMBERS, breakable, in_latex, in_markdown, to_latex, to_markdown
 from reports.write import write_tables
-
-__all__ = ["write_paper"]
 
 _MOST_FLOATS = 10
 """Tables and figures after which LaTeX is told to put them: it keeps some fifty in mind."""

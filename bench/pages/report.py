@@ -27,8 +27,6 @@ from reports.page.content import Page, Place, Section, Sheet
 from reports.page.page import write_chunk, write_page
 from reports.tables import MISSING, Cell, Table, complete
 
-__all__ = ["Said", "further_tables", "write_report_page"]
-
 _MOST_FAILURES = 200
 """Rows of failed runs that are listed one by one."""
 

@@ -13,8 +13,6 @@ from bench.reporting.pictures import mask_outlines
 from bench.store.truth import StoredTruth
 from reports.page.film import film
 
-__all__ = ["Film", "maps", "mask_shapes", "numbers", "shapes", "true_shapes"]
-
 Film: TypeAlias = Sequence[Sequence[bytes]]
 """Frames in chunks; see `reports.page.film.film`."""
 

@@ -20,7 +20,6 @@ from bench.metrics.overlap import overlap
 from bench.metrics.preset import State
 from bench.pages.filming import THUMBNAIL, Filmed, Keep, Watch, film_all
 from bench.pages.shown import Film, maps, numbers, shapes, true_shapes
-from bench.pages.thresholds import ERRORS, OVERLAPS, nearest_to
 from bench.protocols import STORED_ONCE
 from bench.reporting.pictures import is_round, judged_runs
 from bench.store.truth import StoredTruth
@@ -28,23 +27,16 @@ from reports.page.content import Place, Scene, Take
 from reports.page.film import packed, quantised, squeezed
 from reports.plots import share_of
 
-__all__ = [
-    "Clip",
-    "Reading",
-    "Stage",
-    "Stored",
-    "named_by",
-    "read_takes",
-    "scenes",
-    "taken",
-]
-
 _DONE = {
     State.SKIPPED: "not asked",
     State.INITIALISED: "begun with the truth",
     State.FAILED: "failed",
 }
 """What supervision does with a tracker, where it does not just go on."""
+
+OVERLAPS = np.linspace(0.0, 1.0, 51)
+ERRORS = np.linspace(0.0, 50.0, 51)
+"""Thresholds of success [overlap] and precision [pixels]."""
 
 Array = NDArray[np.float64]
 Stored = tuple[Mapping[str, Any], Run, StoredTruth]
@@ -70,7 +62,7 @@ class Clip:
     round: bool  # see `is_round`
     end: int  # the last frame with a box
     worst: Mapping[tuple[str, Trace], tuple[float, int]]  # badness and frame, by `Reading.place`
-    nearest: Mapping[str, tuple[Array, NDArray[np.int64]]]  # by curve, see `nearest_to`
+    nearest: Mapping[str, tuple[Array, NDArray[np.int64]]]  # by curve, see `_nearest_to`
     errors: NDArray[np.float32]  # of the centre by frame; NaN where it is not judged
 
 
@@ -248,8 +240,8 @@ def _clip(
     errors[judged] = centre_error(truth[judged], run.boxes[judged])
     nearest = {}
     if row["status"] == "finished" and len(judged) and asked is None:
-        nearest["success"] = nearest_to(overlaps, OVERLAPS, judged)
-        nearest["precision"] = nearest_to(errors[judged], ERRORS, judged)
+        nearest["success"] = _nearest_to(overlaps, OVERLAPS, judged)
+        nearest["precision"] = _nearest_to(errors[judged], ERRORS, judged)
         success = share_of(overlaps, OVERLAPS, at_least=True)
         stage.success.setdefault(tracker, []).append(success)
         precision = share_of(errors[judged], ERRORS, at_least=False)
@@ -383,3 +375,12 @@ def _extent(boxes: Array) -> tuple[int, int]:
     ends = (boxes[:, :2] + boxes[:, 2:])[np.isfinite(boxes).all(axis=1)]
     wide, tall = np.ceil(ends.max(axis=0)).tolist() if len(ends) else (320, 240)
     return max(1, int(wide)), max(1, int(tall))
+
+
+def _nearest_to(
+    values: Array, thresholds: Array, frames: NDArray[np.int64]
+) -> tuple[Array, NDArray[np.int64]]:
+    """Return the distance of the nearest value to each threshold, shape (k,), and its frame."""
+    far = np.abs(np.nan_to_num(values, nan=np.inf)[:, None] - thresholds)
+    chosen = np.argmin(far, axis=0)
+    return far[chosen, np.arange(len(thresholds))], frames[chosen]

@@ -8,10 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from bench.claims.claims_file import Claim
-from bench.experiments.experiment import ExperimentError
 from bench.papers import Effort
 from bench.papers.description import Description
-from bench.papers.measures import paper_module
+from bench.papers.measures import find_function
 from bench.papers.runs import StoredRuns
 
 
@@ -59,10 +58,4 @@ class Context:
         ExperimentError
             If there is none.
         """
-        module, _, function = name.rpartition(".")
-        found = getattr(paper_module(self.description.name, module), function, None)
-        if found is None:
-            raise ExperimentError(
-                f"bench/papers/{self.description.name}: there is no function {name!r}."
-            )
-        return found
+        return find_function(name, self.description.name)

@@ -90,7 +90,7 @@ class SensitivityColumn(Entry):
 
 
 class SensitivityRow(Entry):
-    """A choice that the text leaves open: options that replace those of a setting.
+    """One choice that the text leaves open: options that replace those of a setting.
 
     `change` has options by tracker, named as in `paper.toml` or by its own name.
     """

@@ -34,7 +34,8 @@ def sensitivity_table(context: Context, table: Sensitivity) -> Table:
             text = tracker_text(context.description, column.tracker, row.setting, row.change)
             measure = find_measure(column.measure, context.description.name)
             values = context.runs.values(text, column.sequence, measure, table.scenes, row.on)
-            cells.append(shown(values, measure, 1))
+            members = len(context.description.sequences[column.sequence].members)
+            cells.append(shown(values, measure, members))
         rows.append([row.choice, row.setting.replace("-", " "), *cells])
     heads = ["choice", "setting", *(column.head for column in table.columns)]
     caption = f"Sensitivity: means over {table.scenes} scenes; no verdicts."

@@ -206,6 +206,30 @@ def find_measure(text: str, paper: str) -> Measure:
     return Measure(given(function), text, unit, lower_is_better, before)
 
 
+def find_function(name: str, paper: str) -> Any:
+    """Return a function of a paper's own modules, named as `module.function`.
+
+    Raises
+    ------
+    ExperimentError
+        If there is none.
+    """
+    module, _, function = name.rpartition(".")
+    found = getattr(paper_module(paper, module), function, None)
+    if found is None:
+        raise ExperimentError(f"bench/papers/{paper}: there is no function {name!r}.")
+    return found
+
+
+def check_measure(text: str, paper: str) -> None:
+    """Raise `ExperimentError` if a claim's measure does not exist or has no such option."""
+    name = text.partition(":")[0]
+    if "." in name:
+        find_function(name, paper)
+    else:
+        find_measure(text, paper)
+
+
 def typed_option(value: str, annotation: Any) -> Any:
     """Return an option of a text form as the type that a parameter is annotated with."""
     if annotation in (bool, "bool"):

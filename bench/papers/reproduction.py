@@ -15,7 +15,7 @@ from bench.papers.description import Description, read_description, read_sensiti
 from bench.papers.evidence import verdict_rows
 from bench.papers.figures import Drawing, draw_figures
 from bench.papers.main_table import main_table, sensitivity_table, text_table
-from bench.papers.measures import paper_module
+from bench.papers.measures import check_measure, paper_module
 from bench.papers.plan import experiments, requests, sensitivity_requests
 from bench.papers.runs import StoredRuns
 from bench.store.layout import Cell
@@ -88,6 +88,7 @@ class Reproduction:
         for claim in self.claims.values():
             try:
                 self.description.check_names(claim.trackers, claim.sequences, claim.name)
+                check_measure(claim.measure, name)
             except ValueError as error:
                 raise ExperimentError(f"bench/papers/{name}/claims.toml: {error}.") from None
 

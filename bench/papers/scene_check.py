@@ -44,11 +44,11 @@ class Criterion:
     measure : str
         Function of `bench.papers.criteria` with its options, as `slow_share:limit=1`: of the
         sequence's paper, or a shared one.
+    sentence : str
+        The paper's words that ask for it, with the section.
     target : str
         Bounds that every scene must meet: `<= 0.1`, `>= 2.5`, or both, as `>= 4, <= 9`. Empty
         for a number that is only printed.
-    sentence : str
-        The paper's words that ask for it, with the section.
     with_result_in_view : bool
         Whether it uses what the paper says about a method's result.
     """
@@ -56,8 +56,8 @@ class Criterion:
     sequence: str
     name: str
     measure: str
-    target: str
     sentence: str
+    target: str = ""
     with_result_in_view: bool = False
 
     def value(self, scene: SceneImages | ClipSet) -> float:

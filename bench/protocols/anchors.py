@@ -17,8 +17,6 @@ from numpy.typing import NDArray
 from bench.protocols import Protocol, Segment
 from trackers.base.parameters import whole
 
-__all__ = ["PROTOCOL"]
-
 _VALUE = "anchor"
 
 

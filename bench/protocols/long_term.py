@@ -15,8 +15,6 @@ from numpy.typing import NDArray
 from bench.metrics.native import Truth
 from bench.protocols import Conduct, Protocol
 
-__all__ = ["PROTOCOL"]
-
 
 class _Sure(Conduct):
     """Wants a confidence with every box."""

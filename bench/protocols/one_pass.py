@@ -9,8 +9,6 @@ from typing import ClassVar
 
 from bench.protocols import STORED_ONCE, Protocol
 
-__all__ = ["PROTOCOL"]
-
 
 class OnePass(Protocol):
     """Has no knobs."""

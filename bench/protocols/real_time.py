@@ -22,8 +22,6 @@ from pydantic import Field, model_validator
 from bench.metrics.native import Truth
 from bench.protocols import Conduct, Protocol, Step
 
-__all__ = ["PROTOCOL"]
-
 
 class _Clock(Conduct):
     """When a tracker is free, and which answer is there; times count frames from the first."""

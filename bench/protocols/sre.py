@@ -16,8 +16,6 @@ from pydantic import Field
 
 from bench.protocols import Protocol, Segment
 
-__all__ = ["PROTOCOL"]
-
 
 class SpatialRobustness(Protocol):
     """Knobs of how wrong the first boxes are."""

@@ -23,8 +23,6 @@ from bench.metrics.region_overlap import raster_overlap
 from bench.protocols import Conduct, Protocol, Step
 from trackers.base.parameters import whole
 
-__all__ = ["PROTOCOL"]
-
 
 class _Supervision(Conduct):
     """Looks at every answer, and has another tracker begun after one that has failed."""

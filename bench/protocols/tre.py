@@ -15,8 +15,6 @@ from numpy.typing import NDArray
 from bench.protocols import Protocol, Segment
 from trackers.base.parameters import whole
 
-__all__ = ["PROTOCOL"]
-
 
 class TemporalRobustness(Protocol):
     """Knobs of where it starts."""

@@ -28,8 +28,7 @@ from bench.statistics.rules import MIN_UNITS, corrected_level, interval_or_none
 from bench.store.files import ResultsError
 from bench.store.loading import load_results
 from datasets import attributes
-from reports.notes import counted
-from reports.tables import MISSING, Cell, Measure, Table, complete
+from reports.tables import MISSING, Cell, Measure, Table, complete, counted
 
 Progress = Callable[[int, int], object]
 """Receives the number of measured frames and the number of all frames."""

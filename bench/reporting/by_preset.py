@@ -30,9 +30,8 @@ from bench.store.loading import load_results
 from bench.store.results import Results
 from bench.store.truth import read_truth
 from reports.fitting import on_terminal
-from reports.notes import counted
 from reports.renderers import to_text
-from reports.tables import MISSING, Measure, Table, complete, sequence_table
+from reports.tables import MISSING, Measure, Table, complete, counted, sequence_table
 from reports.tables import Cell as TableCell
 
 TOGETHER = "all sequences"

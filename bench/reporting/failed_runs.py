@@ -27,7 +27,7 @@ from bench.protocols import TIMING, protocol
 from bench.store.layout import run_path
 from bench.store.results import Results
 from bench.store.truth import StoredTruth, read_truth
-from reports.notes import failure_notes
+from reports.tables import failure_notes
 
 
 class FailedRuns(NamedTuple):

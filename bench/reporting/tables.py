@@ -15,8 +15,7 @@ from bench.statistics.units import Units, units_of
 from bench.store.layout import Cell
 from bench.store.loading import as_revised, load_results
 from bench.store.results import Results
-from reports.tables import Measure, Table, Uncertainty, sequence_table, summary_table
-from reports.times import timed_by
+from reports.tables import Measure, Table, Uncertainty, sequence_table, summary_table, timed_by
 
 PRESET = "native"
 

@@ -75,23 +75,12 @@ def decide(
 ) -> Answer:
     """Answer which of two sides is better by their differences on the same units.
 
-    Parameters
-    ----------
-    differences : array of float, shape (n,)
-        First minus second, one per unit, positive if the first is better.
-    margin : float
-        Differences up to this are irrelevant, in the unit of the values, 0 or more.
-    comparisons : int
-        Number of comparisons that share the 5 % of false answers.
-    limit : float
-        Largest absolute value that a difference can take; intervals are cut there.
-    unit : str
-        Plural name of the units in reasons.
+    `differences`: first minus second, shape (n,), positive if the first is better. `margin`:
+    differences up to this are irrelevant, 0 or more. `comparisons` share the 5 % of false answers.
+    `limit`: largest absolute value of a difference; intervals are cut there. `unit`: plural, for
+    reasons.
 
-    Raises
-    ------
-    ValueError
-        If a value is not finite or the margin is negative.
+    Raises `ValueError` if a value is not finite or the margin is negative.
     """
     values = np.asarray(differences, np.float64)
     n = len(values)
@@ -197,16 +186,8 @@ def star_marks(
 ) -> list[bool]:
     """Return which trackers the star marks: those that `decide`, over all pairs, never calls worse.
 
-    Parameters
-    ----------
-    values : array of float, shape (trackers, units)
-        Finite values. Fewer than two trackers or `MIN_UNITS` units give no marks.
-    margin : float
-        Differences up to this are irrelevant, in the unit of the values.
-    higher : bool
-        Whether higher values are better.
-    limit : float
-        Largest absolute value that a difference can take.
+    `values`: finite, shape (trackers, units). Fewer than two trackers or `MIN_UNITS` units give no
+    marks. `margin` and `limit` are those of `decide`.
     """
     scores = np.atleast_2d(np.asarray(values, np.float64)) * (1 if higher else -1)
     trackers, n = scores.shape

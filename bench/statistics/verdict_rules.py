@@ -104,19 +104,8 @@ def order(
     """Judge "A is better than B".
 
     Holds if the answer of `rules.decide` is better; does not hold if it is worse or equivalent.
-
-    Parameters
-    ----------
-    differences : array of float, shape (n,)
-        A - B, one per scene, positive if A is better.
-    margin : float
-        Differences up to this are irrelevant in practice, 0 or more.
-    comparisons : int
-        Number of intervals that share the 5 % of false answers.
-    limit : float
-        Largest absolute value that a difference can take.
-    counted : str
-        Name of a unit in the reason, in the singular.
+    `differences`: A - B by scene, shape (n,), positive if A is better. `counted`: name of a unit in
+    the reason, in the singular. The other arguments are those of `rules.decide`.
     """
     values = _finite(differences)
     n, units = len(values), plural(counted)
@@ -180,17 +169,9 @@ def share(
 ) -> Verdict:
     """Judge whether something is so in more than a share of the scenes.
 
-    A scene is a success if more than half of its trials are. Holds if the interval of the share
-    of scenes (`share_interval`) is above the limit, does not hold if it is below.
-
-    Parameters
-    ----------
-    successes, trials : array of float, shape (n,)
-        Counts per scene; trials above 0.
-    limit : float
-        Share in [0, 1].
-    comparisons, counted
-        See `order`.
+    A scene is a success if more than half of its trials are. Both counts have shape (n,); trials
+    are above 0. Holds if the interval of the share of scenes (`share_interval`) is above the limit
+    in [0, 1], does not hold if it is below. See `order` for the rest.
     """
     good, every = _finite(successes), _finite(trials)
     if good.shape != every.shape or (every <= 0).any() or (good < 0).any() or (good > every).any():
@@ -210,19 +191,11 @@ def time(
     *,
     counted: str = "pair",
 ) -> Verdict:
-    """Judge whether one thing takes longer than another by more than a factor.
+    """Judge whether one thing takes longer than another by more than a factor above 0.
 
-    Holds if the interval of the geometric mean of the ratios is above the factor, does not hold
-    if it is below.
-
-    Parameters
-    ----------
-    longer, shorter : array of float, shape (n,)
-        Times above 0 in the same unit; those of a pair were measured one after the other.
-    factor : float
-        Ratio that must be exceeded, above 0.
-    comparisons, counted
-        See `order`.
+    Holds if the interval of the geometric mean of the ratios is above the factor, does not hold if
+    it is below. Times have shape (n,), are above 0 and in the same unit; those of a pair were
+    measured one after the other. See `order` for the rest.
     """
     over, under = _finite(longer), _finite(shorter)
     if over.shape != under.shape or (over <= 0).any() or (under <= 0).any():
@@ -243,14 +216,8 @@ def number(
 ) -> Verdict:
     """Print a published number next to ours; both come from different videos, so none is judged.
 
-    Parameters
-    ----------
-    values : array of float, shape (n,)
-        Ours, one per scene.
-    published : float or None
-        The paper's.
-    most : float, optional
-        Largest value of a number that cannot be negative, for example 1 for a share.
+    `values`: ours, one per scene, shape (n,). `most`: largest value of a number that cannot be
+    negative, for example 1 for a share.
     """
     numbers = _finite(values)
     least, greatest = (-inf, inf) if most is None else (0.0, most)

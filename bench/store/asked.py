@@ -20,8 +20,6 @@ from bench.store.columns import CELL, PLACE, TEXT, coded, codes, numbered, with_
 from bench.store.files import ResultsError, locked, unreadable, write_atomically
 from bench.store.layout import SCHEMA, Cell, check_schema
 
-__all__ = ["Asked", "Cells", "add_asked", "read_asked", "withdraw"]
-
 _NAMED = ("tracker", "sequence", "protocol", "version")
 _TYPES = pa.schema([*((name, TEXT) for name in _NAMED), ("repetition", pa.int32())])
 _FILE = "plan.json"

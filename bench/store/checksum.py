@@ -15,18 +15,6 @@ import pyarrow.feather as feather
 
 from bench.store.files import ResultsError, unreadable
 
-__all__ = [
-    "PLACEHOLDER",
-    "SEAL_KEY",
-    "DamagedError",
-    "arrow_bytes",
-    "arrow_table",
-    "check",
-    "read_arrow",
-    "read_sealed",
-    "sealed",
-]
-
 _MARK = b"trackmark-sha256:"
 _BLANK = _MARK + b"0" * 64
 _ROWS = 1 << 16  # of a batch, as Feather files have them

@@ -12,19 +12,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from bench.store.layout import folder_name, run_path
 
-__all__ = [
-    "CELL",
-    "PLACE",
-    "TEXT",
-    "as_columns",
-    "coded",
-    "codes",
-    "numbered",
-    "places",
-    "tidy",
-    "with_place",
-]
-
 TEXT = pa.dictionary(pa.int32(), pa.string())
 """Type of a column of text."""
 

@@ -17,19 +17,6 @@ from contextlib import AbstractContextManager, contextmanager, suppress
 from functools import cache
 from pathlib import Path
 
-__all__ = [
-    "ResultsError",
-    "append",
-    "is_abandoned",
-    "locked",
-    "remove_empty_folder",
-    "remove_file",
-    "temporary_name",
-    "unreadable",
-    "write_atomically",
-    "write_once",
-]
-
 _TEMPORARY = re.compile(r"^\.(?P<host>[^~]+)~(?P<process>\d+)~.*\.tmp$")
 _NO_LINKS = (errno.EPERM, errno.ENOTSUP, errno.ENOSYS, errno.EMLINK)
 _ATTEMPTS = 3

@@ -31,21 +31,6 @@ from bench.store.layout import run_path
 from bench.store.results import Results
 from bench.store.truth import read_truth
 
-__all__ = [
-    "BATCH",
-    "FIELDS",
-    "SCORED_BY",
-    "GrowingIndex",
-    "for_json",
-    "index_row",
-    "index_rows",
-    "index_table",
-    "list_runs",
-    "read_index",
-    "read_table",
-    "row_of_file",
-]
-
 _TEXTS = (
     "tracker",
     "tracker_name",

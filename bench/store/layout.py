@@ -21,20 +21,6 @@ from urllib.parse import quote
 
 from bench.store.files import ResultsError
 
-__all__ = [
-    "BOX_COLUMNS",
-    "METADATA_KEY",
-    "SCHEMA",
-    "UNFINISHED",
-    "Cell",
-    "beside",
-    "check_schema",
-    "experiment_folders",
-    "folder_name",
-    "run_of",
-    "run_path",
-]
-
 SCHEMA = 2
 """Version of the layout; a reader refuses any other."""
 

@@ -18,8 +18,6 @@ from bench.store.results import Results
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = ["as_revised", "load_results", "ordered_rows", "with_asked"]
-
 
 def load_results(folder: str | Path, cells: Collection[Cell] | None = None) -> "pd.DataFrame":
     """All runs of an experiment, or of all experiments in a folder.

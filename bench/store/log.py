@@ -16,8 +16,6 @@ from zlib import crc32
 
 from bench.store.files import ResultsError, append
 
-__all__ = ["RunLog", "log_files", "read_log"]
-
 _FOLDER = "_log"
 
 

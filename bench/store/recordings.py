@@ -11,8 +11,6 @@ from typing import NamedTuple
 
 import pyarrow as pa
 
-__all__ = ["Recording", "different", "recordings"]
-
 
 class Recording(NamedTuple):
     """Recorded data that runs were made on."""

@@ -21,16 +21,6 @@ from datasets.shapes import EncodedMask, Shapes
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = [
-    "StoredTruth",
-    "check_truth",
-    "copy_truth",
-    "occurring_attributes",
-    "read_truth",
-    "truth_path",
-    "write_truth",
-]
-
 _OUTLINE = "shape/"
 """How the names of columns of polygons and masks begin."""
 

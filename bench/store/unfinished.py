@@ -29,8 +29,6 @@ from bench.store.files import (
 )
 from bench.store.layout import METADATA_KEY, UNFINISHED
 
-__all__ = ["map_rows", "read_rows", "remove_leftovers", "unfinished_runs"]
-
 _COMPANION = re.compile(r"^(?P<run>\d+)\.[0-9a-f]{16}\.")
 
 

@@ -15,8 +15,6 @@ from bench.store.recordings import different, recordings
 from bench.store.results import Results
 from bench.store.truth import check_truth, copy_truth, read_truth, truth_path
 
-__all__ = ["Check", "checks", "damage", "merge_results"]
-
 Check = Callable[[], object]
 """Reads a stored file, and raises what `damage` understands."""
 

@@ -11,8 +11,6 @@ from numpy.typing import ArrayLike
 
 from datasets.attributes.view import View
 
-__all__ = ["Attribute", "Over", "attribute"]
-
 Over = Literal["mean", "5 %", "95 %"]
 """How a sequence's value comes from those of its frames."""
 

@@ -20,8 +20,6 @@ from datasets.interface import Sequence
 from datasets.source_digest import tree_digest
 from datasets.text_form import close_match
 
-__all__ = ["kept", "measured", "names", "of_name", "overall"]
-
 Series = dict[str, NDArray[np.float64]]
 """Values by attribute, (n,): a number a frame, NaN where there is none."""
 

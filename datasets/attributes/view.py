@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 
 from datasets.interface import Image
 
-__all__ = ["View", "part_of"]
-
 
 @dataclass(eq=False)
 class View:

@@ -11,8 +11,6 @@ from datasets.decoding import check_pixels
 from datasets.filters.timing import changed, generator
 from datasets.interface import Image, Mask, Sequence, SequenceError, lies_outside
 
-__all__ = ["box_error", "motion", "occlusion", "similarity", "size"]
-
 Array = NDArray[np.float64]
 
 AFTER_WALL = 15

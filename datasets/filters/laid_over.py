@@ -14,8 +14,6 @@ from datasets.interface import Sequence, SequenceError
 from datasets.source_digest import tree_digest
 from datasets.text_form import close_match, format_text
 
-__all__ = ["FILTERS", "Filter", "filtered", "split_filters", "with_filters"]
-
 PREFIX = "filter."
 
 DRAW = "draw"

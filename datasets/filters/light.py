@@ -7,8 +7,6 @@ from numpy.typing import NDArray
 from datasets.filters.timing import changed, generator
 from datasets.interface import Image, Sequence
 
-__all__ = ["blur", "gain", "noise"]
-
 
 def gain(sequence: Sequence, value: float, draw: int) -> Sequence:
     """Fade by equal ratios from the first box on until half of the rest is over."""

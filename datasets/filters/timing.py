@@ -8,8 +8,6 @@ from numpy.typing import NDArray
 
 from datasets.interface import Image, Sequence, SequenceError
 
-__all__ = ["changed", "generator", "start", "step"]
-
 FEWEST = 20
 """Frames that must be left to be tracked."""
 

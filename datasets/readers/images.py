@@ -8,8 +8,6 @@ from datasets.image_files import SUFFIXES, ImageFiles, image_files
 from datasets.interface import Sequence
 from datasets.recorded import recorded
 
-__all__ = ["EXPECTS", "GENERAL", "MARKS", "read", "recognises"]
-
 EXPECTS = f"a folder of images ({', '.join(SUFFIXES)}), its truth in truth.csv or given"
 GENERAL = True
 MARKS = ("truth.csv",)

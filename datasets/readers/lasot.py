@@ -15,8 +15,6 @@ from datasets.interface import Sequence
 from datasets.number_files import check_row_count, read_boxes, read_flags
 from datasets.recorded import recorded_images
 
-__all__ = ["CITATION", "EXPECTS", "GENERAL", "LICENCE", "MARKS", "read", "recognises"]
-
 TRUTH, FLAGS = "groundtruth.txt", ("full_occlusion", "out_of_view")
 EXPECTS = f"a folder with img/ and {TRUTH} (LaSOT)"
 GENERAL = False

@@ -20,8 +20,6 @@ from datasets.interface import Sequence, SequenceError
 from datasets.number_files import fps_of, place_of, read_fields, read_rows
 from datasets.recorded import recorded_images
 
-__all__ = ["CITATION", "EXPECTS", "GENERAL", "MARKS", "options", "read", "recognises"]
-
 TRUTH, FIELDS, IMAGES = Path("gt/gt.txt"), "seqinfo.ini", "img1"
 EXPECTS = f"a folder with {IMAGES}/ and {TRUTH} (MOTChallenge)"
 GENERAL = False

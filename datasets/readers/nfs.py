@@ -22,8 +22,6 @@ from datasets.interface import Sequence, SequenceError
 from datasets.number_files import as_boxes, check_line, numbers
 from datasets.recorded import recorded_images
 
-__all__ = ["CITATION", "EXPECTS", "GENERAL", "MARKS", "options", "read", "recognises"]
-
 RATES = ("30", "240")
 EXPECTS = "a folder NAME/30 or NAME/240 with NAME/ and NAME.txt (NfS)"
 GENERAL = False

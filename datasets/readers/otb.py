@@ -19,8 +19,6 @@ from datasets.interface import Sequence, SequenceError
 from datasets.number_files import check_row_count, columns, read_boxes
 from datasets.recorded import recorded_images
 
-__all__ = ["CITATION", "EXPECTS", "GENERAL", "MARKS", "each", "options", "read", "recognises"]
-
 TRUTH, TLP_COLUMNS = "groundtruth_rect.txt", 6
 EXPECTS = f"a folder with img/ and {TRUTH} (OTB)"
 GENERAL = False

@@ -13,8 +13,6 @@ from datasets.interface import Sequence, SequenceError
 from datasets.number_files import read_boxes, read_rows
 from datasets.recorded import recorded_images
 
-__all__ = ["CITATION", "EXPECTS", "GENERAL", "MARKS", "read", "recognises"]
-
 TRUTH, RANGE = "_gt.txt", "_frames.txt"
 EXPECTS = f"a folder with img/, NAME{TRUTH} and NAME{RANGE} (TColor-128)"
 GENERAL = False

@@ -15,8 +15,6 @@ from datasets.interface import Sequence, SequenceError
 from datasets.number_files import as_boxes, columns, read_rows
 from datasets.recorded import recorded_images
 
-__all__ = ["CITATION", "EXPECTS", "GENERAL", "MARKS", "read", "recognises"]
-
 TRUTH, COLUMNS = "groundtruth_rect.txt", 6
 EXPECTS = f"a folder with img/ and a {TRUTH} of {COLUMNS} columns (TLP)"
 GENERAL = False

@@ -14,8 +14,6 @@ from datasets.number_files import check_row_count, read_boxes, without_rest
 from datasets.recorded import recorded_images
 from datasets.text_form import natural_order
 
-__all__ = ["CITATION", "EXPECTS", "GENERAL", "MARKS", "members", "read", "recognises"]
-
 IMAGES, TRUTHS = "frames", "anno"
 EXPECTS = f"a folder {IMAGES}/NAME with {TRUTHS}/NAME.txt (TrackingNet)"
 GENERAL = False

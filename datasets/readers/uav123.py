@@ -16,8 +16,6 @@ from datasets.number_files import check_row_count, read_boxes
 from datasets.recorded import recorded_images
 from datasets.text_form import natural_order
 
-__all__ = ["CITATION", "EXPECTS", "GENERAL", "MARKS", "members", "read", "recognises"]
-
 IMAGES, TRUTHS = Path("data_seq/UAV123"), ("anno/UAV123", "anno/UAV20L")
 EXPECTS = f"a name of {TRUTHS[0]}/NAME.txt in a folder with {IMAGES} (UAV123)"
 GENERAL = False

@@ -6,8 +6,6 @@ from datasets import truth_file
 from datasets.interface import Sequence
 from datasets.recorded import recorded
 
-__all__ = ["EXPECTS", "GENERAL", "MARKS", "read", "recognises"]
-
 SUFFIXES = (".avi", ".mp4", ".mkv", ".mov", ".m4v", ".webm", ".mpg")
 EXPECTS = f"a video file ({', '.join(SUFFIXES)}), its truth in a .csv of the same name or given"
 GENERAL = False

@@ -37,8 +37,6 @@ from datasets.recorded import recorded_images
 from datasets.shapes import EncodedMask, Shapes
 from datasets.text_form import natural_order
 
-__all__ = ["CITATION", "EXPECTS", "GENERAL", "MARKS", "each", "options", "read", "recognises"]
-
 TRUTH, OBJECT, FIELDS = "groundtruth.txt", "groundtruth_", "sequence"
 EXPECTS = f"a folder with {TRUTH} and images or color/ (VOT)"
 GENERAL = False

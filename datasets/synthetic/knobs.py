@@ -9,8 +9,6 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from datasets.interface import SequenceError
 from datasets.text_form import format_text
 
-__all__ = ["Knobs", "Seed", "seed"]
-
 Seed = Annotated[int, Field(ge=0, lt=2**32)]
 """Type of the knob `scene`, which every scene has."""
 

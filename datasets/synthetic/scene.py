@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 
 from datasets.interface import Image, Mask
 
-__all__ = ["Scene", "Truth", "part_generator", "pasted"]
-
 
 @dataclass(frozen=True)
 class Truth:

@@ -18,8 +18,6 @@ from datasets.synthetic.knobs import Knobs
 if TYPE_CHECKING:
     from datasets.synthetic.scene import Scene, Truth
 
-__all__ = ["Entry", "SceneModule", "Suite", "suites"]
-
 FOLDER = Path(__file__).parent
 
 

@@ -9,19 +9,6 @@ from numpy.typing import ArrayLike
 
 from reports.tables import Table
 
-__all__ = [
-    "Card",
-    "Chart",
-    "Line",
-    "Page",
-    "Picture",
-    "Place",
-    "Scene",
-    "Section",
-    "Sheet",
-    "Take",
-]
-
 
 class Place(NamedTuple):
     """Where the player opens: positions of sequence and tracker in the page's lists."""

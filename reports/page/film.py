@@ -13,8 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-__all__ = ["ABSENT", "STEP", "film", "packed", "quantised", "squeezed", "still"]
-
 STEP = 0.1
 """What coordinates of boxes are rounded to [pixels]."""
 

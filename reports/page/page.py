@@ -25,8 +25,6 @@ if TYPE_CHECKING:
     from jinja2 import Environment
     from markupsafe import Markup
 
-__all__ = ["INSIDE", "write_chunk", "write_page"]
-
 INSIDE = 10_000_000
 """Bytes of frames that a page holds; those of further sequences lie beside it."""
 

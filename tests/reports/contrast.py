@@ -2,8 +2,6 @@
 
 import numpy as np
 
-__all__ = ["contrast", "linear"]
-
 
 def linear(colour):
     """Light of red, green and blue, in 0..255, as shares of the most."""

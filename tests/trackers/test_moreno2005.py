@@ -142,23 +142,6 @@ def test_a_ring_is_wider_than_the_window(ring):
         trackers.create("moreno2005", ring=ring)
 
 
-def test_learnt_dynamics_stand_in_place_of_the_parameters(tmp_path, disc):
-    file = tmp_path / "learnt.toml"
-    file.write_text("shift_x_spread = 1.25\ngain_spread = 0.5\n")
-    tracker, _ = run("moreno2005", disc, frames=1, dynamics=str(file), shift_x_spread=8)
-    # Distances are those of an image 320 wide.
-    np.testing.assert_allclose(tracker.contours.dynamics.shift, [1.25 / 2, 2.0])
-    assert tracker.parameters.shift_x_spread == 1.25
-    assert tracker.parameters.gain_spread == 0.5
-    assert tracker.parameters.shift_y_spread == 4
-    baseline = trackers.create("contour-smooth-color", dynamics=str(file)).parameters
-    assert baseline.shift_x_spread == 1.25  # and of what it has not, it takes nothing
-    assert not hasattr(baseline, "gain_spread")
-    settled = trackers.resolve("moreno2005", dynamics=str(file))
-    assert {key: str(value) for key, value in settled.options.items()} == {"dynamics": str(file)}
-    assert settled.parameters.model_dump()["dynamics"]["values"]["gain_spread"] == 0.5
-
-
 def test_a_target_that_vanishes_costs_nothing_but_confidence(disc):
     images, _, _ = disc
     tracker, before = run("moreno2005", disc, **FEW)

@@ -9,8 +9,6 @@ import struct
 from collections.abc import Iterable
 from pathlib import Path
 
-__all__ = ["MODELS", "write_models"]
-
 
 def write_models(folder: Path) -> dict[str, dict[str, str]]:
     """Write all into a folder; gives parameters by the name of the tracker that they belong to."""

@@ -21,18 +21,6 @@ import numpy as np
 from trackers.base.interface import Randomness, Tracker, TrackerPlugin
 from trackers.base.parameters import Parameters, TrackerError, unknown
 
-__all__ = [
-    "DEFAULT_PRESET",
-    "Specification",
-    "create",
-    "describe",
-    "in_file",
-    "is_outside",
-    "names",
-    "resolve",
-    "summary",
-]
-
 FOLDER = Path(__file__).parents[1]
 ENTRY_POINTS = "trackmark.trackers"
 DEFAULT_PRESET = "recommended"

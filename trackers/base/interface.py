@@ -12,20 +12,6 @@ from numpy.typing import NDArray
 
 from trackers.base.parameters import Parameters, TrackerError
 
-__all__ = [
-    "Box",
-    "Estimate",
-    "Finisher",
-    "Image",
-    "Mask",
-    "NotInitialisedError",
-    "Randomness",
-    "Tracker",
-    "TrackerPlugin",
-    "Watcher",
-    "four_numbers",
-]
-
 Image: TypeAlias = NDArray[np.uint8]
 """Shape (height, width, 3), BGR, contiguous; read-only to a tracker."""
 

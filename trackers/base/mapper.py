@@ -7,8 +7,6 @@ from numpy.typing import NDArray
 
 from trackers.base.interface import Image
 
-__all__ = ["Mapper"]
-
 
 @runtime_checkable
 class Mapper(Protocol):

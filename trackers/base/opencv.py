@@ -19,14 +19,6 @@ from trackers.base.interface import (
 )
 from trackers.base.parameters import Parameters, TrackerError
 
-__all__ = [
-    "OpenCVParameters",
-    "OpenCVTracker",
-    "factory",
-    "pixel_rectangle",
-    "with_read_parameters",
-]
-
 CONTRIBUTED = "install opencv-contrib-python-headless in place of opencv-python-headless"
 
 

@@ -13,8 +13,6 @@ from trackers.base.interface import Box, Estimate, Image, Mask
 from trackers.base.opencv import OpenCVTracker
 from trackers.base.parameters import Parameters, TrackerError
 
-__all__ = ["ModelFile", "ModelParameters", "ModelTracker", "model_file"]
-
 
 class ModelFile(BaseModel):
     """A parameter: a file with a trained model.

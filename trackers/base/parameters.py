@@ -6,18 +6,6 @@ from typing import Any, Self
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-__all__ = [
-    "Parameters",
-    "TrackerError",
-    "choice",
-    "closest",
-    "fraction",
-    "nonnegative",
-    "positive",
-    "unknown",
-    "whole",
-]
-
 
 class TrackerError(ValueError):
     """A tracker, preset or parameter that cannot be; the message says which and what to do."""

@@ -13,17 +13,6 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = [
-    "SCHEMES",
-    "effective_number",
-    "mean_state",
-    "multinomial",
-    "normalised",
-    "residual",
-    "stratified",
-    "systematic",
-]
-
 Array: TypeAlias = NDArray[np.float64]
 Indices: TypeAlias = NDArray[np.intp]
 

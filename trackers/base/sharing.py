@@ -9,8 +9,6 @@ import numpy as np
 from trackers.base.interface import Box, Estimate, Image, Mask, TrackerPlugin, four_numbers
 from trackers.base.parameters import TrackerError
 
-__all__ = ["SharedFrame", "SharingTracker"]
-
 P = ParamSpec("P")
 R = TypeVar("R")
 

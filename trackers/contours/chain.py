@@ -15,20 +15,6 @@ from numpy.typing import NDArray
 
 from trackers.base.particles import multinomial, systematic
 
-__all__ = [
-    "Association",
-    "Attached",
-    "Chain",
-    "Cue",
-    "Earlier",
-    "Feedback",
-    "Hypotheses",
-    "ParticleCue",
-    "Weighed",
-    "complete",
-    "proportional",
-]
-
 Array: TypeAlias = NDArray[np.float64]
 Indices: TypeAlias = NDArray[np.intp]
 Attached: TypeAlias = Indices | None

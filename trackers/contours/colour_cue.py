@@ -16,16 +16,6 @@ from trackers.contours.mixture import Mixture, components_of, refined
 from trackers.contours.observation import Observation, Weights, graded
 from trackers.contours.posterior import posterior_tables
 
-__all__ = [
-    "ColourCue",
-    "ColourDynamics",
-    "Fit",
-    "MixtureScale",
-    "Palettes",
-    "RefittedColours",
-    "blended",
-]
-
 Array: TypeAlias = NDArray[np.float64]
 
 MixtureScale: TypeAlias = Literal["shared", "diagonal"]

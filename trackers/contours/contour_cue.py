@@ -12,8 +12,6 @@ from trackers.contours.chain import Attached, Earlier, ParticleCue, Weighed
 from trackers.contours.observation import Observation, Rectangle, Weights, graded
 from trackers.contours.outline import Outside, contour_scores
 
-__all__ = ["ContourCue", "ContourDynamics", "KalmanContourCue"]
-
 Array: TypeAlias = NDArray[np.float64]
 
 SMALLEST_AREA = 60  # pixels; a contour around fewer is no hypothesis

@@ -10,18 +10,6 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-__all__ = [
-    "Mixture",
-    "components_of",
-    "density",
-    "fitted",
-    "log_density",
-    "mixture_of",
-    "projected",
-    "refined",
-    "refined_on_planes",
-]
-
 Array: TypeAlias = NDArray[np.float64]
 
 REGULARISATION = 3e-4  # variance added to every axis of a fitted component

@@ -14,22 +14,6 @@ from trackers.base.interface import Image
 from trackers.contours.mixture import Mixture, fitted
 from trackers.contours.outline import bounding_box
 
-__all__ = [
-    "ColourCells",
-    "ColourSet",
-    "Observation",
-    "Rectangle",
-    "Weights",
-    "cells_inside",
-    "colour_cells",
-    "colours_of",
-    "drawn",
-    "graded",
-    "observe",
-    "window_around",
-    "with_colour_sets",
-]
-
 Ints: TypeAlias = NDArray[np.int64]
 Cells: TypeAlias = NDArray[np.int32]
 Array: TypeAlias = NDArray[np.float64]

@@ -17,19 +17,6 @@ from numpy.typing import NDArray
 
 from trackers.base.interface import Box, Mask
 
-__all__ = [
-    "Outside",
-    "bounding_box",
-    "contour_scores",
-    "crosses_itself",
-    "enclosed_area",
-    "equally_spaced",
-    "filled",
-    "inscribed_ellipse",
-    "outline",
-    "windings",
-]
-
 Tables: TypeAlias = NDArray[np.float32]
 Cells: TypeAlias = NDArray[np.int32]
 Indices: TypeAlias = NDArray[np.intp]

@@ -15,15 +15,6 @@ from trackers.contours.mixture import refined_on_planes
 from trackers.contours.observation import Observation, Weights, graded
 from trackers.contours.posterior import region_scores
 
-__all__ = [
-    "GivenPlane",
-    "PlaneCue",
-    "basis_of",
-    "discriminant_basis",
-    "oriented",
-    "plane_normal",
-]
-
 Array: TypeAlias = NDArray[np.float64]
 
 REGULARISATION = 1e-4  # added to each channel's scatter within classes, which may be singular

@@ -15,8 +15,6 @@ from scipy.special import expit
 
 from trackers.contours.mixture import Mixture, log_density, mixture_of
 
-__all__ = ["posterior", "posterior_tables", "region_scores"]
-
 Ints: TypeAlias = NDArray[np.int64]
 Array: TypeAlias = NDArray[np.float64]
 Array32: TypeAlias = NDArray[np.float32]

@@ -25,7 +25,6 @@ from trackers.base.sharing import SharedFrame, SharingTracker
 from trackers.contours.chain import Chain, Hypotheses, complete
 from trackers.contours.colour_cue import Fit
 from trackers.contours.contour_cue import ContourCue, ContourDynamics
-from trackers.contours.dynamics import LearntDynamics
 from trackers.contours.mixture import components_of, fitted
 from trackers.contours.observation import (
     ColourCells,
@@ -48,8 +47,6 @@ from trackers.contours.plane_cue import discriminant_basis
 from trackers.contours.snake import Stiffness
 from trackers.contours.snake import refined as refined_by_snake
 
-__all__ = ["LITERAL", "Segmenter", "SegmenterParameters", "Start", "best_posterior", "surely"]
-
 Array: TypeAlias = NDArray[np.float64]
 Posterior: TypeAlias = NDArray[np.float32]
 
@@ -68,8 +65,16 @@ LITERAL: Mapping[str, str | float] = {
     "shift_x_spread": 3.465,
     "shift_y_spread": 3.72,
 }
-"""Parameters as the paper's text has them, with the deviations that `trackmark learn` finds on
-`moreno2005/ellipse:scene=100` and `:scene=101`, which no experiment uses."""
+"""Parameters as in the paper's text, with deviations that were estimated by least squares.
+
+The paper only says that dynamics are "learned off-line from a training hand-segmented sequence
+using a least squares technique". These are root mean squares of the steps, because a random walk
+has no drift, on `moreno2005/ellipse:scene=100` and `:scene=101`. No experiment uses these scenes.
+`H` and `p` of `r = m + H (r' - m) + p` were fitted to the outlines `r'` and `r` of consecutive
+masks, with `50 |H - I|²` added. Outlines have 32 points; `m` is the mean of `r'`. The point of `r`
+that corresponds to the first one of `r'` was the best of 256. Shifts are in pixels of an image
+320 wide.
+"""
 
 LEAST_PRIOR = 0.05  # of target and background, where they follow from areas
 
@@ -133,11 +138,6 @@ class SegmenterParameters(Parameters):
     start: Literal["mask", "box"] = choice(
         "mask", "the target is the given mask (where there is one), or an ellipse in the given box"
     )
-    dynamics: LearntDynamics = choice(
-        LearntDynamics(),
-        "file that `trackmark learn` wrote; its values stand in place of the "
-        "parameters of the same names",
-    )
     output: Literal["snake", "mean", "posterior"] = choice(
         "snake",
         "what mask and box are of: the contour that the snake refined, the "
@@ -167,11 +167,6 @@ class Segmenter(SharingTracker):
     """
 
     randomness = Randomness.GENERATOR
-
-    def __init__(self, parameters: SegmenterParameters, seed: np.random.SeedSequence) -> None:
-        learnt = parameters.dynamics.values
-        known = {key: learnt[key] for key in learnt if key in type(parameters).model_fields}
-        super().__init__(parameters.model_copy(update=known), seed)
 
     @abstractmethod
     def chain_from(self, start: Start) -> Chain[Observation]:

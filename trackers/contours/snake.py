@@ -12,8 +12,6 @@ from numpy.typing import NDArray
 from trackers.base.interface import Image
 from trackers.contours.outline import bounding_box, crosses_itself, enclosed_area
 
-__all__ = ["Stiffness", "edge_map", "fitted_snake", "refined"]
-
 Array: TypeAlias = NDArray[np.float64]
 Stiffness: TypeAlias = Literal["constant", "by-spacing", "of-change"]
 

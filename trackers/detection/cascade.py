@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 from trackers.base.interface import Image
 from trackers.base.parameters import TrackerError
 
-__all__ = ["cascade"]
-
 
 def cascade(file: str | Path, neighbours: int = 3) -> Callable[[Image], NDArray[np.float64]]:
     """Detector from a trained cascade, of frontal faces for one.

@@ -9,8 +9,6 @@ from numpy.typing import NDArray
 from trackers.base.interface import Image
 from trackers.base.parameters import TrackerError
 
-__all__ = ["people"]
-
 MARGIN = np.array([0.15, 0.12])  # of 64 x 128 pixels, around people 96 pixels high
 
 

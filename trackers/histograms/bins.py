@@ -17,17 +17,6 @@ from numpy.typing import NDArray
 
 from trackers.base.interface import Image
 
-__all__ = [
-    "CHROMATICITY_BINS",
-    "LIGHTNESS_BINS",
-    "N_BINS",
-    "Binning",
-    "ColourSpace",
-    "JointBins",
-    "LuvBins",
-    "UvRange",
-]
-
 Codes: TypeAlias = NDArray[np.uint16]
 ColourSpace: TypeAlias = Literal["rgb", "hsv"]
 Binning: TypeAlias = Literal["both", "perez"]

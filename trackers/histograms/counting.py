@@ -22,8 +22,6 @@ from trackers.histograms.rectangles import (
     integral_histogram,
 )
 
-__all__ = ["codes_of_frame", "ellipse_histograms", "region_counts"]
-
 Ints: TypeAlias = NDArray[np.int64]
 Counts: TypeAlias = NDArray[np.int32]
 Codes: TypeAlias = NDArray[np.uint16]

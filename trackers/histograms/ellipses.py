@@ -14,17 +14,6 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-__all__ = [
-    "KERNELS",
-    "EllipseCounts",
-    "Found",
-    "Kernel",
-    "Window",
-    "coefficients",
-    "ellipse_counts",
-    "mean_shift",
-]
-
 Array: TypeAlias = NDArray[np.float64]
 Codes: TypeAlias = NDArray[np.uint16]
 Counts: TypeAlias = NDArray[np.int64]

@@ -14,8 +14,6 @@ from trackers.histograms.bins import ColourSpace, JointBins
 from trackers.histograms.counting import codes_of_frame, ellipse_histograms
 from trackers.histograms.ellipses import EllipseCounts, Found, Window, coefficients, mean_shift
 
-__all__ = ["Location", "MeanShiftParameters", "Target"]
-
 Array: TypeAlias = NDArray[np.float64]
 
 LEAST_SIDE = 3.0  # pixels; a smaller ellipse may lie between the pixels' centres

@@ -14,18 +14,6 @@ from numpy.typing import NDArray
 
 from trackers.base.parameters import TrackerError
 
-__all__ = [
-    "Axes",
-    "Dynamics",
-    "Motion",
-    "Placement",
-    "ScaleChange",
-    "Whereabouts",
-    "at_rest",
-    "box_around",
-    "ellipse_in",
-]
-
 Array: TypeAlias = NDArray[np.float64]
 
 Dynamics: TypeAlias = Literal["first-order", "second-order", "random-walk"]

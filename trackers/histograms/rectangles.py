@@ -13,16 +13,6 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-__all__ = [
-    "IntegralHistogram",
-    "Regions",
-    "bhattacharyya_distances",
-    "direct_counts",
-    "integral_counts",
-    "integral_histogram",
-    "pixel_regions",
-]
-
 Codes: TypeAlias = NDArray[np.uint16]
 Votes: TypeAlias = NDArray[np.uint8]
 Ints: TypeAlias = NDArray[np.int64]

@@ -17,8 +17,6 @@ from trackers.histograms.bins import JointBins
 from trackers.histograms.counting import ellipse_histograms
 from trackers.histograms.ellipses import EllipseCounts, Kernel, coefficients
 
-__all__ = ["Background", "Ellipses", "Likelihood", "Reading", "TargetModel", "spacing_of"]
-
 Array: TypeAlias = NDArray[np.float64]
 Ints: TypeAlias = NDArray[np.int64]
 

@@ -18,19 +18,6 @@ from numpy.typing import NDArray
 from trackers.base.interface import Box, Image
 from trackers.base.parameters import TrackerError
 
-__all__ = [
-    "MOST_BINS",
-    "HueBins",
-    "adapted_window",
-    "bin_counts",
-    "first_pixel",
-    "hue_bin",
-    "mean_shift",
-    "moments",
-    "unvisited_hues",
-    "whole_window",
-]
-
 Weights: TypeAlias = NDArray[np.int64]
 Bins: TypeAlias = NDArray[np.uint8]
 

@@ -12,8 +12,6 @@ from numpy.typing import NDArray
 
 from trackers.base.interface import Image
 
-__all__ = ["LARGEST_WINDOW", "FrameMotion", "first_frame", "frame_after", "moving_share"]
-
 LARGEST_WINDOW = 9  # pixels a side whose sum of differences, 3 · 255 each, fits 16 bits
 NOTICEABLE = 8  # grey levels a pixel, on the mean of a window: what sensors' noise does not reach
 

@@ -14,20 +14,6 @@ from numpy.typing import NDArray
 from trackers.base.interface import Image
 from trackers.maps.differences import Sums
 
-__all__ = [
-    "Binning",
-    "Drifted",
-    "Region",
-    "colour_bins",
-    "drift",
-    "holds",
-    "region_of",
-    "summed",
-    "weight_bits",
-    "window_at",
-    "window_moments",
-]
-
 Ints: TypeAlias = NDArray[np.int64]
 Bins: TypeAlias = NDArray[np.int32]
 Array: TypeAlias = NDArray[np.float64]

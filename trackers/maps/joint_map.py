@@ -29,8 +29,6 @@ from trackers.maps.drift import (
     window_moments,
 )
 
-__all__ = ["ColourMotionModel", "JointMap", "ModelParameters"]
-
 Array: TypeAlias = NDArray[np.float64]
 Size: TypeAlias = tuple[int, int]
 

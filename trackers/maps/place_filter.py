@@ -15,8 +15,6 @@ from trackers.base.sharing import SharedFrame, SharingTracker
 from trackers.maps.back_projection import whole_window
 from trackers.maps.joint_map import ColourMotionModel, ModelParameters
 
-__all__ = ["ROBUST", "CloudParameters", "PlaceFilter"]
-
 Array: TypeAlias = NDArray[np.float64]
 
 ROBUST = {"sigma": 0.1, "radius": 10.0, "difference_window": 7}

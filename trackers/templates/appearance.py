@@ -14,17 +14,6 @@ from numpy.typing import NDArray
 
 from trackers.base.interface import Image
 
-__all__ = [
-    "FLOORS",
-    "Appearance",
-    "Features",
-    "Noise",
-    "Seen",
-    "dimension",
-    "features_of",
-    "raised",
-]
-
 Array: TypeAlias = NDArray[np.float64]
 
 PASSES = 6  # how often a trimmed first covariance is made of the pixels that it calls inliers

@@ -7,19 +7,6 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-__all__ = [
-    "LARGEST_SCALE",
-    "SMALLEST_SCALE",
-    "Match",
-    "Pose",
-    "Ties",
-    "Window",
-    "reach",
-    "sampled",
-    "search",
-    "whitening",
-]
-
 Array: TypeAlias = NDArray[np.float64]
 Ties: TypeAlias = Literal["ascending", "unchanged"]
 

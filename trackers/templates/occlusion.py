@@ -7,8 +7,6 @@ from typing import NamedTuple
 from trackers.base.interface import Image
 from trackers.templates.matching import Match, Pose
 
-__all__ = ["FIRST_CANDIDATE", "Candidate", "Diary", "Occlusion", "visited"]
-
 FIRST_CANDIDATE = 5  # frames from an occlusion's beginning to the first that may be its end
 
 

@@ -7,8 +7,6 @@ import numpy as np
 
 from bench.exchange.layout import Layout, Said, boxes_from, file_name, first_line, rounded
 
-__all__ = ["LAYOUT", "files", "repetitions"]
-
 
 def repetitions(folder: Path, suffix: str = ".txt", digits: int = 3) -> Mapping[str, list[Path]]:
     """Return the files `SEQ/SEQ_001.txt` of all sequences in a folder."""

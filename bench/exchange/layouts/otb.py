@@ -13,8 +13,6 @@ from bench.exchange.layout import (
     rounded,
 )
 
-__all__ = ["LAYOUT"]
-
 
 def files(folder: Path) -> Mapping[str, list[Path]]:
     """Texts by sequence; times beside them are none."""

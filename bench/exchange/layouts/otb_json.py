@@ -29,8 +29,6 @@ from bench.protocols import protocol as protocol_of
 from datasets.decoding import brief
 from datasets.readers.otb import SPANS
 
-__all__ = ["LAYOUT"]
-
 PROTOCOLS = {"OPE": "", "SRE": "sre", "TRE": "tre"}
 """Names of our protocols by `evalType`."""
 

@@ -12,8 +12,6 @@ import numpy as np
 from bench.exchange.layout import Layout, Said, boxes_from
 from bench.exchange.layouts import otb, vot
 
-__all__ = ["LAYOUT"]
-
 
 def files(folder: Path) -> Mapping[str, Sequence[Path]]:
     """Texts by sequence, or long-term ones where there is a folder of such."""

@@ -20,8 +20,6 @@ from bench.exchange.layout import (
     first_line,
 )
 
-__all__ = ["LAYOUT"]
-
 SCORES = "_object_presence_scores.txt"
 
 

@@ -39,8 +39,6 @@ from bench.exchange.layouts.got10k import repetitions
 from bench.metrics.preset import State
 from bench.protocols import protocol as protocol_of
 
-__all__ = ["LAYOUT"]
-
 SUPERVISED, LONG_TERM, ONE_PASS = "baseline", "longterm", "unsupervised"
 EXPERIMENTS = (SUPERVISED, ONE_PASS, LONG_TERM, "realtime")
 ANCHORS, ANCHOR_DIGITS = "anchors", 8

@@ -16,8 +16,6 @@ from bench.metrics.native import Truth
 from bench.metrics.overlap import is_well_formed, overlap
 from bench.metrics.preset import Answer, Axes, Column, Judged, Preset, Runs, started
 
-__all__ = ["PRESET"]
-
 _THRESHOLDS = np.linspace(0, 1, 101)
 
 

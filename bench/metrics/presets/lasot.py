@@ -18,8 +18,6 @@ from bench.metrics.native import Truth
 from bench.metrics.overlap import is_well_formed, overlap
 from bench.metrics.preset import Answer, Axes, Column, Judged, Preset, started
 
-__all__ = ["PRESET"]
-
 _AT_20 = 20  # pixels, and hundredths of the target's size
 
 

@@ -18,8 +18,6 @@ from bench.metrics.native import Truth
 from bench.metrics.preset import Answer, Axes, Column, Judged, Preset, Runs, alone, started
 from bench.metrics.region_overlap import raster_overlap
 
-__all__ = ["PRESET"]
-
 _THRESHOLDS = 98  # and two that all and none reach
 
 

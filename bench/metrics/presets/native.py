@@ -11,8 +11,6 @@ import numpy as np
 from bench.metrics.native import Truth, native
 from bench.metrics.preset import Answer, Column, Judged, Preset
 
-__all__ = ["PRESET"]
-
 
 def judge(truth: Truth, answer: Answer) -> Judged:
     """Scores of a run; there are no curves, as they need no thresholds."""

@@ -16,8 +16,6 @@ from bench.metrics.native import Truth
 from bench.metrics.overlap import overlap
 from bench.metrics.preset import Answer, Axes, Column, Judged, Preset, started
 
-__all__ = ["PRESET"]
-
 _AT_20_PIXELS = 20
 _AT_HALF = 10
 # The largest numbers that round to at most a threshold, to 4 decimals. Python rounds like the

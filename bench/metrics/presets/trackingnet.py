@@ -16,8 +16,6 @@ from bench.metrics.native import Truth
 from bench.metrics.overlap import is_well_formed, overlap
 from bench.metrics.preset import Answer, Axes, Column, Judged, Preset, started
 
-__all__ = ["PRESET"]
-
 _PIXELS = np.linspace(0, 50, 21)
 _SIZES = np.linspace(0, 0.5, 21)
 

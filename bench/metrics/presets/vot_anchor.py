@@ -20,8 +20,6 @@ from bench.metrics.overlap import is_well_formed
 from bench.metrics.preset import Answer, Axes, Column, Judged, Preset, Runs, alone, started
 from bench.metrics.region_overlap import raster_overlap
 
-__all__ = ["PRESET"]
-
 _GRACE = 10
 _FAILED = 0.1
 _SHORTEST, _LONGEST = 115, 754

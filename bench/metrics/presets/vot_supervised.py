@@ -31,8 +31,6 @@ from bench.metrics.preset import (
 )
 from bench.metrics.region_overlap import exact_overlap, raster_overlap
 
-__all__ = ["PRESET"]
-
 _BURN_IN = 10
 _SENSITIVITY = 30.0
 _SHORTEST, _LONGEST = 100, 356

@@ -16,8 +16,6 @@ from trackers.histograms.bins import N_BINS, LuvBins
 from trackers.histograms.counting import region_counts
 from trackers.histograms.rectangles import bhattacharyya_distances, pixel_regions
 
-__all__ = ["Appearance", "margins", "part_distance", "right_choice", "sampled_frames"]
-
 THRESHOLD = 0.4
 """T of Eq. 7."""
 

@@ -15,7 +15,8 @@ from bench.experiments.contestant import contestant
 from bench.metrics.regions import contour_accuracy, region_similarity
 from bench.papers.description import read_description
 from bench.papers.measures import measure
-from bench.papers.moreno2005.example import gain_of_dependence, gain_of_filtering
+from bench.papers.moreno2005.example import gain_of_dependence as gain_of_dependence
+from bench.papers.moreno2005.example import gain_of_filtering as gain_of_filtering
 from bench.papers.plan import tracker_text
 from datasets.interface import Image, Mask
 from trackers.contours.mixture import fitted
@@ -23,8 +24,6 @@ from trackers.contours.outline import filled, outline
 from trackers.contours.plane_cue import discriminant_basis
 from trackers.contours.posterior import posterior
 from trackers.contours.snake import refined
-
-__all__ = ["contour_gain", "edge_gain", "gain_of_dependence", "gain_of_filtering"]
 
 Array: TypeAlias = NDArray[np.float64]
 

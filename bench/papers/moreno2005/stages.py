@@ -16,7 +16,7 @@ from bench.experiments.contestant import contestant, run_seed
 from bench.metrics.regions import region_similarity
 from datasets.interface import Image, Mask
 from reports.colour_space import ColourModel, Gaussians, Palette, colour_model_plot, hypotheses_plot
-from reports.maps import Panel, map_plot
+from reports.figures import Panel, map_plot
 from trackers.base.interface import Estimate
 from trackers.contours.chain import Chain, Hypotheses
 from trackers.contours.mixture import mixture_of

@@ -8,8 +8,6 @@ from numpy.typing import NDArray
 from bench.evaluation.record import Run
 from trackers.templates.occlusion import FIRST_CANDIDATE, visited
 
-__all__ = ["CLEAR", "Declared", "Hidden", "declared_in", "hidden_in"]
-
 CLEAR = 0.9
 """Visible part from which on a frame counts as clear."""
 

@@ -10,8 +10,6 @@ from math import ceil, exp, floor, nan, pi, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["PlainFilter"]
-
 Array = NDArray[np.float64]
 
 ALPHA = 0.1

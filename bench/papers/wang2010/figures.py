@@ -6,7 +6,7 @@ import datasets
 from bench.papers.context import Context
 from bench.papers.plan import scene_names
 from bench.papers.wang2010.plain import PlainImprovedCamShift
-from reports.maps import Panel, map_plot
+from reports.figures import Panel, map_plot
 
 FRAME = 12  # of the figure, which also shows the one before; counted from 1
 

@@ -22,8 +22,6 @@ from bench.papers.wang2010.plain_maps import (
 )
 from trackers.base.interface import Box, Image
 
-__all__ = ["PlainCamShift", "PlainImprovedCamShift", "PlainParticleFilter", "PlainWang2010"]
-
 Array = NDArray[np.float64]
 
 SMALLEST_WINDOW = 3  # pixels a side, of a window that adapts

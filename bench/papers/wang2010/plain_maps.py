@@ -12,25 +12,6 @@ from numpy.typing import NDArray
 
 from trackers.base.interface import Box, Image, Mask
 
-__all__ = [
-    "JointMaps",
-    "Template",
-    "box_slices",
-    "colour_bins",
-    "colour_map",
-    "grey",
-    "hue_map",
-    "joint_map",
-    "local_difference",
-    "make_template",
-    "mean_shift",
-    "moving",
-    "threshold",
-    "whole_size",
-    "window_slices",
-    "window_sum",
-]
-
 Array = NDArray[np.float64]
 Whole = NDArray[np.int64]
 Limits = tuple[float, float, float]

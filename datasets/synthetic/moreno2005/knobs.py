@@ -2,8 +2,6 @@
 
 from datasets.synthetic.knobs import Knobs, Seed, seed
 
-__all__ = ["BookKnobs", "EllipseKnobs", "LeafKnobs", "OctopusKnobs"]
-
 
 class EllipseKnobs(Knobs):
     """Parameters of `moreno2005/ellipse`."""

@@ -13,8 +13,6 @@ from datasets.synthetic.render.colours import BGR, varied
 from datasets.synthetic.render.views import Course, fixed, straight
 from datasets.synthetic.scene import part_generator
 
-__all__ = ["bag", "dressed", "dyed", "other_clothes", "seed", "twin_plan", "two_coloured_clothes"]
-
 Weaves: TypeAlias = tuple[Literal["plain", "stripes", "knit"], ...]
 
 HAIR: tuple[BGR, ...] = ((28, 30, 34), (38, 46, 62), (52, 78, 110), (108, 112, 116), (70, 128, 168))

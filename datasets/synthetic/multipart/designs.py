@@ -15,15 +15,6 @@ from pydantic import Field
 
 from datasets.synthetic.knobs import Knobs, Seed, seed
 
-__all__ = [
-    "DESIGNS",
-    "TWIN_FRAMES",
-    "Design",
-    "PillarKnobs",
-    "TwinKnobs",
-    "WalkingKnobs",
-]
-
 TWIN_FRAMES = 150
 """Length of `stress/twin`."""
 

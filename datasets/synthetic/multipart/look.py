@@ -17,8 +17,6 @@ from datasets.synthetic.render.colours import BGR
 from datasets.synthetic.render.texture import creases, fractal
 from datasets.synthetic.scene import part_generator
 
-__all__ = ["AROUND", "Look", "cover_part", "paint_part", "wrapped"]
-
 COLUMNS = 5
 """Of a part's nodes, from the top: row, centre, half width, blur, and row of the texture."""
 

@@ -15,8 +15,6 @@ from datasets.synthetic.render.street.ground import Light
 from datasets.synthetic.render.street.street import Reach, Street
 from datasets.synthetic.render.views import SIZE, Course, Views
 
-__all__ = ["Person", "Plan", "Post", "body_boxes", "full_boxes"]
-
 Array = NDArray[np.float64]
 
 

@@ -9,17 +9,6 @@ from numpy.typing import NDArray
 from datasets.synthetic.multipart.designs import Design
 from datasets.synthetic.render.views import FRAMES_PER_SECOND, SIZE, Course, Views, straight, walk
 
-__all__ = [
-    "along_the_street",
-    "before_the_target",
-    "behind_the_target",
-    "beside_the_target",
-    "crossing",
-    "in_view",
-    "overtaking",
-    "post",
-]
-
 Array = NDArray[np.float64]
 T = TypeVar("T")
 

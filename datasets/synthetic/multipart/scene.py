@@ -21,8 +21,6 @@ from datasets.synthetic.render.street.street import Street
 from datasets.synthetic.render.views import FRAMES_PER_SECOND, SIZE
 from datasets.synthetic.scene import Scene, Truth, part_generator, pasted
 
-__all__ = ["WalkingScene", "scene"]
-
 Array = NDArray[np.float64]
 
 TURNING = 30.0

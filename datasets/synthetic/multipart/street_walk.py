@@ -12,8 +12,6 @@ from datasets.synthetic.multipart.plan import Person, Plan, Post
 from datasets.synthetic.render.views import Course, Views, fixed, following
 from datasets.synthetic.scene import part_generator
 
-__all__ = ["PILLARS", "multipart_plan"]
-
 FIRST, LAST = 0.16, 0.88
 """Parts of a sequence between which people pass before the target."""
 

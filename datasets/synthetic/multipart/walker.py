@@ -14,8 +14,6 @@ from datasets.synthetic.multipart.look import AROUND, Look, cover_part, paint_pa
 from datasets.synthetic.render.prop import Coverage
 from datasets.synthetic.render.sprite import Sprite, superellipse
 
-__all__ = ["Pose", "Walker"]
-
 PARTS = (
     "left leg", "right leg", "left shoe", "right shoe",
     "left arm", "right arm", "torso", "head", "pack",

@@ -14,8 +14,6 @@ from datasets.synthetic.multipart.casting import SHIRTS, TROUSERS, dyed
 from datasets.synthetic.multipart.look import Look
 from datasets.synthetic.render.colours import BGR
 
-__all__ = ["mixed", "passer_clothes", "plain_clothes", "shade", "two_coloured_clothes"]
-
 SATURATED: tuple[BGR, ...] = (
     (40, 36, 200),  # red
     (60, 30, 170),  # crimson

@@ -2,8 +2,6 @@
 
 from datasets.synthetic.knobs import Knobs, Seed, seed
 
-__all__ = ["FilmKnobs", "LightsKnobs"]
-
 
 class FilmKnobs(Knobs):
     """Knobs of `nguyen2002/clip-01` to `clip-20`."""

@@ -2,8 +2,6 @@
 
 from datasets.synthetic.knobs import Knobs, Seed, seed
 
-__all__ = ["DrivingKnobs", "HeadKnobs", "WalkingKnobs"]
-
 
 class WalkingKnobs(Knobs):
     """Knobs of a scene with people on foot."""

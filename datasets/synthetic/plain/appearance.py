@@ -10,8 +10,6 @@ from datasets.synthetic.render.sprite import Sprite, superellipse, window
 from datasets.synthetic.render.texture import fractal, grass, lerp, paving, pebbles
 from datasets.synthetic.scene import part_generator
 
-__all__ = ["Thing", "board", "distractors", "ground", "target"]
-
 Array = NDArray[np.float64]
 
 GROUNDS = (grass, paving, pebbles)

@@ -6,8 +6,6 @@ from pydantic import Field, model_validator
 
 from datasets.synthetic.knobs import Knobs, Seed, seed
 
-__all__ = ["TargetKnobs"]
-
 
 class TargetKnobs(Knobs):
     """What can be asked of `plain/target`."""

@@ -7,8 +7,6 @@ from datasets.synthetic.plain.knobs import TargetKnobs
 from datasets.synthetic.render.path import Loop, quantised, random_loop, smooth_step
 from datasets.synthetic.scene import part_generator
 
-__all__ = ["TargetMotion", "columns_of_silhouette"]
-
 Array = NDArray[np.float64]
 
 COLUMNS = 256  # columns by which the silhouette's area is measured

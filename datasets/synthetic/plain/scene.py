@@ -16,8 +16,6 @@ from datasets.synthetic.render.camera import Camera
 from datasets.synthetic.render.sprite import Sprite
 from datasets.synthetic.scene import Scene, Truth
 
-__all__ = ["TargetScene", "scene"]
-
 MOST_INSTANTS = 32
 
 

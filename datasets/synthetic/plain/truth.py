@@ -6,8 +6,6 @@ from numpy.typing import NDArray
 from datasets.synthetic.plain.motion import COLUMNS, TargetMotion, columns_of_silhouette
 from datasets.synthetic.scene import Truth
 
-__all__ = ["target_truth"]
-
 CHUNK = 1024  # frames measured at once: memory stays flat in the length
 
 

@@ -5,8 +5,6 @@ from numpy.typing import NDArray
 
 from datasets.synthetic.render.views import FRAMES_PER_SECOND, SIZE
 
-__all__ = ["occluded", "out_of_view", "rescaled", "turning"]
-
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 

@@ -7,11 +7,6 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = [
-    "ACCENTS", "BGR", "CLOTHES", "COUNTERS", "CUPS", "DARK", "MACHINES", "NEUTRALS", "SIGNALS",
-    "STEEL", "STEELS", "STORED", "Array", "any_but", "any_of", "nearly", "one_of", "varied",
-]  # fmt: skip
-
 BGR: TypeAlias = tuple[int, int, int]
 Array = NDArray[np.float64]
 

@@ -25,8 +25,6 @@ from datasets.synthetic.render.finish import (
 from datasets.synthetic.render.prints import printed
 from datasets.synthetic.render.solids import bowl, box, half_space, limb
 
-__all__ = ["seen_room"]
-
 Array = NDArray[np.float64]
 
 WALL = -140.0

@@ -11,11 +11,6 @@ from numpy.typing import ArrayLike, NDArray
 from datasets.synthetic.render.solids import NOTHING, View, what_is_seen
 from datasets.synthetic.render.texture import fractal, lerp
 
-__all__ = [
-    "GAMMA", "PITCH", "Finish", "Pattern", "Surface", "Thing", "grain", "looked_at", "painted",
-    "picture_on", "plain", "staggered", "tiles",
-]  # fmt: skip
-
 Array = NDArray[np.float64]
 Pattern: TypeAlias = Callable[[Array], Array]
 

@@ -11,11 +11,6 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-__all__ = [
-    "AMBIENT", "RADIUS", "REACH", "Lamp", "crossing", "lay_lit", "light_left",
-    "light_on", "lit", "softness", "unshaded",
-]  # fmt: skip
-
 Array = NDArray[np.float64]
 Floats = NDArray[np.floating]
 
@@ -146,7 +141,9 @@ def lay_lit(
                 picture[row, column, c] *= 1 - covered
             facing[0] += turn[0]
             facing[1] += turn[1]
-            facing /= np.sqrt((facing * facing).sum())
+            length = np.sqrt(facing[0] ** 2 + facing[1] ** 2 + facing[2] ** 2)
+            for c in range(3):
+                facing[c] /= length
             point[0], point[1], point[2] = column + 0.5, row + 0.5, depth
             for k in range(len(places)):
                 light, shine = lit(places[k], point, facing)

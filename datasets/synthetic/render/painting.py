@@ -6,8 +6,6 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["Colour", "Painting"]
-
 Colour = NDArray[np.float64]
 
 Point = tuple[float, float]

@@ -5,8 +5,6 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["Loop", "quantised", "random_loop", "smooth_step", "spaced"]
-
 POSITION_STEP = 1 / 64
 """Positions are multiples of it [pixels]: truth and image agree to the bit everywhere."""
 

@@ -10,8 +10,6 @@ from datasets.synthetic.render.colours import varied
 from datasets.synthetic.render.painting import Colour, Painting
 from datasets.synthetic.render.texture import fractal, lerp, ramp
 
-__all__ = ["KINDS", "printed"]
-
 KINDS = "book", "tea", "toy"
 
 SIDE = 512

@@ -8,8 +8,6 @@ from numpy.typing import NDArray
 from datasets.synthetic.render.sprite import Sprite, instants
 from datasets.synthetic.render.views import SIZE, Viewpoint
 
-__all__ = ["Coverage", "Prop", "extents", "visible"]
-
 Array = NDArray[np.float64]
 
 Coverage = tuple[int, int, NDArray[np.uint8]]

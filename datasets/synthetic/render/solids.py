@@ -11,10 +11,6 @@ import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = [
-    "NOTHING", "View", "bowl", "box", "chain", "half_space", "limb", "mirrored", "what_is_seen",
-]  # fmt: skip
-
 Array = NDArray[np.float64]
 
 HALF_SPACE, LIMB, BOX, BOWL = range(4)

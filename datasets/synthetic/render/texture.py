@@ -5,9 +5,8 @@ Sizes are powers of two, of 256 pixels or more for the grounds.
 """
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
-
-__all__ = ["creases", "fractal", "grass", "lerp", "noise", "paving", "pebbles", "ramp", "relief"]
 
 Array = NDArray[np.float64]
 
@@ -18,14 +17,9 @@ def noise(generator: np.random.Generator, size: int, cells: int) -> Array:
     A lattice of `cells` x `cells` random values, interpolated by cubic B-splines.
     """
     lattice = generator.uniform(-1.7, 1.7, (cells, cells))
-    return np.transpose(_upsampled(np.transpose(_upsampled(lattice, size)), size))
-
-
-def _upsampled(lattice: Array, size: int) -> Array:
-    """Stretch along the first axis, periodic."""
-    place = np.arange(size) * (len(lattice) / size)
+    place = np.arange(size) * (cells / size)
     cell = place.astype(np.int64)
-    u = (place - cell)[:, None]
+    u = place - cell
     v = 1 - u
     weights = (
         v * v * v / 6,
@@ -33,9 +27,27 @@ def _upsampled(lattice: Array, size: int) -> Array:
         (3 * v * v * v - 6 * v * v + 4) / 6,
         u * u * u / 6,
     )
-    result = np.zeros((size, lattice.shape[1]))
-    for shift, weight in enumerate(weights):
-        result += weight * lattice[(cell + shift) % len(lattice)]
+    near = (cell[:, None] + np.arange(4)) % cells
+    interpolated: Array = _interpolated(lattice, near, np.stack(weights, axis=1))
+    return interpolated
+
+
+@njit(cache=True)
+def _interpolated(lattice: Array, near: NDArray[np.int64], weights: Array) -> Array:
+    """Weighted sums of a lattice, shape (n, n), down and then across: shape (size, size).
+
+    `near`, shape (size, 4), are the rows, or columns, of the lattice that `weights` belong to.
+    """
+    size, cells = len(near), len(lattice)
+    result = np.zeros((size, size))
+    for row in range(size):
+        line = np.zeros(cells)
+        for k in range(4):
+            for column in range(cells):
+                line[column] += weights[row, k] * lattice[near[row, k], column]
+        for column in range(size):
+            for k in range(4):
+                result[row, column] += weights[column, k] * line[near[column, k]]
     return result
 
 

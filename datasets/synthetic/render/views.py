@@ -13,11 +13,6 @@ from numpy.typing import NDArray
 
 from datasets.synthetic.render.path import quantised, smooth_step
 
-__all__ = [
-    "FRAMES_PER_SECOND", "QUICK", "SIZE", "SLOW", "Course", "Viewpoint", "Views", "fixed",
-    "following", "straight", "walk", "wandering",
-]  # fmt: skip
-
 Array = NDArray[np.float64]
 
 SIZE = 640, 480

@@ -2,8 +2,6 @@
 
 from datasets.synthetic.knobs import Knobs, Seed, seed
 
-__all__ = ["CupKnobs", "HandKnobs", "TableTennisKnobs"]
-
 
 class TableTennisKnobs(Knobs):
     """Options of `wang2010/table-tennis`."""

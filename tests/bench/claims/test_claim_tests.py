@@ -9,26 +9,9 @@ import pandas as pd
 import pytest
 
 from bench.claims.claim_tests import Evidence, judge, notes, scene_differences
-from bench.claims.claims_file import Claim
 from bench.claims.row_verdicts import count_verdicts, judge_row, verdict_table
 from bench.statistics.verdict_rules import no_worse, order, share
-
-
-def claim(**fields: Any) -> Claim:
-    """Return a claim with some fields replaced."""
-    usual: dict[str, Any] = {
-        "name": "AB-1",
-        "source": "Fig. 1",
-        "quote": "it tracks",
-        "short": "it tracks",
-        "says": "The target is tracked.",
-        "paper": "1 of 1",
-        "sequences": "ball",
-        "measure": "kept",
-        "falsified": "It is lost.",
-        "reason": "The figure shows the end.",
-    }
-    return Claim.model_validate(usual | fields)
+from tests.bench.claims.entries import claim
 
 
 def table(values: dict[str, Any], sequence: str = "ball") -> pd.DataFrame:
@@ -80,7 +63,7 @@ def test_hardest_tracker_is_chosen_for_each_sequence() -> None:
     assert differences.to_numpy() == pytest.approx([-0.4, 0.4, 0.3, 0.3, 0.3, 0.3])
 
 
-def test_hardest_of_several_errors_is_the_largest_of_the_better_side() -> None:
+def test_hardest_of_several_errors_is_the_largest() -> None:
     both = claim(better=["A", "B"], worse="C", test="order", margin=0.02)
     first = table({"A": [1.0, 1.0], "B": [2.0, 2.0]})
     evidence = Evidence(first, table({"C": [5.0, 5.0]}), lower_is_better=True)

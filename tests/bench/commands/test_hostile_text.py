@@ -87,7 +87,6 @@ LOOPS = [
     + ("loop.csv",),
     ("report", "loop"),
     ("compare", "--results", "loop"),
-    ("learn", "loop"),
     ("results", "list", "loop"),
     ("results", "merge", "data", "loop"),
     ("baseline", "loop.toml", "--trackers", "static", *SMALL),
@@ -148,11 +147,12 @@ def test_a_nul_in_an_experiment_is_one_line(trackmark, one_line, tmp_path, key):
     "arguments",
     [
         ("run", "--trackers", "static", *SMALL, "--name", "\udcff"),
-        ("run", "--trackers", "moreno2005:dynamics=\udcff.toml", *SMALL),
+        ("run", "--trackers", "\udcff.py", *SMALL),
     ],
-    ids=["name", "parameter"],
+    ids=["name", "file"],
 )
 def test_an_argument_that_is_not_utf8_is_one_line(trackmark, one_line, tmp_path, arguments):
+    (tmp_path / "knob.py").rename(tmp_path / "\udcff.py")
     line = one_line(trackmark(*arguments, status=2))
     assert "\\udcff" in line
     assert "UTF-8" in line

@@ -122,7 +122,6 @@ def test_control_characters_of_a_tracker_and_of_a_name_do_not_reach_the_terminal
         ("run", "--trackers", "static", "--sequences", f"{LONG}/*"),
         ("run", "--trackers", LONG, *SMALL),
         ("run", "--trackers", f"{LONG}.py:Class", *SMALL),
-        ("run", "--trackers", f"moreno2005:dynamics={LONG}", *SMALL),
         ("run", "--trackers", "static", *SMALL, "--name", LONG),
         ("run", "--trackers", "static", *SMALL, "--output", LONG),
         ("describe", LONG),
@@ -132,7 +131,6 @@ def test_control_characters_of_a_tracker_and_of_a_name_do_not_reach_the_terminal
         ("annotate", "data/Small/img", "--box", "0:1,1,9,9", "--box", "4:1,1,9,9", "--output")
         + (f"{LONG}.csv",),
         ("report", LONG),
-        ("learn", LONG),
         ("reproduce", LONG),
         ("results", "list", LONG),
         ("results", "check", LONG),

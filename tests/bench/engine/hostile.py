@@ -3,8 +3,6 @@
 What they raise and answer, for which no process is needed, stands in `hostile_answers.py`.
 """
 
-__all__ = ["CLASSES", "EVERYDAY", "HEAD", "source"]
-
 HERE = r"^0003\.png: "
 FIRST = r"^0000\.png: "
 

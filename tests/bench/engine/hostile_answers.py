@@ -6,8 +6,6 @@ names it; without words it is not a failure.
 
 from tests.bench.engine.hostile import HEAD
 
-__all__ = ["ROWS", "source"]
-
 BOX = "the box"
 # Answers by the box alone.
 BOXES = [

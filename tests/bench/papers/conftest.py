@@ -17,6 +17,7 @@ from bench.papers.measures import find_measure
 from bench.store.asked import Asked
 from bench.store.results import Results
 from bench.store.truth import write_truth
+from tests.bench.claims.entries import claim_text
 
 SCENES = (200, *range(202, 213))  # of `plain/target`; scene 201 fails a criterion
 
@@ -42,6 +43,7 @@ camshift = "window=adaptive"
 
 [sequences]
 target = "plain/target:length=20"
+twice = ["plain/target:length=20", "plain/target:length=20"]
 
 [main]
 caption = "Table 1 of the paper."
@@ -81,49 +83,20 @@ caption = "Two frames."
 words = "Frames 1 and 10 of scene 200."
 hook = "figures.two_frames"
 """,
-    "claims.toml": """
-[TI-1]
-source = "Table 1"
-quote = "The error of CamShift is smaller."
-short = "CamShift has a smaller error than the first box"
-says = "The mean error of CamShift is smaller than that of the first box."
-paper = "smaller"
-sequences = "target"
-better = "camshift"
-worse = "static"
-measure = "mean_error"
-test = "order"
-margin = 0.25
-falsified = "no gain"
-reason = "The error is what the table shows."
-scenes = 12
-
-[TI-2]
-source = "Fig. 1"
-quote = "The first box loses the target."
-short = "The first box keeps the target"
-says = "The first box keeps the target to the end."
-paper = "kept"
-sequences = "target"
-of = "static"
-measure = "kept"
-test = "share"
-falsified = "kept in at most half of the scenes"
-reason = "The figure shows the last frame."
-scenes = 12
-note = "chosen with the result in view"
-
-[TI-3]
-source = "Section 3"
-quote = "CamShift is slower."
-short = "CamShift takes longer"
-says = "CamShift takes longer than the first box."
-paper = "2"
-measure = "timing.ratio"
-test = "time"
-falsified = "ratio <= 1"
-reason = "Both run in turns."
-""",
+    "claims.toml": claim_text(
+        "TI-1",
+        sequences="target",
+        better="camshift",
+        worse="static",
+        measure="mean_error",
+        test="order",
+        margin=0.25,
+        scenes=12,
+    )
+    + claim_text(
+        "TI-2", sequences="target", of="static", test="share", scenes=12, note="with result in view"
+    )
+    + claim_text("TI-3", sequences=[], measure="timing.ratio", test="time"),
     "timing.py": '''
 """Times that are made up."""
 
@@ -153,7 +126,9 @@ def two_frames(context):
 ''',
     "sensitivity.toml": """
 scenes = 2
-columns = [{ head = "error", sequence = "target", tracker = "camshift", measure = "mean_error" }]
+columns = [
+    { head = "error", sequence = "target", tracker = "camshift", measure = "mean_error" },
+    { head = "kept of 2", sequence = "twice", tracker = "camshift", measure = "kept" }]
 rows = [{ choice = "16 bins", change = { camshift = "hue_bins=16" } }]
 """,
     "notes.md": """
@@ -187,16 +162,10 @@ sentence = "a moving target"
 }
 
 
-@pytest.fixture(scope="session")
-def store_runs():
-    """`store_runs(folder, trackers, sequences, repetitions=1)`: an experiment's runs, made here."""
-    return stored_runs
-
-
-def stored_runs(folder, trackers, sequences, repetitions=1):
+def stored_runs(folder, trackers, sequences):
     """Run trackers in this process, store their runs as an experiment and return their cells."""
     results, versions = Results(folder), {}
-    entries = [(contestant(text), one) for text in trackers for one in range(repetitions)]
+    entries = [(contestant(text), 0) for text in trackers]
     for sequence in map(datasets.load, sequences):
         write_truth(folder, sequence)
         for run in run_in_lock_step(entries, sequence).runs:
@@ -205,6 +174,12 @@ def stored_runs(folder, trackers, sequences, repetitions=1):
             versions[key.tracker, key.sequence, key.repetition, key.protocol] = key.version
     results.prepare(Asked(folder.name, versions))
     return set(versions)
+
+
+@pytest.fixture(scope="session")
+def store_runs():
+    """Return `stored_runs`."""
+    return stored_runs
 
 
 @dataclass(frozen=True)
@@ -252,3 +227,9 @@ def tiny(tmp_path_factory):
         del sys.modules[name]
     for cached in (find_measure, plan.verdict_scenes):
         cached.cache_clear()
+
+
+@pytest.fixture(scope="module")
+def report(tiny):
+    """Return the report of the tiny paper with everything."""
+    return tiny.report(everything=True)

@@ -1,5 +1,7 @@
 """Figures of a tiny paper: film strips, series and a hook of its own."""
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 import pytest
@@ -13,21 +15,15 @@ SCENES = [f"plain/target:length=20:scene={number}" for number in (200, *range(20
 ADAPTIVE = "camshift:window=adaptive"
 
 
-@pytest.fixture(scope="module")
-def report(tiny):
-    return tiny.report()
-
-
 @pytest.fixture
 def redraw(report, tmp_path):
     """`redraw(NAME=updates)` draws the figures again, the named entry with other fields."""
 
     def redraw(name, **updates):
-        known, runs = report.context.description, report.context.runs
+        known = report.context.description
         figure = {name: known.figure[name].model_copy(update=updates)}
         description = known.model_copy(update={"figure": figure})
-        context = report.context
-        return draw_figures(Context(description, context.claims, runs, tmp_path, context.effort))
+        return draw_figures(replace(report.context, description=description, folder=tmp_path))
 
     return redraw
 

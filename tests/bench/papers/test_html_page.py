@@ -19,12 +19,6 @@ from bench.store.files import ResultsError
 from tests import browser
 
 TEXTS = ("camshift:window=adaptive", "static")
-SCENES = (200, *range(202, 213))
-
-
-@pytest.fixture(scope="module")
-def report(tiny):
-    return tiny.report(everything=True)
 
 
 @pytest.fixture(scope="module")
@@ -90,13 +84,8 @@ def test_scenes_of_a_share_are_those_that_fail_first(report):
 
 
 def test_scenes_without_runs_have_values_alone(report):
-    values = {
-        "sequence": "target",
-        "rank": range(8),
-        "scene": "a",
-        "tracker": "",
-        "value": range(8),
-    }
+    places = {"sequence": "target", "rank": range(8), "scene": "a", "tracker": ""}
+    values = {**places, "value": range(8)}
     row = replace(report.verdicts[1], evidence={"recommended": Evidence(pd.DataFrame(values))})
     found = claim_scenes(row, "recommended", report.context)
     assert [one.numbers[1] for one in found] == [0, 1, 2, 3, 4, 5]
@@ -105,11 +94,9 @@ def test_scenes_without_runs_have_values_alone(report):
 
 def test_cell_of_main_table_opens_its_worst_run(page, report):
     *_, cell = opened(sections(page)["The paper&#39;s numbers and ours"])
-    frames = {
-        (text, f"plain/target:length=20:scene={scene}"): 0.0 for text in TEXTS for scene in SCENES
-    }
-    for text, scene in frames:
-        frames[text, scene] = report.context.runs.courses(text, scene)[0].on_target.sum()
+    courses = report.context.runs.courses
+    scenes = report.verdicts[0].evidence["recommended"].first["scene"]
+    frames = {(text, s): courses(text, s)[0].on_target.sum() for text in TEXTS for s in scenes}
     assert frames[cell["tracker"], cell["sequence"]] == min(frames.values())
 
 

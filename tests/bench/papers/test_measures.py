@@ -1,32 +1,33 @@
 """Measures of runs that all papers share, on painted courses with known answers."""
 
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
+from bench.claims.claims_file import read_claims
 from bench.experiments.experiment import ExperimentError
-from bench.papers.description import read_description
-from bench.papers.measures import Course, at_frames, find_measure
+from bench.papers import paper_names
+from bench.papers.description import read_sensitivity
+from bench.papers.measures import Course, at_frames, check_measure, find_measure
+from tests.bench.papers import courses
+from tests.bench.papers.courses import value
 
 N = 20
-WANG = read_description("wang2010")  # frames are counted from 1; on target: within the tolerance
 
 
 def course(
     shifts: Any = 0.0, *, visibility: Any = 1.0, failure: str = "", absent: Any = ()
 ) -> Course:
-    """Return a course of 20 frames whose estimate is `shifts` pixels off a box of 10 x 10."""
+    """Return a course of wang2010 whose estimate is `shifts` pixels off a box of 10 x 10.
+
+    Its frames are counted from 1, and it is on target within the tolerance.
+    """
     boxes = np.tile([50.0, 50.0, 10.0, 10.0], (N, 1))
     estimates = boxes.copy()
     estimates[:, 0] += shifts
     boxes[list(absent)] = np.nan
-    run = SimpleNamespace(failure=failure, details={}, boxes_in=lambda trace: estimates)
-    truth = SimpleNamespace(
-        boxes=boxes, visibility=np.broadcast_to(visibility, N).astype(float), image_size=(60, 80)
-    )
-    return Course(run, truth, WANG, "wang2010")  # type: ignore[arg-type]  # only what it reads
+    return courses.course("wang2010", boxes, estimates, visibility, run={"failure": failure})
 
 
 def off_at(*frames: int) -> np.ndarray:
@@ -34,10 +35,6 @@ def off_at(*frames: int) -> np.ndarray:
     shifts = np.zeros(N)
     shifts[[frame - 1 for frame in frames]] = 8.0
     return shifts
-
-
-def value(text: str, given: Course) -> float:
-    return find_measure(text, "wang2010")(given)
 
 
 @pytest.mark.parametrize(
@@ -121,3 +118,9 @@ def test_frames_may_be_listed_and_ranged() -> None:
 def test_unknown_measure_or_option_is_named(text: str, message: str) -> None:
     with pytest.raises(ExperimentError, match=message):
         find_measure(text, "wang2010")
+
+
+@pytest.mark.parametrize("paper", paper_names())
+def test_claims_and_columns_name_measures_that_exist(paper: str) -> None:
+    for entry in (*read_claims(paper).values(), *read_sensitivity(paper).columns):
+        check_measure(entry.measure, paper)

@@ -4,11 +4,11 @@ from pathlib import Path
 
 import pytest
 
-from bench.claims.claims_file import read_claims
 from bench.experiments.experiment import ExperimentError
 from bench.papers import Effort, plan
 from bench.papers.description import Description, read_description
 from bench.papers.plan import experiments, requests, scene_names, tracker_text
+from tests.bench.claims.entries import claim
 
 PAPER = """
 version = 1
@@ -38,21 +38,6 @@ paper = "1"
 sequences = "cup"
 trackers = "{tracker}"
 measures = "kept"
-"""
-
-CLAIM = """
-[AB-1]
-source = "Fig. 1"
-quote = "it tracks"
-short = "it tracks"
-says = "It tracks."
-paper = "1"
-sequences = "both"
-of = ["proposed", "CamShift"]
-measure = "kept"
-test = "share"
-falsified = "It does not."
-reason = "The figure shows it."
 """
 
 
@@ -104,21 +89,15 @@ def test_scenes_that_fail_the_criteria_are_skipped(description: Description) -> 
         scene_names(description, "hand", 40)
 
 
-def test_every_scene_of_a_group_has_the_passing_scenes_of_all_members(
-    description: Description,
-) -> None:
+def test_group_has_the_passing_scenes_of_all_members(description: Description) -> None:
     assert scene_names(description, "both", 2) == [
         ["wang2010/cup:scene=200", "wang2010/hand:scene=200"],
         ["wang2010/cup:scene=201", "wang2010/hand:scene=202"],
     ]
 
 
-def test_claims_ask_for_both_settings_and_their_number_of_scenes(
-    description: Description, tmp_path: Path
-) -> None:
-    path = tmp_path / "claims.toml"
-    path.write_text(CLAIM, "utf-8")
-    claims = read_claims("wang2010", path)
+def test_claim_requests_both_settings_and_its_scenes(description: Description) -> None:
+    claims = {"AB-1": claim(sequences="both", of=["proposed", "CamShift"], test="share")}
     by_name = {e.name: e for e in experiments(description, requests(description, claims, Effort()))}
     assert by_name.keys() == {"wang2010-cup", "wang2010-both"}
     both = by_name["wang2010-both"]

@@ -29,10 +29,9 @@ def test_claim_is_judged_from_its_toml_alone(recipe: str, tmp_path: Path) -> Non
     path = tmp_path / "claims.toml"
     path.write_text(recipe, "utf-8")
     claims = read_claims("wang2010", path)
-    description = read_description("wang2010").model_copy(update={"figure": {}})
-    description = description.model_copy(
-        update={"main": description.main.model_copy(update={"rows": ()})}
-    )
+    description = read_description("wang2010")
+    main = description.main.model_copy(update={"rows": ()})
+    description = description.model_copy(update={"figure": {}, "main": main})
     asked = {}
     for experiment in experiments(description, requests(description, claims, Effort(seeds=1))):
         execution = Execution(experiment, tmp_path, jobs=1)

@@ -2,20 +2,13 @@
 
 from dataclasses import replace
 
-import pytest
-
 from bench.papers.evidence import evidence
 from bench.papers.page import page, write_page
 from bench.papers.reproduction import document
 from bench.papers.screen import screen
 
 
-@pytest.fixture(scope="module")
-def report(tiny):
-    return tiny.report(everything=True)
-
-
-def test_verdicts_come_from_the_scenes_that_meet_the_criteria(report):
+def test_verdicts_rest_on_scenes_that_meet_the_criteria(report):
     order, share, time = report.verdicts
     assert set(order.evidence["recommended"].first["scene"]) == {
         f"plain/target:length=20:scene={scene}" for scene in (200, *range(202, 213))
@@ -42,6 +35,7 @@ def test_sensitivity_table_changes_one_choice(report):
     (row,) = report.sensitivity.rows
     assert [cell.text for cell in row[:2]] == ["16 bins", "recommended"]
     assert row[2].text.endswith(" px")
+    assert row[3].text in {"0.0", "1.0", "2.0"}, "a share that is added up over members is a count"
 
 
 def test_page_begins_with_the_result_and_ends_with_history(report, tmp_path):
@@ -91,19 +85,14 @@ def test_quick_report_has_no_verdicts(tiny, tmp_path):
     assert "## 3 Verdicts" not in page(quick)
 
 
-def test_failed_run_counts_as_lost_and_is_named(tiny, report):
-    context = report.context
-    (first, *_) = report.verdicts[1].evidence["recommended"].first["scene"]
-    (course,) = context.runs.courses("static", first)
+def test_failed_run_counts_as_lost_and_is_named(tiny, report, monkeypatch):
+    runs, scene = report.context.runs, report.verdicts[1].evidence["recommended"].first["scene"][0]
+    courses, (course,) = runs.courses, runs.courses("static", scene)
     failed = replace(course, run=replace(course.run, failure="frame 3: ValueError: no"))
-    known = context.runs.courses
-    context.runs.courses = lambda tracker, scene: (
-        [failed] if (tracker, scene) == ("static", first) else known(tracker, scene)
+    monkeypatch.setattr(
+        runs, "courses", lambda *run: [failed] if run == ("static", scene) else courses(*run)
     )
-    try:
-        found = evidence(tiny.paper.claims["TI-2"], "recommended", context)
-    finally:
-        context.runs.courses = known
+    found = evidence(tiny.paper.claims["TI-2"], "recommended", report.context)
     assert found.first["value"].iloc[0] == 0
     assert found.failed.startswith("1 of 12 runs failed and count as lost, the first on plain/")
     assert found.failed.endswith("frame 3: ValueError: no")

@@ -1,5 +1,6 @@
 """Times of methods that take turns, and what claims and tables read from them."""
 
+from concurrent.futures import ThreadPoolExecutor
 from itertools import product
 from types import SimpleNamespace
 
@@ -27,6 +28,7 @@ class Load:
     """CPU time as methods spend it; now and then other load adds to it."""
 
     now, calls = 0.0, 0
+    reference = 1.0, 1.05, 1.1, 3.0  # times of a quiet machine, but for one
 
     @classmethod
     def spend(cls, seconds):
@@ -72,42 +74,27 @@ def test_stretches_begin_with_true_boxes_over_the_scene():
     assert len(images) == 20
 
 
-class Process:
-    """A process whose measurement returns known times of `reference`."""
-
-    reference, calls = (1.0, 1.05, 1.1, 3.0), 0
-
-    def __init__(self, *_, **__):
-        pass
-
-    def submit(self, *_):
-        Process.calls += 1
-        times = {"target": {"reference": np.array(Process.reference)}}
-        return SimpleNamespace(result=lambda: times)
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_):
-        pass
-
-
 @pytest.fixture
 def ask(monkeypatch, tmp_path):
-    """Ask for the times of a tracker on a sequence, as a new process does."""
-    monkeypatch.setattr(timing, "ProcessPoolExecutor", Process)
+    """Ask for the times of a tracker on a sequence, as a new process does; count measurements."""
+    measured = []
+
+    def measure_scenes(*arguments):
+        measured.append(arguments)
+        return {"target": {"reference": np.array(Load.reference)}}
+
+    monkeypatch.setattr(timing, "ProcessPoolExecutor", lambda n, env: ThreadPoolExecutor(n))
+    monkeypatch.setattr(timing, "measure_scenes", measure_scenes)
     monkeypatch.setattr(timing, "scene_names", lambda *_: [[NAME]])
     monkeypatch.setattr(timing, "tracker_text", lambda _, tracker, setting: tracker)
     context = SimpleNamespace(description=None, folder=tmp_path)
 
     def times(tracker="static", frames=3):
         monkeypatch.setattr(timing, "_measured", {})
-        names = [tracker], ["target"]
-        stored = timing.kept_times(context, tracker_methods, "", *names, frames)
-        np.testing.assert_array_equal(stored["target"]["reference"], Process.reference)
-        return Process.calls
+        stored = timing.kept_times(context, tracker_methods, "", [tracker], ["target"], frames)
+        np.testing.assert_array_equal(stored["target"]["reference"], Load.reference)
+        return len(measured)
 
-    monkeypatch.setattr(Process, "calls", 0)
     return times
 
 
@@ -119,7 +106,7 @@ def test_times_are_stored_until_what_is_timed_changes(ask, monkeypatch):
 
 
 def test_times_of_a_loaded_machine_are_not_stored(ask, monkeypatch):
-    monkeypatch.setattr(Process, "reference", (1.0, 1.2, 1.2, 1.3))
+    monkeypatch.setattr(Load, "reference", (1.0, 1.2, 1.2, 1.3))
     assert [ask(), ask()] == [1, 2]
 
 

@@ -14,8 +14,6 @@ from datasets.synthetic.render.painting import Colour, Painting
 from datasets.synthetic.render.texture import fractal
 from datasets.synthetic.render.triangles import Mesh, grid
 
-__all__ = ["Book", "Surface", "self_shadow"]
-
 Array = NDArray[np.float64]
 
 FINE = 3  # texels a pixel, in either direction

@@ -12,8 +12,6 @@ from datasets.synthetic.render.path import smooth_step
 from datasets.synthetic.render.triangles import turned_axes
 from datasets.synthetic.render.views import wandering
 
-__all__ = ["FRAMES", "SIZE", "Plan", "Pose", "drawn_plan"]
-
 Array = NDArray[np.float64]
 
 FRAMES = 100

@@ -21,8 +21,6 @@ from datasets.synthetic.render.lamp import light_left
 from datasets.synthetic.render.triangles import lay
 from datasets.synthetic.scene import Scene, Truth
 
-__all__ = ["BookScene", "scene"]
-
 # Part of the front in its own shadow from which on a frame counts as `self-shadow`.
 CONSIDERABLE = 0.25
 BEHIND = 70.0  # how far behind the book its shadow falls [pixels]

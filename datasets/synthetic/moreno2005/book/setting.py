@@ -18,8 +18,6 @@ from datasets.synthetic.render.solids import chain
 from datasets.synthetic.render.triangles import Mesh, Seen, box_around, seen
 from datasets.synthetic.scene import part_generator
 
-__all__ = ["Setting"]
-
 Array = NDArray[np.float64]
 Floats = NDArray[np.float32]
 

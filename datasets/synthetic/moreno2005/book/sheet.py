@@ -12,8 +12,6 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-__all__ = ["Bending", "Section", "bent", "unshaded"]
-
 Array = NDArray[np.float64]
 
 STEPS = 48  # pieces of a section

@@ -10,8 +10,6 @@ from datasets.interface import Mask
 from datasets.synthetic.render.path import quantised
 from datasets.synthetic.scene import part_generator
 
-__all__ = ["FRAMES", "SIZE", "Plan", "drawn_plan"]
-
 Array = NDArray[np.float64]
 
 FRAMES = 100

@@ -4,7 +4,7 @@ The paper: "a synthetically generated sequence of an ellipse that changes random
 color and shape in a cluttered background"; it is tracked "even when the background has a similar
 color to the target (observe the frame before last)". All other properties are our choice: shape
 and colour take a new random step in every frame, the displacement stays within two deviations of
-the shift that `trackmark learn` finds, and the ellipse meets a patch of its colour three times.
+the shift that was estimated for trackers, and the ellipse meets a patch of its colour three times.
 Many shapes of the background have a colour that the ellipse has at another time.
 """
 
@@ -19,8 +19,6 @@ from datasets.synthetic.moreno2005.ellipse.setting import drawn_patches, painted
 from datasets.synthetic.moreno2005.knobs import EllipseKnobs
 from datasets.synthetic.render.camera import Camera
 from datasets.synthetic.scene import Scene, Truth, part_generator
-
-__all__ = ["EllipseScene", "scene"]
 
 Array = NDArray[np.float64]
 

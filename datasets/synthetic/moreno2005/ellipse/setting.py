@@ -13,8 +13,6 @@ from datasets.synthetic.moreno2005.ellipse.plan import COLOURS, FRAMES, SIZE, Pl
 from datasets.synthetic.render.texture import fractal, ramp
 from datasets.synthetic.scene import part_generator
 
-__all__ = ["Patch", "drawn_patches", "painted", "samples", "touched"]
-
 Array = NDArray[np.float64]
 
 # Samples of a painting per pixel and axis; odd, so that the middle one is the pixel's centre.

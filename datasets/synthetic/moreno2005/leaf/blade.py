@@ -13,8 +13,6 @@ from numpy.typing import ArrayLike, NDArray
 from datasets.synthetic.render.texture import fractal
 from datasets.synthetic.render.triangles import Mesh, grid, turned_axes
 
-__all__ = ["Blade", "Shape", "drawn_blade", "placed"]
-
 Array = NDArray[np.float64]
 
 COLUMNS, ROWS, STALK = 9, 34, 3  # vertices across; along the blade; along the stalk before it

@@ -6,8 +6,6 @@ from numpy.typing import NDArray
 from datasets.synthetic.moreno2005.leaf.blade import Shape
 from datasets.synthetic.render.path import quantised
 
-__all__ = ["FRAMES", "JUMP", "SIZE", "drawn_shapes", "drawn_sway"]
-
 Array = NDArray[np.float64]
 
 FRAMES = 100

@@ -22,8 +22,6 @@ from datasets.synthetic.render.lamp import light_left
 from datasets.synthetic.render.triangles import box_around, lay
 from datasets.synthetic.scene import Scene, Truth
 
-__all__ = ["LeafScene", "scene"]
-
 Floats = NDArray[np.float32]
 
 # Of the leaf's shadow in the sun: how far it lies from it [pixels]; see `light_left`.

@@ -15,8 +15,6 @@ from datasets.synthetic.render.texture import fractal
 from datasets.synthetic.render.triangles import Seen, lay, seen
 from datasets.synthetic.scene import part_generator
 
-__all__ = ["CLOUD", "MARGIN", "SUNSHINE", "Light", "Setting", "fallen"]
-
 Array = NDArray[np.float64]
 Floats = NDArray[np.float32]
 

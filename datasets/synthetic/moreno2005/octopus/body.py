@@ -10,8 +10,6 @@ from datasets.synthetic.moreno2005.octopus.looks import SIDE
 from datasets.synthetic.moreno2005.octopus.relief import colour_skin, lit, moulded
 from datasets.synthetic.render.texture import fractal
 
-__all__ = ["FINE", "Body", "Posture", "Skin", "drawn_body"]
-
 Array = NDArray[np.float64]
 Floats = NDArray[np.float32]
 

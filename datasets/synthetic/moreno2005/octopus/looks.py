@@ -8,8 +8,6 @@ from numpy.typing import NDArray
 
 from datasets.synthetic.render.texture import fractal, grass, lerp, pebbles, ramp, relief
 
-__all__ = ["FLOOR_KINDS", "SIDE", "SKINS", "Kind", "imitated", "painted"]
-
 Array = NDArray[np.float64]
 
 SIDE = 512  # of textures [pixels]

@@ -11,8 +11,6 @@ from datasets.synthetic.moreno2005.octopus.looks import FLOOR_KINDS, SKINS, imit
 from datasets.synthetic.render.path import quantised, smooth_step
 from datasets.synthetic.scene import part_generator
 
-__all__ = ["FRAMES", "OWN", "SIZE", "Plan", "Zones", "drawn_plan"]
-
 Array = NDArray[np.float64]
 
 FRAMES = 100

@@ -5,8 +5,6 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-__all__ = ["colour_skin", "lit", "mould", "moulded", "shade"]
-
 Floats = NDArray[np.float32]
 
 # Where the light comes from: to the right, down, towards the camera.

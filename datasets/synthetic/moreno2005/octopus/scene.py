@@ -24,8 +24,6 @@ from datasets.synthetic.moreno2005.octopus.setting import Water, painted_floor
 from datasets.synthetic.render.camera import Camera
 from datasets.synthetic.scene import Scene, Truth, part_generator
 
-__all__ = ["OctopusScene", "scene"]
-
 Array = NDArray[np.float64]
 Floats = NDArray[np.float32]
 

@@ -18,8 +18,6 @@ from datasets.synthetic.moreno2005.octopus.relief import lit, moulded, shade
 from datasets.synthetic.render.texture import fractal
 from datasets.synthetic.scene import part_generator
 
-__all__ = ["Water", "painted_floor"]
-
 Array = NDArray[np.float64]
 Floats = NDArray[np.float32]
 

@@ -17,8 +17,6 @@ from datasets.synthetic.nguyen2002.film.sheet import (
 from datasets.synthetic.render.colours import any_of, varied
 from datasets.synthetic.render.texture import noise
 
-__all__ = ["HIDERS", "Hider"]
-
 WALLS = ((84, 98, 150), (120, 150, 176), (150, 158, 164), (104, 122, 142), (170, 186, 192))
 STONES = ((150, 158, 164), (128, 146, 160), (108, 114, 118), (164, 176, 186))
 COATS = ((52, 48, 46), (84, 74, 60), (70, 92, 120), (58, 70, 52), (60, 50, 96), (120, 132, 140))

@@ -4,8 +4,6 @@ import numpy as np
 
 from datasets.synthetic.nguyen2002.film.sheet import DARK, Sheet, joined
 
-__all__ = ["BODY", "OUTLINES"]
-
 BODY = 0.87
 """Height of a van without its wheels [its height]."""
 

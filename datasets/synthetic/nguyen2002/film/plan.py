@@ -17,8 +17,6 @@ from datasets.synthetic.render.path import quantised
 from datasets.synthetic.render.views import Viewpoint, wandering
 from datasets.synthetic.scene import part_generator
 
-__all__ = ["CLIPS", "EXPOSURE", "SIZE", "WIDTHS", "plan", "script"]
-
 Array = NDArray[np.float64]
 
 SIZE = 320, 240

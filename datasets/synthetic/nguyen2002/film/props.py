@@ -22,11 +22,6 @@ from datasets.synthetic.nguyen2002.film.sheet import (
 from datasets.synthetic.render.colours import any_of
 from datasets.synthetic.render.prop import Prop
 
-__all__ = [
-    "CARRIERS", "boat", "bollard", "column", "goods", "paint_carrier", "paint_shadow", "rock",
-    "stall", "trolley",
-]  # fmt: skip
-
 
 def _prop(sheet: Sheet, x: float, z: float, random: np.random.Generator) -> Prop:
     """What stands on its sheet's lower border."""

@@ -26,8 +26,6 @@ from datasets.synthetic.render.sprite import Sprite, instants
 from datasets.synthetic.render.texture import fractal
 from datasets.synthetic.scene import Scene, Truth, part_generator
 
-__all__ = ["FilmScene", "scene"]
-
 Array = NDArray[np.float64]
 
 # Standard deviations of the film's grain: of brightness, and of its dyes, in either difference of

@@ -16,19 +16,6 @@ from datasets.synthetic.render.painting import Painting
 from datasets.synthetic.render.street.ground import SIDE, Band
 from datasets.synthetic.render.texture import fractal, grass, paving, pebbles, ramp
 
-__all__ = [
-    "desert",
-    "harbour",
-    "market_place",
-    "platform",
-    "quay",
-    "road",
-    "roadstead",
-    "sand",
-    "station",
-    "water",
-]
-
 Array = NDArray[np.float64]
 
 FINE = 2  # pixels that are painted for one, in either direction

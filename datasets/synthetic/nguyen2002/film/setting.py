@@ -16,8 +16,6 @@ from datasets.synthetic.render.street.furniture import bush, car, litter_bin, po
 from datasets.synthetic.render.street.ground import Band, Shade, ground_rows
 from datasets.synthetic.render.views import Viewpoint
 
-__all__ = ["SETTINGS", "Place"]
-
 Array = NDArray[np.float64]
 
 Backdrop = Callable[[np.random.Generator, int, int, float, float], Image]

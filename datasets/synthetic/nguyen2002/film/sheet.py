@@ -11,8 +11,6 @@ from datasets.interface import Image
 from datasets.synthetic.render.painting import Painting
 from datasets.synthetic.render.texture import fractal
 
-__all__ = ["DARK", "GLASS", "LIGHTS", "PAINTS", "UNIT", "WOODS", "Rigid", "Sheet", "lay_mixture"]
-
 Array = NDArray[np.float64]
 
 # Scale of what is painted as large as it is seen [pixels/metre]; not the world's metres.

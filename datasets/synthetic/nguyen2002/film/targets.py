@@ -25,8 +25,6 @@ from datasets.synthetic.render.colours import any_of, varied
 from datasets.synthetic.render.painting import Colour, Painting
 from datasets.synthetic.render.texture import fractal, lerp
 
-__all__ = ["KINDS", "paint_target", "two_looks"]
-
 Array = NDArray[np.float64]
 
 

@@ -26,8 +26,6 @@ from datasets.synthetic.render.lamp import (
     unshaded,
 )
 
-__all__ = ["Lighting", "drawn_lamps"]
-
 Array = NDArray[np.float64]
 Floats = NDArray[np.float32]
 
@@ -81,8 +79,12 @@ class Lighting:
                 seen *= 1 - self._near_shades[k][number].at(pose, self._near_ways[k])
         self._lay(picture, on, self._setting.carried.at(held), HELD, turn, left)
         for number, pose, blur in passing:
-            sheets = self._setting.passers[number].at(pose)
-            blurred = [np.asarray(cv2.blur(sheet, (blur, 1)), np.float32) for sheet in sheets]
+            card = self._setting.passers[number]
+            if not card.may_be_seen(pose):  # it only takes light from what is seen
+                continue
+            blurred = [
+                np.asarray(cv2.blur(sheet, (blur, 1)), np.float32) for sheet in card.at(pose)
+            ]
             self._lay(picture, on, blurred, PASSING, np.zeros(2), np.ones_like(left))
         return picture
 

@@ -7,8 +7,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from datasets.synthetic.render.path import Loop, quantised, random_loop
 
-__all__ = ["FRAMES", "SIZE", "Passing", "Plan", "drawn_plan"]
-
 Array = NDArray[np.float64]
 
 FRAMES = 300

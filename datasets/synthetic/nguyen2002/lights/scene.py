@@ -19,8 +19,6 @@ from datasets.synthetic.render.camera import LENS, Camera
 from datasets.synthetic.render.finish import GAMMA
 from datasets.synthetic.scene import Scene, Truth, part_generator
 
-__all__ = ["LightsScene", "scene"]
-
 EXPOSURE = 0.5  # part of the time between two frames for which the shutter is open
 SENSITIVITY = 0.92  # of the camera, which stays as it is: what light of 1 on white comes to
 # How far out of the picture something is that casts no shadow into it any more [pixels].

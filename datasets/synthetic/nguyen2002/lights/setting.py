@@ -13,8 +13,6 @@ from datasets.synthetic.render.desk import seen_room
 from datasets.synthetic.render.finish import Surface, Thing, looked_at
 from datasets.synthetic.scene import part_generator
 
-__all__ = ["HELD", "PASSING", "ROOM_FINE", "Card", "Pose", "Setting", "Shade"]
-
 Array = NDArray[np.float64]
 Floats = NDArray[np.float32]
 
@@ -72,6 +70,13 @@ class Card:
             np.asarray(cv2.resize(sheet, SIZE, interpolation=cv2.INTER_AREA), np.float32)
             for sheet in laid
         ]
+
+    def may_be_seen(self, pose: Pose) -> bool:
+        """Return whether a part of it may lie in the picture."""
+        height, width = self._sheets[0].shape[:2]
+        corners = np.array([(x, y) for x in (-1, width + 1) for y in (-1, height + 1)])
+        places = pose.onto_picture(corners / self._fine - self._anchor)
+        return bool((places.max(axis=0) > 0).all() and (places.min(axis=0) < SIZE).all())
 
     def shade(self, softness: float = 0.0) -> "Shade":
         """What it covers, its edges softened by a standard deviation [pixels]."""

@@ -14,8 +14,6 @@ from datasets.synthetic.render.prints import KINDS, printed
 from datasets.synthetic.render.solids import box, chain, limb, mirrored
 from datasets.synthetic.render.texture import fractal
 
-__all__ = ["HALF_HEIGHT", "HALF_WIDTH", "held", "passer"]
-
 Array = NDArray[np.float64]
 
 HALF_WIDTH, HALF_HEIGHT = 108, 130  # what holds any thing that passes [pixels]

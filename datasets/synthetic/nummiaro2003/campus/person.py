@@ -25,8 +25,6 @@ from datasets.synthetic.render.prop import Prop
 from datasets.synthetic.render.views import SIZE, Viewpoint, Views, straight, walk
 from datasets.synthetic.scene import part_generator
 
-__all__ = ["scene"]
-
 WALK = 250
 """Length of the sequence [frames]."""
 

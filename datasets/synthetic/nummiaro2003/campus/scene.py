@@ -18,8 +18,6 @@ from datasets.synthetic.render.street.street import Reach, Street
 from datasets.synthetic.render.views import SIZE, Course, Views
 from datasets.synthetic.scene import Truth
 
-__all__ = ["VisitPlan", "VisitScene", "bystander", "target"]
-
 UNLIKE = 40
 """Colours differ clearly whose channels differ by this much in one of them [grey levels]."""
 

@@ -15,8 +15,6 @@ from datasets.synthetic.render.street.street import HOUSES, Street
 from datasets.synthetic.render.texture import fractal, grass, paving, ramp
 from datasets.synthetic.render.views import Viewpoint
 
-__all__ = ["DOORSTEP", "OPENING", "THRESHOLD", "CarPark", "entrance", "old_tree", "parked_cars"]
-
 Array = NDArray[np.float64]
 
 BAYS = 13.1, 15.4

@@ -21,8 +21,6 @@ from datasets.synthetic.render.path import smooth_step
 from datasets.synthetic.render.views import SIZE, Course, Views, fixed, straight
 from datasets.synthetic.scene import part_generator
 
-__all__ = ["scene"]
-
 LENGTH = 242
 COMES, HIDDEN, GONE = 20, 121, 232
 """Frames: the first with the target, that in which the tree hides him most, the first without."""

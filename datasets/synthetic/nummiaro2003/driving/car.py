@@ -16,8 +16,6 @@ from datasets.synthetic.nummiaro2003.driving.view import View, extents, posed
 from datasets.synthetic.render.prop import Coverage
 from datasets.synthetic.render.sprite import blend_sprite
 
-__all__ = ["TARGETS", "Car", "CarAt", "any_car", "unlike"]
-
 Array = NDArray[np.float64]
 
 _BLANK = blank(5)

@@ -7,11 +7,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = [
-    "MOST", "Face", "Facets", "Lens", "Pictures", "Pose", "Ring", "assembled", "between", "blank",
-    "flat", "packed", "upright",
-]  # fmt: skip
-
 Array = NDArray[np.float64]
 
 MOST = 8

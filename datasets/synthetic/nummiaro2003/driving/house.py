@@ -18,8 +18,6 @@ from datasets.synthetic.nummiaro2003.driving.facets import (
 from datasets.synthetic.nummiaro2003.driving.view import View
 from datasets.synthetic.render.texture import fractal, noise
 
-__all__ = ["House", "Houses", "any_house"]
-
 Array = NDArray[np.float64]
 Box = tuple[float, float, float, float]
 """Left, top, right and bottom [metres]."""

@@ -12,8 +12,6 @@ from numpy.typing import NDArray
 
 from datasets.synthetic.nummiaro2003.driving.facets import MOST, Facets, Lens, Pictures, Pose
 
-__all__ = ["FULL", "lay_behind", "lay_facets", "sprite_of"]
-
 FULL = 0xFFFF
 """All samples of a pixel are taken."""
 

@@ -22,8 +22,6 @@ from datasets.synthetic.nummiaro2003.driving.shape import (
     Shape,
 )
 
-__all__ = ["BGR", "painted"]
-
 Array = NDArray[np.float64]
 Points = Sequence[tuple[float, float]]
 

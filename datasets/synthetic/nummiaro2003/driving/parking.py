@@ -30,8 +30,6 @@ from datasets.synthetic.nummiaro2003.knobs import DrivingKnobs
 from datasets.synthetic.render.path import spaced
 from datasets.synthetic.scene import part_generator
 
-__all__ = ["parking_plan", "scene"]
-
 FRAMES = 400
 
 LANES = 6.5

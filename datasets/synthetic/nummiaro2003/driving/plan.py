@@ -16,10 +16,6 @@ from datasets.synthetic.nummiaro2003.driving.world import Layout
 from datasets.synthetic.render.prop import Coverage, visible
 from datasets.synthetic.render.sprite import instants
 
-__all__ = [
-    "BRAKING", "FRAMES_PER_SECOND", "SIZE", "Bend", "Course", "Plan", "Way", "car_at", "unhurried",
-]  # fmt: skip
-
 Array = NDArray[np.float64]
 
 _STEP = 0.05  # along a way [metres]

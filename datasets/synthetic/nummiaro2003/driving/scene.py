@@ -13,8 +13,6 @@ from datasets.synthetic.render.attributes import occluded, out_of_view, rescaled
 from datasets.synthetic.render.camera import Camera, slow_exposure
 from datasets.synthetic.scene import Scene, Truth, part_generator, pasted
 
-__all__ = ["DrivingScene", "driving_truth"]
-
 Array = NDArray[np.float64]
 
 TURNING = 15.0

@@ -17,11 +17,6 @@ from datasets.synthetic.nummiaro2003.driving.facets import (
     upright,
 )
 
-__all__ = [
-    "BELT", "FRONT", "REACH", "REAR", "SHADOW", "SIDE", "SIZES", "TALL", "TOP", "TYRE", "WIDE",
-    "Shape", "any_shape",
-]  # fmt: skip
-
 Array = NDArray[np.float64]
 
 SIDE, FRONT, REAR, TOP, SHADOW = range(5)

@@ -13,10 +13,6 @@ from datasets.synthetic.render.prop import Prop
 from datasets.synthetic.render.sprite import Sprite
 from datasets.synthetic.render.views import Viewpoint
 
-__all__ = [
-    "NEAREST", "Cutout", "Standing", "Thing", "Window", "cut_out", "from_far", "meet",
-]  # fmt: skip
-
 Array = NDArray[np.float64]
 
 Window = tuple[int, int, int, int]

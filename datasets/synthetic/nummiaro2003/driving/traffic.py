@@ -31,8 +31,6 @@ from datasets.synthetic.render.path import smooth_step, spaced
 from datasets.synthetic.render.views import QUICK, SLOW, wandering
 from datasets.synthetic.scene import part_generator
 
-__all__ = ["scene", "traffic_plan"]
-
 Array = NDArray[np.float64]
 
 FRAMES = 330

@@ -12,8 +12,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from datasets.synthetic.nummiaro2003.driving.facets import Facets, Lens, Pose
 
-__all__ = ["STAINS_SIDE", "View", "extents", "heading_axes", "posed"]
-
 Array = NDArray[np.float64]
 
 _STEP = 2.0**-30  # of sines and cosines: the same on every platform

@@ -32,8 +32,6 @@ from datasets.synthetic.render.street.furniture import bush, post, sign, tree
 from datasets.synthetic.render.texture import fractal, grass, paving
 from datasets.synthetic.scene import part_generator
 
-__all__ = ["Layout", "Plant", "Strip", "World", "dashes"]
-
 Array = NDArray[np.float64]
 
 _DISTANCE = 150.0  # of the town [metres]

@@ -13,8 +13,6 @@ from datasets.synthetic.render.colours import DARK, MACHINES, SIGNALS, STEEL, ST
 from datasets.synthetic.render.painting import Painting
 from datasets.synthetic.render.texture import fractal
 
-__all__ = ["hall"]
-
 PARTS = (STEEL, (90, 130, 160), (60, 100, 150), (200, 202, 200))
 GOODS = (*STORED, *SIGNALS)
 BOARDS = ((132, 164, 190), (188, 190, 188), (120, 92, 60), (92, 130, 168), (120, 130, 80))

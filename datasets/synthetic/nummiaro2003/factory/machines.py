@@ -9,8 +9,6 @@ import numpy as np
 from datasets.synthetic.render.colours import DARK, MACHINES, SIGNALS, STEEL, any_of, varied
 from datasets.synthetic.render.painting import Painting
 
-__all__ = ["cabinet", "machine_tool", "wiring"]
-
 SCREENS = ((120, 60, 20), (40, 70, 30), (170, 150, 120), (90, 40, 70))
 WRITING = ((80, 220, 120), (230, 230, 230), (60, 200, 230))
 DIGITS = ((60, 190, 80), (60, 60, 220), (40, 170, 230), (190, 160, 60))

@@ -32,8 +32,6 @@ from datasets.synthetic.render.figure.routine import (
 from datasets.synthetic.render.figure.worker import Worker
 from datasets.synthetic.scene import Scene, Truth, part_generator, pasted
 
-__all__ = ["HeadScene", "scene"]
-
 Array = NDArray[np.float64]
 
 WALL = 3.2

@@ -10,8 +10,6 @@ from datasets.synthetic.render.figure.look import Look
 from datasets.synthetic.render.figure.mesh import AROUND, Solid, loft, turns
 from datasets.synthetic.render.texture import creases, lerp
 
-__all__ = ["FOREARM", "NECK", "SHOULDER", "TRUNK", "UPPER_ARM", "body"]
-
 Array = NDArray[np.float64]
 
 UPPER_ARM, FOREARM, HAND = 0.29, 0.25, 0.19

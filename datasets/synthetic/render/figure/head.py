@@ -10,8 +10,6 @@ from datasets.synthetic.render.figure.look import Look
 from datasets.synthetic.render.figure.mesh import AROUND, Solid, loft, turns
 from datasets.synthetic.render.texture import fractal, lerp
 
-__all__ = ["ROWS", "head"]
-
 Array = NDArray[np.float64]
 
 ROWS = 161

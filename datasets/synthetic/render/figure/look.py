@@ -8,8 +8,6 @@ from numpy.typing import NDArray
 
 from datasets.synthetic.render.colours import BGR
 
-__all__ = ["COMPLEXIONS", "Cut", "Look", "drawn_look", "drawn_skin"]
-
 Cut: TypeAlias = Literal["short", "full", "wreath"]
 
 DARK_HAIR: tuple[BGR, ...] = ((26, 28, 32), (36, 44, 60), (104, 108, 112))

@@ -10,11 +10,6 @@ import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = [
-    "AROUND", "FINE", "NOBODY", "UNIT", "Solid", "loft", "paint_owners", "place_vertices", "turns",
-    "which_is_seen",
-]  # fmt: skip
-
 FINE = 2
 """Samples a pixel, in either direction."""
 

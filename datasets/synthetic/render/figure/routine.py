@@ -13,8 +13,6 @@ from numpy.typing import NDArray
 from datasets.synthetic.render.path import smooth_step
 from datasets.synthetic.render.views import wandering
 
-__all__ = ["FOCAL", "FRAMES", "FRAMES_PER_SECOND", "SIZE", "Routine", "drawn_routine"]
-
 Array = NDArray[np.float64]
 
 SIZE = 640, 480

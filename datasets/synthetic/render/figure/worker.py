@@ -25,8 +25,6 @@ from datasets.synthetic.render.figure.routine import Routine
 from datasets.synthetic.render.sprite import blend_sprite, instants
 from datasets.synthetic.scene import part_generator
 
-__all__ = ["Worker"]
-
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Picture = NDArray[np.uint8]

@@ -6,8 +6,6 @@ from numpy.typing import NDArray
 
 from datasets.synthetic.render.texture import fractal
 
-__all__ = ["backdrop"]
-
 Array = NDArray[np.float64]
 Picture = NDArray[np.uint8]
 Box = tuple[float, float, float, float]

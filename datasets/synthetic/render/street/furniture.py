@@ -7,8 +7,6 @@ from numpy.typing import NDArray
 from datasets.synthetic.render.prop import Prop
 from datasets.synthetic.render.texture import fractal
 
-__all__ = ["bush", "car", "litter_bin", "post", "sign", "tree"]
-
 Array = NDArray[np.float64]
 
 

@@ -9,11 +9,6 @@ from numpy.typing import ArrayLike, NDArray
 from datasets.synthetic.render.texture import fractal, grass, paving, pebbles
 from datasets.synthetic.render.views import Viewpoint
 
-__all__ = [
-    "DEPTH", "PERIOD", "SIDE", "SLANT_X", "SLANT_Z", "Band", "Light", "Shade", "ground_rows",
-    "street_bands",
-]  # fmt: skip
-
 Array = NDArray[np.float64]
 
 Light: TypeAlias = Literal["even", "dappled"]

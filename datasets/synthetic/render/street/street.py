@@ -15,8 +15,6 @@ from datasets.synthetic.render.street.ground import Band, Light, Shade, ground_r
 from datasets.synthetic.render.views import Viewpoint
 from datasets.synthetic.scene import part_generator
 
-__all__ = ["HOUSES", "Reach", "Street"]
-
 KERB = 10.6
 """Where the road begins [metres]."""
 

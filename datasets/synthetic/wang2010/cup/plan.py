@@ -12,8 +12,6 @@ from numpy.typing import ArrayLike, NDArray
 from datasets.synthetic.render.path import quantised, smooth_step
 from datasets.synthetic.render.solids import View
 
-__all__ = ["FRAMES", "SIZE", "WALL", "Cup", "Plan", "drawn_plan"]
-
 Array = NDArray[np.float64]
 
 FRAMES = 80

@@ -18,8 +18,6 @@ from datasets.synthetic.wang2010.cup.plan import FRAMES, SIZE, WALL
 from datasets.synthetic.wang2010.cup.setting import Setting
 from datasets.synthetic.wang2010.knobs import CupKnobs
 
-__all__ = ["CupScene", "scene"]
-
 Array = NDArray[np.float64]
 
 EXPOSURE = 0.5

@@ -21,8 +21,6 @@ from datasets.synthetic.wang2010.cup.things import (
     stores,
 )
 
-__all__ = ["FINE", "Layer", "Setting"]
-
 Array = NDArray[np.float64]
 
 FINE = 4

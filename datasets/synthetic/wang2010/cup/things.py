@@ -20,9 +20,6 @@ from datasets.synthetic.render.finish import Finish, Pattern, Thing, grain, plai
 from datasets.synthetic.render.solids import bowl, box, chain, half_space, limb, mirrored
 from datasets.synthetic.wang2010.cup.plan import SIZE, WALL, Cup, Plan
 
-__all__ = ["bare_room", "carton", "held_cup", "similar_things", "stores"]
-
-
 BOX_DEPTH = 20.0
 """How far before the cup's way the box stands [pixels]."""
 

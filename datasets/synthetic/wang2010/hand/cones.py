@@ -10,10 +10,6 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-__all__ = [
-    "BLUE", "CLOTH", "COLUMNS", "CREASE", "FINE", "MATERIAL", "SKIN", "cover", "paint",
-]  # fmt: skip
-
 COLUMNS = 14
 """Of a cone: its two ends, x to the right, y down, z towards the camera, and radius, [pixels];
 then `BLUE` and the two after it, `CREASE`, `MATERIAL` and whether its second end is flat."""

@@ -17,11 +17,6 @@ from datasets.synthetic.render.texture import fractal
 from datasets.synthetic.render.views import wandering
 from datasets.synthetic.wang2010.hand.cones import BLUE, CLOTH, COLUMNS, CREASE, SKIN
 
-__all__ = [
-    "CENTRED", "FRAMES", "SIDE", "TEXELS", "WRIST_ROW", "Hand", "drawn_pose", "drawn_way",
-    "hand_in_motion", "textures",
-]  # fmt: skip
-
 Array = NDArray[np.float64]
 
 SIDE = 256

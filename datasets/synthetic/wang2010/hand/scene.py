@@ -30,8 +30,6 @@ from datasets.synthetic.wang2010.hand.hand import (
 )
 from datasets.synthetic.wang2010.knobs import HandKnobs
 
-__all__ = ["HandScene", "scene"]
-
 Array = NDArray[np.float64]
 
 SIZE = 160, 120

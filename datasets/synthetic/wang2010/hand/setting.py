@@ -18,8 +18,6 @@ from datasets.synthetic.render.painting import Painting
 from datasets.synthetic.render.sprite import Sprite
 from datasets.synthetic.render.texture import fractal, lerp, ramp
 
-__all__ = ["FINE", "drawn_person", "office", "portrait"]
-
 Array = NDArray[np.float64]
 
 FINE = 4

@@ -13,8 +13,6 @@ from numpy.typing import ArrayLike, NDArray
 from datasets.synthetic.render.path import quantised, smooth_step
 from datasets.synthetic.scene import part_generator
 
-__all__ = ["FRAMES", "FRAMES_PER_SECOND", "STROKE", "Play"]
-
 Array = NDArray[np.float64]
 
 FRAMES = 50

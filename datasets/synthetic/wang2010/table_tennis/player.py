@@ -13,8 +13,6 @@ from numpy.typing import ArrayLike, NDArray
 from datasets.synthetic.render.sprite import Sprite, superellipse
 from datasets.synthetic.render.texture import fractal
 
-__all__ = ["BALL_FINE", "LIGHT", "Player", "ball", "blend_swung"]
-
 Integers = NDArray[np.int64]
 Array = NDArray[np.float64]
 Picture = NDArray[np.uint8]

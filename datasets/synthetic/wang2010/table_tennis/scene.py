@@ -21,8 +21,6 @@ from datasets.synthetic.wang2010.table_tennis.play import FRAMES, FRAMES_PER_SEC
 from datasets.synthetic.wang2010.table_tennis.player import BALL_FINE, Player, ball
 from datasets.synthetic.wang2010.table_tennis.wall import wall
 
-__all__ = ["SIZE", "TableTennisScene", "scene"]
-
 Array = NDArray[np.float64]
 
 SIZE = 142, 115

@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 from datasets.synthetic.render.texture import fractal, noise
 from datasets.synthetic.wang2010.table_tennis.player import LIGHT
 
-__all__ = ["wall"]
-
 Array = NDArray[np.float64]
 
 FINE = 3

@@ -6,8 +6,12 @@ import datasets
 from bench.papers.criteria.shared import SceneImages
 
 
-def painted(images, boxes, masks=None, visibility=None):
-    """Return `SceneImages` of arrays; the masks default to the pixels inside the boxes."""
+def painted(images, boxes, masks=None, visibility=None, **others):
+    """Return `SceneImages` of arrays, visible and with the pixels inside the boxes by default.
+
+    `others`: attributes or regions of the sequence.
+    """
+    visibility = np.ones(len(boxes)) if visibility is None else np.asarray(visibility)
     boxes = np.asarray(boxes, np.float64)
     if masks is None:
         masks = [inside(image.shape, box) for image, box in zip(images, boxes, strict=True)]
@@ -18,20 +22,30 @@ def painted(images, boxes, masks=None, visibility=None):
             boxes,
             fingerprint="painted",
             visibility=visibility,
-            masks=lambda frame: masks[frame],
+            masks=masks.__getitem__,
+            **others,
         )
     )
 
 
-def moving(rows, columns=None, *, side=10, size=(60, 80), colour=(20, 120, 240), ground=40):
-    """Return a square of one colour on grey, with its centre in given rows and columns."""
-    rows = np.asarray(rows, np.float64)
-    columns = np.full(len(rows), size[1] / 2) if columns is None else np.asarray(columns, float)
-    boxes = np.column_stack([columns - side / 2, rows - side / 2, *np.full((2, len(rows)), side)])
-    images = [np.full((*size, 3), ground, np.uint8) for _ in rows]
-    for image, box in zip(images, boxes, strict=True):
+def blocks(frames, size=(60, 80), **others):
+    """Return boxes of one colour on another; `frames` are `(box, colour, ground)`."""
+    images = [np.full((*size, 3), ground, np.uint8) for _, _, ground in frames]
+    for image, (box, colour, _) in zip(images, frames, strict=True):
         image[inside(image.shape, box)] = colour
-    return painted(images, boxes)
+    return painted(images, [box for box, _, _ in frames], **others)
+
+
+def moving(rows, columns=None, *, colour=(20, 120, 240), ground=40):
+    """Return a square of one colour on grey, with its centre in given rows and columns."""
+    columns = [40] * len(rows) if columns is None else columns
+    boxes = [(x - 5, y - 5, 10, 10) for x, y in zip(columns, rows, strict=True)]
+    return blocks([(box, colour, ground) for box in boxes])
+
+
+def blank(boxes, **others):
+    """Return a scene of black images with these boxes."""
+    return painted([np.zeros((40, 40, 3), np.uint8)] * len(boxes), boxes, **others)
 
 
 def inside(shape, box):

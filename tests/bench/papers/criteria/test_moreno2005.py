@@ -1,36 +1,15 @@
 """Criteria of moreno2005's scenes, on painted images with known answers."""
 
-import numpy as np
 import pytest
 
 from bench.papers.criteria import moreno2005 as criteria
+from tests.bench.papers.criteria.scenes import blocks, inside, painted
 
 RED, BLUE, GREEN = (30, 30, 220), (220, 30, 30), (30, 220, 30)
 
 
-class PaintedScene(criteria.SceneImages):
-    """Rectangles of one colour on a background of one colour.
-
-    `frames` holds a box `(x, y, width, height)`, the target's colour and the background's.
-    """
-
-    def __init__(self, frames):
-        self.frames = frames
-        self.boxes = np.array([box for box, _, _ in frames], float)
-
-    def mask(self, frame):
-        mask = np.zeros((60, 80), np.bool_)
-        x, y, width, height = self.frames[frame][0]
-        mask[y : y + height, x : x + width] = True
-        return mask
-
-    def image(self, frame):
-        _, colour, background = self.frames[frame]
-        return np.where(self.mask(frame)[..., None], colour, background).astype(np.uint8)
-
-
 BOX = (30, 20, 20, 16)
-SWAPPED = PaintedScene([(BOX, RED, BLUE), (BOX, RED, BLUE), (BOX, BLUE, RED), (BOX, BLUE, RED)])
+SWAPPED = blocks([(BOX, RED, BLUE), (BOX, RED, BLUE), (BOX, BLUE, RED), (BOX, BLUE, RED)])
 
 
 def test_model_auc_is_zero_where_target_and_ring_swap_colours():
@@ -39,7 +18,7 @@ def test_model_auc_is_zero_where_target_and_ring_swap_colours():
     assert criteria.model_auc(SWAPPED, frame=2, age=0) == 1
 
 
-def test_hard_share_counts_frames_that_old_colours_do_not_separate():
+def test_hard_share_counts_frames_not_separated_by_old_colours():
     assert criteria.hard_share(SWAPPED, limit=0.75, age=1) == pytest.approx(1 / 3)
     assert criteria.hard_share(SWAPPED, limit=0.75, age=2) == 1
 
@@ -51,7 +30,7 @@ def test_auc_percentile_uses_own_or_first_colours():
 
 
 def test_channel_gain_ratio_ignores_an_even_gain():
-    scene = PaintedScene(
+    scene = blocks(
         [(BOX, (40, 80, 160), GREEN), (BOX, (20, 40, 80), GREEN), (BOX, (40, 40, 80), GREEN)]
     )
     assert criteria.channel_gain_ratio(scene, frame=1) == pytest.approx(1)
@@ -60,26 +39,23 @@ def test_channel_gain_ratio_ignores_an_even_gain():
 
 def test_speeds_are_displacements_of_the_centre():
     boxes = [(10, 10, 8, 8), (13, 14, 8, 8), (13, 15, 8, 8)]
-    scene = PaintedScene([(box, RED, BLUE) for box in boxes])
+    scene = blocks([(box, RED, BLUE) for box in boxes])
     assert criteria.speed_at(scene, frame=1) == 5
     assert criteria.speed_at(scene, frame=2) == 1
     assert criteria.speed_percentile(scene, percentile=100) == 5
 
 
 def test_colour_step_is_the_length_of_the_mean_change():
-    scene = PaintedScene([(BOX, (0, 0, 0), RED), (BOX, (51, 0, 0), RED), (BOX, (51, 51, 0), RED)])
+    scene = blocks([(BOX, (0, 0, 0), RED), (BOX, (51, 0, 0), RED), (BOX, (51, 51, 0), RED)])
     assert criteria.colour_step(scene) == pytest.approx(0.2)
 
 
-def test_affine_overlap_is_high_for_stretched_and_low_for_split_shapes():
-    stretched = PaintedScene([(BOX, RED, BLUE), ((10, 10, 40, 12), RED, BLUE)])
+def test_affine_overlap_is_low_for_split_shapes_only():
+    stretched = blocks([(BOX, RED, BLUE), ((10, 10, 40, 12), RED, BLUE)])
     assert criteria.affine_overlap(stretched, percentile=50, step=1) > 0.93
 
-    class SplitScene(PaintedScene):
-        def mask(self, frame):
-            mask = super().mask(frame)
-            mask[:, 36:44] &= frame == 0
-            return mask
-
-    split = SplitScene([(BOX, RED, BLUE)] * 2)
+    whole = inside((60, 80), BOX)
+    parted = whole.copy()
+    parted[:, 36:44] = False
+    split = painted([stretched.image(0)] * 2, [BOX] * 2, [parted, whole])
     assert criteria.affine_overlap(split, percentile=50, step=1) < 0.8

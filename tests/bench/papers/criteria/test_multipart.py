@@ -4,38 +4,24 @@ import numpy as np
 import pytest
 
 from bench.papers.criteria import multipart as criteria
-from bench.papers.criteria.shared import SceneImages
-from datasets import Sequence
+from tests.bench.papers.criteria.scenes import inside, painted
 
 BOX = np.array([150.0, 60.0, 26.0, 100.0])
 GREY, RED, BLUE = (128, 128, 128), (40, 40, 200), (200, 60, 40)
 
 
-def paint(image, left, upper, lower):
-    """Paint a person of the box's size at a column."""
-    image[60:110, left : left + 26] = upper
-    image[110:160, left : left + 26] = lower
-
-
 def scene(upper, lower, others, visibility=None):
-    """Person on grey; `others` are (left, upper, lower) or None, by frame."""
+    """Return a person on grey; `others` are (left, upper, lower) or None, by frame."""
     images = []
     for other in others:
         image = np.full((240, 320, 3), GREY, np.uint8)
-        paint(image, 150, upper, lower)
-        if other is not None:
-            paint(image, *other)
+        for left, top, bottom in filter(None, [(150, upper, lower), other]):
+            image[60:110, left : left + 26] = top
+            image[110:160, left : left + 26] = bottom
         images.append(image)
     boxes = np.tile(BOX, (len(images), 1))
-    visible = np.ones(len(images)) if visibility is None else np.asarray(visibility)
-    mask = np.zeros((240, 320), np.uint8)
-    mask[60:160, 150:170] = 1
-    return SceneImages(
-        Sequence(
-            "painted", images, boxes, fingerprint="p", visibility=visible,
-            regions={"full": boxes}, masks=lambda _: mask,
-        )
-    )  # fmt: skip
+    masks = [inside(images[0].shape, (150, 60, 20, 100))] * len(images)
+    return painted(images, boxes, masks, visibility=visibility, regions={"full": boxes})
 
 
 def test_right_choice_follows_the_colours_of_both_halves():

@@ -3,69 +3,38 @@
 import numpy as np
 import pytest
 
-from bench.papers.criteria.nguyen2002 import (
-    ClipSet,
-    SceneImages,
-    complete_occlusions,
-    feature_noise_ratio,
-    hidden_frames,
-    light_change_auc,
-    target_in_box,
-    target_saturation,
-)
+from bench.papers.criteria import nguyen2002 as criteria
+from bench.papers.criteria.nguyen2002 import ClipSet
+from tests.bench.papers.criteria.scenes import blocks, inside, painted
+
+BOX = 20, 20, 20, 20
+SIZE = 60, 60
 
 
-class Painted:
-    """A sequence of equal masks, with a box around the target of 20 by 20 pixels."""
-
-    name = "painted"
-
-    def __init__(self, images, visibility=None, attributes=None):
-        self._images = images
-        self.boxes = np.tile([20.0, 20.0, 20.0, 20.0], (len(images), 1))
-        self.visibility = np.ones(len(images)) if visibility is None else np.array(visibility)
-        self.attributes = attributes or {}
-
-    def __getitem__(self, frame):
-        return self._images[frame]
-
-    def mask(self, frame):
-        inside = np.zeros((60, 60), bool)
-        inside[20:40, 20:40] = True
-        return inside
-
-
-def painted(target, background, frames=1):
-    image = np.empty((60, 60, 3), np.uint8)
-    image[:] = background
-    image[20:40, 20:40] = target
-    return [image] * frames
-
-
-def clip_set(*sequences):
-    return ClipSet([SceneImages(sequence) for sequence in sequences])
+def clip(target, ground, frames=1, **others):
+    return blocks([(BOX, target, ground)] * frames, SIZE, **others)
 
 
 def test_hidden_frames_are_those_of_complete_occlusions():
     first = [1, 0.5, 0.02, 0, 0, 0.4, 1, 0.3, 1]  # 3 frames; the second occlusion is partial
     second = [1, 0, 0, 0, 0, 0, 1, 1, 0]  # 5 frames and 1 frame
-    images = painted(200, 50, 9)
-    clips = clip_set(Painted(images, first), Painted(images, second))
-    assert complete_occlusions(clips) == 3
-    assert hidden_frames(clips) == 3
+    clips = ClipSet([clip(200, 50, 9, visibility=each) for each in (first, second)])
+    assert criteria.complete_occlusions(clips) == 3
+    assert criteria.hidden_frames(clips) == 3
 
 
 def test_saturation_is_relative_to_the_largest_channel():
     colours = [(50, 100, 200), (200, 200, 200), (100, 100, 200)]
-    clips = clip_set(*(Painted(painted(colour, 0, 3)) for colour in colours))
-    assert target_saturation(clips, pairs=2) == pytest.approx(0.5)
+    clips = ClipSet([clip(colour, 0, 3) for colour in colours])
+    assert criteria.target_saturation(clips, pairs=2) == pytest.approx(0.5)
 
 
 def test_target_in_box_is_the_share_of_the_mask():
-    whole, half = Painted(painted(200, 50, 2)), Painted(painted(200, 50, 2))
-    half.boxes[:, 0] += 11  # the box is taken as one pixel larger on either side
-    assert target_in_box(clip_set(whole), pairs=1) == 1
-    assert target_in_box(clip_set(whole, half), pairs=1) == pytest.approx(0.5)
+    whole, mask = clip(200, 50, 2), inside(SIZE, BOX)
+    images = [whole.image(0)] * 2
+    half = painted(images, [(31, 20, 20, 20)] * 2, [mask] * 2)  # the box is taken a pixel larger
+    assert criteria.target_in_box(ClipSet([whole]), pairs=1) == 1
+    assert criteria.target_in_box(ClipSet([whole, half]), pairs=1) == pytest.approx(0.5)
 
 
 def test_noise_of_chroma_lowers_invariants_more_than_rgb():
@@ -79,14 +48,17 @@ def test_noise_of_chroma_lowers_invariants_more_than_rgb():
         ]
         return [np.clip(brightness + tint + n, 0, 255).astype(np.uint8) for n in noise]
 
-    ratios = [feature_noise_ratio(clip_set(Painted(images(c))), pairs=1) for c in (1, 6)]
+    ratios = [
+        criteria.feature_noise_ratio(ClipSet([painted(images(c), [BOX] * 2)]), pairs=1)
+        for c in (1, 6)
+    ]
     assert ratios[1] < 0.5 * ratios[0]
 
 
 @pytest.mark.parametrize(("dark_target", "expected"), [(200, 1.0), (90, 0.0)])
 def test_light_change_is_judged_by_colours_of_before(dark_target, expected):
-    bright, dark = painted(200, 90), painted(dark_target, 290 - dark_target)
-    lamp_off = [False, False, True, True, False]
-    sequence = Painted(bright * 2 + dark * 2 + bright, attributes={"lamp off": lamp_off})
-    for switch in ("off", "on"):
-        assert light_change_auc(SceneImages(sequence), switch=switch) == pytest.approx(expected)
+    bright, dark = (BOX, 200, 90), (BOX, dark_target, 290 - dark_target)
+    lamp_off = np.array([False, False, True, True, False])
+    scene = blocks([bright] * 2 + [dark] * 3, SIZE, attributes={"lamp off": lamp_off})
+    assert criteria.light_change_auc(scene, switch="off") == pytest.approx(expected)
+    assert criteria.light_change_auc(scene, switch="on") == 1  # no colour changes there

@@ -4,10 +4,8 @@ import numpy as np
 import pytest
 
 from bench.papers.criteria import nummiaro2003 as criteria
-from bench.papers.criteria.shared import SceneImages
-from datasets import Sequence
+from tests.bench.papers.criteria.scenes import inside, painted
 
-SIZE = 40, 30
 BOX = 10.0, 5.0, 20.0, 20.0
 RED, BLUE, GREEN = (0, 0, 255), (255, 0, 0), (0, 255, 0)
 
@@ -19,29 +17,27 @@ VISIBILITY[48:50] = [0.3, 0.4]
 VISIBILITY[57:] = [0.4, 0.2, 0]  # it leaves
 
 
-def painted(targets, hider=GREEN):
+def students_of(colours, hider=GREEN):
     """Scene whose target box is filled from above by a hider, down to the visible share."""
     images, masks = [], []
-    for colour, visible in zip(targets, VISIBILITY, strict=False):
-        image, mask = np.zeros((SIZE[1], SIZE[0], 3), np.uint8), np.zeros(SIZE[::-1], bool)
-        edge = 5 + round(20 * (1 - visible))
-        image[5:edge, 10:30], image[edge:25, 10:30], mask[edge:25, 10:30] = hider, colour, True
+    visibility = VISIBILITY[: len(colours)]
+    for colour, visible in zip(colours, visibility, strict=True):
+        edge = 20 * (1 - visible)
+        mask = inside((30, 40), (10, 5 + edge, 20, 20 - edge))
+        image = np.zeros((30, 40, 3), np.uint8)
+        image[inside(image.shape, BOX)] = hider
+        image[mask] = colour
         images.append(image)
         masks.append(mask)
-    visibility = VISIBILITY[: len(images)]
     boxes = np.where(visibility[:, None] > 0, BOX, np.nan)
     boxes[20:30] = BOX
-    attributes = {"turning": np.arange(len(images)) % 4 == 0}
-    sequence = Sequence(
-        "painted", images, boxes, visibility=visibility, attributes=attributes,
-        masks=lambda frame: masks[frame], image_size=SIZE, fingerprint="painted",
-    )  # fmt: skip
-    return SceneImages(sequence)
+    turning = np.arange(len(images)) % 4 == 0
+    return painted(images, boxes, masks, visibility=visibility, attributes={"turning": turning})
 
 
 @pytest.fixture(scope="module")
 def students():
-    return painted([RED] * 60)
+    return students_of([RED] * 60)
 
 
 def test_occlusions_exclude_entering_and_leaving():
@@ -61,14 +57,14 @@ def test_measures_of_the_occlusions(students):
     assert criteria.frames_before_short_occlusions(students) == 10
 
 
-def test_hider_distance_is_one_for_other_colours_and_zero_for_the_same(students):
+def test_hider_distance_spans_zero_to_one(students):
     assert criteria.distance_of_students(students) == pytest.approx(1)
     assert criteria.distance_of_tree(students) == pytest.approx(1)
-    assert criteria.distance_of_students(painted([RED] * 60, hider=RED)) == pytest.approx(0)
+    assert criteria.distance_of_students(students_of([RED] * 60, hider=RED)) == pytest.approx(0)
 
 
 def test_changed_share_counts_frames_with_another_histogram():
-    scene = painted([RED] * 30 + [BLUE] * 25)
+    scene = students_of([RED] * 30 + [BLUE] * 25)
     frames = np.arange(5, 55, 5)
     assert criteria.changed_share(scene, distance=0.5) == pytest.approx(np.mean(frames >= 30))
 

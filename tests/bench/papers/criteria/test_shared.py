@@ -6,7 +6,7 @@ import pytest
 from bench.papers import scene_check
 from bench.papers.criteria import shared as criteria
 from bench.papers.scene_check import Criterion, SceneRow
-from tests.bench.papers.criteria.scenes import moving, painted
+from tests.bench.papers.criteria.scenes import blank, moving, painted
 
 
 def test_speeds_are_those_of_the_box_centres():
@@ -17,24 +17,20 @@ def test_speeds_are_those_of_the_box_centres():
     assert criteria.relative_speed(scene, percentile=100) == pytest.approx(1)
 
 
-BOXES = [[5, 5, 4, 4], [5, 7, 4, 4], [np.nan] * 4, [5, 30, 4, 4]]
-
-
 def test_frames_without_target_do_not_count_as_motion():
-    scene = painted([np.zeros((40, 40, 3), np.uint8)] * 4, BOXES)
-    assert criteria.median_speed(scene) == pytest.approx(2)
+    boxes = [[5, 5, 4, 4], [5, 7, 4, 4], [np.nan] * 4, [5, 30, 4, 4]]
+    assert criteria.median_speed(blank(boxes)) == pytest.approx(2)
 
 
 def test_area_ratio_is_of_the_largest_and_smallest_box():
-    images = [np.zeros((40, 40, 3), np.uint8)] * 3
-    scene = painted(images, [[5, 5, 10, 4], [5, 5, 10, 10], [5, 5, 5, 4]])
+    scene = blank([[5, 5, 10, 4], [5, 5, 10, 10], [5, 5, 5, 4]])
     assert criteria.area_ratio(scene) == pytest.approx(5)
 
 
 def test_background_is_what_the_first_mask_leaves_of_the_box():
     mask = np.zeros((40, 40), bool)
     mask[10:20, 10:15] = True
-    scene = painted([np.zeros((40, 40, 3), np.uint8)], [[10, 10, 10, 10]], [mask])
+    scene = blank([[10, 10, 10, 10]], masks=[mask])
     assert criteria.background_in_first_box(scene) == pytest.approx(0.5)
 
 
@@ -72,9 +68,8 @@ def test_colour_auc_is_high_only_while_the_colours_last():
 
 
 def test_longest_hidden_is_the_longest_stretch_in_frames():
-    images = [np.zeros((20, 20, 3), np.uint8)] * 7
     visible = np.array([0.1, 1, 0.2, 0.0, 0.2, 1, 0.1])
-    scene = painted(images, [[5, 5, 5, 5]] * 7, visibility=visible)
+    scene = blank([[5, 5, 5, 5]] * 7, visibility=visible)
     assert criteria.longest_hidden(scene, visible=0.3) == 3
     assert criteria.longest_stretch(np.zeros(4, bool)) == 0
 
@@ -113,14 +108,7 @@ def test_passing_scenes_meet_all_criteria_of_their_sequence():
     assert list(scene_check.passing_scenes(ROWS, "b")) == [200]
 
 
-def test_values_are_read_as_they_were_written(tmp_path, monkeypatch):
-    monkeypatch.setattr(scene_check, "FOLDER", tmp_path)
-    (tmp_path / "paper").mkdir()
-    scene_check.write_values("paper", ROWS)
-    assert scene_check.read_values("paper") == ROWS
-
-
-def test_criteria_are_read_with_the_first_scenes(tmp_path, monkeypatch):
+def test_files_of_a_paper_are_read(tmp_path, monkeypatch):
     monkeypatch.setattr(scene_check, "FOLDER", tmp_path)
     (tmp_path / "paper").mkdir()
     (tmp_path / "paper" / "criteria.toml").write_text(
@@ -129,6 +117,8 @@ def test_criteria_are_read_with_the_first_scenes(tmp_path, monkeypatch):
     )
     expected = criterion(measure="slow_share:limit=1", target="<= 0.1")
     assert scene_check.read_criteria("paper") == ({"s": 200}, [expected])
+    scene_check.write_values("paper", ROWS)
+    assert scene_check.read_values("paper") == ROWS
 
 
 def test_summary_counts_scenes_and_prints_the_median():

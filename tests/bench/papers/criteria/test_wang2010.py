@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from bench.papers.criteria import wang2010 as criteria
-from tests.bench.papers.criteria.scenes import moving, painted
+from tests.bench.papers.criteria.scenes import blank, moving, painted
 
 RISING = [40, 39, 37, 35, 27, 19]  # it gets faster by 6 px/frame in frame 5
 
@@ -37,7 +37,7 @@ def test_motion_map_marks_the_moving_target_with_its_margin():
     assert criteria.motion_marked_share(scene) > 0.5
 
 
-def test_motion_map_on_target_is_one_if_nothing_else_has_its_colour():
+def test_motion_map_on_target_is_one_for_a_unique_colour():
     assert criteria.motion_map_on_target(moving(RISING), frame=6) == pytest.approx(1)
 
 
@@ -59,6 +59,5 @@ def test_surroundings_distance_is_the_median_of_the_frames():
 
 def test_visible_deviation_is_the_largest_on_either_side():
     visible = np.array([1, 0.45, 0.58, 0.5, 1])
-    images = [np.zeros((20, 20, 3), np.uint8)] * 5
-    scene = painted(images, [[5, 5, 5, 5]] * 5, visibility=visible)
+    scene = blank([[5, 5, 5, 5]] * 5, visibility=visible)
     assert criteria.visible_deviation(scene, share=0.5, first=2, last=4) == pytest.approx(0.08)

@@ -1,31 +1,23 @@
-"""Section 3: the course, both filters against a grid, and the factorisation of equation 2."""
+"""Section 3: the course, and both filters against a grid."""
 
 import numpy as np
 import pytest
 
-from bench.papers.moreno2005.example import (
-    COLOURS,
-    POSITIONS,
-    Setting,
-    chain,
-    course,
-    errors,
-    gain_of_dependence,
-    gain_of_filtering,
-)
+from bench.papers.moreno2005 import example
+from bench.papers.moreno2005.example import Setting
 from bench.papers.moreno2005.figures import GRIDS, iteration
-
-STATES = 4
 
 
 def test_truth_returns_to_the_middle_and_stays_in_bounds():
     still = Setting(1.0, (0.0, 0.0), (0.0, 0.0), (0.1, 0.1))
-    seen = course(still, 50, np.random.default_rng(1))
+    seen = example.course(still, 50, np.random.default_rng(1))
     expected = seen.start[0] * 0.95 ** np.arange(1, 51)
     np.testing.assert_allclose(seen.truth[:, 0], expected)
     np.testing.assert_array_equal(seen.observed, seen.truth)
-    wild = course(Setting(1.0, (2.0, 2.0), (0.1, 0.3), (0.1, 0.1)), 2000, np.random.default_rng(2))
-    for column, (low, high) in enumerate((POSITIONS, COLOURS)):
+    wild = example.course(
+        Setting(1.0, (2.0, 2.0), (0.1, 0.3), (0.1, 0.1)), 2000, np.random.default_rng(2)
+    )
+    for column, (low, high) in enumerate((example.POSITIONS, example.COLOURS)):
         assert (wild.truth[:, column].min(), wild.truth[:, column].max()) == (low, high)
     np.testing.assert_allclose((wild.observed - wild.truth).std(axis=0), [0.1, 0.3], rtol=0.05)
 
@@ -47,7 +39,7 @@ def test_filters_have_the_posterior_of_a_grid():
     twice = mean(around(start[1]), observed[1], 2)
     anywhere = mean((grid >= 0) & (grid <= 1), observed[1], 1)
     for kind, colour in (("dependent", twice), ("independent", anywhere)):
-        cues = chain(kind, setting, 200_000, start)
+        cues = example.chain(kind, setting, 200_000, start)
         found = cues.step(observed, np.random.default_rng(5))
         attached = found[-2].states[found[-1].attached]
         assert found[-1].weights @ found[-1].states == pytest.approx(position, abs=1e-3)
@@ -55,15 +47,15 @@ def test_filters_have_the_posterior_of_a_grid():
 
 
 def test_gains_are_shares_of_the_observations_error(monkeypatch):
-    monkeypatch.setattr("bench.papers.moreno2005.example.NUMBERS", (50, 100))
-    first, second = errors(0, 50), errors(0, 100)
+    monkeypatch.setattr(example, "NUMBERS", (50, 100))
+    first, second = example.errors(0, 50), example.errors(0, 100)
     assert first["observation"] == second["observation"]
     independent = (first["independent"] + second["independent"]) / 2
     dependent = (first["dependent"] + second["dependent"]) / 2
     expected = (independent - dependent) / first["observation"]
-    assert gain_of_dependence("0") == pytest.approx(expected)
+    assert example.gain_of_dependence("0") == pytest.approx(expected)
     larger = max(independent, dependent)
-    assert gain_of_filtering("0") == pytest.approx(1 - larger / first["observation"])
+    assert example.gain_of_filtering("0") == pytest.approx(1 - larger / first["observation"])
 
 
 def test_densities_of_an_iteration_are_normalised():
@@ -75,35 +67,3 @@ def test_densities_of_an_iteration_are_normalised():
         margin = moment.both.sum(axis=1) * steps[0]
         np.testing.assert_allclose(margin, moment.second, atol=0.1)
     assert before.marks["true, t - 1"] != after.marks["true, t"]
-
-
-def joint(generator, *, informs):
-    """Return a random p(x₁, x₂, z₁, z₂) with the dependences of equation 1.
-
-    `informs`: z₂ tells of x₁; otherwise p(z₂ | x₁, z₁) is the same for all x₁.
-    """
-    first = generator.dirichlet(np.ones(STATES))
-    measured = generator.dirichlet(np.ones(STATES), STATES)  # z₁ given x₁
-    if informs:
-        second = generator.dirichlet(np.ones(STATES), (STATES, STATES))  # x₂ given x₁, z₁
-        seen = generator.dirichlet(np.ones(STATES), (STATES,) * 3)  # z₂ given x₁, x₂, z₁
-        both = second[..., np.newaxis] * seen.transpose(0, 2, 1, 3)
-    else:
-        total = generator.dirichlet(np.ones(STATES), STATES)  # z₂ given z₁
-        shares = generator.dirichlet(np.ones(STATES), (STATES,) * 3)  # x₂ given x₁, z₁, z₂
-        both = (total[np.newaxis, ..., np.newaxis] * shares).transpose(0, 1, 3, 2)
-    # `both` is p(x₂, z₂ | x₁, z₁), axes x₁, z₁, x₂, z₂.
-    whole = (first[:, np.newaxis] * measured)[..., np.newaxis, np.newaxis] * both
-    return whole.transpose(0, 2, 1, 3)
-
-
-@pytest.mark.parametrize("informs", [True, False])
-def test_equation_2_needs_that_the_second_measurement_tells_nothing_of_x1(informs):
-    """Its proof replaces p(x₁ | z₁, z₂) by p(x₁ | z₁)."""
-    model = joint(np.random.default_rng(0), informs=informs)
-    posterior = model / model.sum(axis=(0, 1))
-    of_first = model.sum(axis=(1, 3))
-    first = (of_first / of_first.sum(axis=0))[:, np.newaxis, :, np.newaxis]
-    product = first * model / model.sum(axis=1, keepdims=True)
-    distance = 0.5 * np.abs(posterior - product).sum(axis=(0, 1)).max()
-    assert (distance > 0.02) if informs else (distance < 1e-12)

@@ -11,15 +11,6 @@ from skimage import measure
 import datasets
 from bench.evaluation.conducting import evaluate
 from bench.papers.moreno2005 import figures, stages
-from bench.papers.moreno2005.figures import density_figure, error_figure
-from bench.papers.moreno2005.stages import (
-    hypotheses_figure,
-    model_of,
-    palettes_of,
-    snake_figure,
-    step_of,
-    true_contour,
-)
 from trackers.contours.posterior import posterior
 
 SCENE = "plain/target:length=11"
@@ -30,7 +21,7 @@ STEPS = 3
 def step():
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(stages, "STEPS", STEPS)
-        return step_of("moreno2005", SCENE)
+        return stages.step_of("moreno2005", SCENE)
 
 
 def test_step_is_that_of_a_run(step):
@@ -48,7 +39,7 @@ def test_estimate_is_made_of_the_hypotheses(step):
 
 
 def test_posterior_of_a_pixel_is_that_of_its_colour_on_the_plane():
-    model = model_of(datasets.load(SCENE))
+    model = stages.model_of(datasets.load(SCENE))
     x, y = model.grid
     expected = posterior(np.array([[x[40], y[90]]]), *model.mixtures.values(), floor=0.0)
     assert model.on_plane[90, 40] == pytest.approx(expected[0])
@@ -57,28 +48,28 @@ def test_posterior_of_a_pixel_is_that_of_its_colour_on_the_plane():
 def test_target_in_two_parts_has_two_outlines():
     mask = np.zeros((60, 80), bool)
     mask[10:30, 10:30] = mask[40:50, 50:75] = True
-    contour = true_contour(SimpleNamespace(mask=lambda frame: mask), 0)
+    contour = stages.true_contour(SimpleNamespace(mask=lambda frame: mask), 0)
     gaps = np.flatnonzero(np.isnan(contour[:, 0]))
     assert len(gaps) == 2
     pieces = contour[: gaps[0]], contour[gaps[0] + 1 : gaps[1]]
     both = [measure.grid_points_in_poly((60, 80), one[:, ::-1] - 0.5) for one in pieces]
     assert np.mean((both[0] | both[1]) == mask) > 0.99
     unseen = SimpleNamespace(mask=lambda frame: None)
-    assert true_contour(unseen, 0).shape == (0, 2)
+    assert stages.true_contour(unseen, 0).shape == (0, 2)
 
 
 def test_hooks_draw_figures(step, monkeypatch):
     monkeypatch.setattr(figures, "NUMBERS", (50, 100))
     monkeypatch.setattr(figures, "REPETITIONS", 3)
-    assert next(iter(palettes_of(step))).startswith("greatest weight")
+    assert next(iter(stages.palettes_of(step))).startswith("greatest weight")
     for figure in (
-        density_figure(None),
-        error_figure(None),
-        hypotheses_figure(step, "recommended"),
-        snake_figure(step, "recommended"),
+        figures.density_figure(None),
+        figures.error_figure(None),
+        stages.hypotheses_figure(step, "recommended"),
+        stages.snake_figure(step, "recommended"),
     ):
         assert isinstance(figure, Figure)
-    assert [line.get_label() for line in error_figure(None).axes[0].lines][:1]
+    assert [line.get_label() for line in figures.error_figure(None).axes[0].lines][:1]
 
 
 @pytest.mark.slow

@@ -6,13 +6,12 @@ import numpy as np
 import pytest
 
 import datasets
-from bench.papers.description import read_description
-from bench.papers.measures import Course, find_measure
 from bench.papers.moreno2005.measures import JUMP, PATCH
 from bench.papers.moreno2005.scenes import contrast, edge_gain, posterior_map, started
+from tests.bench.papers import courses
+from tests.bench.papers.courses import value
 
 N = 40
-PAPER = read_description("moreno2005")
 SCENE = "plain/target:length=11"
 
 
@@ -24,17 +23,12 @@ def course(dips=(), jump=(), patch=(), failure=""):
     attributes = {
         name: np.isin(np.arange(N), list(frames)) for name, frames in ((JUMP, jump), (PATCH, patch))
     }
-    run = SimpleNamespace(
-        segmentation=SimpleNamespace(region_similarity=values), details={}, failure=failure
-    )
-    truth = SimpleNamespace(
-        attributes=attributes, boxes=np.ones((N, 4)), visibility=np.ones(N), image_size=(9, 9)
-    )
-    return Course(run, truth, PAPER, "moreno2005")
-
-
-def value(text, given):
-    return find_measure(text, "moreno2005")(given)
+    run = {
+        "segmentation": SimpleNamespace(region_similarity=values),
+        "failure": failure,
+    }
+    boxes = np.ones((N, 4))
+    return courses.course("moreno2005", boxes, boxes, run=run, attributes=attributes)
 
 
 def test_kept_is_read_off_the_similarity():

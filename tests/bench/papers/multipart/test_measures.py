@@ -1,17 +1,18 @@
 """Frames that are tracked, overlapped and before the loss; the choice of Eq. 7 in a scene."""
 
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
-from bench.claims.claims_file import read_claims
-from bench.papers.description import read_description, read_sensitivity
-from bench.papers.measures import Course, find_measure
+from bench.papers.description import read_description
+from bench.papers.measures import Course
 from bench.papers.multipart import scenes
 from bench.papers.runs import StoredRuns
+from datasets import Sequence
+from tests.bench.papers import courses
+from tests.bench.papers.courses import value
 
 N = 30
 PERSON = np.array([50.0, 20.0, 20.0, 60.0])
@@ -25,14 +26,11 @@ def course(shifts: Any = 0.0, *, hidden: Any = (), failure: str = "") -> Course:
     estimates[:, 0] += shifts
     visibility = np.ones(N)
     visibility[list(hidden)] = 0.2
-    run = SimpleNamespace(failure=failure, details={}, boxes_in=lambda trace: estimates)
-    truth = SimpleNamespace(
-        boxes=np.tile(BODY, (N, 1)),
-        regions={"full": np.tile(PERSON, (N, 1))},
-        visibility=visibility,
-        image_size=(160, 120),
+    boxes, regions = np.tile(BODY, (N, 1)), {"full": np.tile(PERSON, (N, 1))}
+    run = {"failure": failure}
+    return courses.course(
+        "multipart", boxes, estimates, visibility, (160, 120), run, regions=regions
     )
-    return Course(run, truth, PAPER, "multipart")  # type: ignore[arg-type]  # only what it reads
 
 
 def off_from(first: int, last: int = N, by: float = 11.0) -> np.ndarray:
@@ -42,12 +40,8 @@ def off_from(first: int, last: int = N, by: float = 11.0) -> np.ndarray:
     return shifts
 
 
-def value(text: str, given: Course) -> float:
-    return find_measure(text, "multipart")(given)
-
-
 @pytest.mark.parametrize(("by", "expected"), [(9.5, N), (10.5, 20)])
-def test_frame_counts_if_the_centre_is_inside_the_whole_person(by: float, expected: int) -> None:
+def test_frame_counts_with_its_centre_inside_the_person(by: float, expected: int) -> None:
     assert value("frames_on_target", course(off_from(20, by=by))) == expected
 
 
@@ -55,14 +49,12 @@ def test_failed_run_tracks_the_first_frame_alone() -> None:
     assert value("frames_on_target", course(failure="frame 1: no")) == 1
 
 
-def test_overlap_is_with_the_region_that_the_tracker_started_from() -> None:
+def test_overlap_is_with_the_region_of_the_start() -> None:
     assert value("frames_overlapping", course(off_from(20, by=3.5))) == N
     assert value("frames_overlapping", course(off_from(20, by=4.5))) == 20
 
 
-def test_stored_run_is_judged_by_the_region_that_it_started_from(
-    store_runs: Any, tmp_path: Path
-) -> None:
+def test_stored_run_is_judged_by_the_region_of_its_start(store_runs: Any, tmp_path: Path) -> None:
     tracker, scene = "multipart:particles=2:init=full", "stress/twin:scene=0"
     asked = {"twin": store_runs(tmp_path / "twin", [tracker], [scene])}
     (stored,) = StoredRuns(tmp_path, asked, PAPER).courses(tracker, scene)
@@ -85,18 +77,12 @@ def test_target_is_lost_after_ten_visible_frames_off_it(
     assert value("frames_before_loss", course(shifts, hidden=hidden)) == expected
 
 
-class Painted(SimpleNamespace):
-    """A scene of painted images."""
-
-    def __getitem__(self, frame: int) -> Any:
-        return self.images[frame]
-
-
-def painted(upper: int, lower: int) -> Painted:
+def halves(upper: int, lower: int) -> Sequence:
     """Return a scene of one image with a person whose halves have two grey levels."""
     image = np.full((120, 160, 3), 128, np.uint8)
     image[20:50, 50:70], image[50:80, 50:70] = upper, lower
-    return Painted(first_frame=0, regions={"full": PERSON[np.newaxis]}, images=[image])
+    box = PERSON[np.newaxis]
+    return Sequence("halves", [image], box, fingerprint="halves", regions={"full": box})
 
 
 @pytest.mark.parametrize(
@@ -106,7 +92,7 @@ def painted(upper: int, lower: int) -> Painted:
 def test_right_choice_is_two_parts_for_two_colours_alone(
     monkeypatch: pytest.MonkeyPatch, sequence: str, upper: int, lower: int, right: float
 ) -> None:
-    monkeypatch.setattr(scenes.datasets, "load", lambda _: painted(upper, lower))
+    monkeypatch.setattr(scenes.datasets, "load", lambda _: halves(upper, lower))
     for setting in ("as-written", "recommended"):
         assert scenes.right_choice(f"multipart/{sequence}:scene=1", setting) == right
 
@@ -115,13 +101,3 @@ def test_settings_differ_in_bins_and_votes() -> None:
     as_written, recommended = map(scenes.bins_of, ("as-written", "recommended"))
     assert (as_written.binning, as_written.uv_range) == ("both", "full")
     assert (recommended.binning, recommended.uv_range) == ("perez", "srgb-gamut")
-
-
-def test_every_claim_and_column_names_measures_that_exist() -> None:
-    for claim in read_claims("multipart").values():
-        PAPER.check_names(claim.trackers, claim.sequences, claim.name)
-        if "." not in claim.measure:
-            find_measure(claim.measure, "multipart")
-    for column in read_sensitivity("multipart").columns:
-        PAPER.check_names((column.tracker,), (column.sequence,), column.head)
-        find_measure(column.measure, "multipart")

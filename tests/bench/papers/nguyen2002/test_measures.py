@@ -7,6 +7,7 @@ import pytest
 from bench.papers.description import read_description
 from bench.papers.measures import Course, find_measure
 from bench.papers.nguyen2002.figures import chosen_frames
+from tests.bench.papers.nguyen2002.runs import made_run, made_truth
 
 PAPER = read_description("nguyen2002")
 
@@ -15,7 +16,7 @@ def value(text, run, truth):
     return find_measure(text, "nguyen2002")(Course(run, truth, PAPER, "nguyen2002"))
 
 
-def test_kept_counts_clear_frames_and_the_last_five(made_run, made_truth):
+def test_kept_counts_clear_frames_and_the_last_five():
     truth = made_truth((40, 60), shown=0.89)
     clear = 120 - 1 - 21
     few = range(1, 1 + int(0.1 * clear))
@@ -31,7 +32,7 @@ def test_kept_counts_clear_frames_and_the_last_five(made_run, made_truth):
         assert value("kept", made_run(beside=beside), truth) == kept, beside
 
 
-def test_occlusion_is_detected_if_declared_and_the_target_found(made_run, made_truth):
+def test_occlusion_is_detected_if_declared_and_the_target_found():
     truth = made_truth((30, 45))
     for run, revised, online in (
         (made_run((31, 50, 66)), 1, 1),
@@ -49,7 +50,7 @@ def test_occlusion_is_detected_if_declared_and_the_target_found(made_run, made_t
         assert value("most_detected", run, truth) == revised
 
 
-def test_occlusion_open_at_the_end_is_not_detected_online(made_run, made_truth):
+def test_occlusion_open_at_the_end_is_not_detected_online():
     run, truth = made_run((100, 111, None)), made_truth((99, 108))
     assert value("detected", run, truth) == 1
     assert value("detected:trace=online", run, truth) == 0
@@ -60,30 +61,30 @@ def test_occlusion_open_at_the_end_is_not_detected_online(made_run, made_truth):
 @pytest.mark.parametrize(
     ("loss", "at_switch"), [(50, 1), (47, 1), (53, 1), (54, 0), (88, 1), (96, 0)]
 )
-def test_loss_within_three_frames_of_a_switch_counts(made_run, made_truth, loss, at_switch):
+def test_loss_within_three_frames_of_a_switch_counts(loss, at_switch):
     run = made_run(beside=range(loss, 120))
     assert value("lost_at_switch", run, made_truth(off=(50, 90))) == at_switch
 
 
-def test_loss_within_a_declared_occlusion_began_with_it(made_run, made_truth):
+def test_loss_within_a_declared_occlusion_began_with_it():
     run = made_run((51, 62, 86), beside=range(58, 120))
     assert value("lost_at_switch", run, made_truth(off=(50, 90))) == 1
 
 
-def test_box_stays_if_most_clear_frames_after_the_switch_overlap(made_run, made_truth):
+def test_box_stays_if_most_clear_frames_after_the_switch_overlap():
     truth = made_truth((60, 64), shown=0.5, off=(50, 90))
     assert value("stays_at_switch", made_run(beside=(49, 55, 62, 70)), truth) == 1
     assert value("stays_at_switch", made_run(beside=(55, 69)), truth) == 0
 
 
-def test_failed_run_tracks_and_detects_nothing(made_run, made_truth):
+def test_failed_run_tracks_and_detects_nothing():
     run = SimpleNamespace(**{**vars(made_run((31, 50, 66))), "failure": "frame 3: no"})
     run.boxes_in = lambda trace: run.boxes
     truth = made_truth((30, 45))
     assert value("kept", run, truth) == value("detected", run, truth) == 0
 
 
-def test_figure_shows_an_occlusion_and_the_switches(made_truth):
+def test_figure_shows_an_occlusion_and_the_switches():
     frames = chosen_frames(made_truth((30, 40), off=(60, 80)))
     assert frames == {
         27: "a) before",

@@ -6,20 +6,19 @@ import numpy as np
 import pytest
 
 import datasets
-from bench.papers.description import read_description
-from bench.papers.measures import Course, find_measure
 from bench.papers.nummiaro2003 import scenes
 from bench.papers.nummiaro2003.measures import Hiding, hidings
 from bench.papers.nummiaro2003.scenes import mean_state_at_maximum, surfaces
+from tests.bench.papers import courses
+from tests.bench.papers.courses import value
 
 N, COMES, LEAVES = 240, 20, 230
 TREE = slice(100, 116)
 SHORT = slice(180, 184), slice(200, 203)
-PAPER = read_description("nummiaro2003")
 
 
 def truth():
-    """Return the ground truth: hidden by a tree, and twice by others."""
+    """Return true boxes and visibility: hidden by a tree, and twice by others."""
     boxes = np.full((N, 4), np.nan)
     frames = np.arange(COMES, LEAVES)
     boxes[frames] = np.column_stack([3.0 * frames, *np.tile([[50.0], [40.0], [90.0]], len(frames))])
@@ -30,24 +29,22 @@ def truth():
         visibility[one] = 0.2
     visibility[:COMES] = visibility[LEAVES:] = 0.0
     visibility[LEAVES - 3 : LEAVES] = 0.3
-    return SimpleNamespace(boxes=boxes, visibility=visibility, image_size=(800, 600))
+    return boxes, visibility
 
 
-def course(boxes=None, **details):
+def course(estimates=None, **details):
     """Return a run on the target that initialises behind the tree, but for the changes."""
-    shown = truth()
+    boxes, visibility = truth()
     usual = {
         "mode": but(1, TREE, 0),
-        "positive_appearances": np.where(shown.visibility > 0.1, 90.0, 3.0),
+        "positive_appearances": np.where(visibility > 0.1, 90.0, 3.0),
     }
-    estimates = np.nan_to_num(shown.boxes, nan=1.0) if boxes is None else boxes
-    run = SimpleNamespace(
-        boxes_in=lambda trace: estimates,
-        details={key: np.asarray(value, float) for key, value in {**usual, **details}.items()},
-        identity=SimpleNamespace(parameters={"kick_off": 0.1, "particles": 100}),
-        failure="",
-    )
-    return Course(run, shown, PAPER, "nummiaro2003")
+    run = {
+        "details": {key: np.asarray(value, float) for key, value in {**usual, **details}.items()},
+        "identity": SimpleNamespace(parameters={"kick_off": 0.1, "particles": 100}),
+    }
+    estimates = shifted([]) if estimates is None else estimates
+    return courses.course("nummiaro2003", boxes, estimates, visibility, (800, 600), run)
 
 
 def but(usual, frames, value):
@@ -58,13 +55,10 @@ def but(usual, frames, value):
 
 
 def shifted(frames):
-    boxes = np.nan_to_num(truth().boxes, nan=1.0)
+    """Return the true boxes, in some frames 500 pixels off."""
+    boxes = np.nan_to_num(truth()[0], nan=1.0)
     boxes[frames, 0] += 500
     return boxes
-
-
-def value(text, given):
-    return find_measure(text, "nummiaro2003")(given)
 
 
 def test_leaving_the_view_is_no_hiding():
@@ -90,11 +84,11 @@ def test_initialisation_behind_the_tree_takes_three_steps(changes, expected):
     ("changes", "expected"),
     [
         ({}, 1),
-        ({"boxes": shifted(slice(181, 200))}, 0),  # off the target for too long
-        ({"boxes": shifted(slice(181, 190))}, 1),
+        ({"estimates": shifted(slice(181, 200))}, 0),  # off the target for too long
+        ({"estimates": shifted(slice(181, 190))}, 1),
         ({"mode": but(1, slice(205, 206), 0)}, 0),  # initialises
-        ({"boxes": shifted(slice(179, 205))}, np.nan),  # off before either
-        ({"boxes": shifted(slice(179, 190))}, 1),  # the second one counts
+        ({"estimates": shifted(slice(179, 205))}, np.nan),  # off before either
+        ({"estimates": shifted(slice(179, 190))}, 1),  # the second one counts
     ],
 )
 def test_short_occlusions_count_if_the_target_is_tracked_before(changes, expected):
@@ -114,7 +108,7 @@ def test_end_is_the_last_twenty_frames_in_view():
 
 
 def test_size_error_is_relative_to_the_truth():
-    wide = np.nan_to_num(truth().boxes, nan=1.0)
+    wide = shifted([])
     wide[:, 2] *= 1.25
     assert value("size_error", course(wide)) == pytest.approx(0.25)
 

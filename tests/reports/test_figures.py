@@ -1,8 +1,8 @@
-"""Panels of images and maps: what is shown, in what range, with which box or contour."""
+"""Panels of images and maps: their ranges, boxes and contours."""
 
 import numpy as np
 
-from reports.maps import Panel, map_plot
+from reports.figures import Panel, map_plot
 
 
 def test_images_are_in_colour_maps_from_black_to_white_boxes_and_contours_at_their_place():

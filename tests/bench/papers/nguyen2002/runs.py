@@ -1,0 +1,86 @@
+"""Runs of the template tracker whose occlusions are known."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pandas as pd
+
+from bench.evaluation.record import Run
+from bench.store.truth import StoredTruth
+from trackers.templates.occlusion import Diary
+
+N = 120
+
+
+def true_boxes():
+    """Return boxes of a target that never makes two equal steps."""
+    k = np.arange(N)
+    x, y = 40 + k + np.sin(k), 60 + 0.5 * k + np.cos(1.3 * k)
+    return np.stack([x, y, 60 + 0.3 * np.sin(0.7 * k), 80 + 0.4 * np.sin(0.7 * k)], 1)
+
+
+def made_run(*events, beside=(), **parameters):
+    """Return a run that declared `events`: beginning, end, and frame in which it is back, or None.
+
+    It is on the target wherever it follows it, but 100 pixels off in the frames `beside`;
+    `parameters` are those of the tracker that matter here.
+    """
+    target = true_boxes()
+    online, revised = target.copy(), target.copy()
+    online[list(beside), 0] += 100
+    revised[list(beside), 0] += 100
+    for beginning, end, back in events:
+        ahead = np.arange(1, N + 1)[:, None] * (target[beginning - 1] - target[beginning - 2])
+        online[beginning:back] = (revised[beginning - 1] + ahead)[: len(online[beginning:back])]
+        if back is None:  # only boxes show its end
+            revised[beginning:] = online[beginning:]
+        if back is None and end is not None:
+            revised[end:] = target[end:]
+            steps = end - beginning + 2
+            revised[beginning - 1 : end + 1] = np.linspace(
+                revised[beginning - 1], target[end], steps
+            )
+    details = _details(events)
+    return Run(
+        identity=SimpleNamespace(
+            parameters={"longest_occlusion": 35, "candidates": "skipped", **parameters}
+        ),
+        boxes=online,
+        visible=details["occluded"] != 1,
+        confidence=np.full(N, np.nan),
+        details=details,
+        revised=revised if events else None,
+    )
+
+
+def _details(events):
+    """Return what the tracker reports of these occlusions, by frame."""
+    diary, rows, spans, known = Diary(), [], [], 0
+    for beginning, end, back in events:
+        # One that began before the tracker was back from another is declared after it.
+        spans.append((max(beginning, known), N if back is None else back, beginning, end))
+        known = spans[-1][1]
+    for frame in range(1, N):
+        occluded, candidate = 0.0, np.nan
+        for declared, last, beginning, end in spans:
+            if frame == declared:
+                diary.begins(beginning)
+            if frame == last:
+                diary.ends(end)
+            if declared <= frame < last:
+                occluded, candidate = 1.0, np.nan if end is None else end
+        rows.append({"occluded": occluded, "candidate": candidate, **diary.told()})
+    return {name: np.r_[np.nan, values] for name, values in pd.DataFrame(rows).items()}
+
+
+def made_truth(*hidden, shown=0.0, off=None):
+    """Return the truth of that target, hidden in stretches of frames (both ends count).
+
+    A lamp is off in the frames from the first to before the second of `off`.
+    """
+    visibility, attributes = np.ones(N), {}
+    for first, last in hidden:
+        visibility[first : last + 1] = shown
+    if off is not None:
+        attributes["lamp off"] = (np.arange(N) >= off[0]) & (np.arange(N) < off[1])
+    return StoredTruth("made", true_boxes(), {}, visibility, attributes, 25.0)
