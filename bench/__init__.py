@@ -1,6 +1,6 @@
 """The harness: experiments, the evaluation loop, metrics, results and the command line.
 
->>> import bench
+>>> from trackmark import bench
 >>> run = bench.evaluate("static", "samples/face")
 >>> 0 < bench.score(run, "samples/face")["mean_overlap"] < 1
 True
@@ -22,16 +22,16 @@ import importlib
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from bench.packages import NameClashError, check_place
+from trackmark.bench.packages import NameClashError, check_place
 
 if TYPE_CHECKING:
-    from bench.evaluation.conducting import evaluate
-    from bench.evaluation.record import Run
-    from bench.evaluation.scoring import score, score_boxes
-    from bench.execution.run import run
-    from bench.experiments.experiment import Experiment, read_experiment
-    from bench.pages.notebook import load_results, player
-    from bench.reporting.by_attribute import by_attribute
+    from trackmark.bench.evaluation.conducting import evaluate
+    from trackmark.bench.evaluation.record import Run
+    from trackmark.bench.evaluation.scoring import score, score_boxes
+    from trackmark.bench.execution.run import run
+    from trackmark.bench.experiments.experiment import Experiment, read_experiment
+    from trackmark.bench.pages.notebook import load_results, player
+    from trackmark.bench.reporting.by_attribute import by_attribute
 
 __all__ = [
     "Experiment",
@@ -57,16 +57,16 @@ except NameClashError as error:
 # What a name is found in; imported when it is asked for, so that `trackmark --help` waits
 # for no numerics.
 _HOMES = {
-    "Experiment": "bench.experiments.experiment",
-    "Run": "bench.evaluation.record",
-    "by_attribute": "bench.reporting.by_attribute",
-    "evaluate": "bench.evaluation.conducting",
-    "load_results": "bench.pages.notebook",
-    "player": "bench.pages.notebook",
-    "read_experiment": "bench.experiments.experiment",
-    "run": "bench.execution.run",
-    "score": "bench.evaluation.scoring",
-    "score_boxes": "bench.evaluation.scoring",
+    "Experiment": "trackmark.bench.experiments.experiment",
+    "Run": "trackmark.bench.evaluation.record",
+    "by_attribute": "trackmark.bench.reporting.by_attribute",
+    "evaluate": "trackmark.bench.evaluation.conducting",
+    "load_results": "trackmark.bench.pages.notebook",
+    "player": "trackmark.bench.pages.notebook",
+    "read_experiment": "trackmark.bench.experiments.experiment",
+    "run": "trackmark.bench.execution.run",
+    "score": "trackmark.bench.evaluation.scoring",
+    "score_boxes": "trackmark.bench.evaluation.scoring",
 }
 
 

@@ -9,10 +9,10 @@ from typing import Any
 
 import click
 
-from bench.commands import EXIT_INTERRUPTED, EXIT_WRONG_INPUT
-from bench.commands._terminal import complain, interruptible, outlets
-from bench.compilation import announce, attend
-from bench.packages import check_ownership
+from trackmark.bench.commands import EXIT_INTERRUPTED, EXIT_WRONG_INPUT
+from trackmark.bench.commands._terminal import complain, interruptible, outlets
+from trackmark.bench.compilation import announce, attend
+from trackmark.bench.packages import check_ownership
 
 _COMMANDS = Path(__file__).parent / "commands"
 
@@ -28,7 +28,7 @@ class _Commands(click.Group):
             return None
         if cmd_name != "doctor":  # which tells what is wrong with an installation, this too
             check_ownership()
-        module = importlib.import_module(f"bench.commands.{cmd_name.replace('-', '_')}")
+        module = importlib.import_module(f"trackmark.bench.commands.{cmd_name.replace('-', '_')}")
         command: click.Command = module.command
         return command
 
@@ -98,14 +98,14 @@ def _told(error: Exception) -> str | None:
         return str(error)
     if isinstance(error, UnicodeEncodeError) and "\ud800" <= error.object[error.start] <= "\udfff":
         # An argument or a file name in another encoding, of which Python makes lone surrogates.
-        from datasets.decoding import brief
+        from trackmark.datasets.decoding import brief
 
         return f"{brief(error.object)}: not UTF-8 at character {error.start + 1}. Give UTF-8."
-    from bench.experiments.experiment import ExperimentError
-    from bench.protocols import ProtocolError
-    from bench.store.files import ResultsError
-    from datasets import SequenceError
-    from trackers import TrackerError
+    from trackmark.bench.experiments.experiment import ExperimentError
+    from trackmark.bench.protocols import ProtocolError
+    from trackmark.bench.store.files import ResultsError
+    from trackmark.datasets import SequenceError
+    from trackmark.trackers import TrackerError
 
     ours = (ExperimentError, ProtocolError, ResultsError, SequenceError, TrackerError)
     return str(error) if isinstance(error, ours) else None

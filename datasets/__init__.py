@@ -1,8 +1,17 @@
 """Sequences: recorded ones behind readers, synthetic ones behind a renderer."""
 
-from datasets.catalogue import identity, load, matching, names, options, outline, summary, taken_for
-from datasets.interface import Origin, Sequence, SequenceError, Summary
-from datasets.outline import Outline
+from trackmark.datasets.catalogue import (
+    identity,
+    load,
+    matching,
+    names,
+    options,
+    outline,
+    summary,
+    taken_for,
+)
+from trackmark.datasets.interface import Origin, Sequence, SequenceError, Summary
+from trackmark.datasets.outline import Outline
 
 __all__ = [
     "Origin",

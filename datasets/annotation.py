@@ -6,8 +6,8 @@ from math import nan
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from datasets.interface import LARGEST, SequenceError, lies_outside
-from datasets.truth_file import Truth
+from trackmark.datasets.interface import LARGEST, SequenceError, lies_outside
+from trackmark.datasets.truth_file import Truth
 
 
 def interpolate(

@@ -8,10 +8,10 @@ from glob import glob
 from pathlib import Path
 from typing import Any, Protocol, cast
 
-from datasets.decoding import brief, check_name
-from datasets.interface import Sequence, SequenceError, Summary
-from datasets.outline import Outline, outlined
-from datasets.text_form import close_match, natural_order, parse_text
+from trackmark.datasets.decoding import brief, check_name
+from trackmark.datasets.interface import Sequence, SequenceError, Summary
+from trackmark.datasets.outline import Outline, outlined
+from trackmark.datasets.text_form import close_match, natural_order, parse_text
 
 
 class Suite(Protocol):
@@ -72,7 +72,7 @@ def identity(text: str) -> tuple[str, str]:
 
     It is opened, which takes a second where solids are rendered, unless it is a synthetic one.
     """
-    from datasets.synthetic.suite import Suite as Rendered
+    from trackmark.datasets.synthetic.suite import Suite as Rendered
 
     suite = _suites().get(text.partition(":")[0])
     if isinstance(suite, Rendered) and not _without_filters(text)[1]:
@@ -90,7 +90,7 @@ def options(name: str) -> list[dict[str, Any]]:
         `name`, `default` and `meaning` (unit in brackets); empty where there is no choice.
     """
     if not is_built_in(name):
-        from datasets import readers
+        from trackmark.datasets import readers
 
         return readers.options(_path_and_choice(name)[0])
     bare = name.partition(":")[0]
@@ -110,7 +110,7 @@ def taken_for(text: str) -> str:
     text, _ = _without_filters(text)
     if is_built_in(text):
         return ""
-    from datasets import readers
+    from trackmark.datasets import readers
 
     return readers.taken_for(_path_and_choice(text)[0])
 
@@ -136,7 +136,7 @@ def matching(text: str) -> list[str]:
     """
     bare, filters = _without_filters(text)
     if filters:
-        from datasets.filters import with_filters
+        from trackmark.datasets.filters import with_filters
 
         return [with_filters(name, filters) for name in matching(bare)]
     if is_built_in(text):
@@ -150,7 +150,7 @@ def matching(text: str) -> list[str]:
 
 def _paths_matching(text: str) -> list[str]:
     """Paths that a text stands for; see `matching`."""
-    from datasets import readers
+    from trackmark.datasets import readers
 
     path, chosen = _path_and_choice(text)
     is_pattern = any(sign in text for sign in "*?") and not path.exists()
@@ -209,7 +209,7 @@ def load(name_or_path: str | Path, truth: str | Path | None = None) -> Sequence:
     text = str(name_or_path)
     bare, filters = _without_filters(text)
     if filters:
-        from datasets.filters import filtered  # OpenCV is loaded only where it is needed
+        from trackmark.datasets.filters import filtered  # OpenCV is loaded only where it is needed
 
         return filtered(load(type(name_or_path)(bare), truth), filters)
     if isinstance(name_or_path, str) and is_built_in(text):
@@ -217,7 +217,7 @@ def load(name_or_path: str | Path, truth: str | Path | None = None) -> Sequence:
         if truth is not None:
             raise SequenceError(f"{name}: a built-in sequence has its own truth; omit {truth}.")
         return _suites()[name].load(name, _options_in(text))
-    from datasets import readers  # decoders are loaded only for recorded data
+    from trackmark.datasets import readers  # decoders are loaded only for recorded data
 
     path, chosen = _path_and_choice(text)
     if not path.exists() and not readers.knows(path):
@@ -240,7 +240,7 @@ def _without_filters(text: str) -> tuple[str, dict[str, float]]:
     """A text without the filters in it, and these; a path that is there has none."""
     if ":filter." not in text or _path(text).exists():
         return text, {}
-    from datasets.filters import split_filters
+    from trackmark.datasets.filters import split_filters
 
     return split_filters(text)
 
@@ -284,8 +284,8 @@ def _unknown(text: str, path: Path) -> SequenceError:
 @cache
 def _suites() -> dict[str, Suite]:
     """Suite by name of sequence; finding them brings no renderer."""
-    from datasets import samples
-    from datasets.synthetic.suite import suites
+    from trackmark.datasets import samples
+    from trackmark.datasets.synthetic.suite import suites
 
     found = [cast(Suite, samples), *suites()]
     return {name: suite for suite in found for name in suite.names()}

@@ -6,7 +6,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from reprlib import Repr
 
-from datasets.interface import SequenceError
+from trackmark.datasets.interface import SequenceError
 
 MOST_PIXELS = 100_000_000
 """Pixels of the largest image that is decoded; `$TRACKMARK_MOST_PIXELS` sets another number."""

@@ -11,7 +11,7 @@ from tempfile import NamedTemporaryFile
 
 from pydantic import TypeAdapter, ValidationError
 
-from datasets.interface import SequenceError
+from trackmark.datasets.interface import SequenceError
 
 # Two changes within one tick of the file system's clock leave the same time of change; a
 # file changed so recently is not remembered (2 s is FAT's tick, the coarsest).

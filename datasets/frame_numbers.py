@@ -8,8 +8,8 @@ from collections import Counter
 from collections.abc import Sequence as SequenceOf
 from pathlib import Path
 
-from datasets.interface import SequenceError
-from datasets.text_form import natural_order
+from trackmark.datasets.interface import SequenceError
+from trackmark.datasets.text_form import natural_order
 
 _Number = tuple[str | int, ...]
 """Name of an image up to its last number: text and numbers in turn."""

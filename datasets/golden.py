@@ -4,7 +4,7 @@ import hashlib
 
 import numpy as np
 
-from datasets.interface import Image, Sequence
+from trackmark.datasets.interface import Image, Sequence
 
 TILES = 4
 """Tiles across and down of which a look keeps the mean colours."""

@@ -16,10 +16,16 @@ from PIL.PngImagePlugin import PngImageFile
 from PIL.PpmImagePlugin import PpmImageFile
 from PIL.TiffImagePlugin import TiffImageFile
 
-from datasets.decoding import PROGRAMMING_ERRORS, check_name, check_pixels, decoding, pixel_limit
-from datasets.frame_numbers import check_frame_numbers
-from datasets.interface import Image, SequenceError
-from datasets.text_form import natural_order
+from trackmark.datasets.decoding import (
+    PROGRAMMING_ERRORS,
+    check_name,
+    check_pixels,
+    decoding,
+    pixel_limit,
+)
+from trackmark.datasets.frame_numbers import check_frame_numbers
+from trackmark.datasets.interface import Image, SequenceError
+from trackmark.datasets.text_form import natural_order
 
 SUFFIXES = (".jpg", ".jpeg", ".png", ".bmp", ".ppm", ".tif", ".tiff")
 

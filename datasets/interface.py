@@ -7,7 +7,7 @@ from typing import Protocol, TypeAlias, overload
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from datasets.shapes import Shapes
+from trackmark.datasets.shapes import Shapes
 
 Image: TypeAlias = NDArray[np.uint8]
 Mask: TypeAlias = NDArray[np.bool_]

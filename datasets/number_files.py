@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.decoding import brief
-from datasets.interface import SequenceError
-from datasets.truth_file import read_text
+from trackmark.datasets.decoding import brief
+from trackmark.datasets.interface import SequenceError
+from trackmark.datasets.truth_file import read_text
 
 # What `float` takes besides (1_0, infinity, digits of other scripts) is a mistake in such a file.
 _NUMBER = re.compile(r"[+-]?((\d+\.?\d*|\.\d+)(e[+-]?\d+)?|nan)", re.ASCII | re.IGNORECASE)

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from datasets.interface import Origin, Sequence
+from trackmark.datasets.interface import Origin, Sequence
 
 
 @dataclass(frozen=True)

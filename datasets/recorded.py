@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.file_digest import file_digests
-from datasets.image_files import ImageFiles
-from datasets.interface import Frames, Mask, Origin, Sequence
-from datasets.shapes import Shapes
-from datasets.truth_file import Truth
+from trackmark.datasets.file_digest import file_digests
+from trackmark.datasets.image_files import ImageFiles
+from trackmark.datasets.interface import Frames, Mask, Origin, Sequence
+from trackmark.datasets.shapes import Shapes
+from trackmark.datasets.truth_file import Truth
 
 
 def recorded(

@@ -7,7 +7,7 @@ import re
 from collections.abc import Iterable, Mapping
 from difflib import get_close_matches
 
-from datasets.decoding import brief
+from trackmark.datasets.decoding import brief
 
 
 def close_match(name: str, known: Iterable[str]) -> str:

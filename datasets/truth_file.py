@@ -17,8 +17,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.decoding import brief
-from datasets.interface import SequenceError
+from trackmark.datasets.decoding import brief
+from trackmark.datasets.interface import SequenceError
 
 COLUMNS = ["frame", "x", "y", "width", "height"]
 OPTIONAL = ["visibility", "source"]

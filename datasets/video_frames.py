@@ -11,8 +11,8 @@ from av.container import InputContainer
 from av.video.frame import VideoFrame
 from av.video.reformatter import VideoReformatter
 
-from datasets.decoding import check_pixels, decoding, pixel_limit
-from datasets.interface import Image, SequenceError
+from trackmark.datasets.decoding import check_pixels, decoding, pixel_limit
+from trackmark.datasets.interface import Image, SequenceError
 
 
 class _DecodeError(Exception):

@@ -3,7 +3,7 @@
 import re
 from typing import NamedTuple
 
-from reports.tables import MISSING, Table
+from trackmark.reports.tables import MISSING, Table
 
 _NEVER = "none"  # in place of the number of a frame
 _NUMBER = re.compile(

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from reports.figures import (
+from trackmark.reports.figures import (
     CROWDED,
     OTHERS,
     add_legend,
@@ -17,7 +17,7 @@ from reports.figures import (
     line_style,
     named_line,
 )
-from reports.palette import colour
+from trackmark.reports.palette import colour
 
 COLUMNS = 3
 

@@ -13,8 +13,8 @@ from matplotlib.patches import Ellipse
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from reports.figures import bare_figure, rim, show
-from reports.palette import colour
+from trackmark.reports.figures import bare_figure, rim, show
+from trackmark.reports.palette import colour
 
 Array = NDArray[np.float64]
 

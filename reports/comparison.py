@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullLocator
 from numpy.typing import ArrayLike, NDArray
 
-from reports.figures import (
+from trackmark.reports.figures import (
     CROWDED,
     OTHERS,
     add_legend,
@@ -21,7 +21,7 @@ from reports.figures import (
     new_figure,
     panels_each,
 )
-from reports.palette import colour
+from trackmark.reports.palette import colour
 
 TALLEST = 24.0  # inches
 NAMED_ROWS = 200

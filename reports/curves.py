@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import pandas as pd
 from matplotlib.figure import Figure
 
-from reports.figures import add_legend, line_style, new_figure
+from trackmark.reports.figures import add_legend, line_style, new_figure
 
 
 def curve_plot(

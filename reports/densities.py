@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from reports.figures import bare_figure
+from trackmark.reports.figures import bare_figure
 
 Array = NDArray[np.float64]
 

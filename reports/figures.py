@@ -18,9 +18,9 @@ from matplotlib.patches import Polygon, Rectangle
 from matplotlib.patheffects import withStroke
 from numpy.typing import ArrayLike, NDArray
 
-from reports.files import write_file
-from reports.palette import LINE_STYLES, MARKERS, colour
-from reports.printable import printable
+from trackmark.reports.files import write_file
+from trackmark.reports.palette import LINE_STYLES, MARKERS, colour
+from trackmark.reports.printable import printable
 
 CROWDED = 7
 """Most lines in one plot; more than that have a panel each."""

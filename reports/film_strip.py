@@ -8,9 +8,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from reports.files import write_file
-from reports.overlay import GROUND, TRUTH, Shape, draw_ruler, legend, overlay, write_words
-from reports.palette import colours
+from trackmark.reports.files import write_file
+from trackmark.reports.overlay import GROUND, TRUTH, Shape, draw_ruler, legend, overlay, write_words
+from trackmark.reports.palette import colours
 
 Places: TypeAlias = NDArray[np.float64] | Mapping[int, NDArray[np.float64]]
 

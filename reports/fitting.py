@@ -4,8 +4,8 @@ from collections.abc import Callable
 from dataclasses import replace
 from itertools import groupby
 
-from reports.printable import one_line, width, wrapped
-from reports.tables import MISSING, Cell, Table
+from trackmark.reports.printable import one_line, width, wrapped
+from trackmark.reports.tables import MISSING, Cell, Table
 
 _FEWEST = 2  # columns of scores that are shown however wide they are
 

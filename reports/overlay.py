@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from reports.palette import TRUTH_COLOUR, to_bgr
+from trackmark.reports.palette import TRUTH_COLOUR, to_bgr
 
 Shape: TypeAlias = Literal["box", "ellipse", "contour"]
 """What is drawn: a box by its edges, or by the ellipse inscribed in it; or a polygon."""

@@ -14,7 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from reports.figures import (
+from trackmark.reports.figures import (
     CROWDED,
     OTHERS,
     add_legend,
@@ -24,9 +24,9 @@ from reports.figures import (
     fold,
     new_figure,
 )
-from reports.palette import colour
-from reports.series import draw_median
-from reports.tables import timed_by
+from trackmark.reports.palette import colour
+from trackmark.reports.series import draw_median
+from trackmark.reports.tables import timed_by
 
 TRACE_WORDS: Mapping[str, str] = {
     "online": "said at once (online)",

@@ -8,9 +8,9 @@ import unicodedata
 from collections.abc import Callable, Iterable, Mapping
 from math import isfinite
 
-from reports.alignment import number_in, rests_of, texts_of
-from reports.printable import one_line
-from reports.tables import Cell, Table
+from trackmark.reports.alignment import number_in, rests_of, texts_of
+from trackmark.reports.printable import one_line
+from trackmark.reports.tables import Cell, Table
 
 _LATEX = {
     "\\": r"\textbackslash{}",

@@ -14,8 +14,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from reports.figures import add_legend, draw_line, new_figure
-from reports.palette import colour
+from trackmark.reports.figures import add_legend, draw_line, new_figure
+from trackmark.reports.palette import colour
 
 QUARTILES = "median and quartiles over"
 REPETITIONS = "repetitions"

@@ -8,9 +8,9 @@ import av
 import numpy as np
 from numpy.typing import NDArray
 
-from reports.files import write_file
-from reports.overlay import TRUTH, legend, overlay
-from reports.palette import colours
+from trackmark.reports.files import write_file
+from trackmark.reports.overlay import TRUTH, legend, overlay
+from trackmark.reports.palette import colours
 
 DEFAULT_FPS = 25.0
 LEAST_WIDTH = 480

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pandas as pd
 
-from reports.files import write_file
-from reports.renderers import FORMATS
-from reports.tables import Table, timed_by
+from trackmark.reports.files import write_file
+from trackmark.reports.renderers import FORMATS
+from trackmark.reports.tables import Table, timed_by
 
 _FIGURES = {".png", ".svg", ".pdf"}
 
@@ -50,8 +50,8 @@ def write_plots(
     `write_for_papers`.
     """
     # What draws is imported where something is drawn: tables are written without.
-    from reports.figures import write_for_papers
-    from reports.plots import frame_plot, precision_plot, speed_plot, success_plot
+    from trackmark.reports.figures import write_for_papers
+    from trackmark.reports.plots import frame_plot, precision_plot, speed_plot, success_plot
 
     figures = {}
     if len(frames):

@@ -12,13 +12,14 @@ from types import ModuleType
 import pytest
 from numba.core.dispatcher import Dispatcher
 
-import datasets
-import trackers
+from trackmark import datasets, trackers
 
 
 def modules(package: ModuleType) -> list[str]:
     found = pkgutil.walk_packages(package.__path__, f"{package.__name__}.")
-    return [module.name for module in found if not module.name.startswith("trackers.opencv_")]
+    return [
+        module.name for module in found if not module.name.startswith("trackmark.trackers.opencv_")
+    ]
 
 
 @pytest.mark.parametrize("name", modules(trackers) + modules(datasets))

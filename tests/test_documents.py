@@ -7,13 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import bench
-import datasets
-import reports
-import trackers
-from bench.execution.plan import make_plan
-from bench.experiments.experiment import read_experiment
-from bench.store.results import Results
+from trackmark import bench, datasets, reports, trackers
+from trackmark.bench.execution.plan import make_plan
+from trackmark.bench.experiments.experiment import read_experiment
+from trackmark.bench.store.results import Results
 
 ROOT = Path(__file__).parents[1]
 PAGES = sorted([*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md")])

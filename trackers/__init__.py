@@ -1,7 +1,14 @@
 """Pluggable single-object trackers: a file here is a tracker, a folder holds shared parts."""
 
-from trackers.base.catalogue import Specification, create, describe, names, resolve, summary
-from trackers.base.interface import (
+from trackmark.trackers.base.catalogue import (
+    Specification,
+    create,
+    describe,
+    names,
+    resolve,
+    summary,
+)
+from trackmark.trackers.base.interface import (
     Box,
     Estimate,
     Finisher,
@@ -12,8 +19,8 @@ from trackers.base.interface import (
     TrackerPlugin,
     Watcher,
 )
-from trackers.base.mapper import Mapper
-from trackers.base.parameters import Parameters, TrackerError
+from trackmark.trackers.base.mapper import Mapper
+from trackmark.trackers.base.parameters import Parameters, TrackerError
 
 __all__ = [
     "Box",

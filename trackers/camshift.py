@@ -6,10 +6,17 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from trackers.base.interface import Box, Estimate, Image, Mask
-from trackers.base.parameters import Parameters, TrackerError, choice, fraction, nonnegative, whole
-from trackers.base.sharing import SharedFrame, SharingTracker
-from trackers.maps.back_projection import (
+from trackmark.trackers.base.interface import Box, Estimate, Image, Mask
+from trackmark.trackers.base.parameters import (
+    Parameters,
+    TrackerError,
+    choice,
+    fraction,
+    nonnegative,
+    whole,
+)
+from trackmark.trackers.base.sharing import SharedFrame, SharingTracker
+from trackmark.trackers.maps.back_projection import (
     MOST_BINS,
     HueBins,
     adapted_window,

@@ -6,11 +6,11 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from trackers.base.interface import Box, Estimate, Image, Mask
-from trackers.base.parameters import choice, nonnegative, whole
-from trackers.base.sharing import SharedFrame, SharingTracker
-from trackers.maps.back_projection import adapted_window, whole_window
-from trackers.maps.joint_map import ColourMotionModel, ModelParameters
+from trackmark.trackers.base.interface import Box, Estimate, Image, Mask
+from trackmark.trackers.base.parameters import choice, nonnegative, whole
+from trackmark.trackers.base.sharing import SharedFrame, SharingTracker
+from trackmark.trackers.maps.back_projection import adapted_window, whole_window
+from trackmark.trackers.maps.joint_map import ColourMotionModel, ModelParameters
 
 __all__ = ["CamShiftImproved"]
 

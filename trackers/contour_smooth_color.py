@@ -6,19 +6,19 @@ from typing import Literal
 import numpy as np
 from pydantic import Field
 
-from trackers.base.interface import Image, Mask
-from trackers.base.parameters import choice
-from trackers.contours.chain import Chain, Hypotheses
-from trackers.contours.colour_cue import Palettes, RefittedColours
-from trackers.contours.observation import Observation
-from trackers.contours.plane_cue import (
+from trackmark.trackers.base.interface import Image, Mask
+from trackmark.trackers.base.parameters import choice
+from trackmark.trackers.contours.chain import Chain, Hypotheses
+from trackmark.trackers.contours.colour_cue import Palettes, RefittedColours
+from trackmark.trackers.contours.observation import Observation
+from trackmark.trackers.contours.plane_cue import (
     GivenPlane,
     basis_of,
     discriminant_basis,
     oriented,
     plane_normal,
 )
-from trackers.contours.segmenter import LITERAL, Segmenter, SegmenterParameters, Start
+from trackmark.trackers.contours.segmenter import LITERAL, Segmenter, SegmenterParameters, Start
 
 __all__ = ["ContourSmoothColor"]
 

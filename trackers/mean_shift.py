@@ -5,9 +5,9 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from trackers.base.interface import Box, Estimate, Image, Mask
-from trackers.base.sharing import SharedFrame, SharingTracker
-from trackers.histograms.mean_shift import MeanShiftParameters, Target
+from trackmark.trackers.base.interface import Box, Estimate, Image, Mask
+from trackmark.trackers.base.sharing import SharedFrame, SharingTracker
+from trackmark.trackers.histograms.mean_shift import MeanShiftParameters, Target
 
 __all__ = ["MeanShift"]
 

@@ -6,11 +6,11 @@ from math import inf, log, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from trackers.base.interface import Box, Estimate, Image, Mask
-from trackers.base.kalman import ConstantVelocity
-from trackers.base.parameters import fraction, positive
-from trackers.base.sharing import SharedFrame, SharingTracker
-from trackers.histograms.mean_shift import Location, MeanShiftParameters, Target
+from trackmark.trackers.base.interface import Box, Estimate, Image, Mask
+from trackmark.trackers.base.kalman import ConstantVelocity
+from trackmark.trackers.base.parameters import fraction, positive
+from trackmark.trackers.base.sharing import SharedFrame, SharingTracker
+from trackmark.trackers.histograms.mean_shift import Location, MeanShiftParameters, Target
 
 __all__ = ["MeanShiftKalman"]
 

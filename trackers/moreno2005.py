@@ -5,20 +5,20 @@ from typing import Literal
 
 import numpy as np
 
-from trackers.base.interface import Image, Mask
-from trackers.base.parameters import choice, fraction, nonnegative, positive, whole
-from trackers.contours.chain import Association, Chain, Feedback, Hypotheses
-from trackers.contours.colour_cue import (
+from trackmark.trackers.base.interface import Image, Mask
+from trackmark.trackers.base.parameters import choice, fraction, nonnegative, positive, whole
+from trackmark.trackers.contours.chain import Association, Chain, Feedback, Hypotheses
+from trackmark.trackers.contours.colour_cue import (
     ColourCue,
     ColourDynamics,
     MixtureScale,
     Palettes,
     RefittedColours,
 )
-from trackers.contours.contour_cue import ContourCue, KalmanContourCue
-from trackers.contours.observation import Observation, with_colour_sets
-from trackers.contours.plane_cue import PlaneCue, basis_of
-from trackers.contours.segmenter import LITERAL, Segmenter, SegmenterParameters, Start
+from trackmark.trackers.contours.contour_cue import ContourCue, KalmanContourCue
+from trackmark.trackers.contours.observation import Observation, with_colour_sets
+from trackmark.trackers.contours.plane_cue import PlaneCue, basis_of
+from trackmark.trackers.contours.segmenter import LITERAL, Segmenter, SegmenterParameters, Start
 
 __all__ = ["Moreno2005"]
 

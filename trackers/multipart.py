@@ -6,13 +6,20 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from trackers.base.interface import Box, Estimate, Mask, Randomness
-from trackers.base.parameters import Parameters, TrackerError, choice, fraction, positive, whole
-from trackers.base.particles import SCHEMES, effective_number, mean_state, normalised
-from trackers.base.sharing import SharedFrame, SharingTracker
-from trackers.histograms.bins import N_BINS, Binning, LuvBins, UvRange
-from trackers.histograms.counting import region_counts
-from trackers.histograms.rectangles import Regions, bhattacharyya_distances, pixel_regions
+from trackmark.trackers.base.interface import Box, Estimate, Mask, Randomness
+from trackmark.trackers.base.parameters import (
+    Parameters,
+    TrackerError,
+    choice,
+    fraction,
+    positive,
+    whole,
+)
+from trackmark.trackers.base.particles import SCHEMES, effective_number, mean_state, normalised
+from trackmark.trackers.base.sharing import SharedFrame, SharingTracker
+from trackmark.trackers.histograms.bins import N_BINS, Binning, LuvBins, UvRange
+from trackmark.trackers.histograms.counting import region_counts
+from trackmark.trackers.histograms.rectangles import Regions, bhattacharyya_distances, pixel_regions
 
 __all__ = ["Multipart"]
 

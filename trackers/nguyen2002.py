@@ -8,11 +8,18 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from trackers.base.interface import Box, Estimate, Image, Mask
-from trackers.base.kalman import Smoother
-from trackers.base.parameters import Parameters, TrackerError, choice, fraction, positive, whole
-from trackers.base.sharing import SharedFrame, SharingTracker
-from trackers.templates.appearance import (
+from trackmark.trackers.base.interface import Box, Estimate, Image, Mask
+from trackmark.trackers.base.kalman import Smoother
+from trackmark.trackers.base.parameters import (
+    Parameters,
+    TrackerError,
+    choice,
+    fraction,
+    positive,
+    whole,
+)
+from trackmark.trackers.base.sharing import SharedFrame, SharingTracker
+from trackmark.trackers.templates.appearance import (
     FLOORS,
     Appearance,
     Features,
@@ -21,8 +28,14 @@ from trackers.templates.appearance import (
     dimension,
     features_of,
 )
-from trackers.templates.matching import Match, Pose, Ties, Window, reach, sampled, search
-from trackers.templates.occlusion import FIRST_CANDIDATE, Candidate, Diary, Occlusion, visited
+from trackmark.trackers.templates.matching import Match, Pose, Ties, Window, reach, sampled, search
+from trackmark.trackers.templates.occlusion import (
+    FIRST_CANDIDATE,
+    Candidate,
+    Diary,
+    Occlusion,
+    visited,
+)
 
 __all__ = ["Nguyen2002"]
 

@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from trackers.base.interface import Box, Estimate, Image, Mask, Randomness
-from trackers.base.parameters import (
+from trackmark.trackers.base.interface import Box, Estimate, Image, Mask, Randomness
+from trackmark.trackers.base.parameters import (
     Parameters,
     TrackerError,
     choice,
@@ -17,11 +17,11 @@ from trackers.base.parameters import (
     positive,
     whole,
 )
-from trackers.base.particles import mean_state, multinomial, normalised
-from trackers.base.sharing import SharedFrame, SharingTracker
-from trackers.histograms.bins import ColourSpace, JointBins
-from trackers.histograms.ellipses import Kernel
-from trackers.histograms.motion import (
+from trackmark.trackers.base.particles import mean_state, multinomial, normalised
+from trackmark.trackers.base.sharing import SharedFrame, SharingTracker
+from trackmark.trackers.histograms.bins import ColourSpace, JointBins
+from trackmark.trackers.histograms.ellipses import Kernel
+from trackmark.trackers.histograms.motion import (
     Axes,
     Dynamics,
     Motion,
@@ -31,7 +31,7 @@ from trackers.histograms.motion import (
     box_around,
     ellipse_in,
 )
-from trackers.histograms.target_model import (
+from trackmark.trackers.histograms.target_model import (
     Background,
     Ellipses,
     Likelihood,

@@ -2,9 +2,14 @@
 
 from typing import Any
 
-from trackers.base.interface import Randomness
-from trackers.base.opencv import OpenCVParameters, OpenCVTracker, factory, with_read_parameters
-from trackers.base.parameters import fraction, positive, whole
+from trackmark.trackers.base.interface import Randomness
+from trackmark.trackers.base.opencv import (
+    OpenCVParameters,
+    OpenCVTracker,
+    factory,
+    with_read_parameters,
+)
+from trackmark.trackers.base.parameters import fraction, positive, whole
 
 __all__ = ["Boosting"]
 

@@ -3,9 +3,15 @@
 import cv2
 import numpy as np
 
-from trackers.base.interface import Box, Estimate, Image, Mask, TrackerPlugin
-from trackers.base.opencv import pixel_rectangle
-from trackers.base.parameters import Parameters, TrackerError, fraction, nonnegative, whole
+from trackmark.trackers.base.interface import Box, Estimate, Image, Mask, TrackerPlugin
+from trackmark.trackers.base.opencv import pixel_rectangle
+from trackmark.trackers.base.parameters import (
+    Parameters,
+    TrackerError,
+    fraction,
+    nonnegative,
+    whole,
+)
 
 __all__ = ["OpenCVCamShift"]
 

@@ -4,8 +4,8 @@ from typing import Any, Literal
 
 from pydantic import Field
 
-from trackers.base.opencv import OpenCVParameters, OpenCVTracker, factory
-from trackers.base.parameters import (
+from trackmark.trackers.base.opencv import OpenCVParameters, OpenCVTracker, factory
+from trackmark.trackers.base.parameters import (
     TrackerError,
     choice,
     fraction,

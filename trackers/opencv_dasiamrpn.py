@@ -1,7 +1,12 @@
 """OpenCV's DaSiamRPN: a Siamese network that proposes regions; its models are files of yours."""
 
-from trackers.base.opencv import factory
-from trackers.base.opencv_models import ModelFile, ModelParameters, ModelTracker, model_file
+from trackmark.trackers.base.opencv import factory
+from trackmark.trackers.base.opencv_models import (
+    ModelFile,
+    ModelParameters,
+    ModelTracker,
+    model_file,
+)
 
 __all__ = ["DaSiamRPN"]
 

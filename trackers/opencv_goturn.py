@@ -2,8 +2,13 @@
 
 from typing import Any
 
-from trackers.base.opencv import factory
-from trackers.base.opencv_models import ModelFile, ModelParameters, ModelTracker, model_file
+from trackmark.trackers.base.opencv import factory
+from trackmark.trackers.base.opencv_models import (
+    ModelFile,
+    ModelParameters,
+    ModelTracker,
+    model_file,
+)
 
 __all__ = ["GOTURN"]
 

@@ -4,8 +4,8 @@ from typing import Any, Literal
 
 import cv2
 
-from trackers.base.opencv import OpenCVParameters, OpenCVTracker, factory
-from trackers.base.parameters import (
+from trackmark.trackers.base.opencv import OpenCVParameters, OpenCVTracker, factory
+from trackmark.trackers.base.parameters import (
     choice,
     fraction,
     nonnegative,

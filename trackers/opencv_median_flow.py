@@ -2,8 +2,13 @@
 
 from typing import Any
 
-from trackers.base.opencv import OpenCVParameters, OpenCVTracker, factory, with_read_parameters
-from trackers.base.parameters import nonnegative, positive, whole
+from trackmark.trackers.base.opencv import (
+    OpenCVParameters,
+    OpenCVTracker,
+    factory,
+    with_read_parameters,
+)
+from trackmark.trackers.base.parameters import nonnegative, positive, whole
 
 __all__ = ["MedianFlow"]
 

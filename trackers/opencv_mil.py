@@ -2,9 +2,9 @@
 
 from typing import Any
 
-from trackers.base.interface import Randomness
-from trackers.base.opencv import OpenCVTracker, factory
-from trackers.base.parameters import Parameters, positive, whole
+from trackmark.trackers.base.interface import Randomness
+from trackmark.trackers.base.opencv import OpenCVTracker, factory
+from trackmark.trackers.base.parameters import Parameters, positive, whole
 
 __all__ = ["MIL"]
 

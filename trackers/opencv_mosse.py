@@ -1,6 +1,6 @@
 """OpenCV's MOSSE: the first adaptive correlation filter."""
 
-from trackers.base.opencv import OpenCVTracker, factory
+from trackmark.trackers.base.opencv import OpenCVTracker, factory
 
 __all__ = ["MOSSE"]
 

@@ -1,7 +1,7 @@
 """OpenCV's TLD: tracking, learning and detection."""
 
-from trackers.base.interface import Randomness
-from trackers.base.opencv import OpenCVTracker, factory
+from trackmark.trackers.base.interface import Randomness
+from trackmark.trackers.base.opencv import OpenCVTracker, factory
 
 __all__ = ["TLD"]
 

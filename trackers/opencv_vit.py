@@ -1,8 +1,13 @@
 """OpenCV's VitTrack: a light vision transformer; its model is a file of yours."""
 
-from trackers.base.opencv import factory
-from trackers.base.opencv_models import ModelFile, ModelParameters, ModelTracker, model_file
-from trackers.base.parameters import fraction
+from trackmark.trackers.base.opencv import factory
+from trackmark.trackers.base.opencv_models import (
+    ModelFile,
+    ModelParameters,
+    ModelTracker,
+    model_file,
+)
+from trackmark.trackers.base.parameters import fraction
 
 __all__ = ["Vit"]
 

@@ -1,7 +1,7 @@
 """The traditional particle filter that Wang & Tang 2010 compare theirs with."""
 
-from trackers.base.parameters import whole
-from trackers.maps.place_filter import ROBUST, CloudParameters, PlaceFilter
+from trackmark.trackers.base.parameters import whole
+from trackmark.trackers.maps.place_filter import ROBUST, CloudParameters, PlaceFilter
 
 __all__ = ["ParticleFilter"]
 

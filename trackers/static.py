@@ -1,6 +1,13 @@
 """Keeps the first box for ever: the floor of every table."""
 
-from trackers.base.interface import Box, Estimate, Image, Mask, TrackerPlugin, four_numbers
+from trackmark.trackers.base.interface import (
+    Box,
+    Estimate,
+    Image,
+    Mask,
+    TrackerPlugin,
+    four_numbers,
+)
 
 __all__ = ["Static"]
 

@@ -1,7 +1,7 @@
 """Improved CamShift inside a particle filter, on colour and motion (Wang & Tang 2010)."""
 
-from trackers.base.parameters import nonnegative, whole
-from trackers.maps.place_filter import ROBUST, CloudParameters, PlaceFilter
+from trackmark.trackers.base.parameters import nonnegative, whole
+from trackmark.trackers.maps.place_filter import ROBUST, CloudParameters, PlaceFilter
 
 __all__ = ["Wang2010"]
 

@@ -11,9 +11,9 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from bench.claims.claims_file import Claim
-from bench.statistics.intervals import Interval
-from bench.statistics.verdict_rules import (
+from trackmark.bench.claims.claims_file import Claim
+from trackmark.bench.statistics.intervals import Interval
+from trackmark.bench.statistics.verdict_rules import (
     Verdict,
     conjunction,
     inconclusive,

@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal, TypeVar
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
 
-from bench.experiments.experiment import ExperimentError, read_toml
+from trackmark.bench.experiments.experiment import ExperimentError, read_toml
 
 FOLDER = Path(__file__).parent.parent / "papers"
 

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 from math import isfinite
 from typing import Any
 
-from bench.claims.claim_tests import Evidence, judge, notes
-from bench.claims.claims_file import Claim
-from bench.statistics.verdict_rules import Verdict, plural
-from reports.tables import MISSING, Cell, Table
+from trackmark.bench.claims.claim_tests import Evidence, judge, notes
+from trackmark.bench.claims.claims_file import Claim
+from trackmark.bench.statistics.verdict_rules import Verdict, plural
+from trackmark.reports.tables import MISSING, Cell, Table
 
 SETTINGS = ("as-written", "recommended")
 """Settings of equal rank in which every claim is judged."""

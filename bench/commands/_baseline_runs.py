@@ -8,12 +8,12 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from bench.commands._options import progress_bar, refresh_index
-from bench.experiments.experiment import Experiment, SequenceSource
+from trackmark.bench.commands._options import progress_bar, refresh_index
+from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 
 if TYPE_CHECKING:
-    from bench.comparing.baseline import Cells
-    from bench.execution.plan import KnownSequences, Plan
+    from trackmark.bench.comparing.baseline import Cells
+    from trackmark.bench.execution.plan import KnownSequences, Plan
 
 _HASH_SEED = "PYTHONHASHSEED"
 
@@ -62,9 +62,9 @@ class CellRunner:
     def _run(
         self, cells: Mapping[str, Sequence[str]], seeds: int, output: Path, means: Mapping[str, Any]
     ) -> "Cells":
-        from bench.comparing.baseline import measured_cells
-        from bench.execution.run import Execution
-        from datasets import SequenceError
+        from trackmark.bench.comparing.baseline import measured_cells
+        from trackmark.bench.execution.run import Execution
+        from trackmark.datasets import SequenceError
 
         groups: dict[tuple[str, ...], list[str]] = {}  # of trackers that run in lock step
         for tracker, names in cells.items():
@@ -92,7 +92,7 @@ class CellRunner:
 
     def _check_plan(self, plan: "Plan", labels: Sequence[str], names: Sequence[str]) -> None:
         """Refuse trackers and sequences that are called otherwise, and sequences that changed."""
-        from bench.comparing.baseline import BaselineError, digest
+        from trackmark.bench.comparing.baseline import BaselineError, digest
 
         new_labels = [chosen.label for chosen in plan.trackers.values()]
         new_names = [sequence.name for sequence in plan.sequences]

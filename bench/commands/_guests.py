@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 
 import click
 
-from bench.commands._options import chosen_sequences, refresh_index, say
+from trackmark.bench.commands._options import chosen_sequences, refresh_index, say
 
 if TYPE_CHECKING:
-    from bench.exchange.importing import Guest
+    from trackmark.bench.exchange.importing import Guest
 
 ALONE = "published"
 """What results of others are called where nothing of ours is beside them."""
@@ -29,7 +29,7 @@ def guests_of(texts: Sequence[str]) -> "list[Guest]":
     """Trackers whose results are others', of `NAME=PATH`; raises `ExchangeError`."""
     if not texts:
         return []
-    from bench.exchange.importing import guest
+    from trackmark.bench.exchange.importing import guest
 
     guests = [guest(text) for text in texts]
     labels = [one.tracker for one in guests]
@@ -42,7 +42,7 @@ def imported(
     guests: "Sequence[Guest]", sequences: str, folder: Path, tell: Callable[[str], None] = say
 ) -> int:
     """Keep others' results on sequences in an experiment's folder; give the number of runs."""
-    from bench.exchange.importing import import_results, on_sequences
+    from trackmark.bench.exchange.importing import import_results, on_sequences
 
     on = on_sequences(chosen_sequences(sequences, None), folder)
     number = import_results(guests, on, folder, tell)
@@ -62,7 +62,7 @@ def together(
     Without experiments the others' results on `sequences` are one. `only`: names of those sequences
     of the experiments that are meant. Each run is read once.
     """
-    from bench.store.results import KeptRuns, kept_runs
+    from trackmark.bench.store.results import KeptRuns, kept_runs
 
     with ExitStack() as stack:
         stack.callback(kept_runs.reset, kept_runs.set(KeptRuns()))
@@ -76,6 +76,6 @@ def together(
         if not guests:
             yield list(experiments)
             return
-        from bench.exchange.importing import with_guests
+        from trackmark.bench.exchange.importing import with_guests
 
         yield [stack.enter_context(with_guests(one, guests, say, only)) for one in experiments]

@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import click
 
-from bench.commands._terminal import progress_outlet
-from bench.experiments.experiment import ExperimentError, SequenceSource
-from datasets.decoding import brief
+from trackmark.bench.commands._terminal import progress_outlet
+from trackmark.bench.experiments.experiment import ExperimentError, SequenceSource
+from trackmark.datasets.decoding import brief
 
 if TYPE_CHECKING:
-    from bench.execution.run import Execution
+    from trackmark.bench.execution.run import Execution
 
 DEFAULT_OUTPUT = Path("results")
 
@@ -39,7 +39,7 @@ json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON f
 
 
 def _presets(context: click.Context, parameter: click.Parameter, text: str) -> list[str]:
-    from bench import metrics
+    from trackmark.bench import metrics
 
     if not split_list(text):
         raise click.BadParameter("name one preset at least (`trackmark list metrics`).")
@@ -142,7 +142,7 @@ def engine_options(command: Callable[..., Any]) -> Callable[..., Any]:
         memory_limit: int | None,
         **others: Any,
     ) -> Any:
-        from bench.engine.unit import Limits
+        from trackmark.bench.engine.unit import Limits
 
         given: dict[str, Any] = {
             "frame_seconds": frame_limit,
@@ -168,7 +168,7 @@ def chosen_sequences(text: str, truth: Path | None) -> tuple[SequenceSource, ...
 
     Raises `SequenceError` for a pattern without match, `ExperimentError` if several share `truth`.
     """
-    import datasets
+    from trackmark import datasets
 
     with patience("Looking for sequences"):
         found = [name for item in split_list(text) for name in datasets.matching(item)]
@@ -250,15 +250,15 @@ def telling_of_replaced(execution: "Execution", instead: str = "") -> Iterator[N
 
     `instead`: what else can be done with them, as part of a sentence.
     """
-    from bench.execution.plan import State
-    from bench.store.index import read_table
-    from bench.store.results import Results
+    from trackmark.bench.execution.plan import State
+    from trackmark.bench.store.index import read_table
+    from trackmark.bench.store.results import Results
 
     results = Results(execution.folder)
     if not (stale := execution.plan.count(State.STALE)):
         yield
         return
-    from bench.reporting.replaced import Replaced  # brings what makes tables
+    from trackmark.bench.reporting.replaced import Replaced  # brings what makes tables
 
     replaced = Replaced(execution.plan, read_table(results))
     runs = "1 stored run was" if stale == 1 else f"{stale} stored runs were"
@@ -275,8 +275,8 @@ def telling_of_replaced(execution: "Execution", instead: str = "") -> Iterator[N
 
 def refresh_index(folder: Path) -> None:
     """Bring the index of an experiment up to date: files of others may have to be opened."""
-    from bench.store.index import read_table
-    from bench.store.results import Results
+    from trackmark.bench.store.index import read_table
+    from trackmark.bench.store.results import Results
 
     with progress_bar(None, "file") as progress:
         read_table(Results(folder), progress)

@@ -13,7 +13,7 @@ from typing import Any
 
 import click
 
-import datasets
+from trackmark import datasets
 
 Boxes = dict[int, list[float]]
 """`[x, y, width, height]` in pixels, by frame."""

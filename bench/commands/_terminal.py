@@ -10,7 +10,7 @@ from typing import TextIO, cast
 
 import click
 
-from reports.printable import printable, wrapped
+from trackmark.reports.printable import printable, wrapped
 
 LONGEST = 1000
 """Characters of a message's line that are shown."""

@@ -5,16 +5,16 @@ from typing import TYPE_CHECKING
 
 import click
 
-from bench.commands._options import parse_box, patience
-from bench.experiments.experiment import ExperimentError
+from trackmark.bench.commands._options import parse_box, patience
+from trackmark.bench.experiments.experiment import ExperimentError
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from bench.commands._picking import Boxes
-    from datasets import Sequence
-    from datasets.truth_file import Truth
+    from trackmark.bench.commands._picking import Boxes
+    from trackmark.datasets import Sequence
+    from trackmark.datasets.truth_file import Truth
 
 STRIP_FRAMES = 24
 
@@ -70,10 +70,10 @@ def command(
     With --pick boxes are drawn in a browser. It is opened where there is a display; elsewhere go
     to the address that is printed, from another machine through a tunnel (ssh -L).
     """
-    import datasets
-    from datasets import truth_file
-    from reports.files import write_file
-    from reports.film_strip import write_film_strip
+    from trackmark import datasets
+    from trackmark.datasets import truth_file
+    from trackmark.reports.files import write_file
+    from trackmark.reports.film_strip import write_film_strip
 
     marked = _marked(boxes, keys)
     with patience(f"Opening {video}"):
@@ -84,7 +84,7 @@ def command(
     _check_target(target, force=force)
     gone = [_stretch(text) for text in absent]
     if pick:
-        from bench.commands._picking import pick_boxes
+        from trackmark.bench.commands._picking import pick_boxes
 
         marked = pick_boxes(sequence, marked, lambda boxes: _truth(sequence, boxes, gone))
     truth = _truth(sequence, marked, gone)
@@ -108,7 +108,7 @@ def command(
 
 def _marked(texts: tuple[str, ...], keys: Path | None) -> "Boxes":
     """Boxes of --box and, of other frames, those in the file of --keys."""
-    from datasets import truth_file
+    from trackmark.datasets import truth_file
 
     marked = dict(parse_box(text) for text in texts)
     rows = [] if keys is None else truth_file.read(keys).boxes.tolist()
@@ -118,7 +118,7 @@ def _marked(texts: tuple[str, ...], keys: Path | None) -> "Boxes":
 
 def _check_target(target: Path, *, force: bool) -> None:
     """Refuse a place where the truth can't go, before anything is drawn."""
-    from datasets.decoding import check_name
+    from trackmark.datasets.decoding import check_name
 
     check_name(target.absolute())
     if target.suffix != ".csv":
@@ -129,7 +129,7 @@ def _check_target(target: Path, *, force: bool) -> None:
 
 def _truth(sequence: "Sequence", marked: "Boxes", absent: list[tuple[int, int]]) -> "Truth":
     """Truth of all frames, from what was marked of them."""
-    from datasets.annotation import interpolate
+    from trackmark.datasets.annotation import interpolate
 
     n = len(sequence)
     if len(marked) == 1 and n > 1:
@@ -144,7 +144,7 @@ def _check_strip(sequence: "Sequence", truth: "Truth", title: str) -> "NDArray[n
     """Draw frames with their boxes: the key frames, or every so often where they are few."""
     import numpy as np
 
-    from reports.film_strip import evenly_spaced, film_strip
+    from trackmark.reports.film_strip import evenly_spaced, film_strip
 
     sources = np.array(truth.sources)
     boxes = {

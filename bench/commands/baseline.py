@@ -6,19 +6,24 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from bench.commands import EXIT_ANSWER_IS_NO
-from bench.commands._baseline_runs import (
+from trackmark.bench.commands import EXIT_ANSWER_IS_NO
+from trackmark.bench.commands._baseline_runs import (
     CellRunner,
     differing,
     failure_lines,
     first_cells,
     with_failures,
 )
-from bench.commands._options import chosen_sequences, engine_options, output_option, split_list
-from bench.experiments.experiment import Experiment, SequenceSource
+from trackmark.bench.commands._options import (
+    chosen_sequences,
+    engine_options,
+    output_option,
+    split_list,
+)
+from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 
 if TYPE_CHECKING:
-    from bench.comparing.baseline import Baseline, Cells
+    from trackmark.bench.comparing.baseline import Baseline, Cells
 
 
 @click.command("baseline")
@@ -58,7 +63,12 @@ def command(
     of each run. Stored runs are not repeated. Exit status 1 if runs failed, 2 if a tracker uses
     random numbers without declaring it: no baseline is written then.
     """
-    from bench.comparing.baseline import Baseline, baseline_path, surroundings, write_baseline
+    from trackmark.bench.comparing.baseline import (
+        Baseline,
+        baseline_path,
+        surroundings,
+        write_baseline,
+    )
 
     path = baseline_path(name)
     if path.exists() and not force:
@@ -92,8 +102,8 @@ def _settled(
     experiment: str, trackers: str, sequences: str, output: Path
 ) -> tuple[Mapping[str, str], Mapping[str, SequenceSource]]:
     """Return specifications of trackers by label, and sources of sequences by name."""
-    from bench.execution.plan import make_plan
-    from bench.store.results import Results
+    from trackmark.bench.execution.plan import make_plan
+    from trackmark.bench.store.results import Results
 
     sources = chosen_sequences(sequences, None)
     requested = Experiment(experiment, tuple(split_list(trackers)), sources)
@@ -107,7 +117,7 @@ def refuse_hidden_randomness(cells: "Cells", repeated: "Cells") -> None:
 
     Raises `BaselineError` if one of them declares no randomness.
     """
-    from bench.comparing.baseline import BaselineError
+    from trackmark.bench.comparing.baseline import BaselineError
 
     hidden = []
     for tracker, name in differing(cells, repeated):
@@ -126,7 +136,11 @@ def refuse_hidden_randomness(cells: "Cells", repeated: "Cells") -> None:
 
 def _sensitivity(baseline: "Baseline") -> list[str]:
     """Return a line for each tracker with random scores: the drops that its seeds find."""
-    from bench.statistics.accuracy_drop import advised_seeds, detectable_drops, pooled_spread
+    from trackmark.bench.statistics.accuracy_drop import (
+        advised_seeds,
+        detectable_drops,
+        pooled_spread,
+    )
 
     lines = {}
     for tracker, row in baseline.cells.items():

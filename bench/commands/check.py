@@ -12,28 +12,28 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from bench.commands import EXIT_ANSWER_IS_NO
-from bench.commands._baseline_runs import (
+from trackmark.bench.commands import EXIT_ANSWER_IS_NO
+from trackmark.bench.commands._baseline_runs import (
     CellRunner,
     differing,
     failure_lines,
     first_cells,
     with_failures,
 )
-from bench.commands._options import (
+from trackmark.bench.commands._options import (
     engine_options,
     json_option,
     metrics_option,
     output_option,
     utf8_text,
 )
-from bench.commands.baseline import refuse_hidden_randomness
+from trackmark.bench.commands.baseline import refuse_hidden_randomness
 
 if TYPE_CHECKING:
-    from bench.comparing.baseline import Baseline
-    from bench.comparing.regression_check import Check
-    from bench.statistics.speed import Pace
-    from reports.tables import Table
+    from trackmark.bench.comparing.baseline import Baseline
+    from trackmark.bench.comparing.regression_check import Check
+    from trackmark.bench.statistics.speed import Pace
+    from trackmark.reports.tables import Table
 
 EXIT_INCONCLUSIVE = 3
 
@@ -105,8 +105,8 @@ def command(
     baseline or a sequence cannot be used; 3 with --strict if an answer is inconclusive. --metrics
     shows the current scores by other definitions, too; native decides.
     """
-    from bench.comparing.baseline import baseline_path, read_baseline
-    from bench.comparing.speed_check import check_speeds
+    from trackmark.bench.comparing.baseline import baseline_path, read_baseline
+    from trackmark.bench.comparing.speed_check import check_speeds
 
     path = baseline_path(name)
     stored = read_baseline(path)
@@ -166,8 +166,8 @@ def _runner(before: "Baseline", name: str, output: Path, means: Mapping[str, Any
 
 def _checked(before: "Baseline", runner: CellRunner) -> "Check":
     """Run the trackers of a baseline and compare them with it."""
-    from bench.comparing.baseline import surroundings
-    from bench.comparing.regression_check import changed_facts, check
+    from trackmark.bench.comparing.baseline import surroundings
+    from trackmark.bench.comparing.regression_check import changed_facts, check
 
     now = runner.run({tracker: list(row) for tracker, row in before.cells.items()}, before.seeds)
     repeated = runner.repeat(changed_facts(before.cells, now))
@@ -186,7 +186,7 @@ def _accept(
     stored: "Baseline", path: Path, tracker: str, reason: str, result: "Check", runner: CellRunner
 ) -> int:
     """Replace a tracker's scores in the baseline, unless a run failed."""
-    from bench.comparing.baseline import write_baseline
+    from trackmark.bench.comparing.baseline import write_baseline
 
     repeated = runner.repeat(first_cells({tracker: list(result.now[tracker])}))
     if lines := failure_lines(with_failures(result.now, repeated)):
@@ -209,9 +209,9 @@ def _show(
     junit: Path | None,
 ) -> None:
     """Print the changes of scores and speeds, and write them into files."""
-    from bench.comparing.regression_check import as_data, as_junit, table
-    from bench.comparing.speed_check import speed_cases, speed_data, speed_table
-    from reports.renderers import to_markdown
+    from trackmark.bench.comparing.regression_check import as_data, as_junit, table
+    from trackmark.bench.comparing.speed_check import speed_cases, speed_data, speed_table
+    from trackmark.reports.renderers import to_markdown
 
     tables = [table(result, whole=whole), *([speed_table(speeds)] if speeds else [])]
     if as_json:
@@ -240,7 +240,7 @@ def _show(
 
 def _by_others(result: "Check", folder: Path, metrics: list[str]) -> str:
     """Return tables of the current scores by other presets."""
-    from bench.reporting.by_preset import summary_text
+    from trackmark.bench.reporting.by_preset import summary_text
 
     cells = [
         (tracker, sequence, repetition, "accuracy")
@@ -253,9 +253,9 @@ def _by_others(result: "Check", folder: Path, metrics: list[str]) -> str:
 
 def _text(shown: "Table") -> str:
     """Return the table, or only its notes if nothing changed."""
-    from reports.fitting import on_terminal
-    from reports.printable import wrapped
-    from reports.renderers import to_text
+    from trackmark.reports.fitting import on_terminal
+    from trackmark.reports.printable import wrapped
+    from trackmark.reports.renderers import to_text
 
     notes = "\n".join(wrapped(note) for note in shown.notes)
     table = on_terminal(replace(shown, notes=[]), to_text) if shown.rows else ""
@@ -263,8 +263,8 @@ def _text(shown: "Table") -> str:
 
 
 def _write(file: Path, text: str) -> None:
-    from reports.files import write_file
-    from reports.printable import printable
+    from trackmark.reports.files import write_file
+    from trackmark.reports.printable import printable
 
     write_file(file, lambda temporary: temporary.write_text(printable(text), encoding="utf-8"))
 

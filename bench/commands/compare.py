@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from bench.commands import EXIT_ANSWER_IS_NO
-from bench.commands._guests import guests_of, guests_option, together
-from bench.commands._options import (
+from trackmark.bench.commands import EXIT_ANSWER_IS_NO
+from trackmark.bench.commands._guests import guests_of, guests_option, together
+from trackmark.bench.commands._options import (
     chosen_sequences,
     engine_options,
     json_option,
@@ -26,14 +26,14 @@ from bench.commands._options import (
     split_list,
     telling_of_replaced,
 )
-from bench.commands.run import ad_hoc_name
-from bench.experiments.experiment import Experiment
-from bench.reporting import MARGINS
+from trackmark.bench.commands.run import ad_hoc_name
+from trackmark.bench.experiments.experiment import Experiment
+from trackmark.bench.reporting import MARGINS
 
 if TYPE_CHECKING:
-    from bench.comparing.comparison import Comparison
-    from bench.store.layout import Cell
-    from reports.tables import Measure
+    from trackmark.bench.comparing.comparison import Comparison
+    from trackmark.bench.store.layout import Cell
+    from trackmark.reports.tables import Measure
 
 WIDTH = 96
 
@@ -155,17 +155,17 @@ class _Selection:
 
 def _stored(protocol: str | None) -> str:
     """Return the name under which runs by a protocol are filed."""
-    from bench.protocols import STORED_ONCE
-    from bench.protocols import protocol as protocol_of
+    from trackmark.bench.protocols import STORED_ONCE
+    from trackmark.bench.protocols import protocol as protocol_of
 
     return STORED_ONCE if protocol is None else protocol_of(protocol).text
 
 
 def _presets(metrics: Sequence[str], stored: str) -> list[str]:
     """Return the presets; instead of `native`, if it cannot judge the runs, the protocol's own."""
-    from bench.evaluation.scoring import can_judge
-    from bench.protocols import protocol as protocol_of
-    from bench.reporting.tables import PRESET
+    from trackmark.bench.evaluation.scoring import can_judge
+    from trackmark.bench.protocols import protocol as protocol_of
+    from trackmark.bench.reporting.tables import PRESET
 
     replaced = {} if can_judge(PRESET, stored) else {PRESET: protocol_of(stored).preset}
     return list(dict.fromkeys(replaced.get(name, name) for name in metrics))
@@ -173,7 +173,7 @@ def _presets(metrics: Sequence[str], stored: str) -> list[str]:
 
 def _measure(preset: str, metric: str | None, margin: float | None) -> "Measure":
     """Return the score of a preset by which runs are compared, with its margin."""
-    from bench.reporting.tables import PRESET, SUMMARY
+    from trackmark.bench.reporting.tables import PRESET, SUMMARY
 
     if preset != PRESET:
         measure = _preset_measure(preset, metric, margin)
@@ -190,9 +190,9 @@ def _measure(preset: str, metric: str | None, margin: float | None) -> "Measure"
 
 def _preset_measure(preset: str, metric: str | None, margin: float | None) -> "Measure":
     """Return a column of a metrics preset as a measure with the margin of shares."""
-    from bench.metrics import preset as metrics_preset
-    from bench.metrics.preset import heading, mean_of_sequences
-    from reports.tables import Measure
+    from trackmark.bench.metrics import preset as metrics_preset
+    from trackmark.bench.metrics.preset import heading, mean_of_sequences
+    from trackmark.reports.tables import Measure
 
     definitions = metrics_preset(preset)
     judging = {key: column for key, column in definitions.columns.items() if column.better}
@@ -226,7 +226,7 @@ def _compare(
     selection: _Selection, measures: "dict[str, Measure]", folder: Path | None, *, as_json: bool
 ) -> int:
     """Compare by all presets, show and write the comparisons, and return the exit status."""
-    from bench.comparing.comparable_runs import AllFailedError
+    from trackmark.bench.comparing.comparable_runs import AllFailedError
 
     try:
         compared = {  # before any output: a preset may refuse the runs
@@ -248,16 +248,16 @@ def _compare(
 
 def _answers(selection: _Selection, preset: str, measure: "Measure") -> "Comparison":
     """Compare the runs by a preset's score."""
-    from bench.comparing.comparable_runs import of_protocol, with_published
-    from bench.comparing.comparison import compare
-    from bench.comparing.stored_boxes import same_boxes
-    from bench.protocols import TIMING
-    from bench.reporting.by_preset import runs_by
-    from bench.reporting.failed_runs import with_worst_scores
-    from bench.reporting.tables import PRESET, not_repeatable
-    from bench.store.loading import load_results
-    from bench.store.results import Results
-    from bench.store.truth import occurring_attributes
+    from trackmark.bench.comparing.comparable_runs import of_protocol, with_published
+    from trackmark.bench.comparing.comparison import compare
+    from trackmark.bench.comparing.stored_boxes import same_boxes
+    from trackmark.bench.protocols import TIMING
+    from trackmark.bench.reporting.by_preset import runs_by
+    from trackmark.bench.reporting.failed_runs import with_worst_scores
+    from trackmark.bench.reporting.tables import PRESET, not_repeatable
+    from trackmark.bench.store.loading import load_results
+    from trackmark.bench.store.results import Results
+    from trackmark.bench.store.truth import occurring_attributes
 
     folder, labels, cells = selection.experiment, selection.labels, selection.cells
     if selection.imported:
@@ -294,11 +294,11 @@ def _answers(selection: _Selection, preset: str, measure: "Measure") -> "Compari
 
 def _show(answers: "Comparison", preset: str, *, as_json: bool) -> None:
     """Print a comparison."""
-    from bench.comparing.summary_text import paragraph
-    from bench.comparing.tables import as_data, screen
-    from reports.fitting import on_terminal
-    from reports.printable import width
-    from reports.renderers import to_text
+    from trackmark.bench.comparing.summary_text import paragraph
+    from trackmark.bench.comparing.tables import as_data, screen
+    from trackmark.reports.fitting import on_terminal
+    from trackmark.reports.printable import width
+    from trackmark.reports.renderers import to_text
 
     if as_json:
         click.echo(json.dumps({"metrics": preset, **as_data(answers)}, allow_nan=False))
@@ -309,8 +309,8 @@ def _show(answers: "Comparison", preset: str, *, as_json: bool) -> None:
 
 def _labels(trackers: tuple[str, ...]) -> list[str] | None:
     """Return the labels of trackers; a text that names no tracker is its own label."""
-    from bench.experiments.outside import settled
-    from trackers import TrackerError
+    from trackmark.bench.experiments.outside import settled
+    from trackmark.trackers import TrackerError
 
     labels = []
     for text in trackers:
@@ -337,7 +337,7 @@ def _with_against(
 
 def _only_experiment(results: Path | None) -> Path:
     """Return the only experiment in a results folder."""
-    from bench.store.layout import experiment_folders
+    from trackmark.bench.store.layout import experiment_folders
 
     folders = experiment_folders(results or Path())
     if len(folders) > 1:
@@ -356,8 +356,8 @@ def _run(
     means: dict[str, Any],
 ) -> "tuple[Path, list[str], Collection[Cell]]":
     """Execute missing runs; return the experiment's folder, the labels and the requested runs."""
-    from bench.execution.run import Execution
-    from datasets import SequenceError
+    from trackmark.bench.execution.run import Execution
+    from trackmark.datasets import SequenceError
 
     chosen = chosen_sequences(sequences, None)
     experiment = Experiment(
@@ -380,12 +380,12 @@ def _run(
 
 def _write(answers: "Comparison", experiment: Path, folder: Path) -> list[str]:
     """Write tables, figures, film strips and the paragraph; return lines that list the files."""
-    from bench.comparing.figures import write_figures
-    from bench.comparing.summary_text import paragraph
-    from bench.comparing.tables import files
-    from bench.reporting.pictures import write_strips
-    from reports.files import write_file
-    from reports.write import what_was_written, write_tables
+    from trackmark.bench.comparing.figures import write_figures
+    from trackmark.bench.comparing.summary_text import paragraph
+    from trackmark.bench.comparing.tables import files
+    from trackmark.bench.reporting.pictures import write_strips
+    from trackmark.reports.files import write_file
+    from trackmark.reports.write import what_was_written, write_tables
 
     paths = [*write_tables(folder, files(answers)), *write_figures(answers, folder)]
     tell = functools.partial(click.echo, err=True)

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import click
 
-from bench.commands._options import jobs_option, progress_bar
-from bench.commands.run import execute
-from bench.experiments.experiment import read_experiment
+from trackmark.bench.commands._options import jobs_option, progress_bar
+from trackmark.bench.commands.run import execute
+from trackmark.bench.experiments.experiment import read_experiment
 
 
 @click.command("demo")
@@ -27,9 +27,9 @@ def command(output: Path, jobs: int | None) -> int:
 
     What it runs is the experiment `demo`: bench/experiments/demo.toml.
     """
-    from bench.pages.report import Said, write_report_page
-    from bench.reporting.pictures import write_report
-    from bench.reporting.tables import tables, title_of
+    from trackmark.bench.pages.report import Said, write_report_page
+    from trackmark.bench.reporting.pictures import write_report
+    from trackmark.bench.reporting.tables import tables, title_of
 
     experiment = read_experiment("demo")
     click.echo(

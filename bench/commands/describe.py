@@ -9,8 +9,8 @@ from typing import Any
 
 import click
 
-from bench.commands._options import json_option, patience, progress_bar, truth_option
-from reports.printable import wrapped
+from trackmark.bench.commands._options import json_option, patience, progress_bar, truth_option
+from trackmark.reports.printable import wrapped
 
 
 @click.command("describe")
@@ -29,16 +29,16 @@ def command(name: str, truth: Path | None, measure: bool, as_json: bool) -> None
     Of a folder of sequences, or a pattern, it says which they are. A preset is one of metrics, an
     attribute one that is measured of sequences (`trackmark list`).
     """
-    import trackers
-    from bench import metrics, protocols
-    from trackers.base.catalogue import in_file
+    from trackmark import trackers
+    from trackmark.bench import metrics, protocols
+    from trackmark.trackers.base.catalogue import in_file
 
     if not name.strip():
         raise click.UsageError("NAME is empty: give what is to be described (`trackmark list`).")
     bare = name.partition(":")[0]
     if in_file(name) or bare in trackers.names():
-        from bench.experiments.contestant import split_text
-        from bench.experiments.outside import described
+        from trackmark.bench.experiments.contestant import split_text
+        from trackmark.bench.experiments.outside import described
 
         plain, options = split_text(name)
         try:
@@ -92,7 +92,7 @@ def _unusable(name: str, error: Exception) -> dict[str, Any]:
 
     Raises `error` for a tracker of any other kind.
     """
-    import trackers
+    from trackmark import trackers
 
     file = Path(trackers.__file__).parent / f"{name.replace('-', '_')}.py"
     if not file.is_file():
@@ -103,7 +103,7 @@ def _unusable(name: str, error: Exception) -> dict[str, Any]:
 
 
 def _metrics(name: str) -> dict[str, Any]:
-    from bench import metrics
+    from trackmark.bench import metrics
 
     preset = metrics.preset(name)
     summary, _, definition = metrics.definition(name).partition("\n\n")
@@ -135,7 +135,7 @@ def _metrics_lines(about: dict[str, Any]) -> list[str]:
 
 def _attribute(name: str) -> dict[str, Any]:
     """What is told of an attribute; nothing for another name."""
-    from datasets import attributes
+    from trackmark.datasets import attributes
 
     if name not in attributes.names():
         return {}
@@ -151,8 +151,8 @@ def _attribute(name: str) -> dict[str, Any]:
 
 def _measured(name: str, truth: Path | None) -> dict[str, Any]:
     """Attributes of a sequence: a value of the whole, and those of its frames."""
-    import datasets
-    from datasets import attributes
+    from trackmark import datasets
+    from trackmark.datasets import attributes
 
     with progress_bar(None, "frame") as progress:
         series = attributes.measured(datasets.load(name, truth), progress)
@@ -202,8 +202,8 @@ def _setting_lines(heading: str, settings: list[dict[str, Any]]) -> list[str]:
 
 def _several(name: str) -> dict[str, Any]:
     """What is told of a folder of sequences or a pattern; nothing where a name is neither."""
-    import datasets
-    from datasets.catalogue import is_built_in
+    from trackmark import datasets
+    from trackmark.datasets.catalogue import is_built_in
 
     if is_built_in(name) or datasets.taken_for(name):
         return {}
@@ -221,9 +221,8 @@ def _several(name: str) -> dict[str, Any]:
 
 
 def _sequence(name: str, truth: Path | None) -> dict[str, Any]:
-    import datasets
-    import trackers
-    from trackers.base.parameters import closest
+    from trackmark import datasets, trackers
+    from trackmark.trackers.base.parameters import closest
 
     try:
         with patience(f"Opening {name}"):

@@ -11,8 +11,8 @@ from typing import Any
 
 import click
 
-from bench.commands._options import json_option
-from reports.printable import wrapped
+from trackmark.bench.commands._options import json_option
+from trackmark.reports.printable import wrapped
 
 LIBRARIES = ("numpy", "numba", "pandas", "pyarrow", "matplotlib", "av", "scikit-video")
 OPENCV = "opencv"
@@ -77,7 +77,7 @@ def _version(distribution: str) -> str:
 
 
 def _caches() -> dict[str, str]:
-    from datasets.file_digest import cache_folder
+    from trackmark.datasets.file_digest import cache_folder
 
     own = cache_folder()
     return {"file digests": f"{own} ({_size(own)})", "compiled kernels": _compiled_kernels()}
@@ -116,8 +116,8 @@ def _size(folder: Path) -> str:
 
 
 def _trackers() -> dict[str, str]:
-    import trackers
-    from bench.experiments.outside import described
+    from trackmark import trackers
+    from trackmark.bench.experiments.outside import described
 
     def state(name: str) -> str:
         try:
@@ -131,7 +131,7 @@ def _trackers() -> dict[str, str]:
 
 def _clash() -> list[str]:
     """Return the message on a distribution that installs a package of our name, if there is one."""
-    from bench.packages import NameClashError, check_ownership
+    from trackmark.bench.packages import NameClashError, check_ownership
 
     try:
         check_ownership()
@@ -154,8 +154,8 @@ def _library_problems() -> list[str]:
 
 def _data_problems() -> list[str]:
     """Return messages on data that cannot be read and on caches that cannot be written."""
-    import datasets
-    from datasets.file_digest import cache_folder
+    from trackmark import datasets
+    from trackmark.datasets.file_digest import cache_folder
 
     problems: list[str] = []
     try:

@@ -4,8 +4,8 @@ import json
 
 import click
 
-from bench.commands._options import json_option
-from reports.printable import wrapped
+from trackmark.bench.commands._options import json_option
+from trackmark.reports.printable import wrapped
 
 KINDS = (
     "trackers",
@@ -43,12 +43,12 @@ def command(kind: str | None, as_json: bool) -> None:
 def _items(kind: str) -> dict[str, str]:
     """What there is of a kind, with a line about each."""
     if kind == "trackers":
-        import trackers
-        from trackers.base.catalogue import summary
+        from trackmark import trackers
+        from trackmark.trackers.base.catalogue import summary
 
         return {name: summary(name) for name in trackers.names()}
     if kind == "sequences":
-        import datasets
+        from trackmark import datasets
 
         known = {name: datasets.summary(name) for name in datasets.names()}
         return {
@@ -56,30 +56,30 @@ def _items(kind: str) -> dict[str, str]:
             for name, about in known.items()
         }
     if kind == "metrics":
-        from bench import metrics
+        from trackmark.bench import metrics
 
         return {name: _metrics(name) for name in metrics.names()}
     if kind == "attributes":
-        from datasets import attributes
+        from trackmark.datasets import attributes
 
         found = map(attributes.of_name, attributes.names())
         return {one.name: one.definition.partition("\n")[0] for one in found}
     if kind == "protocols":
-        from bench import protocols
+        from trackmark.bench import protocols
 
         return {name: protocols.definition(name)["summary"] for name in protocols.names()}
     if kind == "formats":
-        from datasets import readers
+        from trackmark.datasets import readers
 
         return readers.formats()
-    from bench.experiments.experiment import experiment_names, read_experiment
+    from trackmark.bench.experiments.experiment import experiment_names, read_experiment
 
     return {name: read_experiment(name).title for name in experiment_names()}
 
 
 def _metrics(name: str) -> str:
     """A line about a metrics preset, with its further names."""
-    from bench import metrics
+    from trackmark.bench import metrics
 
     also = metrics.preset(name).also
     line = metrics.definition(name).partition("\n")[0]

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 import click
 
-from bench.commands import EXIT_ANSWER_IS_NO
-from bench.commands._guests import guests_of, guests_option, together
-from bench.commands._options import (
+from trackmark.bench.commands import EXIT_ANSWER_IS_NO
+from trackmark.bench.commands._guests import guests_of, guests_option, together
+from trackmark.bench.commands._options import (
     json_option,
     metrics_option,
     patience,
@@ -21,9 +21,9 @@ if TYPE_CHECKING:
     import pandas as pd
     from numpy.typing import NDArray
 
-    from bench.reporting.by_attribute import Shown
-    from bench.reporting.by_preset import Scored
-    from reports.tables import Table
+    from trackmark.bench.reporting.by_attribute import Shown
+    from trackmark.bench.reporting.by_preset import Scored
+    from trackmark.reports.tables import Table
 
 TEXTS = ("text", "markdown", "csv", "latex")
 FIGURES = ("png", "svg", "pdf")
@@ -78,9 +78,9 @@ def command(
     by other definitions; nothing is run again. With --results-of others' results on the same
     sequences stand in the same tables. Exit status 1 if every run of a tracker failed.
     """
-    from bench.reporting.pictures import write_report
-    from bench.reporting.tables import title_of
-    from bench.store.layout import experiment_folders
+    from trackmark.bench.reporting.pictures import write_report
+    from trackmark.bench.reporting.tables import title_of
+    from trackmark.bench.store.layout import experiment_folders
 
     if results is None and not (results_of and sequences):
         raise click.UsageError("Give RESULTS, or --results-of and --sequences.")
@@ -121,8 +121,8 @@ def command(
 
 def _tell_left_out(experiments: Sequence[Path]) -> int:
     """Print a line on every tracker whose every run failed; return the exit status."""
-    from bench.reporting.failed_runs import failed_runs
-    from bench.store.loading import load_results
+    from trackmark.bench.reporting.failed_runs import failed_runs
+    from trackmark.bench.store.loading import load_results
 
     lines = dict[str, None]()
     for experiment in experiments:
@@ -140,14 +140,14 @@ def _tell(*lines: str) -> None:
 
 def _sum_up(written: list[Path]) -> None:
     """Tell which file is to be opened first, and what lies beside it."""
-    from reports.write import what_was_written
+    from trackmark.reports.write import what_was_written
 
     _tell(*what_was_written(written))
 
 
 def _against(experiment: Path, metrics: list[str], made: "list[Table]") -> "list[Shown]":
     """Add and return tables of scores by attribute of the sequences, measured if needed."""
-    from bench.reporting.by_attribute import attribute_report, attributes_of
+    from trackmark.bench.reporting.by_attribute import attribute_report, attributes_of
 
     def measured(runs: "pd.DataFrame", names: Sequence[str]) -> "dict[str, NDArray[np.float64]]":
         with progress_bar(None, "frame") as progress:
@@ -160,7 +160,7 @@ def _against(experiment: Path, metrics: list[str], made: "list[Table]") -> "list
 
 def _tables(experiment: Path, metrics: list[str], title: str) -> "tuple[list[Table], list[Scored]]":
     """Tables of an experiment, and its runs as presets score them."""
-    from bench.reporting.by_preset import beside_native, tables_by
+    from trackmark.bench.reporting.by_preset import beside_native, tables_by
 
     with patience("Scoring runs"):
         scored = beside_native(experiment, metrics, title=title)
@@ -169,16 +169,16 @@ def _tables(experiment: Path, metrics: list[str], title: str) -> "tuple[list[Tab
 
 def _further(experiment: Path, made: "list[Table]", said: tuple[str, list[str]]) -> "list[Table]":
     """All other tables of the page, whether it is written or not."""
-    from bench.pages.report import Said, further_tables
+    from trackmark.bench.pages.report import Said, further_tables
 
     return further_tables(experiment, made, Said(*said))
 
 
 def _print(made: "list[Table]", form: str | None, *, wide: bool, as_json: bool) -> None:
     """Print the tables of an experiment: as JSON one a line."""
-    from reports.fitting import on_terminal
-    from reports.renderers import FORMATS as RENDERERS
-    from reports.renderers import to_json
+    from trackmark.reports.fitting import on_terminal
+    from trackmark.reports.renderers import FORMATS as RENDERERS
+    from trackmark.reports.renderers import to_json
 
     _, render = RENDERERS[form if form in TEXTS else "text"]
     if as_json:
@@ -202,8 +202,8 @@ def _write_page(
 
     `said`: how the results, and others' beside them, are given to commands.
     """
-    from bench.pages.report import Said, write_report_page
-    from bench.store.files import ResultsError
+    from trackmark.bench.pages.report import Said, write_report_page
+    from trackmark.bench.store.files import ResultsError
 
     try:
         with progress_bar(None, "frame") as progress:

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from bench.commands import EXIT_ANSWER_IS_NO, EXIT_INTERRUPTED
-from bench.commands._options import (
+from trackmark.bench.commands import EXIT_ANSWER_IS_NO, EXIT_INTERRUPTED
+from trackmark.bench.commands._options import (
     engine_options,
     json_option,
     output_option,
@@ -20,11 +20,11 @@ from bench.commands._options import (
 )
 
 if TYPE_CHECKING:
-    from bench.execution.plan import KnownSequences
-    from bench.experiments.experiment import Experiment
-    from bench.papers import Effort
-    from bench.papers.reproduction import Report, Reproduction
-    from bench.store.layout import Cell
+    from trackmark.bench.execution.plan import KnownSequences
+    from trackmark.bench.experiments.experiment import Experiment
+    from trackmark.bench.papers import Effort
+    from trackmark.bench.papers.reproduction import Report, Reproduction
+    from trackmark.bench.store.layout import Cell
 
 
 @click.command("reproduce")
@@ -62,9 +62,9 @@ def command(
     differs in a few values that the paper leaves open. Runs go to folders in --output, the report
     to a folder of the paper's name there. Runs that are there already are not repeated.
     """
-    from bench.papers import Effort, paper_names
-    from bench.papers.page import write_page
-    from bench.papers.reproduction import Reproduction
+    from trackmark.bench.papers import Effort, paper_names
+    from trackmark.bench.papers.page import write_page
+    from trackmark.bench.papers.reproduction import Reproduction
 
     known = ", ".join(paper_names())
     if (paper is None) != all_papers:
@@ -97,8 +97,8 @@ def _reproduce(
     as_json: bool,
 ) -> "Report | None":
     """Run, report and print a paper; return None if the user stopped it."""
-    from bench.papers.reproduction import document
-    from bench.papers.screen import screen
+    from trackmark.bench.papers.reproduction import document
+    from trackmark.bench.papers.screen import screen
 
     began, folder = time.monotonic(), output / paper.name
     asked: dict[str, Collection[Cell]] = {}
@@ -125,8 +125,8 @@ def _run(
 
     `known` holds opened sequences, as several experiments share some.
     """
-    from bench.execution.run import Execution
-    from datasets import SequenceError
+    from trackmark.bench.execution.run import Execution
+    from trackmark.datasets import SequenceError
 
     refresh_index(output / experiment.name)
     with patience("Opening sequences") as opened:
@@ -150,10 +150,10 @@ def _run(
 
 def _write(report: "Report", found: Mapping[str, object], folder: Path) -> None:
     """Write the report as HTML and Markdown pages, tables in every format, and JSON."""
-    from bench.papers.html_page import write_html_page
-    from bench.papers.page import write_page
-    from reports.files import write_file
-    from reports.write import write_tables
+    from trackmark.bench.papers.html_page import write_html_page
+    from trackmark.bench.papers.page import write_page
+    from trackmark.reports.files import write_file
+    from trackmark.reports.write import write_tables
 
     text = json.dumps(found, indent=1, allow_nan=False)
     write_tables(folder, report.tables)
@@ -165,6 +165,6 @@ def _write(report: "Report", found: Mapping[str, object], folder: Path) -> None:
 
 def _write_front_page(output: Path) -> None:
     """Write the page that leads to those of all papers."""
-    from bench.papers.front_page import write_front_page
+    from trackmark.bench.papers.front_page import write_front_page
 
     click.echo(f"All papers: {write_front_page(output)}", err=True)

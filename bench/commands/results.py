@@ -11,9 +11,9 @@ from urllib.parse import unquote
 
 import click
 
-from bench.commands import EXIT_ANSWER_IS_NO
-from bench.commands._guests import guests_of, imported
-from bench.commands._options import (
+from trackmark.bench.commands import EXIT_ANSWER_IS_NO
+from trackmark.bench.commands._guests import guests_of, imported
+from trackmark.bench.commands._options import (
     DEFAULT_OUTPUT,
     json_option,
     output_option,
@@ -42,10 +42,10 @@ def list_results(folder: Path, as_json: bool) -> None:
     Unfinished runs, whose frames are kept to see how far they got, are listed after them.
     With --json a line a run, with its scores.
     """
-    from bench.store.index import for_json, index_rows, read_table
-    from bench.store.layout import experiment_folders
-    from bench.store.results import Results
-    from bench.store.unfinished import unfinished_runs
+    from trackmark.bench.store.index import for_json, index_rows, read_table
+    from trackmark.bench.store.layout import experiment_folders
+    from trackmark.bench.store.results import Results
+    from trackmark.bench.store.unfinished import unfinished_runs
 
     for experiment in experiment_folders(folder):
         with progress_bar(None, "file") as progress:
@@ -81,9 +81,9 @@ def failures(folder: Path, as_json: bool) -> None:
     """
     import numpy as np
 
-    from bench.store.index import read_index
-    from bench.store.layout import experiment_folders
-    from bench.store.results import Results
+    from trackmark.bench.store.index import read_index
+    from trackmark.bench.store.layout import experiment_folders
+    from trackmark.bench.store.results import Results
 
     for experiment in experiment_folders(folder):
         results = Results(experiment)
@@ -115,8 +115,8 @@ def log(folder: Path, as_json: bool) -> None:
 
     With --json a line an event.
     """
-    from bench.store.layout import experiment_folders
-    from bench.store.log import log_files, read_log
+    from trackmark.bench.store.layout import experiment_folders
+    from trackmark.bench.store.log import log_files, read_log
 
     for experiment in experiment_folders(folder):
         for file in log_files(experiment):
@@ -167,10 +167,10 @@ def _event_lines(event: Mapping[str, Any]) -> list[str]:
 @click.option("--yes", is_flag=True, help="Do not ask.")
 def remove(folder: Path, tracker: str, sequence: str, failed: bool, yes: bool) -> None:
     """Remove runs from FOLDER, and the frames of unfinished ones."""
-    from bench.store.index import read_index
-    from bench.store.layout import experiment_folders, run_of
-    from bench.store.results import Results
-    from bench.store.unfinished import unfinished_runs
+    from trackmark.bench.store.index import read_index
+    from trackmark.bench.store.layout import experiment_folders, run_of
+    from trackmark.bench.store.results import Results
+    from trackmark.bench.store.unfinished import unfinished_runs
 
     def matches(file: Path) -> bool:
         its_tracker, its_sequence = map(unquote, file.parts[-3:-1])
@@ -205,8 +205,8 @@ def check_results(folder: Path, as_json: bool) -> int:
 
     Exit status 1 where there is one. With --json a line an experiment.
     """
-    from bench.store.layout import experiment_folders
-    from bench.store.upkeep import checks, damage
+    from trackmark.bench.store.layout import experiment_folders
+    from trackmark.bench.store.upkeep import checks, damage
 
     found = 0
     for experiment in experiment_folders(folder):
@@ -237,7 +237,7 @@ def merge(sources: tuple[Path, ...], target: Path) -> int:
     with another identity (another version of its tracker, say) is a conflict: nothing is
     copied then, and the conflicts are listed.
     """
-    from bench.store.upkeep import merge_results
+    from trackmark.bench.store.upkeep import merge_results
 
     copied, conflicts = merge_results(list(sources), target)
     for conflict in conflicts:
@@ -293,8 +293,8 @@ def export(
     trace: Any,
 ) -> None:
     """Write the runs of EXPERIMENT into FOLDER, for others' tools: a folder a tracker."""
-    from bench.exchange.exporting import export_results
-    from bench.store.layout import experiment_folders
+    from trackmark.bench.exchange.exporting import export_results
+    from trackmark.bench.store.layout import experiment_folders
 
     found = experiment_folders(experiment)
     if len(found) > 1:

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from bench.commands import EXIT_ANSWER_IS_NO, EXIT_INTERRUPTED, EXIT_WRONG_INPUT
-from bench.commands._options import (
+from trackmark.bench.commands import EXIT_ANSWER_IS_NO, EXIT_INTERRUPTED, EXIT_WRONG_INPUT
+from trackmark.bench.commands._options import (
     chosen_sequences,
     engine_options,
     json_option,
@@ -28,8 +28,8 @@ from bench.commands._options import (
     telling_of_replaced,
     truth_option,
 )
-from bench.commands._terminal import complain
-from bench.experiments.experiment import (
+from trackmark.bench.commands._terminal import complain
+from trackmark.bench.experiments.experiment import (
     Experiment,
     ExperimentError,
     experiment_names,
@@ -41,8 +41,8 @@ if TYPE_CHECKING:
     import pyarrow as pa
     from numpy.typing import NDArray
 
-    from bench.execution.plan import KnownSequences, Plan
-    from bench.execution.run import Execution
+    from trackmark.bench.execution.plan import KnownSequences, Plan
+    from trackmark.bench.execution.run import Execution
 
 _LONGEST = 24  # letters of a tracker's or a sequence's name in that of a folder
 
@@ -168,8 +168,8 @@ def _in_short(texts: Sequence[str]) -> str:
 
 def _kept_apart(experiment: Experiment, output: Path) -> tuple[Experiment, "KnownSequences"]:
     """The experiment by the first name under which it replaces no run, and what it opened."""
-    from bench.execution.plan import State, make_plan
-    from bench.store.results import Results
+    from trackmark.bench.execution.plan import State, make_plan
+    from trackmark.bench.store.results import Results
 
     known: KnownSequences = {}
     names = chain([experiment.name], (f"{experiment.name}-{number}" for number in count(2)))
@@ -192,10 +192,10 @@ def execute(
     """Run an experiment, say what came of it by some presets' `metrics`, give the exit status."""
     import numpy as np
 
-    from bench.execution.plan import State
-    from bench.execution.run import Execution
-    from bench.store.index import index_table, read_table
-    from bench.store.results import Results
+    from trackmark.bench.execution.plan import State
+    from trackmark.bench.execution.run import Execution
+    from trackmark.bench.store.index import index_table, read_table
+    from trackmark.bench.store.results import Results
 
     refresh_index(output / experiment.name)
     with patience("Opening sequences") as opened:
@@ -252,8 +252,8 @@ def _remark(plan: "Plan") -> None:
 
 def _print_formats(texts: Sequence[str]) -> None:
     """What paths among the sequences were taken for, a line a format."""
-    import datasets
-    from reports.printable import wrapped
+    from trackmark import datasets
+    from trackmark.reports.printable import wrapped
 
     kinds = {text: datasets.taken_for(text) for text in texts}
     for kind in filter(None, dict.fromkeys(kinds.values())):
@@ -264,11 +264,14 @@ def _print_formats(texts: Sequence[str]) -> None:
 
 def _print_row(row: Mapping[str, Any], folder: Path, metrics: Sequence[str]) -> None:
     """A line of JSON: with the scores by other presets where these are asked for."""
-    from bench.store.index import for_json
+    from trackmark.bench.store.index import for_json
 
     told = for_json(row)
     if list(metrics) != ["native"] or row["protocol"] not in ("accuracy", "timing"):
-        from bench.reporting.by_preset import fitting, scores_by  # brings what makes tables
+        from trackmark.bench.reporting.by_preset import (  # brings what makes tables
+            fitting,
+            scores_by,
+        )
 
         fit = fitting(metrics, row["protocol"])
         if others := [name for name in fit if name != "native"]:
@@ -286,8 +289,8 @@ def _print_others(
     """Rows of what was done before, which is an answer too."""
     import pyarrow as pa
 
-    from bench.execution.plan import State
-    from bench.store.index import index_rows
+    from trackmark.bench.execution.plan import State
+    from trackmark.bench.store.index import index_rows
 
     printed |= now.states.ravel() < State.FAILED
     runs = now.runs(index)
@@ -296,7 +299,7 @@ def _print_others(
 
 
 def _print_tables(execution: "Execution", metrics: Sequence[str]) -> None:
-    from bench.reporting.by_preset import summary_text
+    from trackmark.bench.reporting.by_preset import summary_text
 
     with patience("Scoring runs"):
         text = summary_text(execution.folder, execution.plan.asked().cells, metrics)
@@ -321,9 +324,9 @@ def _show_plan(
     **means: Any,
 ) -> int:
     """Print which runs are there, which are left, and how long these will take."""
-    from bench.execution.estimate import estimate, measured_before, words
-    from bench.execution.plan import State
-    from bench.execution.run import Execution
+    from trackmark.bench.execution.estimate import estimate, measured_before, words
+    from trackmark.bench.execution.plan import State
+    from trackmark.bench.execution.run import Execution
 
     refresh_index(output / experiment.name)
     with patience("Opening sequences") as opened:

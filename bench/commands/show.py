@@ -5,18 +5,18 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from bench.commands import EXIT_ANSWER_IS_NO
-from bench.commands._options import (
+from trackmark.bench.commands import EXIT_ANSWER_IS_NO
+from trackmark.bench.commands._options import (
     patience,
     progress_bar,
     split_list,
     trace_option,
     truth_option,
 )
-from bench.commands._terminal import complain
+from trackmark.bench.commands._terminal import complain
 
 if TYPE_CHECKING:
-    from bench.evaluation.record import Trace
+    from trackmark.bench.evaluation.record import Trace
 
 
 @click.command("show")
@@ -73,8 +73,8 @@ def command(
     contours, particles, maps of what pixels weigh, and the trackers' own numbers. Exit status 1
     where one failed.
     """
-    import datasets
-    from reports.overlay import TRUTH
+    from trackmark import datasets
+    from trackmark.reports.overlay import TRUTH
 
     if live is not None:
         where = output or Path("live.html")
@@ -114,8 +114,8 @@ def command(
 def _live(
     sequence: str, truth: Path | None, trackers: list[str], output: Path, repetition: int
 ) -> int:
-    from bench.experiments.experiment import SequenceSource
-    from bench.pages.live import write_live_page
+    from trackmark.bench.experiments.experiment import SequenceSource
+    from trackmark.bench.pages.live import write_live_page
 
     context = click.get_current_context()
     given = click.core.ParameterSource.COMMANDLINE
@@ -141,9 +141,9 @@ def _said(
 ) -> tuple[dict[str, Any], dict[str, Any]]:
     import numpy as np
 
-    from bench.reporting.pictures import said_on
-    from bench.store.files import ResultsError
-    from reports.overlay import TRUTH
+    from trackmark.bench.reporting.pictures import said_on
+    from trackmark.bench.store.files import ResultsError
+    from trackmark.reports.overlay import TRUTH
 
     found, outlines = said_on(results, sequence.name, repetition, trace)
     if not found:
@@ -167,8 +167,8 @@ def _draw(
     output: Path,
     count: int,
 ) -> None:
-    from bench.reporting.pictures import outlines_on
-    from reports.film_strip import evenly_spaced, film_strip, write_film_strip
+    from trackmark.bench.reporting.pictures import outlines_on
+    from trackmark.reports.film_strip import evenly_spaced, film_strip, write_film_strip
 
     if output.suffix == ".png":
         numbers = evenly_spaced(shown.start, shown.stop - 1, count)
@@ -181,7 +181,7 @@ def _draw(
         )
         write_film_strip(output, strip)
         return
-    from reports.video import write_video
+    from trackmark.reports.video import write_video
 
     with progress_bar(len(shown), "frame") as progress:
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from bench.commands._options import (
+from trackmark.bench.commands._options import (
     chosen_sequences,
     engine_options,
     json_option,
@@ -17,13 +17,13 @@ from bench.commands._options import (
     split_list,
     telling_of_replaced,
 )
-from bench.experiments.experiment import Experiment, SequenceSource
+from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 
 if TYPE_CHECKING:
     import pandas as pd
 
-    from bench.comparing.stressing import Series
-    from bench.execution.plan import KnownSequences
+    from trackmark.bench.comparing.stressing import Series
+    from trackmark.bench.execution.plan import KnownSequences
 
 REPETITIONS = 3
 """Of trackers that draw random numbers, on --recorded sequences."""
@@ -83,12 +83,12 @@ def command(
     Runs are placed where the runs before leave most in doubt. What was run before is not run
     again. See docs/stress.md.
     """
-    from bench.comparing.breaking import Breaking, as_data, tables, write_curves
-    from bench.comparing.stressing import Course, Series, knob_of
-    from bench.experiments.outside import settled
-    from reports.fitting import on_terminal
-    from reports.renderers import to_text
-    from reports.write import what_was_written, write_tables
+    from trackmark.bench.comparing.breaking import Breaking, as_data, tables, write_curves
+    from trackmark.bench.comparing.stressing import Course, Series, knob_of
+    from trackmark.bench.experiments.outside import settled
+    from trackmark.reports.fitting import on_terminal
+    from trackmark.reports.renderers import to_text
+    from trackmark.reports.write import what_was_written, write_tables
 
     asked = split_list(knobs)
     if not asked:
@@ -126,9 +126,9 @@ class _Runner:
         self, trackers: Sequence[str], sequences: Sequence[SequenceSource], repetitions: int = 1
     ) -> "pd.DataFrame":
         """The runs of all trackers on all sequences, as `load_results` gives them."""
-        from bench.execution.run import Execution
-        from bench.store.loading import load_results
-        from datasets import SequenceError
+        from trackmark.bench.execution.run import Execution
+        from trackmark.bench.store.loading import load_results
+        from trackmark.datasets import SequenceError
 
         experiment = Experiment(
             self._name, tuple(trackers), tuple(sequences), repetitions, title="Breaking points"

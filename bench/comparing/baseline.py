@@ -18,12 +18,12 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from bench.experiments.experiment import SequenceSource, read_toml
-from bench.statistics.rules import MIN_UNITS
-from bench.store.files import ResultsError
-from bench.store.loading import ordered_rows
-from bench.store.results import Results
-from reports.files import write_file
+from trackmark.bench.experiments.experiment import SequenceSource, read_toml
+from trackmark.bench.statistics.rules import MIN_UNITS
+from trackmark.bench.store.files import ResultsError
+from trackmark.bench.store.loading import ordered_rows
+from trackmark.bench.store.results import Results
+from trackmark.reports.files import write_file
 
 FORMAT = 2
 

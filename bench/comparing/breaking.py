@@ -11,14 +11,14 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from bench.comparing.stressing import ENOUGH, RULE, Knob, Series, factor
-from bench.statistics.correlation import rank_correlation
-from bench.statistics.intervals import Interval
-from bench.statistics.rules import MIN_UNITS
-from reports.comparison import Breaks, breaking_plot
-from reports.figures import write_figure
-from reports.tables import MISSING, Cell, Table, failure_notes
-from reports.write import file_names
+from trackmark.bench.comparing.stressing import ENOUGH, RULE, Knob, Series, factor
+from trackmark.bench.statistics.correlation import rank_correlation
+from trackmark.bench.statistics.intervals import Interval
+from trackmark.bench.statistics.rules import MIN_UNITS
+from trackmark.reports.comparison import Breaks, breaking_plot
+from trackmark.reports.figures import write_figure
+from trackmark.reports.tables import MISSING, Cell, Table, failure_notes
+from trackmark.reports.write import file_names
 
 Array = NDArray[np.float64]
 

@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from bench.protocols import STORED_ONCE, TIMING, title
-from bench.store.files import ResultsError
-from reports.tables import Measure
+from trackmark.bench.protocols import STORED_ONCE, TIMING, title
+from trackmark.bench.store.files import ResultsError
+from trackmark.reports.tables import Measure
 
 
 class ComparisonError(ResultsError):

@@ -14,14 +14,14 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from bench.comparing.comparable_runs import AllFailedError, check_runs, chosen_trackers
-from bench.protocols import STORED_ONCE, TIMING
-from bench.reporting.failed_runs import failed_runs
-from bench.reporting.tables import own_times, uncertainty_of
-from bench.statistics.intervals import Interval
-from bench.statistics.rules import Answer, decide
-from bench.statistics.units import Units, units_of
-from reports.tables import Measure, timed_by
+from trackmark.bench.comparing.comparable_runs import AllFailedError, check_runs, chosen_trackers
+from trackmark.bench.protocols import STORED_ONCE, TIMING
+from trackmark.bench.reporting.failed_runs import failed_runs
+from trackmark.bench.reporting.tables import own_times, uncertainty_of
+from trackmark.bench.statistics.intervals import Interval
+from trackmark.bench.statistics.rules import Answer, decide
+from trackmark.bench.statistics.units import Units, units_of
+from trackmark.reports.tables import Measure, timed_by
 
 Means: TypeAlias = Mapping[str, NDArray[np.float64]]
 """Means over repetitions, shape (n_sequences,), by tracker."""

@@ -5,10 +5,10 @@ from pathlib import Path
 import numpy as np
 from scipy.stats import kstwo
 
-from bench.comparing.comparison import Comparison
-from bench.comparing.summary_text import shown_pairs
-from bench.statistics.survival import kaplan_meier
-from reports.comparison import (
+from trackmark.bench.comparing.comparison import Comparison
+from trackmark.bench.comparing.summary_text import shown_pairs
+from trackmark.bench.statistics.survival import kaplan_meier
+from trackmark.reports.comparison import (
     Point,
     Steps,
     difference_plot,
@@ -16,7 +16,7 @@ from reports.comparison import (
     speed_accuracy_plot,
     survival_plot,
 )
-from reports.figures import write_figure
+from trackmark.reports.figures import write_figure
 
 SHOWN_PAIRS = 4
 """Number of pairs whose differences are drawn."""

@@ -12,11 +12,11 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from bench.comparing.baseline import DECIMALS, Baseline, Cells
-from bench.statistics.accuracy_drop import IDENTICAL, fact, seed_change
-from bench.statistics.rules import MARGIN, Answer
-from reports.printable import in_xml
-from reports.tables import Cell, Table
+from trackmark.bench.comparing.baseline import DECIMALS, Baseline, Cells
+from trackmark.bench.statistics.accuracy_drop import IDENTICAL, fact, seed_change
+from trackmark.bench.statistics.rules import MARGIN, Answer
+from trackmark.reports.printable import in_xml
+from trackmark.reports.tables import Cell, Table
 
 UNREPEATABLE = "not repeatable"
 

@@ -13,16 +13,22 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-import datasets
-import trackers
-from bench.comparing.baseline import Baseline, BaselineError
-from bench.evaluation.reference import reference
-from bench.evaluation.turns import Clip, Setup, TurnError, in_turns
-from bench.experiments.contestant import BOXES, run_seed, split_text
-from bench.experiments.experiment import SequenceSource
-from bench.statistics.speed import Pace, Sample, judge_pace, log_ratio, missing_sessions, sample_of
-from reports.tables import MISSING, Cell, Table
-from trackers.base.catalogue import in_file, is_outside
+from trackmark import datasets, trackers
+from trackmark.bench.comparing.baseline import Baseline, BaselineError
+from trackmark.bench.evaluation.reference import reference
+from trackmark.bench.evaluation.turns import Clip, Setup, TurnError, in_turns
+from trackmark.bench.experiments.contestant import BOXES, run_seed, split_text
+from trackmark.bench.experiments.experiment import SequenceSource
+from trackmark.bench.statistics.speed import (
+    Pace,
+    Sample,
+    judge_pace,
+    log_ratio,
+    missing_sessions,
+    sample_of,
+)
+from trackmark.reports.tables import MISSING, Cell, Table
+from trackmark.trackers.base.catalogue import in_file, is_outside
 
 CLIPS = 4
 """Number of a tracker's sequences, evenly spread, whose first frames are shown."""

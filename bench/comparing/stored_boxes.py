@@ -9,9 +9,9 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from bench.protocols import STORED_ONCE
-from bench.store.layout import run_path
-from bench.store.results import Results
+from trackmark.bench.protocols import STORED_ONCE
+from trackmark.bench.store.layout import run_path
+from trackmark.bench.store.results import Results
 
 DECIMALS = 3
 """Boxes are compared in thousandths of a pixel."""

@@ -14,12 +14,12 @@ from zlib import crc32
 import numpy as np
 from numpy.typing import NDArray
 
-import datasets
-from bench.experiments.experiment import ExperimentError
-from bench.statistics.intervals import Interval
-from bench.statistics.psychometric import FIRST, NEXT, Threshold, next_places, threshold
-from datasets.filters import FILTERS, split_filters, with_filters
-from datasets.text_form import close_match, format_text, parse_text
+from trackmark import datasets
+from trackmark.bench.experiments.experiment import ExperimentError
+from trackmark.bench.statistics.intervals import Interval
+from trackmark.bench.statistics.psychometric import FIRST, NEXT, Threshold, next_places, threshold
+from trackmark.datasets.filters import FILTERS, split_filters, with_filters
+from trackmark.datasets.text_form import close_match, format_text, parse_text
 
 ENOUGH = 0.05
 """Half of an interval's width, in ranges, with which a series ends early."""

@@ -1,8 +1,8 @@
 """A comparison in words: captions, answers and the paragraph for a paper."""
 
-from bench.comparing.comparison import Comparison, Pair
-from bench.statistics.rules import MIN_UNITS, MIN_UNITS_FOR_SMALL, corrected_level
-from reports.tables import MISSING
+from trackmark.bench.comparing.comparison import Comparison, Pair
+from trackmark.bench.statistics.rules import MIN_UNITS, MIN_UNITS_FOR_SMALL, corrected_level
+from trackmark.reports.tables import MISSING
 
 SENTENCE_PAIRS = 3
 """Pairs that get a sentence each; if there are more, one sentence per answer."""

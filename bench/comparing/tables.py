@@ -10,8 +10,8 @@ from typing import Any
 
 import pandas as pd
 
-from bench.comparing.comparison import Comparison, Pair, means_in_part, parts_of
-from bench.comparing.summary_text import (
+from trackmark.bench.comparing.comparison import Comparison, Pair, means_in_part, parts_of
+from trackmark.bench.comparing.summary_text import (
     answer_text,
     between,
     margin_text,
@@ -23,9 +23,9 @@ from bench.comparing.summary_text import (
     too_few,
     wins_text,
 )
-from bench.statistics.rules import interval_or_none
-from reports.printable import width
-from reports.tables import MISSING, Cell, Table
+from trackmark.bench.statistics.rules import interval_or_none
+from trackmark.reports.printable import width
+from trackmark.reports.tables import MISSING, Cell, Table
 
 LONGEST_PAIR = 44
 """Letters of a pair's names; longer ones get a line of their own on a screen."""

@@ -13,12 +13,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
-from bench.engine.unit import Limits, Unit
-from bench.experiments.experiment import ExperimentError
+from trackmark.bench.engine.unit import Limits, Unit
+from trackmark.bench.experiments.experiment import ExperimentError
 
 if TYPE_CHECKING:
-    from bench.engine.performing import Outcome, Probed
-from datasets.text_form import close_match
+    from trackmark.bench.engine.performing import Outcome, Probed
+from trackmark.datasets.text_form import close_match
 
 __all__ = ["ENGINES", "Engine", "Job", "engine", "probe"]
 
@@ -43,7 +43,7 @@ class Job:
 
         Raises `SequenceError`, `ResultsError` as `bench.engine.performing.perform`.
         """
-        from bench.engine.supervisor import Supervisor
+        from trackmark.bench.engine.supervisor import Supervisor
 
         mine: tuple[Job, Supervisor] | None = getattr(_HERE, "mine", None)
         if mine is None or mine[0] != self:
@@ -75,7 +75,7 @@ class Engine(Protocol):
 
 def probe(unit: Unit, frames: int, limits: Limits) -> "Probed | None":
     """See `Supervisor.probe`; nothing else is done by that supervisor."""
-    from bench.engine.supervisor import Supervisor
+    from trackmark.bench.engine.supervisor import Supervisor
 
     supervisor = Supervisor(limits)
     try:
@@ -96,5 +96,5 @@ def engine(name: str = "local", *, jobs: int | None = None, address: str | None 
     if name not in ENGINES:
         hint = close_match(name, ENGINES)
         raise ExperimentError(f"unknown engine {name!r}.{hint} Known: {', '.join(ENGINES)}.")
-    found: Engine = importlib.import_module(f"bench.engine.{name}").connect(jobs, address)
+    found: Engine = importlib.import_module(f"trackmark.bench.engine.{name}").connect(jobs, address)
     return found

@@ -11,9 +11,9 @@ from collections.abc import Callable, Mapping
 from enum import IntEnum
 from typing import NamedTuple
 
-from bench.engine.output import Printed
-from bench.engine.process import umask
-from bench.evaluation.observer import Observer
+from trackmark.bench.engine.output import Printed
+from trackmark.bench.engine.process import umask
+from trackmark.bench.evaluation.observer import Observer
 
 NOBODY = -1
 """No tracker is being called, in the midst of a pass."""

@@ -21,16 +21,23 @@ from typing import Any, ClassVar, cast
 import cv2
 from pydantic import TypeAdapter
 
-from bench.compilation import attend
-from bench.engine.board import Board, BoardObserver
-from bench.engine.output import Printed
-from bench.engine.performing import Failure, Outcome, Probed, perform, probe, record_failure
-from bench.engine.process import can_use_files, limit_memory
-from bench.engine.unit import Limits, Unit
-from bench.evaluation.observer import NotAttributableError, Observer
-from bench.evaluation.recorder import LONGEST_TRACEBACK
-from bench.store.files import ResultsError
-from datasets import SequenceError
+from trackmark.bench.compilation import attend
+from trackmark.bench.engine.board import Board, BoardObserver
+from trackmark.bench.engine.output import Printed
+from trackmark.bench.engine.performing import (
+    Failure,
+    Outcome,
+    Probed,
+    perform,
+    probe,
+    record_failure,
+)
+from trackmark.bench.engine.process import can_use_files, limit_memory
+from trackmark.bench.engine.unit import Limits, Unit
+from trackmark.bench.evaluation.observer import NotAttributableError, Observer
+from trackmark.bench.evaluation.recorder import LONGEST_TRACEBACK
+from trackmark.bench.store.files import ResultsError
+from trackmark.datasets import SequenceError
 
 _PARENT_SECONDS = 1.0
 _IDLE_SECONDS = 60.0  # a worker of a cluster outlives the command that it worked for

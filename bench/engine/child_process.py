@@ -13,15 +13,15 @@ from dataclasses import dataclass, field
 from multiprocessing.connection import Connection
 from typing import IO, Any
 
-from bench.compilation import announce
-from bench.engine.board import ELSEWHERE, READING, Board, Sight
-from bench.engine.child import Answer
-from bench.engine.output import Tail, drain
-from bench.engine.process import machine_memory
-from bench.engine.stack_trace import FATAL_SIGNALS, CodeLine, parse_stack
-from bench.engine.unit import Limits
-from bench.offspring import Offspring
-from bench.store.files import ResultsError
+from trackmark.bench.compilation import announce
+from trackmark.bench.engine.board import ELSEWHERE, READING, Board, Sight
+from trackmark.bench.engine.child import Answer
+from trackmark.bench.engine.output import Tail, drain
+from trackmark.bench.engine.process import machine_memory
+from trackmark.bench.engine.stack_trace import FATAL_SIGNALS, CodeLine, parse_stack
+from trackmark.bench.engine.unit import Limits
+from trackmark.bench.offspring import Offspring
+from trackmark.bench.store.files import ResultsError
 
 _POLL_SECONDS = 0.1
 _START_SECONDS = 300.0
@@ -73,7 +73,7 @@ class ChildProcess:
             given = [theirs.fileno(), shared.fileno(), self._trace.fileno()]
             memory = limits.memory_bytes or machine_memory() // (os.cpu_count() or 1)
             self._offspring = Offspring(
-                "bench.engine.child",
+                "trackmark.bench.engine.child",
                 [*given, os.getpid(), memory],
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.PIPE,

@@ -19,12 +19,12 @@ from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
-from bench.engine import Engine, Job
-from bench.engine.performing import Outcome
-from bench.engine.unit import Unit
-from bench.store.files import ResultsError, remove_file, temporary_name, write_atomically
-from datasets import SequenceError
-from trackers.base.catalogue import in_file
+from trackmark.bench.engine import Engine, Job
+from trackmark.bench.engine.performing import Outcome
+from trackmark.bench.engine.unit import Unit
+from trackmark.bench.store.files import ResultsError, remove_file, temporary_name, write_atomically
+from trackmark.datasets import SequenceError
+from trackmark.trackers.base.catalogue import in_file
 
 if TYPE_CHECKING:
     from distributed import Client

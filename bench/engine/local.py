@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from functools import partial
 from itertools import islice
 
-from bench.engine import Engine, Job
-from bench.engine.performing import Outcome
-from bench.engine.supervisor import Supervisor
-from bench.engine.unit import Unit
-from bench.experiments.experiment import ExperimentError
+from trackmark.bench.engine import Engine, Job
+from trackmark.bench.engine.performing import Outcome
+from trackmark.bench.engine.supervisor import Supervisor
+from trackmark.bench.engine.unit import Unit
+from trackmark.bench.experiments.experiment import ExperimentError
 
 _POLL_SECONDS = 0.2
 

@@ -17,26 +17,26 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-import datasets
-from bench.engine.process import Surroundings, peak_memory, reset_peak, umask
-from bench.engine.stack_trace import CodeLine, select_line
-from bench.engine.unit import Entry, Limits, Unit
-from bench.evaluation.conducting import frames_of_segments, run_by_protocol
-from bench.evaluation.loop import run_in_lock_step
-from bench.evaluation.observer import UNOBSERVED, NotAttributableError, Observer
-from bench.evaluation.record import Run
-from bench.evaluation.recorder import COLUMNS
-from bench.evaluation.reference import reference
-from bench.evaluation.timing import time_run
-from bench.experiments.contestant import Contestant, Identity, contestants, identify
-from bench.protocols import TIMING, protocol
-from bench.store.files import ResultsError
-from bench.store.index import row_of_file
-from bench.store.layout import UNFINISHED, beside
-from bench.store.results import Results
-from bench.store.unfinished import map_rows, read_rows
-from datasets import Sequence, SequenceError
-from trackers import Randomness, TrackerError
+from trackmark import datasets
+from trackmark.bench.engine.process import Surroundings, peak_memory, reset_peak, umask
+from trackmark.bench.engine.stack_trace import CodeLine, select_line
+from trackmark.bench.engine.unit import Entry, Limits, Unit
+from trackmark.bench.evaluation.conducting import frames_of_segments, run_by_protocol
+from trackmark.bench.evaluation.loop import run_in_lock_step
+from trackmark.bench.evaluation.observer import UNOBSERVED, NotAttributableError, Observer
+from trackmark.bench.evaluation.record import Run
+from trackmark.bench.evaluation.recorder import COLUMNS
+from trackmark.bench.evaluation.reference import reference
+from trackmark.bench.evaluation.timing import time_run
+from trackmark.bench.experiments.contestant import Contestant, Identity, contestants, identify
+from trackmark.bench.protocols import TIMING, protocol
+from trackmark.bench.store.files import ResultsError
+from trackmark.bench.store.index import row_of_file
+from trackmark.bench.store.layout import UNFINISHED, beside
+from trackmark.bench.store.results import Results
+from trackmark.bench.store.unfinished import map_rows, read_rows
+from trackmark.datasets import Sequence, SequenceError
+from trackmark.trackers import Randomness, TrackerError
 
 _SHORTEST = 2  # frames of a pass
 _GLOBAL_NUMBERS = (

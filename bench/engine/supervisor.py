@@ -6,15 +6,15 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, TypeVar
 
-import datasets
-from bench.engine.board import NOBODY, READING, Sight, Slot
-from bench.engine.child import DefectError, Perform, Probe, Record
-from bench.engine.child_process import ChildProcess, Death, StartError
-from bench.engine.performing import Failure, Outcome, Probed, scored
-from bench.engine.unit import Entry, Limits, Unit
-from bench.store.files import ResultsError
-from bench.store.truth import write_truth
-from datasets import SequenceError
+from trackmark import datasets
+from trackmark.bench.engine.board import NOBODY, READING, Sight, Slot
+from trackmark.bench.engine.child import DefectError, Perform, Probe, Record
+from trackmark.bench.engine.child_process import ChildProcess, Death, StartError
+from trackmark.bench.engine.performing import Failure, Outcome, Probed, scored
+from trackmark.bench.engine.unit import Entry, Limits, Unit
+from trackmark.bench.store.files import ResultsError
+from trackmark.bench.store.truth import write_truth
+from trackmark.datasets import SequenceError
 
 _Result = TypeVar("_Result", Outcome, Probed)
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import NamedTuple
 
-from bench.experiments.experiment import ExperimentError, SequenceSource
+from trackmark.bench.experiments.experiment import ExperimentError, SequenceSource
 
 
 class Entry(NamedTuple):

@@ -13,19 +13,19 @@ from statistics import median
 import numpy as np
 from numpy.typing import NDArray
 
-import datasets
-from bench.evaluation.loop import Clocks, Pass, run_in_lock_step, walk
-from bench.evaluation.observer import UNOBSERVED, Observer
-from bench.evaluation.record import Run
-from bench.evaluation.recorder import COLUMNS, Recorder
-from bench.evaluation.reference import reference
-from bench.evaluation.timing import WARM_UP_FRAMES, Remembered
-from bench.experiments.contestant import Contestant, TrackerMaker, contestant, identify
-from bench.protocols import ONCE, STORED_ONCE, TIMING, Conduct, Protocol, Segment, Step
-from bench.protocols import protocol as protocol_of
-from datasets import Sequence
-from trackers import Box, Mask
-from trackers.base.sharing import SharedFrame
+from trackmark import datasets
+from trackmark.bench.evaluation.loop import Clocks, Pass, run_in_lock_step, walk
+from trackmark.bench.evaluation.observer import UNOBSERVED, Observer
+from trackmark.bench.evaluation.record import Run
+from trackmark.bench.evaluation.recorder import COLUMNS, Recorder
+from trackmark.bench.evaluation.reference import reference
+from trackmark.bench.evaluation.timing import WARM_UP_FRAMES, Remembered
+from trackmark.bench.experiments.contestant import Contestant, TrackerMaker, contestant, identify
+from trackmark.bench.protocols import ONCE, STORED_ONCE, TIMING, Conduct, Protocol, Segment, Step
+from trackmark.bench.protocols import protocol as protocol_of
+from trackmark.datasets import Sequence
+from trackmark.trackers import Box, Mask
+from trackmark.trackers.base.sharing import SharedFrame
 
 _MOST_BYTES = 1 << 28
 """Of images that are kept for the next segment."""

@@ -14,12 +14,12 @@ from time import perf_counter
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.evaluation.observer import UNOBSERVED, Observer
-from bench.evaluation.record import Run
-from bench.evaluation.recorder import Recorder
-from bench.experiments.contestant import Contestant
-from datasets import Sequence
-from trackers.base.sharing import SharedFrame
+from trackmark.bench.evaluation.observer import UNOBSERVED, Observer
+from trackmark.bench.evaluation.record import Run
+from trackmark.bench.evaluation.recorder import Recorder
+from trackmark.bench.experiments.contestant import Contestant
+from trackmark.datasets import Sequence
+from trackmark.trackers.base.sharing import SharedFrame
 
 
 @dataclass(frozen=True)

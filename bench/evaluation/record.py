@@ -6,9 +6,9 @@ from typing import Any, Literal, TypeAlias
 
 from numpy.typing import NDArray
 
-from bench.experiments.contestant import Identity
-from bench.metrics.regions import Segmentation
-from bench.metrics.times import Times
+from trackmark.bench.experiments.contestant import Identity
+from trackmark.bench.metrics.regions import Segmentation
+from trackmark.bench.metrics.times import Times
 
 Trace: TypeAlias = Literal["online", "revised"]
 """What a tracker said of each frame at once, or in the end."""

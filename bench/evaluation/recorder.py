@@ -14,16 +14,16 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.evaluation.observer import NotAttributableError
-from bench.evaluation.record import RESERVED_COLUMNS, Run
-from bench.evaluation.reference import reference
-from bench.experiments.contestant import Contestant, identify, run_seed
-from bench.metrics.regions import Segmentation, contour_accuracy, region_similarity
-from bench.metrics.times import Times
-from bench.protocols import STORED_ONCE
-from datasets import Sequence
-from trackers import Box, Estimate, Finisher, Mapper, Mask, Tracker, Watcher
-from trackers.base.sharing import SharedFrame, SharingTracker
+from trackmark.bench.evaluation.observer import NotAttributableError
+from trackmark.bench.evaluation.record import RESERVED_COLUMNS, Run
+from trackmark.bench.evaluation.reference import reference
+from trackmark.bench.experiments.contestant import Contestant, identify, run_seed
+from trackmark.bench.metrics.regions import Segmentation, contour_accuracy, region_similarity
+from trackmark.bench.metrics.times import Times
+from trackmark.bench.protocols import STORED_ONCE
+from trackmark.datasets import Sequence
+from trackmark.trackers import Box, Estimate, Finisher, Mapper, Mask, Tracker, Watcher
+from trackmark.trackers.base.sharing import SharedFrame, SharingTracker
 
 R = TypeVar("R")
 

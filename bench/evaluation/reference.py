@@ -6,10 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.experiments.contestant import BOXES
-from bench.metrics.native import Truth
-from datasets import SequenceError
-from datasets.text_form import close_match
+from trackmark.bench.experiments.contestant import BOXES
+from trackmark.bench.metrics.native import Truth
+from trackmark.datasets import SequenceError
+from trackmark.datasets.text_form import close_match
 
 
 @dataclass(frozen=True)

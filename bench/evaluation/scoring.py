@@ -7,18 +7,18 @@ from typing import Any, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-import datasets
-from bench.evaluation.record import Run, Trace
-from bench.evaluation.reference import reference
-from bench.metrics import canonical
-from bench.metrics import preset as metrics_preset
-from bench.metrics.native import Truth
-from bench.metrics.preset import Answer, Judged, Preset, Target
-from bench.metrics.regions import segmentation_scores
-from bench.metrics.times import time_scores
-from bench.protocols import STORED_ONCE, TIMING, Protocol, ProtocolError, title
-from bench.protocols import names as protocol_names
-from bench.protocols import protocol as protocol_of
+from trackmark import datasets
+from trackmark.bench.evaluation.record import Run, Trace
+from trackmark.bench.evaluation.reference import reference
+from trackmark.bench.metrics import canonical
+from trackmark.bench.metrics import preset as metrics_preset
+from trackmark.bench.metrics.native import Truth
+from trackmark.bench.metrics.preset import Answer, Judged, Preset, Target
+from trackmark.bench.metrics.regions import segmentation_scores
+from trackmark.bench.metrics.times import time_scores
+from trackmark.bench.protocols import STORED_ONCE, TIMING, Protocol, ProtocolError, title
+from trackmark.bench.protocols import names as protocol_names
+from trackmark.bench.protocols import protocol as protocol_of
 
 REVISED = "revised_"
 """How the names of scores of revised boxes begin, where they stand beside those of online boxes."""

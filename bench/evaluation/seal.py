@@ -1,6 +1,6 @@
 """Seal scenes and trackers: prove that what their sources give is what it was.
 
-`python -m bench.evaluation.seal` (`make seal`) goes through all whose syntax trees are no longer
+`python -m trackmark.bench.evaluation.seal` (`make seal`) goes through all whose syntax trees are no longer
 the sealed ones, renders or tracks again, and writes the new trees where the golden digests agree.
 Where they don't, it says so and leaves the entry alone, until `--new NAME` gives it a new version:
 then stored results on that scene, or of that tracker, are no longer found. See `datasets.seal`.
@@ -16,16 +16,15 @@ from typing import Any
 
 import click
 
-import datasets
-import trackers
-from bench.evaluation.conducting import evaluate
-from bench.experiments.contestant import GOLDEN, PACKAGE
-from datasets.golden import golden_digests
-from datasets.outline import known_of
-from datasets.seal import Seal, read_seals, write_seals
-from datasets.source_digest import imported_libraries, tree_digest
-from datasets.synthetic.suite import suites
-from reports.files import write_file
+from trackmark import datasets, trackers
+from trackmark.bench.evaluation.conducting import evaluate
+from trackmark.bench.experiments.contestant import GOLDEN, PACKAGE
+from trackmark.datasets.golden import golden_digests
+from trackmark.datasets.outline import known_of
+from trackmark.datasets.seal import Seal, read_seals, write_seals
+from trackmark.datasets.source_digest import imported_libraries, tree_digest
+from trackmark.datasets.synthetic.suite import suites
+from trackmark.reports.files import write_file
 
 Golden = dict[str, Mapping[str, str]]
 

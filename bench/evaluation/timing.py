@@ -15,17 +15,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.evaluation.loop import walk
-from bench.evaluation.observer import UNOBSERVED, Observer
-from bench.evaluation.record import Run
-from bench.evaluation.recorder import Recorder
-from bench.evaluation.turns import Reference, one_thread
-from bench.experiments.contestant import Contestant
-from bench.metrics.times import Times
-from datasets import Sequence
-from datasets.interface import Frames, Image
-from trackers import Box, Estimate, Mask
-from trackers.base.sharing import SharedFrame
+from trackmark.bench.evaluation.loop import walk
+from trackmark.bench.evaluation.observer import UNOBSERVED, Observer
+from trackmark.bench.evaluation.record import Run
+from trackmark.bench.evaluation.recorder import Recorder
+from trackmark.bench.evaluation.turns import Reference, one_thread
+from trackmark.bench.experiments.contestant import Contestant
+from trackmark.bench.metrics.times import Times
+from trackmark.datasets import Sequence
+from trackmark.datasets.interface import Frames, Image
+from trackmark.trackers import Box, Estimate, Mask
+from trackmark.trackers.base.sharing import SharedFrame
 
 WARM_UP_FRAMES = 10
 REFERENCE_CALLS = 15

@@ -23,7 +23,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.offspring import Offspring
+from trackmark.bench.offspring import Offspring
 
 ANSWER_SECONDS = 600.0
 """Within which a turn must be over: compiling, too."""
@@ -180,7 +180,7 @@ class _Side:
         self._revision = setup.revision
         told = json.dumps({"setup": asdict(setup), "clips": [asdict(clip) for clip in clips]})
         self._child = Offspring(
-            "bench.evaluation.turns",
+            "trackmark.bench.evaluation.turns",
             [theirs, told],
             stdin=subprocess.PIPE,
             stdout=subprocess.DEVNULL,

@@ -4,8 +4,8 @@ from functools import cache
 from importlib import import_module
 from pathlib import Path
 
-from bench.exchange.layout import ExchangeError, Layout
-from datasets.text_form import close_match
+from trackmark.bench.exchange.layout import ExchangeError, Layout
+from trackmark.datasets.text_form import close_match
 
 __all__ = ["layout", "names", "sniffed"]
 
@@ -26,7 +26,7 @@ def layout(name: str) -> Layout:
     if name not in names():
         hint = close_match(name, names())
         raise ExchangeError(f"unknown layout {name!r}.{hint} Known: {', '.join(names())}.")
-    module = import_module(f"bench.exchange.layouts.{name.replace('-', '_')}")
+    module = import_module(f"trackmark.bench.exchange.layouts.{name.replace('-', '_')}")
     found: Layout = module.LAYOUT
     return found
 

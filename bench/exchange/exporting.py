@@ -11,15 +11,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.evaluation.record import Run, Trace
-from bench.exchange import layout, names
-from bench.exchange.layout import ExchangeError, Said, file_name
-from bench.protocols import ONCE, TIMING
-from bench.protocols import protocol as protocol_of
-from bench.store.index import index_rows, read_table
-from bench.store.layout import run_path
-from bench.store.results import Results
-from reports.files import write_file
+from trackmark.bench.evaluation.record import Run, Trace
+from trackmark.bench.exchange import layout, names
+from trackmark.bench.exchange.layout import ExchangeError, Said, file_name
+from trackmark.bench.protocols import ONCE, TIMING
+from trackmark.bench.protocols import protocol as protocol_of
+from trackmark.bench.store.index import index_rows, read_table
+from trackmark.bench.store.layout import run_path
+from trackmark.bench.store.results import Results
+from trackmark.reports.files import write_file
 
 
 def export_results(

@@ -13,8 +13,8 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.exchange.layout import ExchangeError, Held
-from bench.metrics.overlap import overlap
+from trackmark.bench.exchange.layout import ExchangeError, Held
+from trackmark.bench.metrics.overlap import overlap
 
 _ORIGINS = (0, 1)
 _SAME = 0.3  # pixels: trackers that scale images begin beside the truth; origins are 1 apart

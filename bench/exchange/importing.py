@@ -17,20 +17,20 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-import datasets
-from bench.evaluation.record import Run
-from bench.exchange import layout, names, sniffed
-from bench.exchange.first_boxes import FirstBox, check_first_boxes, origin_of
-from bench.exchange.layout import ExchangeError, Layout, On, Said, letters
-from bench.experiments.contestant import IMPORTED, Identity
-from bench.experiments.experiment import SequenceSource
-from bench.protocols import STORED_ONCE
-from bench.protocols import protocol as protocol_of
-from bench.store.asked import Asked
-from bench.store.index import index_rows, read_table
-from bench.store.layout import Cell
-from bench.store.results import Results
-from bench.store.truth import read_truth, write_truth
+from trackmark import datasets
+from trackmark.bench.evaluation.record import Run
+from trackmark.bench.exchange import layout, names, sniffed
+from trackmark.bench.exchange.first_boxes import FirstBox, check_first_boxes, origin_of
+from trackmark.bench.exchange.layout import ExchangeError, Layout, On, Said, letters
+from trackmark.bench.experiments.contestant import IMPORTED, Identity
+from trackmark.bench.experiments.experiment import SequenceSource
+from trackmark.bench.protocols import STORED_ONCE
+from trackmark.bench.protocols import protocol as protocol_of
+from trackmark.bench.store.asked import Asked
+from trackmark.bench.store.index import index_rows, read_table
+from trackmark.bench.store.layout import Cell
+from trackmark.bench.store.results import Results
+from trackmark.bench.store.truth import read_truth, write_truth
 
 
 @dataclass(frozen=True)

@@ -13,10 +13,10 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.store.files import ResultsError
-from datasets import SequenceError
-from datasets.decoding import brief
-from datasets.truth_file import read_text
+from trackmark.bench.store.files import ResultsError
+from trackmark.datasets import SequenceError
+from trackmark.datasets.decoding import brief
+from trackmark.datasets.truth_file import read_text
 
 
 class ExchangeError(ResultsError):

@@ -18,15 +18,15 @@ import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 
-from bench.engine import probe
-from bench.engine.unit import Entry, Limits, Unit
-from bench.execution.plan import Plan
-from bench.execution.units import Units, owner_of
-from bench.store.columns import codes
-from bench.store.files import ResultsError
-from bench.store.index import read_table
-from bench.store.results import Results
-from trackers import Randomness
+from trackmark.bench.engine import probe
+from trackmark.bench.engine.unit import Entry, Limits, Unit
+from trackmark.bench.execution.plan import Plan
+from trackmark.bench.execution.units import Units, owner_of
+from trackmark.bench.store.columns import codes
+from trackmark.bench.store.files import ResultsError
+from trackmark.bench.store.index import read_table
+from trackmark.bench.store.results import Results
+from trackmark.trackers import Randomness
 
 PROBED_FRAMES = 12
 _START_SECONDS = (2.0, 5.0)  # of a worker process, with its imports

@@ -16,20 +16,20 @@ import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 
-import datasets
-from bench.evaluation.conducting import frames_of_segments
-from bench.evaluation.reference import reference
-from bench.experiments.contestant import BOXES, Contestant, identify
-from bench.experiments.experiment import Experiment, ExperimentError, SequenceSource
-from bench.experiments.outside import settled
-from bench.protocols import STORED_ONCE
-from bench.store.asked import Asked, Cells
-from bench.store.columns import coded, codes
-from bench.store.index import read_table
-from bench.store.recordings import Recording, different, recordings
-from bench.store.results import Results
-from datasets import Sequence, SequenceError
-from trackers import Randomness
+from trackmark import datasets
+from trackmark.bench.evaluation.conducting import frames_of_segments
+from trackmark.bench.evaluation.reference import reference
+from trackmark.bench.experiments.contestant import BOXES, Contestant, identify
+from trackmark.bench.experiments.experiment import Experiment, ExperimentError, SequenceSource
+from trackmark.bench.experiments.outside import settled
+from trackmark.bench.protocols import STORED_ONCE
+from trackmark.bench.store.asked import Asked, Cells
+from trackmark.bench.store.columns import coded, codes
+from trackmark.bench.store.index import read_table
+from trackmark.bench.store.recordings import Recording, different, recordings
+from trackmark.bench.store.results import Results
+from trackmark.datasets import Sequence, SequenceError
+from trackmark.trackers import Randomness
 
 MAX_RUNS = 1_000_000
 """Maximum number of runs of an experiment."""

@@ -10,16 +10,16 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from bench.engine import Engine, Job, engine
-from bench.engine.performing import Outcome
-from bench.engine.unit import Limits, Unit
-from bench.execution.plan import KnownSequences, Plan, State, make_plan
-from bench.execution.units import Units, left_of
-from bench.experiments.experiment import Experiment, read_experiment
-from bench.store.index import GrowingIndex
-from bench.store.log import RunLog
-from bench.store.results import Results
-from datasets import SequenceError
+from trackmark.bench.engine import Engine, Job, engine
+from trackmark.bench.engine.performing import Outcome
+from trackmark.bench.engine.unit import Limits, Unit
+from trackmark.bench.execution.plan import KnownSequences, Plan, State, make_plan
+from trackmark.bench.execution.units import Units, left_of
+from trackmark.bench.experiments.experiment import Experiment, read_experiment
+from trackmark.bench.store.index import GrowingIndex
+from trackmark.bench.store.log import RunLog
+from trackmark.bench.store.results import Results
+from trackmark.datasets import SequenceError
 
 
 def run(

@@ -9,11 +9,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.engine.unit import Entry, Unit
-from bench.execution.plan import Plan, State
-from bench.experiments.contestant import PACKAGE, Contestant
-from bench.store.truth import truth_path
-from trackers import Randomness
+from trackmark.bench.engine.unit import Entry, Unit
+from trackmark.bench.execution.plan import Plan, State
+from trackmark.bench.experiments.contestant import PACKAGE, Contestant
+from trackmark.bench.store.truth import truth_path
+from trackmark.trackers import Randomness
 
 
 class _Group(NamedTuple):

@@ -13,13 +13,13 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-import trackers
-from bench.protocols import STORED_ONCE
-from datasets.seal import seal_of
-from datasets.source_digest import library_versions, source_digest
-from datasets.text_form import format_text, parse_text
-from trackers import Randomness, Tracker, TrackerError
-from trackers.base.catalogue import DEFAULT_PRESET, in_file
+from trackmark import trackers
+from trackmark.bench.protocols import STORED_ONCE
+from trackmark.datasets.seal import seal_of
+from trackmark.datasets.source_digest import library_versions, source_digest
+from trackmark.datasets.text_form import format_text, parse_text
+from trackmark.trackers import Randomness, Tracker, TrackerError
+from trackmark.trackers.base.catalogue import DEFAULT_PRESET, in_file
 
 TrackerMaker: TypeAlias = Callable[[np.random.SeedSequence], Tracker]
 

@@ -26,11 +26,11 @@ from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from datasets.decoding import brief, check_name
-from datasets.text_form import close_match, format_text
+from trackmark.datasets.decoding import brief, check_name
+from trackmark.datasets.text_form import close_match, format_text
 
 if TYPE_CHECKING:
-    from bench.protocols import Protocol
+    from trackmark.bench.protocols import Protocol
 
 FOLDER = Path(__file__).parent
 PAPERS = FOLDER.parent / "papers"
@@ -63,7 +63,9 @@ class SequenceSource:
 
     def absolute(self) -> "SequenceSource":
         """The same, wherever it is opened from."""
-        from datasets.catalogue import is_built_in  # its suites, which not every caller needs
+        from trackmark.datasets.catalogue import (
+            is_built_in,  # its suites, which not every caller needs
+        )
 
         path = Path(self.text).expanduser()
         text = self.text if is_built_in(self.text) else str(path.absolute())
@@ -110,7 +112,7 @@ class Experiment:
     @property
     def filed_under(self) -> str:
         """Canonical text of the protocol, as runs are filed under it; `timing` of timing runs."""
-        from bench.protocols import TIMING
+        from trackmark.bench.protocols import TIMING
 
         return TIMING if self.timing else self._protocol.text
 
@@ -121,7 +123,9 @@ class Experiment:
 
     @property
     def _protocol(self) -> "Protocol":
-        from bench.protocols import protocol  # brings numerics, which help texts have no need of
+        from trackmark.bench.protocols import (
+            protocol,  # brings numerics, which help texts have no need of
+        )
 
         return protocol(self.protocol)
 

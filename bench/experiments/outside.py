@@ -19,8 +19,8 @@ from typing import Any
 
 import numpy as np
 
-import trackers
-from bench.experiments.contestant import (
+from trackmark import trackers
+from trackmark.bench.experiments.contestant import (
     PACKAGE,
     Contestant,
     KnownVersions,
@@ -28,9 +28,9 @@ from bench.experiments.contestant import (
     contestants,
     split_text,
 )
-from bench.offspring import Offspring
-from trackers import Randomness, Tracker, TrackerError
-from trackers.base.catalogue import in_file, is_outside
+from trackmark.bench.offspring import Offspring
+from trackmark.trackers import Randomness, Tracker, TrackerError
+from trackmark.trackers.base.catalogue import in_file, is_outside
 
 _SECONDS = 300.0
 """In which all of them must be imported."""
@@ -113,7 +113,7 @@ def _child(request: str) -> tuple[str, list[bytes]]:
     """How the child ended, in words, and the lines that it wrote."""
     with tempfile.TemporaryFile() as written:
         child = Offspring(
-            "bench.experiments.outside",
+            "trackmark.bench.experiments.outside",
             [written.fileno()],
             stdin=subprocess.PIPE,
             # What a file prints is nobody's answer: its runs keep it where they fail.

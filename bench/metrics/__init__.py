@@ -6,7 +6,7 @@ from importlib import import_module
 from pathlib import Path
 from types import ModuleType
 
-from bench.metrics.preset import Preset
+from trackmark.bench.metrics.preset import Preset
 
 __all__ = ["canonical", "definition", "knows", "names", "preset"]
 
@@ -55,4 +55,4 @@ def definition(name: str) -> str:
 
 @cache
 def _module(name: str) -> ModuleType:
-    return import_module(f"bench.metrics.presets.{name.replace('-', '_')}")
+    return import_module(f"trackmark.bench.metrics.presets.{name.replace('-', '_')}")

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bench.metrics.overlap import is_well_formed
+from trackmark.bench.metrics.overlap import is_well_formed
 
 FARTHEST = 1e100
 """Largest finite centre error [px]: sums and squares of larger ones would overflow."""

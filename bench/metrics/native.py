@@ -14,8 +14,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.metrics.centre_error import centre_error, centre_inside
-from bench.metrics.overlap import is_well_formed, overlap
+from trackmark.bench.metrics.centre_error import centre_error, centre_inside
+from trackmark.bench.metrics.overlap import is_well_formed, overlap
 
 SUCCESS_OVERLAP = 0.5
 """Overlap from which a frame is a success."""

@@ -13,7 +13,7 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bench.metrics.native import Truth
+from trackmark.bench.metrics.native import Truth
 
 Protocol: TypeAlias = Literal["one pass", "supervised", "anchors"]
 """What a preset takes a run for: once from a box, begun again after failures, from anchors."""

@@ -12,7 +12,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.metrics.overlap import is_well_formed, overlap
+from trackmark.bench.metrics.overlap import is_well_formed, overlap
 
 FARTHEST = 2.0**30
 """Largest coordinate [px]; larger ones are clipped, so that areas and integers do not overflow."""

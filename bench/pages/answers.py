@@ -8,18 +8,18 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from bench.comparing.comparable_runs import ComparisonError
-from bench.comparing.comparison import Comparison, compare, means_in_part, parts_of
-from bench.comparing.stored_boxes import same_boxes
-from bench.comparing.summary_text import paragraph
-from bench.comparing.tables import files as comparison_tables
-from bench.pages.takes import Reading
-from bench.protocols import STORED_ONCE
-from bench.reporting.tables import SUMMARY, not_repeatable
-from bench.statistics.rules import MIN_UNITS, interval_or_none
-from bench.statistics.units import Units, units_of
-from reports.page.content import Place, Section, Sheet
-from reports.tables import MISSING, Cell, Table
+from trackmark.bench.comparing.comparable_runs import ComparisonError
+from trackmark.bench.comparing.comparison import Comparison, compare, means_in_part, parts_of
+from trackmark.bench.comparing.stored_boxes import same_boxes
+from trackmark.bench.comparing.summary_text import paragraph
+from trackmark.bench.comparing.tables import files as comparison_tables
+from trackmark.bench.pages.takes import Reading
+from trackmark.bench.protocols import STORED_ONCE
+from trackmark.bench.reporting.tables import SUMMARY, not_repeatable
+from trackmark.bench.statistics.rules import MIN_UNITS, interval_or_none
+from trackmark.bench.statistics.units import Units, units_of
+from trackmark.reports.page.content import Place, Section, Sheet
+from trackmark.reports.tables import MISSING, Cell, Table
 
 _NO_PARTS = (
     "These sequences have no parts to compare trackers on: names of none say a knob that others "

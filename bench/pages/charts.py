@@ -7,14 +7,14 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from bench.pages.takes import ERRORS, OVERLAPS, Clip, Reading, Stage
-from bench.reporting.tables import SUMMARY
-from bench.statistics.rules import MIN_UNITS
-from bench.statistics.survival import kaplan_meier
-from bench.statistics.units import units_of
-from reports.page.content import Chart, Line, Place
-from reports.tables import Table
-from reports.write import file_names
+from trackmark.bench.pages.takes import ERRORS, OVERLAPS, Clip, Reading, Stage
+from trackmark.bench.reporting.tables import SUMMARY
+from trackmark.bench.statistics.rules import MIN_UNITS
+from trackmark.bench.statistics.survival import kaplan_meier
+from trackmark.bench.statistics.units import units_of
+from trackmark.reports.page.content import Chart, Line, Place
+from trackmark.reports.tables import Table
+from trackmark.reports.write import file_names
 
 _BINS = 120
 """Points of a curve over the frames of a sequence."""

@@ -8,10 +8,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-import datasets
-from bench.pages.shown import mask_shapes
-from bench.reporting.by_attribute import open_sequence
-from reports.page.film import film
+from trackmark import datasets
+from trackmark.bench.pages.shown import mask_shapes
+from trackmark.bench.reporting.by_attribute import open_sequence
+from trackmark.reports.page.film import film
 
 Watch = Callable[[int, int | None], None]
 """Told how many frames are done, of how many."""

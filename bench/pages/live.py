@@ -5,15 +5,15 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from bench.execution.plan import State
-from bench.execution.run import Execution
-from bench.experiments.experiment import Experiment, SequenceSource
-from bench.pages.filming import Watch
-from bench.pages.takes import Reading, read_takes, scenes
-from datasets import SequenceError
-from reports.page.content import Page, Section
-from reports.page.page import write_page
-from trackers import Randomness
+from trackmark.bench.execution.plan import State
+from trackmark.bench.execution.run import Execution
+from trackmark.bench.experiments.experiment import Experiment, SequenceSource
+from trackmark.bench.pages.filming import Watch
+from trackmark.bench.pages.takes import Reading, read_takes, scenes
+from trackmark.datasets import SequenceError
+from trackmark.reports.page.content import Page, Section
+from trackmark.reports.page.page import write_page
+from trackmark.trackers import Randomness
 
 _HEIGHT = 480  # pixels, at most, of frames: there is a single sequence on the page
 

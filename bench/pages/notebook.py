@@ -10,10 +10,10 @@ from tempfile import TemporaryDirectory
 
 import pandas as pd
 
-import datasets
-from bench.store import loading
-from bench.store.layout import Cell, experiment_folders
-from reports.files import write_file
+from trackmark import datasets
+from trackmark.bench.store import loading
+from trackmark.bench.store.layout import Cell, experiment_folders
+from trackmark.reports.files import write_file
 
 _HEIGHT = 780  # of a player [CSS pixels]
 
@@ -34,8 +34,8 @@ class Runs(pd.DataFrame):
 
     def _repr_html_(self) -> str:
         """What a notebook shows."""
-        from bench.reporting.tables import tables, title_of
-        from reports.renderers import to_html
+        from trackmark.bench.reporting.tables import tables, title_of
+        from trackmark.reports.renderers import to_html
 
         experiments = experiment_folders(self.folder)
         return "".join(
@@ -107,9 +107,9 @@ def player(
     ResultsError
         Where there are no results, or they are damaged.
     """
-    from bench.pages.takes import read_takes, scenes
-    from reports.page.content import Page, Place, Section
-    from reports.page.page import write_page
+    from trackmark.bench.pages.takes import read_takes, scenes
+    from trackmark.reports.page.content import Page, Place, Section
+    from trackmark.reports.page.page import write_page
 
     folder = Path(results.folder if isinstance(results, Runs) else results)
     experiment, name = _holding(folder, sequence)

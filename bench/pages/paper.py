@@ -10,13 +10,20 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from reports.comparison import Point, Steps, speed_accuracy_plot, survival_plot
-from reports.figures import heat_plot, write_for_papers
-from reports.files import write_file
-from reports.page.content import Chart, Line, Page, Section
-from reports.printable import one_line
-from reports.renderers import OR_NUMBERS, breakable, in_latex, in_markdown, to_latex, to_markdown
-from reports.write import write_tables
+from trackmark.reports.comparison import Point, Steps, speed_accuracy_plot, survival_plot
+from trackmark.reports.figures import heat_plot, write_for_papers
+from trackmark.reports.files import write_file
+from trackmark.reports.page.content import Chart, Line, Page, Section
+from trackmark.reports.printable import one_line
+from trackmark.reports.renderers import (
+    OR_NUMBERS,
+    breakable,
+    in_latex,
+    in_markdown,
+    to_latex,
+    to_markdown,
+)
+from trackmark.reports.write import write_tables
 
 _MOST_FLOATS = 10
 """Tables and figures after which LaTeX is told to put them: it keeps some fifty in mind."""

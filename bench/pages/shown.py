@@ -7,11 +7,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.evaluation.record import Run
-from bench.evaluation.recorder import MAP
-from bench.reporting.pictures import mask_outlines
-from bench.store.truth import StoredTruth
-from reports.page.film import film
+from trackmark.bench.evaluation.record import Run
+from trackmark.bench.evaluation.recorder import MAP
+from trackmark.bench.reporting.pictures import mask_outlines
+from trackmark.bench.store.truth import StoredTruth
+from trackmark.reports.page.film import film
 
 Film: TypeAlias = Sequence[Sequence[bytes]]
 """Frames in chunks; see `reports.page.film.film`."""

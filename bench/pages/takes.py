@@ -12,20 +12,20 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.evaluation.record import Run, Trace
-from bench.evaluation.reference import reference
-from bench.evaluation.scoring import REVISED
-from bench.metrics.centre_error import centre_error
-from bench.metrics.overlap import overlap
-from bench.metrics.preset import State
-from bench.pages.filming import THUMBNAIL, Filmed, Keep, Watch, film_all
-from bench.pages.shown import Film, maps, numbers, shapes, true_shapes
-from bench.protocols import STORED_ONCE
-from bench.reporting.pictures import is_round, judged_runs
-from bench.store.truth import StoredTruth
-from reports.page.content import Place, Scene, Take
-from reports.page.film import packed, quantised, squeezed
-from reports.plots import share_of
+from trackmark.bench.evaluation.record import Run, Trace
+from trackmark.bench.evaluation.reference import reference
+from trackmark.bench.evaluation.scoring import REVISED
+from trackmark.bench.metrics.centre_error import centre_error
+from trackmark.bench.metrics.overlap import overlap
+from trackmark.bench.metrics.preset import State
+from trackmark.bench.pages.filming import THUMBNAIL, Filmed, Keep, Watch, film_all
+from trackmark.bench.pages.shown import Film, maps, numbers, shapes, true_shapes
+from trackmark.bench.protocols import STORED_ONCE
+from trackmark.bench.reporting.pictures import is_round, judged_runs
+from trackmark.bench.store.truth import StoredTruth
+from trackmark.reports.page.content import Place, Scene, Take
+from trackmark.reports.page.film import packed, quantised, squeezed
+from trackmark.reports.plots import share_of
 
 _DONE = {
     State.SKIPPED: "not asked",

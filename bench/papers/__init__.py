@@ -8,8 +8,8 @@ of a folder hold what is the paper's own.
 from dataclasses import dataclass
 from pathlib import Path
 
-from bench.experiments.experiment import ExperimentError
-from datasets.text_form import close_match
+from trackmark.bench.experiments.experiment import ExperimentError
+from trackmark.datasets.text_form import close_match
 
 FOLDER = Path(__file__).parent
 

@@ -7,11 +7,11 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from bench.claims.claims_file import Claim
-from bench.papers import Effort
-from bench.papers.description import Description
-from bench.papers.measures import find_function
-from bench.papers.runs import StoredRuns
+from trackmark.bench.claims.claims_file import Claim
+from trackmark.bench.papers import Effort
+from trackmark.bench.papers.description import Description
+from trackmark.bench.papers.measures import find_function
+from trackmark.bench.papers.runs import StoredRuns
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class Context:
     @property
     def scenes(self) -> int:
         """Scenes of each sequence in tables and figures."""
-        from bench.papers.plan import MAIN_SCENES
+        from trackmark.bench.papers.plan import MAIN_SCENES
 
         return self.description.quick_scenes if self.effort.quick else MAIN_SCENES
 

@@ -2,9 +2,9 @@
 
 from statistics import median
 
-from bench.papers.main_table import text_table
-from bench.papers.scene_check import read_criteria, read_values
-from reports.tables import Table
+from trackmark.bench.papers.main_table import text_table
+from trackmark.bench.papers.scene_check import read_criteria, read_values
+from trackmark.reports.tables import Table
 
 
 def criteria_table(paper: str) -> Table:

@@ -10,9 +10,9 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, model_validator
 
-from bench.claims.claims_file import Entry, Names, Text, as_tuple, checked
-from bench.claims.row_verdicts import SETTINGS
-from bench.experiments.experiment import ExperimentError, read_toml
+from trackmark.bench.claims.claims_file import Entry, Names, Text, as_tuple, checked
+from trackmark.bench.claims.row_verdicts import SETTINGS
+from trackmark.bench.experiments.experiment import ExperimentError, read_toml
 
 FOLDER = Path(__file__).parent
 

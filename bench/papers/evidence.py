@@ -5,13 +5,13 @@ from math import inf, nan
 import numpy as np
 import pandas as pd
 
-from bench.claims.claim_tests import Evidence
-from bench.claims.claims_file import Claim
-from bench.claims.row_verdicts import SETTINGS, VerdictRow, judge_row
-from bench.papers.context import Context
-from bench.papers.measures import Measure, find_measure
-from bench.papers.plan import scene_names, tracker_text
-from bench.papers.scene_values import scene_values
+from trackmark.bench.claims.claim_tests import Evidence
+from trackmark.bench.claims.claims_file import Claim
+from trackmark.bench.claims.row_verdicts import SETTINGS, VerdictRow, judge_row
+from trackmark.bench.papers.context import Context
+from trackmark.bench.papers.measures import Measure, find_measure
+from trackmark.bench.papers.plan import scene_names, tracker_text
+from trackmark.bench.papers.scene_values import scene_values
 
 BOUNDED = ("share", "overlap")  # units of measures in [0, 1]
 

@@ -14,17 +14,17 @@ import pandas as pd
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-import datasets
-from bench.claims.row_verdicts import SETTINGS
-from bench.papers.context import Context
-from bench.papers.description import FigureEntry
-from bench.papers.measures import Course, find_measure, series
-from bench.papers.plan import scene_names, tracker_text
-from reports.figures import write_figure
-from reports.film_strip import COLUMNS, WIDTH, film_strip, write_film_strip
-from reports.overlay import TRUTH
-from reports.palette import colours
-from reports.series import series_grid
+from trackmark import datasets
+from trackmark.bench.claims.row_verdicts import SETTINGS
+from trackmark.bench.papers.context import Context
+from trackmark.bench.papers.description import FigureEntry
+from trackmark.bench.papers.measures import Course, find_measure, series
+from trackmark.bench.papers.plan import scene_names, tracker_text
+from trackmark.reports.figures import write_figure
+from trackmark.reports.film_strip import COLUMNS, WIDTH, film_strip, write_film_strip
+from trackmark.reports.overlay import TRUTH
+from trackmark.reports.palette import colours
+from trackmark.reports.series import series_grid
 
 Strip = NDArray[np.uint8]
 Drawn = Figure | Strip

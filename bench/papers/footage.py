@@ -5,16 +5,16 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
-import datasets
-from bench.experiments.contestant import contestant
-from bench.pages.filming import Watch
-from bench.pages.takes import Reading, Stored, scenes, taken
-from bench.papers.context import Context
-from bench.papers.scene_rows import ShownRun
-from bench.store.index import index_row
-from bench.store.results import Results
-from bench.store.truth import read_truth
-from reports.page.content import Place, Scene
+from trackmark import datasets
+from trackmark.bench.experiments.contestant import contestant
+from trackmark.bench.pages.filming import Watch
+from trackmark.bench.pages.takes import Reading, Stored, scenes, taken
+from trackmark.bench.papers.context import Context
+from trackmark.bench.papers.scene_rows import ShownRun
+from trackmark.bench.store.index import index_row
+from trackmark.bench.store.results import Results
+from trackmark.bench.store.truth import read_truth
+from trackmark.reports.page.content import Place, Scene
 
 MAX_FRAMES = 2400  # of a page: about ten megabytes
 MAX_SECONDS, MAX_QUICK_SECONDS = 20.0, 1.0  # to render them, by the time that they once took

@@ -6,14 +6,14 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
-from bench.claims.row_verdicts import SETTINGS, count_words
-from bench.papers import paper_names
-from bench.papers.description import read_description
-from bench.papers.main_table import text_table
-from bench.store.files import ResultsError
-from reports.page.content import Page, Section, Sheet
-from reports.page.page import write_page
-from reports.tables import MISSING
+from trackmark.bench.claims.row_verdicts import SETTINGS, count_words
+from trackmark.bench.papers import paper_names
+from trackmark.bench.papers.description import read_description
+from trackmark.bench.papers.main_table import text_table
+from trackmark.bench.store.files import ResultsError
+from trackmark.reports.page.content import Page, Section, Sheet
+from trackmark.reports.page.page import write_page
+from trackmark.reports.tables import MISSING
 
 
 def write_front_page(output: Path) -> Path:

@@ -5,17 +5,17 @@ from collections.abc import Mapping, Sequence
 from math import isfinite
 from pathlib import Path
 
-from bench.claims.row_verdicts import SETTINGS, VerdictRow, count_verdicts, verdict_table
-from bench.pages.filming import Watch
-from bench.papers.footage import Footage, film_runs
-from bench.papers.main_table import text_table
-from bench.papers.page import RULES, VIDEOS
-from bench.papers.reproduction import Report
-from bench.papers.scene_rows import SceneRow, ShownRun, claim_scenes, main_runs
-from reports.page.content import Card, Page, Picture, Section, Sheet
-from reports.page.film import still
-from reports.page.page import write_page
-from reports.tables import MISSING
+from trackmark.bench.claims.row_verdicts import SETTINGS, VerdictRow, count_verdicts, verdict_table
+from trackmark.bench.pages.filming import Watch
+from trackmark.bench.papers.footage import Footage, film_runs
+from trackmark.bench.papers.main_table import text_table
+from trackmark.bench.papers.page import RULES, VIDEOS
+from trackmark.bench.papers.reproduction import Report
+from trackmark.bench.papers.scene_rows import SceneRow, ShownRun, claim_scenes, main_runs
+from trackmark.reports.page.content import Card, Page, Picture, Section, Sheet
+from trackmark.reports.page.film import still
+from trackmark.reports.page.page import write_page
+from trackmark.reports.tables import MISSING
 
 Scenes = Mapping[tuple[str, str], list[SceneRow]]
 """Worst scenes by claim and setting."""

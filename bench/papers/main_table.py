@@ -4,12 +4,12 @@ from collections.abc import Iterable
 
 import pandas as pd
 
-from bench.claims.row_verdicts import SETTINGS
-from bench.papers.context import Context
-from bench.papers.description import MainRow, Sensitivity
-from bench.papers.measures import Measure, find_measure
-from bench.papers.plan import tracker_text
-from reports.tables import MISSING, Cell, Table
+from trackmark.bench.claims.row_verdicts import SETTINGS
+from trackmark.bench.papers.context import Context
+from trackmark.bench.papers.description import MainRow, Sensitivity
+from trackmark.bench.papers.measures import Measure, find_measure
+from trackmark.bench.papers.plan import tracker_text
+from trackmark.reports.tables import MISSING, Cell, Table
 
 
 def main_table(context: Context) -> Table:

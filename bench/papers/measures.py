@@ -16,13 +16,13 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.evaluation.record import Run
-from bench.experiments.experiment import ExperimentError
-from bench.metrics.centre_error import centre_error
-from bench.metrics.overlap import overlap
-from bench.papers.description import Description
-from bench.store.truth import StoredTruth
-from datasets.text_form import parse_text
+from trackmark.bench.evaluation.record import Run
+from trackmark.bench.experiments.experiment import ExperimentError
+from trackmark.bench.metrics.centre_error import centre_error
+from trackmark.bench.metrics.overlap import overlap
+from trackmark.bench.papers.description import Description
+from trackmark.bench.store.truth import StoredTruth
+from trackmark.datasets.text_form import parse_text
 
 Values = NDArray[np.float64]
 Function = Callable[..., float]
@@ -170,9 +170,9 @@ def measure(
 def paper_module(paper: str, name: str) -> ModuleType | None:
     """Return a module of a paper's own, or None if it has none of this name."""
     try:
-        return importlib.import_module(f"bench.papers.{paper}.{name}")
+        return importlib.import_module(f"trackmark.bench.papers.{paper}.{name}")
     except ModuleNotFoundError as error:
-        if error.name != f"bench.papers.{paper}.{name}":
+        if error.name != f"trackmark.bench.papers.{paper}.{name}":
             raise
         return None
 

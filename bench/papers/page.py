@@ -2,11 +2,11 @@
 
 from pathlib import Path
 
-from bench.claims.row_verdicts import SETTINGS, VerdictRow, count_verdicts, verdict_table
-from bench.papers.reproduction import Report
-from reports.files import write_file
-from reports.renderers import to_markdown
-from reports.tables import Table
+from trackmark.bench.claims.row_verdicts import SETTINGS, VerdictRow, count_verdicts, verdict_table
+from trackmark.bench.papers.reproduction import Report
+from trackmark.reports.files import write_file
+from trackmark.reports.renderers import to_markdown
+from trackmark.reports.tables import Table
 
 RULES = (
     "Unit: scene. Intervals: 95 %. A share holds if its interval lies above 1/2, because the paper "

@@ -4,13 +4,13 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 
-from bench.claims.claims_file import Claim
-from bench.claims.row_verdicts import SETTINGS
-from bench.experiments.experiment import Experiment, ExperimentError, SequenceSource
-from bench.papers import Effort
-from bench.papers.description import Description, Sensitivity
-from bench.papers.scene_check import FIRST_SCENE, passing_scenes, read_values
-from datasets.text_form import format_text, parse_text
+from trackmark.bench.claims.claims_file import Claim
+from trackmark.bench.claims.row_verdicts import SETTINGS
+from trackmark.bench.experiments.experiment import Experiment, ExperimentError, SequenceSource
+from trackmark.bench.papers import Effort
+from trackmark.bench.papers.description import Description, Sensitivity
+from trackmark.bench.papers.scene_check import FIRST_SCENE, passing_scenes, read_values
+from trackmark.datasets.text_form import format_text, parse_text
 
 MAIN_SCENES = 24
 
@@ -95,7 +95,7 @@ def _scene_numbers(
     if known and len(known) < count:
         raise ExperimentError(
             f"{description.name}: {count} scenes of {sequence} are asked for, and {len(known)} "
-            f"meet the criteria. Check more: python -m bench.papers.scene_check {description.name}."
+            f"meet the criteria. Check more: python -m trackmark.bench.papers.scene_check {description.name}."
         )
     return known[:count] or range(FIRST_SCENE, FIRST_SCENE + count)
 

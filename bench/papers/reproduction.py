@@ -5,21 +5,21 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from bench.claims.claims_file import read_claims
-from bench.claims.row_verdicts import VerdictRow, verdict_table
-from bench.experiments.experiment import Experiment, ExperimentError
-from bench.papers import FOLDER, Effort, check_paper_name
-from bench.papers.context import Context
-from bench.papers.criteria_table import criteria_table
-from bench.papers.description import Description, read_description, read_sensitivity
-from bench.papers.evidence import verdict_rows
-from bench.papers.figures import Drawing, draw_figures
-from bench.papers.main_table import main_table, sensitivity_table, text_table
-from bench.papers.measures import check_measure, paper_module
-from bench.papers.plan import experiments, requests, sensitivity_requests
-from bench.papers.runs import StoredRuns
-from bench.store.layout import Cell
-from reports.tables import Table
+from trackmark.bench.claims.claims_file import read_claims
+from trackmark.bench.claims.row_verdicts import VerdictRow, verdict_table
+from trackmark.bench.experiments.experiment import Experiment, ExperimentError
+from trackmark.bench.papers import FOLDER, Effort, check_paper_name
+from trackmark.bench.papers.context import Context
+from trackmark.bench.papers.criteria_table import criteria_table
+from trackmark.bench.papers.description import Description, read_description, read_sensitivity
+from trackmark.bench.papers.evidence import verdict_rows
+from trackmark.bench.papers.figures import Drawing, draw_figures
+from trackmark.bench.papers.main_table import main_table, sensitivity_table, text_table
+from trackmark.bench.papers.measures import check_measure, paper_module
+from trackmark.bench.papers.plan import experiments, requests, sensitivity_requests
+from trackmark.bench.papers.runs import StoredRuns
+from trackmark.bench.store.layout import Cell
+from trackmark.reports.tables import Table
 
 
 @dataclass(frozen=True)

@@ -8,17 +8,17 @@ from pathlib import Path
 
 import pandas as pd
 
-import datasets
-from bench.evaluation.reference import reference
-from bench.experiments.contestant import contestant
-from bench.papers.description import Description
-from bench.papers.measures import Course, Measure
-from bench.papers.plan import scene_names
-from bench.store.files import ResultsError
-from bench.store.layout import Cell, run_path
-from bench.store.loading import load_results
-from bench.store.results import Results
-from bench.store.truth import read_truth
+from trackmark import datasets
+from trackmark.bench.evaluation.reference import reference
+from trackmark.bench.experiments.contestant import contestant
+from trackmark.bench.papers.description import Description
+from trackmark.bench.papers.measures import Course, Measure
+from trackmark.bench.papers.plan import scene_names
+from trackmark.bench.store.files import ResultsError
+from trackmark.bench.store.layout import Cell, run_path
+from trackmark.bench.store.loading import load_results
+from trackmark.bench.store.results import Results
+from trackmark.bench.store.truth import read_truth
 
 CELL = ["tracker", "sequence", "repetition", "protocol"]
 

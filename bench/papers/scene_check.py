@@ -1,6 +1,6 @@
 """Check scenes by a paper's static criteria, and list those on which its claims are judged.
 
-`python -m bench.papers.scene_check PAPER` measures every criterion of `criteria.toml` on the first
+`python -m trackmark.bench.papers.scene_check PAPER` measures every criterion of `criteria.toml` on the first
 scenes of each sequence and writes `criteria.csv` beside it. No tracker runs. Claims are judged on
 the first scenes that meet all criteria.
 """
@@ -17,12 +17,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from statistics import median
 
-import datasets
-from bench.papers.criteria import shared
-from bench.papers.criteria.nguyen2002 import ClipSet
-from bench.papers.criteria.shared import SceneImages
-from bench.papers.measures import paper_module, typed_option
-from datasets.text_form import parse_text
+from trackmark import datasets
+from trackmark.bench.papers.criteria import shared
+from trackmark.bench.papers.criteria.nguyen2002 import ClipSet
+from trackmark.bench.papers.criteria.shared import SceneImages
+from trackmark.bench.papers.measures import paper_module, typed_option
+from trackmark.datasets.text_form import parse_text
 
 FOLDER = Path(__file__).parent
 CHECKED_SCENES = 40
@@ -188,7 +188,7 @@ def summary(declared: list[Criterion], rows: list[SceneRow]) -> str:
 
 def main() -> None:
     """Measure a paper's criteria, print their medians, and write `criteria.csv`."""
-    parser = argparse.ArgumentParser(prog="python -m bench.papers.scene_check")
+    parser = argparse.ArgumentParser(prog="python -m trackmark.bench.papers.scene_check")
     parser.add_argument("paper")
     parser.add_argument("--scenes", type=int, default=CHECKED_SCENES, help="scenes per sequence")
     parser.add_argument("--first", type=int, help="first scene instead of the frozen one")

@@ -7,12 +7,12 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
-from bench.claims.claim_tests import scene_differences
-from bench.claims.row_verdicts import SETTINGS, VerdictRow
-from bench.papers.context import Context
-from bench.papers.description import MainRow
-from bench.papers.measures import find_measure
-from bench.papers.plan import scene_names, tracker_text
+from trackmark.bench.claims.claim_tests import scene_differences
+from trackmark.bench.claims.row_verdicts import SETTINGS, VerdictRow
+from trackmark.bench.papers.context import Context
+from trackmark.bench.papers.description import MainRow
+from trackmark.bench.papers.measures import find_measure
+from trackmark.bench.papers.plan import scene_names, tracker_text
 
 SHOWN_SCENES = 6  # of a claim in a setting
 KINDS = {"overlap": "overlap", "frames": "loss"}  # of the worst frame, by unit; else by error

@@ -12,10 +12,9 @@ from loky import ProcessPoolExecutor
 from numpy.typing import NDArray
 from tqdm import tqdm
 
-import datasets
-import trackers
-from bench.store.files import write_atomically
-from datasets.source_digest import source_digest
+from trackmark import datasets, trackers
+from trackmark.bench.store.files import write_atomically
+from trackmark.datasets.source_digest import source_digest
 
 PACKAGE = Path(str(trackers.__file__)).parent
 

@@ -3,9 +3,9 @@
 import textwrap
 from pathlib import Path
 
-from bench.claims.row_verdicts import SETTINGS, VerdictRow, count_verdicts
-from bench.papers.reproduction import Report
-from reports.renderers import to_text
+from trackmark.bench.claims.row_verdicts import SETTINGS, VerdictRow, count_verdicts
+from trackmark.bench.papers.reproduction import Report
+from trackmark.reports.renderers import to_text
 
 WIDTH = 100
 """Columns of a terminal that lines fit into; tables may be wider."""

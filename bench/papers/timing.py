@@ -23,17 +23,16 @@ import numpy as np
 from loky import ProcessPoolExecutor
 from numpy.typing import NDArray
 
-import datasets
-import trackers
-from bench.evaluation.reference import reference
-from bench.evaluation.turns import Reference, one_thread, take_turns
-from bench.experiments.contestant import BOXES, contestant
-from bench.metrics.times import DISTURBED_RATIO
-from bench.papers.context import Context
-from bench.papers.plan import scene_names, tracker_text
-from bench.store.files import write_atomically
-from datasets.source_digest import source_digest
-from trackers.base.interface import Box, Image
+from trackmark import datasets, trackers
+from trackmark.bench.evaluation.reference import reference
+from trackmark.bench.evaluation.turns import Reference, one_thread, take_turns
+from trackmark.bench.experiments.contestant import BOXES, contestant
+from trackmark.bench.metrics.times import DISTURBED_RATIO
+from trackmark.bench.papers.context import Context
+from trackmark.bench.papers.plan import scene_names, tracker_text
+from trackmark.bench.store.files import write_atomically
+from trackmark.datasets.source_digest import source_digest
+from trackmark.trackers.base.interface import Box, Image
 
 PACKAGE = Path(str(trackers.__file__)).parent
 

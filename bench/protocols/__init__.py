@@ -19,9 +19,9 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.metrics.native import Truth
-from datasets.text_form import close_match, format_text, parse_text
-from trackers.base.parameters import Parameters, TrackerError
+from trackmark.bench.metrics.native import Truth
+from trackmark.datasets.text_form import close_match, format_text, parse_text
+from trackmark.trackers.base.parameters import Parameters, TrackerError
 
 __all__ = [
     "ONCE",
@@ -221,4 +221,4 @@ def definition(name: str) -> dict[str, Any]:
 
 
 def _module(name: str) -> ModuleType:
-    return import_module(f"bench.protocols.{name.replace('-', '_')}")
+    return import_module(f"trackmark.bench.protocols.{name.replace('-', '_')}")

@@ -14,8 +14,8 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.protocols import Protocol, Segment
-from trackers.base.parameters import whole
+from trackmark.bench.protocols import Protocol, Segment
+from trackmark.trackers.base.parameters import whole
 
 _VALUE = "anchor"
 

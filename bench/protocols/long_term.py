@@ -12,8 +12,8 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.metrics.native import Truth
-from bench.protocols import Conduct, Protocol
+from trackmark.bench.metrics.native import Truth
+from trackmark.bench.protocols import Conduct, Protocol
 
 
 class _Sure(Conduct):

@@ -7,7 +7,7 @@ Wu, Lim and Yang, "Online object tracking: a benchmark", CVPR 2013.
 
 from typing import ClassVar
 
-from bench.protocols import STORED_ONCE, Protocol
+from trackmark.bench.protocols import STORED_ONCE, Protocol
 
 
 class OnePass(Protocol):

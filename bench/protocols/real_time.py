@@ -19,8 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
-from bench.metrics.native import Truth
-from bench.protocols import Conduct, Protocol, Step
+from trackmark.bench.metrics.native import Truth
+from trackmark.bench.protocols import Conduct, Protocol, Step
 
 
 class _Clock(Conduct):

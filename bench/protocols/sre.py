@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from bench.protocols import Protocol, Segment
+from trackmark.bench.protocols import Protocol, Segment
 
 
 class SpatialRobustness(Protocol):

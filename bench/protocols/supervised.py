@@ -17,11 +17,11 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from bench.metrics.native import Truth
-from bench.metrics.preset import State
-from bench.metrics.region_overlap import raster_overlap
-from bench.protocols import Conduct, Protocol, Step
-from trackers.base.parameters import whole
+from trackmark.bench.metrics.native import Truth
+from trackmark.bench.metrics.preset import State
+from trackmark.bench.metrics.region_overlap import raster_overlap
+from trackmark.bench.protocols import Conduct, Protocol, Step
+from trackmark.trackers.base.parameters import whole
 
 
 class _Supervision(Conduct):

@@ -12,8 +12,8 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.protocols import Protocol, Segment
-from trackers.base.parameters import whole
+from trackmark.bench.protocols import Protocol, Segment
+from trackmark.trackers.base.parameters import whole
 
 
 class TemporalRobustness(Protocol):

@@ -16,19 +16,19 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
-import datasets
-from bench.metrics import preset as metrics_preset
-from bench.metrics.preset import heading
-from bench.reporting.by_preset import runs_by
-from bench.reporting.failed_runs import with_worst_scores
-from bench.reporting.tables import PRESET, SUMMARY
-from bench.statistics.correlation import rank_correlation
-from bench.statistics.intervals import Interval
-from bench.statistics.rules import MIN_UNITS, corrected_level, interval_or_none
-from bench.store.files import ResultsError
-from bench.store.loading import load_results
-from datasets import attributes
-from reports.tables import MISSING, Cell, Measure, Table, complete, counted
+from trackmark import datasets
+from trackmark.bench.metrics import preset as metrics_preset
+from trackmark.bench.metrics.preset import heading
+from trackmark.bench.reporting.by_preset import runs_by
+from trackmark.bench.reporting.failed_runs import with_worst_scores
+from trackmark.bench.reporting.tables import PRESET, SUMMARY
+from trackmark.bench.statistics.correlation import rank_correlation
+from trackmark.bench.statistics.intervals import Interval
+from trackmark.bench.statistics.rules import MIN_UNITS, corrected_level, interval_or_none
+from trackmark.bench.store.files import ResultsError
+from trackmark.bench.store.loading import load_results
+from trackmark.datasets import attributes
+from trackmark.reports.tables import MISSING, Cell, Measure, Table, complete, counted
 
 Progress = Callable[[int, int], object]
 """Receives the number of measured frames and the number of all frames."""
@@ -318,8 +318,8 @@ def _ends(curve: Curve, measure: Measure) -> tuple[str, str]:
 
 def write_plot(path: Path, curves: Sequence[Curve], measure: Measure, title: str) -> list[Path]:
     """Draw curves into a file with a panel per attribute; return the files, none without curves."""
-    from reports.attributes import Against, attribute_plot
-    from reports.figures import write_for_papers
+    from trackmark.reports.attributes import Against, attribute_plot
+    from trackmark.reports.figures import write_for_papers
 
     if not curves:
         return []

@@ -16,23 +16,23 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from bench.evaluation.scoring import can_judge, judge
-from bench.metrics import preset as metrics_preset
-from bench.metrics.preset import Column, Judged, heading, mean_of_sequences
-from bench.protocols import STORED_ONCE, TIMING, ProtocolError, protocol
-from bench.protocols import title as title_of_protocol
-from bench.reporting.failed_runs import failed_runs, judge_failed
-from bench.reporting.tables import PRESET, SUMMARY, mean_table, tables, title_of
-from bench.statistics.rules import MARGIN
-from bench.store.files import ResultsError
-from bench.store.layout import Cell, run_path
-from bench.store.loading import load_results
-from bench.store.results import Results
-from bench.store.truth import read_truth
-from reports.fitting import on_terminal
-from reports.renderers import to_text
-from reports.tables import MISSING, Measure, Table, complete, counted, sequence_table
-from reports.tables import Cell as TableCell
+from trackmark.bench.evaluation.scoring import can_judge, judge
+from trackmark.bench.metrics import preset as metrics_preset
+from trackmark.bench.metrics.preset import Column, Judged, heading, mean_of_sequences
+from trackmark.bench.protocols import STORED_ONCE, TIMING, ProtocolError, protocol
+from trackmark.bench.protocols import title as title_of_protocol
+from trackmark.bench.reporting.failed_runs import failed_runs, judge_failed
+from trackmark.bench.reporting.tables import PRESET, SUMMARY, mean_table, tables, title_of
+from trackmark.bench.statistics.rules import MARGIN
+from trackmark.bench.store.files import ResultsError
+from trackmark.bench.store.layout import Cell, run_path
+from trackmark.bench.store.loading import load_results
+from trackmark.bench.store.results import Results
+from trackmark.bench.store.truth import read_truth
+from trackmark.reports.fitting import on_terminal
+from trackmark.reports.renderers import to_text
+from trackmark.reports.tables import MISSING, Measure, Table, complete, counted, sequence_table
+from trackmark.reports.tables import Cell as TableCell
 
 TOGETHER = "all sequences"
 """What stands for the sequences in rows of what a preset makes of them together."""
@@ -243,8 +243,8 @@ def write_curves(
     every preset that has no tracker's curve. `suffix`: of the files, see
     `reports.figures.write_for_papers`. Raises `OSError`.
     """
-    from reports.figures import write_for_papers  # brings what draws
-    from reports.plots import curve_plot
+    from trackmark.reports.figures import write_for_papers  # brings what draws
+    from trackmark.reports.plots import curve_plot
 
     paths = []
     for one in scored:

@@ -19,15 +19,15 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from bench.evaluation.record import Run
-from bench.evaluation.scoring import judge
-from bench.metrics import preset as metrics_preset
-from bench.metrics.preset import Judged, State, mean_of_sequences
-from bench.protocols import TIMING, protocol
-from bench.store.layout import run_path
-from bench.store.results import Results
-from bench.store.truth import StoredTruth, read_truth
-from reports.tables import failure_notes
+from trackmark.bench.evaluation.record import Run
+from trackmark.bench.evaluation.scoring import judge
+from trackmark.bench.metrics import preset as metrics_preset
+from trackmark.bench.metrics.preset import Judged, State, mean_of_sequences
+from trackmark.bench.protocols import TIMING, protocol
+from trackmark.bench.store.layout import run_path
+from trackmark.bench.store.results import Results
+from trackmark.bench.store.truth import StoredTruth, read_truth
+from trackmark.reports.tables import failure_notes
 
 
 class FailedRuns(NamedTuple):

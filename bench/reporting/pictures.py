@@ -10,25 +10,25 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-import datasets
-from bench.evaluation.record import Run, Trace
-from bench.evaluation.reference import reference
-from bench.metrics.centre_error import centre_error
-from bench.metrics.overlap import overlap
-from bench.protocols import STORED_ONCE, TIMING
-from bench.reporting.by_attribute import Shown, open_sequence, write_plot
-from bench.reporting.by_preset import Scored, write_curves
-from bench.reporting.tables import title_of
-from bench.store.index import read_index
-from bench.store.layout import experiment_folders
-from bench.store.loading import load_results, ordered_rows
-from bench.store.results import Results
-from bench.store.truth import StoredTruth, read_truth
-from reports.film_strip import evenly_spaced, film_strip, write_film_strip
-from reports.overlay import TRUTH
-from reports.palette import colours
-from reports.tables import Table, complete
-from reports.write import file_names, write_plots, write_tables
+from trackmark import datasets
+from trackmark.bench.evaluation.record import Run, Trace
+from trackmark.bench.evaluation.reference import reference
+from trackmark.bench.metrics.centre_error import centre_error
+from trackmark.bench.metrics.overlap import overlap
+from trackmark.bench.protocols import STORED_ONCE, TIMING
+from trackmark.bench.reporting.by_attribute import Shown, open_sequence, write_plot
+from trackmark.bench.reporting.by_preset import Scored, write_curves
+from trackmark.bench.reporting.tables import title_of
+from trackmark.bench.store.index import read_index
+from trackmark.bench.store.layout import experiment_folders
+from trackmark.bench.store.loading import load_results, ordered_rows
+from trackmark.bench.store.results import Results
+from trackmark.bench.store.truth import StoredTruth, read_truth
+from trackmark.reports.film_strip import evenly_spaced, film_strip, write_film_strip
+from trackmark.reports.overlay import TRUTH
+from trackmark.reports.palette import colours
+from trackmark.reports.tables import Table, complete
+from trackmark.reports.write import file_names, write_plots, write_tables
 
 STRIP_FRAMES = 10
 
@@ -202,7 +202,7 @@ class _Boxes:
 
         A tracker without the repetition (a deterministic one) shows its first.
         """
-        from reports.plots import TRACE_WORDS  # imports Matplotlib
+        from trackmark.reports.plots import TRACE_WORDS  # imports Matplotlib
 
         tracker = row["tracker"]
         if row["repetition"] != self._repetition and tracker in self._labelled:

@@ -6,12 +6,12 @@ import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 
-from bench.execution.plan import Plan, State
-from bench.reporting.tables import MASKS, PRESET, SUMMARY, TIMES
-from bench.store.columns import coded
-from reports.fitting import on_terminal
-from reports.renderers import to_text
-from reports.tables import Cell, Table, summary_table
+from trackmark.bench.execution.plan import Plan, State
+from trackmark.bench.reporting.tables import MASKS, PRESET, SUMMARY, TIMES
+from trackmark.bench.store.columns import coded
+from trackmark.reports.fitting import on_terminal
+from trackmark.reports.renderers import to_text
+from trackmark.reports.tables import Cell, Table, summary_table
 
 
 class Replaced:

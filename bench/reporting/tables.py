@@ -8,14 +8,21 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from bench.reporting import MARGINS
-from bench.reporting.failed_runs import with_worst_scores
-from bench.statistics.rules import MIN_UNITS, interval_or_none, star_marks
-from bench.statistics.units import Units, units_of
-from bench.store.layout import Cell
-from bench.store.loading import as_revised, load_results
-from bench.store.results import Results
-from reports.tables import Measure, Table, Uncertainty, sequence_table, summary_table, timed_by
+from trackmark.bench.reporting import MARGINS
+from trackmark.bench.reporting.failed_runs import with_worst_scores
+from trackmark.bench.statistics.rules import MIN_UNITS, interval_or_none, star_marks
+from trackmark.bench.statistics.units import Units, units_of
+from trackmark.bench.store.layout import Cell
+from trackmark.bench.store.loading import as_revised, load_results
+from trackmark.bench.store.results import Results
+from trackmark.reports.tables import (
+    Measure,
+    Table,
+    Uncertainty,
+    sequence_table,
+    summary_table,
+    timed_by,
+)
 
 PRESET = "native"
 

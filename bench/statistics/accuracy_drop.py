@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import ndtri
 
-from bench.statistics.intervals import Interval
-from bench.statistics.rules import (
+from trackmark.bench.statistics.intervals import Interval
+from trackmark.bench.statistics.rules import (
     CONFIDENCE,
     MARGIN,
     MIN_UNITS,

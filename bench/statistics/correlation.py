@@ -7,8 +7,8 @@ from numpy.typing import ArrayLike
 from scipy.special import ndtri
 from scipy.stats import rankdata
 
-from bench.statistics.intervals import Interval
-from bench.statistics.rules import MIN_UNITS
+from trackmark.bench.statistics.intervals import Interval
+from trackmark.bench.statistics.rules import MIN_UNITS
 
 
 def rank_correlation(

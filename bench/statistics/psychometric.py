@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bench.statistics.intervals import Interval
+from trackmark.bench.statistics.intervals import Interval
 
 Array = NDArray[np.float64]
 

@@ -11,7 +11,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from bench.statistics.intervals import Interval, interval_ends, mean_interval
+from trackmark.bench.statistics.intervals import Interval, interval_ends, mean_interval
 
 CONFIDENCE = 0.95
 """Level of all intervals together; m comparisons have intervals at 1 - 0.05 / m (Bonferroni)."""

@@ -7,7 +7,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bench.statistics.rules import MIN_UNITS
+from trackmark.bench.statistics.rules import MIN_UNITS
 
 Unit = Literal["sequence", "family", "scene"]
 """Kind of a unit. A family is the name of a sequence before the first `:`."""

@@ -20,8 +20,8 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bench.statistics.intervals import Interval, share_interval
-from bench.statistics.rules import (
+from trackmark.bench.statistics.intervals import Interval, share_interval
+from trackmark.bench.statistics.rules import (
     CLAIM_MARGIN,
     MIN_SCENES,
     MIN_UNITS,

@@ -15,10 +15,10 @@ import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 
-from bench.store.checksum import PLACEHOLDER, check, sealed
-from bench.store.columns import CELL, PLACE, TEXT, coded, codes, numbered, with_place
-from bench.store.files import ResultsError, locked, unreadable, write_atomically
-from bench.store.layout import SCHEMA, Cell, check_schema
+from trackmark.bench.store.checksum import PLACEHOLDER, check, sealed
+from trackmark.bench.store.columns import CELL, PLACE, TEXT, coded, codes, numbered, with_place
+from trackmark.bench.store.files import ResultsError, locked, unreadable, write_atomically
+from trackmark.bench.store.layout import SCHEMA, Cell, check_schema
 
 _NAMED = ("tracker", "sequence", "protocol", "version")
 _TYPES = pa.schema([*((name, TEXT) for name in _NAMED), ("repetition", pa.int32())])

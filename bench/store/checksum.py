@@ -13,7 +13,7 @@ from pathlib import Path
 import pyarrow as pa
 import pyarrow.feather as feather
 
-from bench.store.files import ResultsError, unreadable
+from trackmark.bench.store.files import ResultsError, unreadable
 
 _MARK = b"trackmark-sha256:"
 _BLANK = _MARK + b"0" * 64

@@ -10,7 +10,7 @@ import numpy as np
 import pyarrow as pa
 from numpy.typing import ArrayLike, NDArray
 
-from bench.store.layout import folder_name, run_path
+from trackmark.bench.store.layout import folder_name, run_path
 
 TEXT = pa.dictionary(pa.int32(), pa.string())
 """Type of a column of text."""

@@ -22,14 +22,23 @@ import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 
-from bench.evaluation.record import Run
-from bench.evaluation.scoring import can_judge, score_both
-from bench.store.checksum import arrow_bytes, read_arrow
-from bench.store.columns import CELL, PLACE, TEXT, coded, numbered, places, tidy, with_place
-from bench.store.files import ResultsError, unreadable, write_atomically
-from bench.store.layout import run_path
-from bench.store.results import Results
-from bench.store.truth import read_truth
+from trackmark.bench.evaluation.record import Run
+from trackmark.bench.evaluation.scoring import can_judge, score_both
+from trackmark.bench.store.checksum import arrow_bytes, read_arrow
+from trackmark.bench.store.columns import (
+    CELL,
+    PLACE,
+    TEXT,
+    coded,
+    numbered,
+    places,
+    tidy,
+    with_place,
+)
+from trackmark.bench.store.files import ResultsError, unreadable, write_atomically
+from trackmark.bench.store.layout import run_path
+from trackmark.bench.store.results import Results
+from trackmark.bench.store.truth import read_truth
 
 _TEXTS = (
     "tracker",

@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import TypeAlias
 from urllib.parse import quote
 
-from bench.store.files import ResultsError
+from trackmark.bench.store.files import ResultsError
 
 SCHEMA = 2
 """Version of the layout; a reader refuses any other."""

@@ -8,12 +8,12 @@ import numpy as np
 import pyarrow as pa
 from pyarrow import compute
 
-from bench.evaluation.scoring import REVISED
-from bench.store.asked import Asked, Cells
-from bench.store.columns import CELL, coded, codes, numbered, places
-from bench.store.index import index_rows, read_table
-from bench.store.layout import Cell, experiment_folders
-from bench.store.results import Results
+from trackmark.bench.evaluation.scoring import REVISED
+from trackmark.bench.store.asked import Asked, Cells
+from trackmark.bench.store.columns import CELL, coded, codes, numbered, places
+from trackmark.bench.store.index import index_rows, read_table
+from trackmark.bench.store.layout import Cell, experiment_folders
+from trackmark.bench.store.results import Results
 
 if TYPE_CHECKING:
     import pandas as pd

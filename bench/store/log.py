@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 from zlib import crc32
 
-from bench.store.files import ResultsError, append
+from trackmark.bench.store.files import ResultsError, append
 
 _FOLDER = "_log"
 

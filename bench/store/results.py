@@ -23,12 +23,12 @@ import pyarrow as pa
 import pyarrow.parquet as parquet
 from numpy.typing import NDArray
 
-from bench.evaluation.record import Run
-from bench.experiments.contestant import Identity
-from bench.metrics.regions import Segmentation
-from bench.metrics.times import Times
-from bench.store.asked import Asked, add_asked, read_asked, withdraw
-from bench.store.checksum import (
+from trackmark.bench.evaluation.record import Run
+from trackmark.bench.experiments.contestant import Identity
+from trackmark.bench.metrics.regions import Segmentation
+from trackmark.bench.metrics.times import Times
+from trackmark.bench.store.asked import Asked, add_asked, read_asked, withdraw
+from trackmark.bench.store.checksum import (
     PLACEHOLDER,
     SEAL_KEY,
     arrow_bytes,
@@ -36,8 +36,8 @@ from bench.store.checksum import (
     read_sealed,
     sealed,
 )
-from bench.store.columns import as_columns
-from bench.store.files import (
+from trackmark.bench.store.columns import as_columns
+from trackmark.bench.store.files import (
     ResultsError,
     locked,
     remove_empty_folder,
@@ -45,7 +45,7 @@ from bench.store.files import (
     write_atomically,
     write_once,
 )
-from bench.store.layout import (
+from trackmark.bench.store.layout import (
     BOX_COLUMNS,
     METADATA_KEY,
     SCHEMA,
@@ -54,8 +54,8 @@ from bench.store.layout import (
     check_schema,
     run_path,
 )
-from bench.store.unfinished import remove_leftovers
-from datasets.source_digest import library_versions
+from trackmark.bench.store.unfinished import remove_leftovers
+from trackmark.datasets.source_digest import library_versions
 
 _DIGITS = 16  # of a companion's digest, in its name
 

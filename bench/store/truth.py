@@ -11,12 +11,18 @@ import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 
-from bench.store.checksum import DamagedError, arrow_bytes, read_arrow, read_sealed
-from bench.store.columns import as_columns
-from bench.store.files import ResultsError, write_atomically
-from bench.store.layout import BOX_COLUMNS, METADATA_KEY, SCHEMA, check_schema, folder_name
-from datasets import Sequence, SequenceError
-from datasets.shapes import EncodedMask, Shapes
+from trackmark.bench.store.checksum import DamagedError, arrow_bytes, read_arrow, read_sealed
+from trackmark.bench.store.columns import as_columns
+from trackmark.bench.store.files import ResultsError, write_atomically
+from trackmark.bench.store.layout import (
+    BOX_COLUMNS,
+    METADATA_KEY,
+    SCHEMA,
+    check_schema,
+    folder_name,
+)
+from trackmark.datasets import Sequence, SequenceError
+from trackmark.datasets.shapes import EncodedMask, Shapes
 
 if TYPE_CHECKING:
     import pandas as pd

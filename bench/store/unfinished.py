@@ -19,15 +19,15 @@ import pyarrow.parquet as parquet
 from numpy.lib.format import open_memmap
 from numpy.typing import NDArray
 
-from bench.store.checksum import read_sealed
-from bench.store.files import (
+from trackmark.bench.store.checksum import read_sealed
+from trackmark.bench.store.files import (
     is_abandoned,
     locked,
     remove_empty_folder,
     remove_file,
     write_atomically,
 )
-from bench.store.layout import METADATA_KEY, UNFINISHED
+from trackmark.bench.store.layout import METADATA_KEY, UNFINISHED
 
 _COMPANION = re.compile(r"^(?P<run>\d+)\.[0-9a-f]{16}\.")
 

@@ -5,15 +5,15 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from bench.store.asked import read_asked
-from bench.store.checksum import read_sealed
-from bench.store.files import ResultsError
-from bench.store.index import index_rows, read_table
-from bench.store.layout import experiment_folders
-from bench.store.log import log_files, read_log
-from bench.store.recordings import different, recordings
-from bench.store.results import Results
-from bench.store.truth import check_truth, copy_truth, read_truth, truth_path
+from trackmark.bench.store.asked import read_asked
+from trackmark.bench.store.checksum import read_sealed
+from trackmark.bench.store.files import ResultsError
+from trackmark.bench.store.index import index_rows, read_table
+from trackmark.bench.store.layout import experiment_folders
+from trackmark.bench.store.log import log_files, read_log
+from trackmark.bench.store.recordings import different, recordings
+from trackmark.bench.store.results import Results
+from trackmark.bench.store.truth import check_truth, copy_truth, read_truth, truth_path
 
 Check = Callable[[], object]
 """Reads a stored file, and raises what `damage` understands."""

@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from datasets.attributes.view import View
+from trackmark.datasets.attributes.view import View
 
 Over = Literal["mean", "5 %", "95 %"]
 """How a sequence's value comes from those of its frames."""

@@ -21,8 +21,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.attributes.attribute import attribute
-from datasets.attributes.view import View, part_of
+from trackmark.datasets.attributes.attribute import attribute
+from trackmark.datasets.attributes.view import View, part_of
 
 LOW_PASS = 9
 """Pixels over which [Crete] averages."""

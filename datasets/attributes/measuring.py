@@ -12,13 +12,13 @@ from tempfile import NamedTemporaryFile
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from datasets.attributes import definitions
-from datasets.attributes.attribute import Attribute
-from datasets.attributes.view import View
-from datasets.file_digest import cache_folder
-from datasets.interface import Sequence
-from datasets.source_digest import tree_digest
-from datasets.text_form import close_match
+from trackmark.datasets.attributes import definitions
+from trackmark.datasets.attributes.attribute import Attribute
+from trackmark.datasets.attributes.view import View
+from trackmark.datasets.file_digest import cache_folder
+from trackmark.datasets.interface import Sequence
+from trackmark.datasets.source_digest import tree_digest
+from trackmark.datasets.text_form import close_match
 
 Series = dict[str, NDArray[np.float64]]
 """Values by attribute, (n,): a number a frame, NaN where there is none."""

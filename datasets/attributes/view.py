@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.interface import Image
+from trackmark.datasets.interface import Image
 
 
 @dataclass(eq=False)

@@ -4,6 +4,12 @@ They stand behind a sequence's name or path, and are a part of its name and fing
 `samples/face:filter.noise=20`, `plain/target:scene=3:filter.motion=0.4:filter.draw=7`.
 """
 
-from datasets.filters.laid_over import FILTERS, Filter, filtered, split_filters, with_filters
+from trackmark.datasets.filters.laid_over import (
+    FILTERS,
+    Filter,
+    filtered,
+    split_filters,
+    with_filters,
+)
 
 __all__ = ["FILTERS", "Filter", "filtered", "split_filters", "with_filters"]

@@ -7,9 +7,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.decoding import check_pixels
-from datasets.filters.timing import changed, generator
-from datasets.interface import Image, Mask, Sequence, SequenceError, lies_outside
+from trackmark.datasets.decoding import check_pixels
+from trackmark.datasets.filters.timing import changed, generator
+from trackmark.datasets.interface import Image, Mask, Sequence, SequenceError, lies_outside
 
 Array = NDArray[np.float64]
 

@@ -8,11 +8,11 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
-from datasets.decoding import brief
-from datasets.filters import geometry, light, timing
-from datasets.interface import Sequence, SequenceError
-from datasets.source_digest import tree_digest
-from datasets.text_form import close_match, format_text
+from trackmark.datasets.decoding import brief
+from trackmark.datasets.filters import geometry, light, timing
+from trackmark.datasets.interface import Sequence, SequenceError
+from trackmark.datasets.source_digest import tree_digest
+from trackmark.datasets.text_form import close_match, format_text
 
 PREFIX = "filter."
 

@@ -4,8 +4,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.filters.timing import changed, generator
-from datasets.interface import Image, Sequence
+from trackmark.datasets.filters.timing import changed, generator
+from trackmark.datasets.interface import Image, Sequence
 
 
 def gain(sequence: Sequence, value: float, draw: int) -> Sequence:

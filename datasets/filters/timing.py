@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.interface import Image, Sequence, SequenceError
+from trackmark.datasets.interface import Image, Sequence, SequenceError
 
 FEWEST = 20
 """Frames that must be left to be tracked."""

@@ -10,10 +10,10 @@ from glob import escape
 from pathlib import Path
 from typing import Any, Protocol, cast, runtime_checkable
 
-from datasets.decoding import brief
-from datasets.interface import Sequence, SequenceError
-from datasets.text_form import natural_order
-from datasets.truth_file import read_text
+from trackmark.datasets.decoding import brief
+from trackmark.datasets.interface import Sequence, SequenceError
+from trackmark.datasets.text_form import natural_order
+from trackmark.datasets.truth_file import read_text
 
 __all__ = [
     "Choosing",

@@ -16,17 +16,17 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from datasets import truth_file
-from datasets.decoding import brief, check_pixels, decoding
-from datasets.file_digest import file_digests
-from datasets.image_files import (
+from trackmark.datasets import truth_file
+from trackmark.datasets.decoding import brief, check_pixels, decoding
+from trackmark.datasets.file_digest import file_digests
+from trackmark.datasets.image_files import (
     image_files,
     image_size,
     numbered_images,
     size_of_first,
 )
-from datasets.interface import Mask, Sequence, SequenceError
-from datasets.recorded import recorded_images
+from trackmark.datasets.interface import Mask, Sequence, SequenceError
+from trackmark.datasets.recorded import recorded_images
 
 IMAGES, MASKS = "JPEGImages", "Annotations"
 USUAL_RESOLUTION = "480p"

@@ -12,10 +12,10 @@ from pathlib import Path
 
 import numpy as np
 
-from datasets import truth_file
-from datasets.image_files import numbered_images
-from datasets.interface import Sequence
-from datasets.number_files import (
+from trackmark.datasets import truth_file
+from trackmark.datasets.image_files import numbered_images
+from trackmark.datasets.interface import Sequence
+from trackmark.datasets.number_files import (
     check_row_count,
     fps_of,
     read_boxes,
@@ -23,7 +23,7 @@ from datasets.number_files import (
     read_flags,
     without_rest,
 )
-from datasets.recorded import recorded_images
+from trackmark.datasets.recorded import recorded_images
 
 TRUTH, FIELDS, COVER = "groundtruth.txt", "meta_info.ini", "cover.label"
 FLAGS = ("absence", "cut_by_image")

@@ -2,11 +2,11 @@
 
 from pathlib import Path
 
-from datasets import truth_file
-from datasets.frame_numbers import check_frame_numbers
-from datasets.image_files import SUFFIXES, ImageFiles, image_files
-from datasets.interface import Sequence
-from datasets.recorded import recorded
+from trackmark.datasets import truth_file
+from trackmark.datasets.frame_numbers import check_frame_numbers
+from trackmark.datasets.image_files import SUFFIXES, ImageFiles, image_files
+from trackmark.datasets.interface import Sequence
+from trackmark.datasets.recorded import recorded
 
 EXPECTS = f"a folder of images ({', '.join(SUFFIXES)}), its truth in truth.csv or given"
 GENERAL = True

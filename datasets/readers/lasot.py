@@ -9,11 +9,11 @@ from pathlib import Path
 
 import numpy as np
 
-from datasets import truth_file
-from datasets.image_files import numbered_images
-from datasets.interface import Sequence
-from datasets.number_files import check_row_count, read_boxes, read_flags
-from datasets.recorded import recorded_images
+from trackmark.datasets import truth_file
+from trackmark.datasets.image_files import numbered_images
+from trackmark.datasets.interface import Sequence
+from trackmark.datasets.number_files import check_row_count, read_boxes, read_flags
+from trackmark.datasets.recorded import recorded_images
 
 TRUTH, FLAGS = "groundtruth.txt", ("full_occlusion", "out_of_view")
 EXPECTS = f"a folder with img/ and {TRUTH} (LaSOT)"

@@ -13,12 +13,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets import truth_file
-from datasets.decoding import brief
-from datasets.image_files import numbered_images
-from datasets.interface import Sequence, SequenceError
-from datasets.number_files import fps_of, place_of, read_fields, read_rows
-from datasets.recorded import recorded_images
+from trackmark.datasets import truth_file
+from trackmark.datasets.decoding import brief
+from trackmark.datasets.image_files import numbered_images
+from trackmark.datasets.interface import Sequence, SequenceError
+from trackmark.datasets.number_files import fps_of, place_of, read_fields, read_rows
+from trackmark.datasets.recorded import recorded_images
 
 TRUTH, FIELDS, IMAGES = Path("gt/gt.txt"), "seqinfo.ini", "img1"
 EXPECTS = f"a folder with {IMAGES}/ and {TRUTH} (MOTChallenge)"

@@ -15,12 +15,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets import truth_file
-from datasets.decoding import brief
-from datasets.image_files import numbered_images
-from datasets.interface import Sequence, SequenceError
-from datasets.number_files import as_boxes, check_line, numbers
-from datasets.recorded import recorded_images
+from trackmark.datasets import truth_file
+from trackmark.datasets.decoding import brief
+from trackmark.datasets.image_files import numbered_images
+from trackmark.datasets.interface import Sequence, SequenceError
+from trackmark.datasets.number_files import as_boxes, check_line, numbers
+from trackmark.datasets.recorded import recorded_images
 
 RATES = ("30", "240")
 EXPECTS = "a folder NAME/30 or NAME/240 with NAME/ and NAME.txt (NfS)"

@@ -12,12 +12,12 @@ from typing import Any
 
 import numpy as np
 
-from datasets import truth_file
-from datasets.decoding import brief
-from datasets.image_files import numbered_images
-from datasets.interface import Sequence, SequenceError
-from datasets.number_files import check_row_count, columns, read_boxes
-from datasets.recorded import recorded_images
+from trackmark.datasets import truth_file
+from trackmark.datasets.decoding import brief
+from trackmark.datasets.image_files import numbered_images
+from trackmark.datasets.interface import Sequence, SequenceError
+from trackmark.datasets.number_files import check_row_count, columns, read_boxes
+from trackmark.datasets.recorded import recorded_images
 
 TRUTH, TLP_COLUMNS = "groundtruth_rect.txt", 6
 EXPECTS = f"a folder with img/ and {TRUTH} (OTB)"

@@ -7,11 +7,11 @@ benchmark", IEEE TIP 24(12), 2015.
 
 from pathlib import Path
 
-from datasets import truth_file
-from datasets.image_files import numbered_images
-from datasets.interface import Sequence, SequenceError
-from datasets.number_files import read_boxes, read_rows
-from datasets.recorded import recorded_images
+from trackmark.datasets import truth_file
+from trackmark.datasets.image_files import numbered_images
+from trackmark.datasets.interface import Sequence, SequenceError
+from trackmark.datasets.number_files import read_boxes, read_rows
+from trackmark.datasets.recorded import recorded_images
 
 TRUTH, RANGE = "_gt.txt", "_frames.txt"
 EXPECTS = f"a folder with img/, NAME{TRUTH} and NAME{RANGE} (TColor-128)"

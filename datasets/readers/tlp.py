@@ -9,11 +9,11 @@ from pathlib import Path
 
 import numpy as np
 
-from datasets import truth_file
-from datasets.image_files import numbered_images
-from datasets.interface import Sequence, SequenceError
-from datasets.number_files import as_boxes, columns, read_rows
-from datasets.recorded import recorded_images
+from trackmark.datasets import truth_file
+from trackmark.datasets.image_files import numbered_images
+from trackmark.datasets.interface import Sequence, SequenceError
+from trackmark.datasets.number_files import as_boxes, columns, read_rows
+from trackmark.datasets.recorded import recorded_images
 
 TRUTH, COLUMNS = "groundtruth_rect.txt", 6
 EXPECTS = f"a folder with img/ and a {TRUTH} of {COLUMNS} columns (TLP)"

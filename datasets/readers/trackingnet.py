@@ -7,12 +7,12 @@ first box is public: the frames behind it have no truth and are not scored. Mül
 
 from pathlib import Path
 
-from datasets import truth_file
-from datasets.image_files import numbered_images
-from datasets.interface import Sequence
-from datasets.number_files import check_row_count, read_boxes, without_rest
-from datasets.recorded import recorded_images
-from datasets.text_form import natural_order
+from trackmark.datasets import truth_file
+from trackmark.datasets.image_files import numbered_images
+from trackmark.datasets.interface import Sequence
+from trackmark.datasets.number_files import check_row_count, read_boxes, without_rest
+from trackmark.datasets.recorded import recorded_images
+from trackmark.datasets.text_form import natural_order
 
 IMAGES, TRUTHS = "frames", "anno"
 EXPECTS = f"a folder {IMAGES}/NAME with {TRUTHS}/NAME.txt (TrackingNet)"

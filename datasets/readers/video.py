@@ -2,9 +2,9 @@
 
 from pathlib import Path
 
-from datasets import truth_file
-from datasets.interface import Sequence
-from datasets.recorded import recorded
+from trackmark.datasets import truth_file
+from trackmark.datasets.interface import Sequence
+from trackmark.datasets.recorded import recorded
 
 SUFFIXES = (".avi", ".mp4", ".mkv", ".mov", ".m4v", ".webm", ".mpg")
 EXPECTS = f"a video file ({', '.join(SUFFIXES)}), its truth in a .csv of the same name or given"
@@ -19,7 +19,9 @@ def recognises(path: Path) -> bool:
 
 def read(path: Path, truth: Path | None) -> Sequence:
     """Open the file; without `truth`, a `.csv` of the same name beside it is taken."""
-    from datasets.video_frames import VideoFrames  # a decoder is loaded where a video is opened
+    from trackmark.datasets.video_frames import (
+        VideoFrames,  # a decoder is loaded where a video is opened
+    )
 
     frames = VideoFrames(path)
     return recorded(

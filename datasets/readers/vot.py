@@ -17,12 +17,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets import truth_file
-from datasets.decoding import brief, check_pixels
-from datasets.file_digest import file_digests
-from datasets.image_files import image_files, numbered_images, size_of_first
-from datasets.interface import Mask, Sequence, SequenceError
-from datasets.number_files import (
+from trackmark.datasets import truth_file
+from trackmark.datasets.decoding import brief, check_pixels
+from trackmark.datasets.file_digest import file_digests
+from trackmark.datasets.image_files import image_files, numbered_images, size_of_first
+from trackmark.datasets.interface import Mask, Sequence, SequenceError
+from trackmark.datasets.number_files import (
     check_line,
     check_row_count,
     fps_of,
@@ -33,9 +33,9 @@ from datasets.number_files import (
     read_rows,
     words,
 )
-from datasets.recorded import recorded_images
-from datasets.shapes import EncodedMask, Shapes
-from datasets.text_form import natural_order
+from trackmark.datasets.recorded import recorded_images
+from trackmark.datasets.shapes import EncodedMask, Shapes
+from trackmark.datasets.text_form import natural_order
 
 TRUTH, OBJECT, FIELDS = "groundtruth.txt", "groundtruth_", "sequence"
 EXPECTS = f"a folder with {TRUTH} and images or color/ (VOT)"

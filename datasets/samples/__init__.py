@@ -10,11 +10,11 @@ from collections.abc import Sequence as SequenceOf
 from pathlib import Path
 from typing import Any
 
-from datasets import truth_file
-from datasets.decoding import brief
-from datasets.file_digest import file_digests
-from datasets.interface import Sequence, SequenceError, Summary
-from datasets.outline import Outline, outlined
+from trackmark.datasets import truth_file
+from trackmark.datasets.decoding import brief
+from trackmark.datasets.file_digest import file_digests
+from trackmark.datasets.interface import Sequence, SequenceError, Summary
+from trackmark.datasets.outline import Outline, outlined
 
 __all__ = ["load", "names", "options", "outline", "summary"]
 
@@ -52,8 +52,10 @@ def load(name: str, options: Mapping[str, str]) -> Sequence:
     """See `datasets.catalogue.Suite`; there are no options."""
     if options:
         raise SequenceError(f"{name} takes no options, but was given {brief(next(iter(options)))}.")
-    from datasets.recorded import recorded  # a decoder is loaded only where a clip is opened
-    from datasets.video_frames import VideoFrames
+    from trackmark.datasets.recorded import (
+        recorded,  # a decoder is loaded only where a clip is opened
+    )
+    from trackmark.datasets.video_frames import VideoFrames
 
     clip = _clip()
     truth = FOLDER / f"{name.removeprefix(PREFIX)}.csv"

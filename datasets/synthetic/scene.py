@@ -8,7 +8,7 @@ from zlib import crc32
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.interface import Image, Mask
+from trackmark.datasets.interface import Image, Mask
 
 
 @dataclass(frozen=True)

@@ -9,14 +9,14 @@ from functools import cache, lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, cast
 
-from datasets.interface import Sequence, Summary
-from datasets.outline import Outline, outlined
-from datasets.seal import seal_of
-from datasets.source_digest import tree_digest
-from datasets.synthetic.knobs import Knobs
+from trackmark.datasets.interface import Sequence, Summary
+from trackmark.datasets.outline import Outline, outlined
+from trackmark.datasets.seal import seal_of
+from trackmark.datasets.source_digest import tree_digest
+from trackmark.datasets.synthetic.knobs import Knobs
 
 if TYPE_CHECKING:
-    from datasets.synthetic.scene import Scene, Truth
+    from trackmark.datasets.synthetic.scene import Scene, Truth
 
 FOLDER = Path(__file__).parent
 
@@ -185,5 +185,5 @@ def _identity(knobs: Knobs) -> dict[str, Any]:
 def suites() -> list[Suite]:
     """List the suites: folders here whose package has a `SUITE`."""
     folders = sorted(file.parent.name for file in FOLDER.glob("*/__init__.py"))
-    packages = [importlib.import_module(f"datasets.synthetic.{name}") for name in folders]
+    packages = [importlib.import_module(f"trackmark.datasets.synthetic.{name}") for name in folders]
     return [package.SUITE for package in packages if hasattr(package, "SUITE")]

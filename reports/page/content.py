@@ -7,7 +7,7 @@ from urllib.parse import urlencode
 
 from numpy.typing import ArrayLike
 
-from reports.tables import Table
+from trackmark.reports.tables import Table
 
 
 class Place(NamedTuple):

@@ -14,12 +14,12 @@ from urllib.parse import quote
 import numpy as np
 from numpy.typing import ArrayLike
 
-from reports.alignment import number_in, rests_of, texts_of
-from reports.files import write_file
-from reports.page.content import Chart, Page, Scene
-from reports.page.film import ABSENT
-from reports.palette import COLOURS
-from reports.printable import one_line
+from trackmark.reports.alignment import number_in, rests_of, texts_of
+from trackmark.reports.files import write_file
+from trackmark.reports.page.content import Chart, Page, Scene
+from trackmark.reports.page.film import ABSENT
+from trackmark.reports.palette import COLOURS
+from trackmark.reports.printable import one_line
 
 if TYPE_CHECKING:
     from jinja2 import Environment

@@ -15,13 +15,13 @@ import cv2
 import numpy as np
 import pytest
 
-import datasets
-from bench.cli import main
-from bench.compilation import SENTENCE
-from bench.engine import performing
-from bench.experiments.outside import answered
-from bench.store.truth import write_truth
-from trackers.base import catalogue
+from trackmark import datasets
+from trackmark.bench.cli import main
+from trackmark.bench.compilation import SENTENCE
+from trackmark.bench.engine import performing
+from trackmark.bench.experiments.outside import answered
+from trackmark.bench.store.truth import write_truth
+from trackmark.trackers.base import catalogue
 
 
 class Noise:
@@ -59,8 +59,8 @@ def make_sequence():
 KNOB_TRACKER = '''
 """A tracker with a knob."""
 from pydantic import Field
-from trackers.base.interface import Estimate, Randomness, TrackerPlugin
-from trackers.base.parameters import Parameters
+from trackmark.trackers.base.interface import Estimate, Randomness, TrackerPlugin
+from trackmark.trackers.base.parameters import Parameters
 
 
 class KnobParameters(Parameters):
@@ -139,9 +139,9 @@ def without_processes():
     @contextmanager
     def within():
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr("bench.engine.local.Supervisor", Here)
-            patch.setattr("bench.engine.supervisor.Supervisor", Here)
-            patch.setattr("bench.experiments.outside._child", asked_here)
+            patch.setattr("trackmark.bench.engine.local.Supervisor", Here)
+            patch.setattr("trackmark.bench.engine.supervisor.Supervisor", Here)
+            patch.setattr("trackmark.bench.experiments.outside._child", asked_here)
             yield
 
     return within
@@ -159,8 +159,10 @@ def trackmark(here, in_this_process, monkeypatch, capsys):
     """The command line as a user types it, in a folder with data; no process is started for it."""
     monkeypatch.chdir(here)
     monkeypatch.setenv("TRACKMARK_CACHE", str(here / "cache"))
-    monkeypatch.setattr("bench.cli.attend", lambda tell: None)
-    monkeypatch.setattr("bench.commands._options.PATIENCE", 1e6)  # seconds: however busy it is here
+    monkeypatch.setattr("trackmark.bench.cli.attend", lambda tell: None)
+    monkeypatch.setattr(
+        "trackmark.bench.commands._options.PATIENCE", 1e6
+    )  # seconds: however busy it is here
 
     def call(*arguments, status=0):
         catalogue._load.cache_clear()  # trackers in files may have been edited
@@ -274,8 +276,10 @@ def store_calls(gone_process):
     def handed(around):
         with pytest.MonkeyPatch.context() as patch:
             own = Substitute(os, STORE_CALLS, around, getpid=lambda: gone_process)
-            patch.setattr("bench.store.files.os", own)
-            patch.setattr("bench.store.files.fcntl", Substitute(fcntl, ("flock",), around))
+            patch.setattr("trackmark.bench.store.files.os", own)
+            patch.setattr(
+                "trackmark.bench.store.files.fcntl", Substitute(fcntl, ("flock",), around)
+            )
             yield
 
     return handed

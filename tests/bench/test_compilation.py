@@ -7,7 +7,7 @@ from threading import Thread
 import pytest
 from numba.core.caching import IndexDataCacheFile
 
-from bench.compilation import SENTENCE
+from trackmark.bench.compilation import SENTENCE
 
 KERNEL = """
 

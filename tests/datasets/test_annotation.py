@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from datasets import SequenceError
-from datasets.annotation import interpolate
+from trackmark.datasets import SequenceError
+from trackmark.datasets.annotation import interpolate
 
 BOX = [10.0, 20.0, 30.0, 40.0]
 

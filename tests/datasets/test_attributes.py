@@ -9,10 +9,10 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-import datasets
-from datasets import Sequence, SequenceError, attributes
-from datasets.attributes import measuring
-from datasets.attributes.view import View
+from trackmark import datasets
+from trackmark.datasets import Sequence, SequenceError, attributes
+from trackmark.datasets.attributes import measuring
+from trackmark.datasets.attributes.view import View
 
 HEIGHT, WIDTH = 24, 30
 
@@ -415,7 +415,7 @@ def test_the_digest_is_of_the_definitions(tmp_path):
     import shutil
     from pathlib import Path
 
-    from datasets.source_digest import tree_digest
+    from trackmark.datasets.source_digest import tree_digest
 
     here = Path(measuring.__file__).parent
     digests = []

@@ -9,12 +9,12 @@ from functools import cache
 import numpy as np
 import pytest
 
-import datasets
-from datasets import SequenceError
-from datasets.golden import golden_digests, look_difference
-from datasets.outline import outlined
-from datasets.seal import read_seals
-from datasets.synthetic.suite import suites
+from trackmark import datasets
+from trackmark.datasets import SequenceError
+from trackmark.datasets.golden import golden_digests, look_difference
+from trackmark.datasets.outline import outlined
+from trackmark.datasets.seal import read_seals
+from trackmark.datasets.synthetic.suite import suites
 
 # Of sequences that are made alike, two: clips of a film, walkers before the two kinds of camera.
 ALIKE = {"nguyen2002/clip-": ("01", "04"), "multipart/": ("1", "5")}
@@ -33,7 +33,8 @@ RENDERED = [name for name in NAMES if not name.startswith("samples/")]
 
 # What another process makes of the same names: fingerprint, and digests of two images.
 ELSEWHERE = """
-import hashlib, json, sys, datasets
+import hashlib, json, sys
+from trackmark import datasets
 answers = {}
 for name in json.loads(sys.argv[1]):
     sequence = datasets.load(name)
@@ -141,7 +142,7 @@ def test_images_and_truth_are_the_sealed_ones(rendered):
     """See `datasets.seal`; what is sealed of other scenes is in `test_golden_frames.py`.
 
     A change here changes every result on the sequence. If it is meant, look at the pictures and
-    give the scene a new version: `python -m bench.evaluation.seal --new NAME`.
+    give the scene a new version: `python -m trackmark.bench.evaluation.seal --new NAME`.
     """
     assert datasets.outline(rendered.name) == outlined(rendered)  # sealed, too
     if rendered.name not in GOLDEN:  # of stress/twin a harder variant is
@@ -251,7 +252,7 @@ def test_no_two_sequences_have_the_same_fingerprint():
 
 def test_names_options_and_summaries_bring_no_renderer():
     code = (
-        "import sys, datasets\n"
+        "import sys\nfrom trackmark import datasets\n"
         "for name in datasets.names(): datasets.options(name), datasets.summary(name)\n"
         "print({'numba', 'cv2', 'av'} & set(sys.modules))"
     )

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from datasets import SequenceError
-from datasets.file_digest import cache_folder, file_digests
+from trackmark.datasets import SequenceError
+from trackmark.datasets.file_digest import cache_folder, file_digests
 
 LONG_AGO = 1_000_000_000
 

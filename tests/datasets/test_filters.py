@@ -4,9 +4,9 @@ import cv2
 import numpy as np
 import pytest
 
-import datasets
-from datasets import Sequence, SequenceError
-from datasets.filters import FILTERS, filtered
+from trackmark import datasets
+from trackmark.datasets import Sequence, SequenceError
+from trackmark.datasets.filters import FILTERS, filtered
 
 SCENE = "plain/target:length=60:width=160:height=120:scene=3"
 FACE = "samples/face"

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
-import datasets
-from datasets import SequenceError, readers
+from trackmark import datasets
+from trackmark.datasets import SequenceError, readers
 
 BOX = "frame,x,y,width,height\n0,1,2,8,9\n"
 
@@ -224,7 +224,7 @@ def test_a_frame_of_another_size_in_a_video_is_named(tmp_path, write_video):
 
 LOOK = """
 import resource, sys
-import datasets
+from trackmark import datasets
 sequence = datasets.load(sys.argv[1])
 for frame in range(len(sequence)):
     sequence[frame], sequence.mask(frame), sequence.shapes and sequence.shapes[frame]

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 from PIL import Image as PillowImage
 
-from datasets import SequenceError
-from datasets.image_files import ImageFiles, decode_image, image_files, image_size
+from trackmark.datasets import SequenceError
+from trackmark.datasets.image_files import ImageFiles, decode_image, image_files, image_size
 
 SMOOTH = cv2.GaussianBlur(
     np.random.default_rng(0).integers(0, 255, (40, 60, 3), dtype=np.uint8), (0, 0), 3

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from datasets import Sequence, SequenceError
+from trackmark.datasets import Sequence, SequenceError
 
 NAN = [float("nan")] * 4
 BOX = [2.0, 1.0, 4.0, 3.0]

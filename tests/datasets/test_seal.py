@@ -2,7 +2,7 @@
 
 import pytest
 
-from datasets.seal import Seal, read_seals, seal_of, write_seals
+from trackmark.datasets.seal import Seal, read_seals, seal_of, write_seals
 
 FIRST = Seal(["abc", {"numpy": "2"}], "tree", {"suite/one": {"images": "12"}})
 

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from datasets.shapes import EncodedMask, Shapes
+from trackmark.datasets.shapes import EncodedMask, Shapes
 
 POLYGON = np.array([[1.5, 2], [9, 2], [9, 8]])
 

@@ -5,7 +5,7 @@ from importlib import metadata
 
 import pytest
 
-from datasets.source_digest import library_versions, source_digest
+from trackmark.datasets.source_digest import library_versions, source_digest
 
 
 @pytest.fixture

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from datasets.text_form import format_text, parse_text
+from trackmark.datasets.text_form import format_text, parse_text
 
 WORDS = st.text("abcdefghij-_/.0123456789", min_size=1)
 

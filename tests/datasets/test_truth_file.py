@@ -6,8 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from datasets import SequenceError
-from datasets.truth_file import Truth, read, write
+from trackmark.datasets import SequenceError
+from trackmark.datasets.truth_file import Truth, read, write
 
 NUMBERS = st.floats(-1e6, 1e6)
 SIZES = st.floats(1e-3, 1e6)

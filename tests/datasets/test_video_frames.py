@@ -5,8 +5,8 @@ import cv2
 import numpy as np
 import pytest
 
-from datasets import SequenceError
-from datasets.video_frames import VideoFrames
+from trackmark.datasets import SequenceError
+from trackmark.datasets.video_frames import VideoFrames
 
 # Codec, container, B-frames and options, each with its own way to number frames.
 KINDS = {

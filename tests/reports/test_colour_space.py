@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from reports.colour_space import (
+from trackmark.reports.colour_space import (
     CLASSES,
     ColourModel,
     Gaussians,
@@ -15,8 +15,8 @@ from reports.colour_space import (
     oblique,
     rgb_axes,
 )
-from reports.figures import bare_figure
-from reports.palette import colour
+from trackmark.reports.figures import bare_figure
+from trackmark.reports.palette import colour
 
 BASIS = np.linalg.qr(np.array([[1.0, 0.2], [0.3, 1.0], [-0.4, 0.6]]))[0]
 MIXTURE = Gaussians(

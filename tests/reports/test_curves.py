@@ -4,8 +4,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from reports.curves import curve_plot
-from reports.palette import colour
+from trackmark.reports.curves import curve_plot
+from trackmark.reports.palette import colour
 
 
 def points(panel, label, values):

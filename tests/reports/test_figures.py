@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from reports.figures import Panel, map_plot
+from trackmark.reports.figures import Panel, map_plot
 
 
 def test_images_are_in_colour_maps_from_black_to_white_boxes_and_contours_at_their_place():

@@ -8,7 +8,7 @@ import threading
 
 import pytest
 
-from reports.files import write_file
+from trackmark.reports.files import write_file
 
 
 def write(text):
@@ -98,7 +98,7 @@ def test_write_file_appends_to_a_redirected_standard_output(tmp_path):
     code = """
 import sys
 from pathlib import Path
-from reports.files import write_file
+from trackmark.reports.files import write_file
 print("before", flush=True)
 write_file(Path(sys.argv[1]), lambda file: file.write_text("new\\n"))
 print("after")

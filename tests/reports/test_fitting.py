@@ -6,11 +6,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from bench.reporting.tables import PER_SEQUENCE, SUMMARY, TIMES
-from reports.fitting import on_terminal
-from reports.printable import WIDTH
-from reports.renderers import to_markdown, to_text
-from reports.tables import sequence_table, summary_table
+from trackmark.bench.reporting.tables import PER_SEQUENCE, SUMMARY, TIMES
+from trackmark.reports.fitting import on_terminal
+from trackmark.reports.printable import WIDTH
+from trackmark.reports.renderers import to_markdown, to_text
+from trackmark.reports.tables import sequence_table, summary_table
 
 TRACKERS = ("static", "camshift:window=adaptive", "opencv-mil")
 

@@ -12,13 +12,13 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from reports.page import page as pages
-from reports.page.content import Chart, Line, Page, Place, Scene, Section, Sheet
-from reports.page.film import ABSENT, film, packed, quantised
-from reports.page.page import write_page
-from reports.palette import rgb
-from reports.tables import Cell, Table
 from tests.reports.contrast import contrast
+from trackmark.reports.page import page as pages
+from trackmark.reports.page.content import Chart, Line, Page, Place, Scene, Section, Sheet
+from trackmark.reports.page.film import ABSENT, film, packed, quantised
+from trackmark.reports.page.page import write_page
+from trackmark.reports.palette import rgb
+from trackmark.reports.tables import Cell, Table
 
 BOXES = arrays(
     np.float64,

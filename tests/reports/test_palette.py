@@ -6,11 +6,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import reports.page
-from reports.figures import line_style
-from reports.overlay import GROUND
-from reports.palette import COLOURS, colour, rgb
 from tests.reports.contrast import contrast, linear
+from trackmark.reports import page
+from trackmark.reports.figures import line_style
+from trackmark.reports.overlay import GROUND
+from trackmark.reports.palette import COLOURS, colour, rgb
 
 INK = "#e6e8eb"  # of dark pages
 GROUNDS = {"light": ("#ffffff", "#f5f6f8"), "dark": ("#15181c", "#1e2228")}  # pages, their buttons
@@ -41,7 +41,7 @@ def test_every_line_is_seen_on_its_ground(ground):
 
 
 def test_the_grounds_are_those_of_pages():
-    css = Path(reports.page.__file__).with_name("page.css").read_text()
+    css = Path(page.__file__).with_name("page.css").read_text()
     light, dark = css.split("prefers-color-scheme: dark")
     assert "--paper: #fff;" in light
     assert "--panel: #f5f6f8;" in light

@@ -7,11 +7,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from reports.files import write_file
-from reports.film_strip import evenly_spaced, film_strip, write_film_strip
-from reports.overlay import TRUTH, draw_ruler, legend, overlay, write_words
-from reports.palette import colour, to_bgr
-from reports.video import write_video
+from trackmark.reports.files import write_file
+from trackmark.reports.film_strip import evenly_spaced, film_strip, write_film_strip
+from trackmark.reports.overlay import TRUTH, draw_ruler, legend, overlay, write_words
+from trackmark.reports.palette import colour, to_bgr
+from trackmark.reports.video import write_video
 
 GREY = np.full((60, 80, 3), 128, np.uint8)
 

@@ -6,9 +6,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from reports.figures import fold, write_figure
-from reports.palette import colour
-from reports.plots import (
+from trackmark.reports.figures import fold, write_figure
+from trackmark.reports.palette import colour
+from trackmark.reports.plots import (
     curve_plot,
     frame_plot,
     precision_plot,
@@ -16,8 +16,8 @@ from reports.plots import (
     speed_plot,
     success_plot,
 )
-from reports.printable import printable
-from reports.write import file_names, write_plots
+from trackmark.reports.printable import printable
+from trackmark.reports.write import file_names, write_plots
 
 LONG = "multipart:preset=robust:particles=400:half_width=3.5:resampling=systematic"
 
@@ -222,7 +222,7 @@ def test_write_plots_draws_what_the_data_allow(tmp_path):
 def test_a_report_keeps_colours_and_counts_runs_in_every_plot(tmp_path, monkeypatch):
     drawn = {}
     monkeypatch.setattr(
-        "reports.figures.write_figure", lambda path, fig: drawn.setdefault(path, fig)
+        "trackmark.reports.figures.write_figure", lambda path, fig: drawn.setdefault(path, fig)
     )
     table = pd.concat([frame_table([0.5], tracker="b"), frame_table([0.5], tracker="c")])
     passes = timing(["t", "c"], 0.1, 0.2)

@@ -4,8 +4,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from reports.palette import colour
-from reports.series import appearance_plot, series_grid, series_plot
+from trackmark.reports.palette import colour
+from trackmark.reports.series import appearance_plot, series_grid, series_plot
 
 
 def series(values, label="a", repetition=0, first=3):

@@ -10,8 +10,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from reports.renderers import to_csv, to_latex, to_markdown, to_text
-from reports.tables import (
+from trackmark.reports.renderers import to_csv, to_latex, to_markdown, to_text
+from trackmark.reports.tables import (
     Measure,
     Table,
     Uncertainty,

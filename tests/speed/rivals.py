@@ -6,7 +6,7 @@ from time import thread_time
 import cv2
 import numpy as np
 
-import trackers
+from trackmark import trackers
 
 STOP = (cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_COUNT, 10, 2)
 

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import pytest
 
-import bench
-from bench.store.log import log_files, read_log
+from trackmark import bench
+from trackmark.bench.store.log import log_files, read_log
 
 
 @pytest.mark.slow

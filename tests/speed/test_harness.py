@@ -9,11 +9,11 @@ import cv2
 import numpy as np
 import pytest
 
-import datasets
-from bench.evaluation.loop import run_in_lock_step
-from bench.experiments.contestant import contestant
-from bench.store.results import Results
-from trackers import Estimate
+from trackmark import datasets
+from trackmark.bench.evaluation.loop import run_in_lock_step
+from trackmark.bench.experiments.contestant import contestant
+from trackmark.bench.store.results import Results
+from trackmark.trackers import Estimate
 
 FRAMES = 2000
 

@@ -11,11 +11,11 @@ import cv2
 import numpy as np
 import pytest
 
-import trackers
 from tests.speed import clips
 from tests.speed.rivals import compare, run, say, warm
-from trackers.base.parameters import TrackerError
-from trackers.base.sharing import SharedFrame
+from trackmark import trackers
+from trackmark.trackers.base.parameters import TrackerError
+from trackmark.trackers.base.sharing import SharedFrame
 
 
 @pytest.mark.parametrize(

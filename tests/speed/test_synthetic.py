@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import simplejpeg
 
-import datasets
-from datasets.synthetic import plain
+from trackmark import datasets
+from trackmark.datasets.synthetic import plain
 
 KNOBS = {
     "default": {},

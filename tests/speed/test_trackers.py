@@ -11,11 +11,11 @@ from statistics import median
 import numpy as np
 import pytest
 
-import trackers
 from tests.speed import clips
 from tests.speed.rivals import MeanShift, compare, run, say, seconds_of, warm
-from trackers.base.sharing import SharedFrame
-from trackers.histograms.motion import at_rest
+from trackmark import trackers
+from trackmark.trackers.base.sharing import SharedFrame
+from trackmark.trackers.histograms.motion import at_rest
 
 LEEWAY = 1.7
 """By this factor other machines, and busy ones, differ; what takes twice as long is noticed."""

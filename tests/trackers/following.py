@@ -2,7 +2,7 @@
 
 import numpy as np
 
-import trackers
+from trackmark import trackers
 
 
 def track(name, images, box, seed=0, **parameters):

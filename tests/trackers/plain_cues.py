@@ -6,8 +6,8 @@ By the paper's sections, one hypothesis at a time; see `plain_moreno2005`.
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from trackers.contours.mixture import Mixture, components_of, refined
-from trackers.contours.plane_cue import basis_of, plane_normal
+from trackmark.trackers.contours.mixture import Mixture, components_of, refined
+from trackmark.trackers.contours.plane_cue import basis_of, plane_normal
 
 EIGENVALUES = 2e-4, 0.15  # least and most
 STEPS = 6  # of EM

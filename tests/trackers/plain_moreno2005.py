@@ -27,14 +27,20 @@ from tests.trackers.plain_cues import (
     shares,
     weights_of,
 )
-from trackers.contour_smooth_color import ContourSmoothColor
-from trackers.contours.mixture import components_of, fitted, mixture_of, projected, refined
-from trackers.contours.observation import colour_cells
-from trackers.contours.outline import enclosed_area, filled, outline
-from trackers.contours.plane_cue import discriminant_basis, plane_normal
-from trackers.contours.posterior import posterior
-from trackers.contours.snake import refined as refined_snake
-from trackers.moreno2005 import Moreno2005
+from trackmark.trackers.contour_smooth_color import ContourSmoothColor
+from trackmark.trackers.contours.mixture import (
+    components_of,
+    fitted,
+    mixture_of,
+    projected,
+    refined,
+)
+from trackmark.trackers.contours.observation import colour_cells
+from trackmark.trackers.contours.outline import enclosed_area, filled, outline
+from trackmark.trackers.contours.plane_cue import discriminant_basis, plane_normal
+from trackmark.trackers.contours.posterior import posterior
+from trackmark.trackers.contours.snake import refined as refined_snake
+from trackmark.trackers.moreno2005 import Moreno2005
 
 FIRST_STEPS, STEPS_ON_PLANES = 15, 2  # of EM: at first, and on each plane after later ones
 FIRST_COLOURS = 500, 1500  # drawn of target and background

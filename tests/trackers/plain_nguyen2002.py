@@ -13,8 +13,8 @@ import numpy as np
 from scipy.stats import chi2
 
 from tests.trackers.plain_matching import Pose, features_of, match, sample
-from trackers import resolve
-from trackers.base import kalman
+from trackmark.trackers import resolve
+from trackmark.trackers.base import kalman
 
 Parameters = resolve("nguyen2002").plugin.Parameters
 

@@ -3,7 +3,7 @@
 import cv2
 import numpy as np
 
-import trackers
+from trackmark import trackers
 
 ROWS, COLUMNS, WIDTH, HEIGHT = 64, 110, 18, 16
 

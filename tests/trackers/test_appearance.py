@@ -7,7 +7,14 @@ import numpy as np
 import pytest
 
 from tests.trackers import plain_matching as plain
-from trackers.templates.appearance import FLOORS, Appearance, Noise, dimension, features_of, raised
+from trackmark.trackers.templates.appearance import (
+    FLOORS,
+    Appearance,
+    Noise,
+    dimension,
+    features_of,
+    raised,
+)
 
 LIMIT = {1: 6.6349, 3: 11.3449}
 

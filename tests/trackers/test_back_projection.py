@@ -8,8 +8,14 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from trackers.base.sharing import SharedFrame
-from trackers.maps.back_projection import HueBins, bin_counts, hue_bin, mean_shift, unvisited_hues
+from trackmark.trackers.base.sharing import SharedFrame
+from trackmark.trackers.maps.back_projection import (
+    HueBins,
+    bin_counts,
+    hue_bin,
+    mean_shift,
+    unvisited_hues,
+)
 
 byte = st.integers(0, 255)
 colour = st.tuples(byte, byte, byte)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tests.trackers.following import track
-from trackers.base.parameters import TrackerError
+from trackmark.trackers.base.parameters import TrackerError
 
 # In the middle of a hue bin each, so that sensor noise moves no pixel to the next.
 RED, BLUE, GREEN = (20, 72, 200), (200, 56, 30), (60, 180, 40)

@@ -6,16 +6,16 @@ import sys
 import numpy as np
 import pytest
 
-import trackers
-from trackers.base import catalogue
-from trackers.base.parameters import TrackerError
+from trackmark import trackers
+from trackmark.trackers.base import catalogue
+from trackmark.trackers.base.parameters import TrackerError
 
 PLUGIN = '''"""A tracker of somebody else's."""
 
 import numpy as np
 from pydantic import Field
 
-from trackers import Estimate, Parameters, TrackerPlugin
+from trackmark.trackers import Estimate, Parameters, TrackerPlugin
 
 
 class Settings(Parameters):
@@ -198,11 +198,11 @@ def test_describe_gives_parameters_with_default_type_and_meaning(plugin):
 
 def test_listing_imports_no_tracker_and_no_heavy_library():
     program = (
-        "import sys, trackers\n"
+        "import sys\nfrom trackmark import trackers\n"
         "assert [trackers.summary(name) for name in trackers.names()]\n"
         "heavy = {'cv2', 'numba', 'pandas', 'matplotlib', 'scipy', 'av'} & set(sys.modules)\n"
-        "own = [name for name in sys.modules if name.startswith('trackers.')\n"
-        "       and not name.startswith('trackers.base')]\n"
+        "own = [name for name in sys.modules if name.startswith('trackmark.trackers.')\n"
+        "       and not name.startswith('trackmark.trackers.base')]\n"
         "print(sorted(heavy), own)"
     )
     found = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)

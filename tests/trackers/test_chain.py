@@ -5,7 +5,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from trackers.contours.chain import Chain, Hypotheses, ParticleCue, Weighed, complete, proportional
+from trackmark.trackers.contours.chain import (
+    Chain,
+    Hypotheses,
+    ParticleCue,
+    Weighed,
+    complete,
+    proportional,
+)
 
 
 class Listed:

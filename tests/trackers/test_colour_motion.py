@@ -8,13 +8,21 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
-from bench.papers.wang2010 import plain_maps as plain
-from bench.papers.wang2010.plain_maps import JointMaps, window_slices
-from trackers.base.parameters import TrackerError
-from trackers.base.sharing import SharedFrame
-from trackers.maps.differences import first_frame, frame_after, moving_share
-from trackers.maps.drift import Binning, Region, colour_bins, drift, summed, weight_bits, window_at
-from trackers.maps.joint_map import ColourMotionModel, ModelParameters
+from trackmark.bench.papers.wang2010 import plain_maps as plain
+from trackmark.bench.papers.wang2010.plain_maps import JointMaps, window_slices
+from trackmark.trackers.base.parameters import TrackerError
+from trackmark.trackers.base.sharing import SharedFrame
+from trackmark.trackers.maps.differences import first_frame, frame_after, moving_share
+from trackmark.trackers.maps.drift import (
+    Binning,
+    Region,
+    colour_bins,
+    drift,
+    summed,
+    weight_bits,
+    window_at,
+)
+from trackmark.trackers.maps.joint_map import ColourMotionModel, ModelParameters
 
 pictures = arrays.arrays(
     np.uint8,

@@ -12,12 +12,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import trackers
 from tests.trackers.following import boxes_of
 from tests.trackers.tiny_models import write_models
-from trackers.base import catalogue
-from trackers.base.parameters import TrackerError
-from trackers.base.sharing import SharedFrame, SharingTracker
+from trackmark import trackers
+from trackmark.trackers.base import catalogue
+from trackmark.trackers.base.parameters import TrackerError
+from trackmark.trackers.base.sharing import SharedFrame, SharingTracker
 
 SEED = 7
 
@@ -110,7 +110,7 @@ def test_maps_are_of_the_images_size_and_change_nothing(specification, clip, run
 def test_a_trackers_file_exports_exactly_one_class(specification):
     if specification.file.parent != catalogue.FOLDER:
         pytest.skip("a third party's")
-    module = importlib.import_module(f"trackers.{specification.file.stem}")
+    module = importlib.import_module(f"trackmark.trackers.{specification.file.stem}")
     assert module.__all__ == [specification.plugin.__name__]
 
 

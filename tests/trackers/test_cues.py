@@ -6,11 +6,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from trackers.contours.colour_cue import ColourDynamics, Fit, Palettes, RefittedColours
-from trackers.contours.contour_cue import ContourCue, ContourDynamics, KalmanContourCue
-from trackers.contours.mixture import Mixture, components_of, fitted
-from trackers.contours.observation import colour_cells, observe
-from trackers.contours.plane_cue import (
+from trackmark.trackers.contours.colour_cue import ColourDynamics, Fit, Palettes, RefittedColours
+from trackmark.trackers.contours.contour_cue import ContourCue, ContourDynamics, KalmanContourCue
+from trackmark.trackers.contours.mixture import Mixture, components_of, fitted
+from trackmark.trackers.contours.observation import colour_cells, observe
+from trackmark.trackers.contours.plane_cue import (
     PlaneCue,
     basis_of,
     discriminant_basis,

@@ -4,11 +4,10 @@ import cv2
 import numpy as np
 import pytest
 
-import datasets
-import trackers
-from trackers.base.parameters import TrackerError
-from trackers.detection.cascade import cascade
-from trackers.detection.hog import people
+from trackmark import datasets, trackers
+from trackmark.trackers.base.parameters import TrackerError
+from trackmark.trackers.detection.cascade import cascade
+from trackmark.trackers.detection.hog import people
 
 needs_hog = pytest.mark.skipif(
     not hasattr(cv2, "HOGDescriptor"), reason="the installed OpenCV has no HOG detector"

@@ -6,10 +6,10 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from tests.trackers.slow_ellipses import codes_of, histogram_of, pixels_of
-from trackers.base.sharing import SharedFrame
-from trackers.histograms.bins import JointBins
-from trackers.histograms.counting import ellipse_histograms
-from trackers.histograms.ellipses import KERNELS, coefficients, ellipse_counts
+from trackmark.trackers.base.sharing import SharedFrame
+from trackmark.trackers.histograms.bins import JointBins
+from trackmark.trackers.histograms.counting import ellipse_histograms
+from trackmark.trackers.histograms.ellipses import KERNELS, coefficients, ellipse_counts
 
 HEIGHT, WIDTH, BINS = 25, 33, 11
 EVERY = np.arange(BINS)

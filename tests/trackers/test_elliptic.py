@@ -9,11 +9,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.trackers.slow_ellipses import codes_of, histogram_of
-from trackers.base.sharing import SharedFrame
-from trackers.histograms.bins import JointBins
-from trackers.histograms.ellipses import EllipseCounts
-from trackers.histograms.motion import Motion, Whereabouts, at_rest, ellipse_in
-from trackers.histograms.target_model import (
+from trackmark.trackers.base.sharing import SharedFrame
+from trackmark.trackers.histograms.bins import JointBins
+from trackmark.trackers.histograms.ellipses import EllipseCounts
+from trackmark.trackers.histograms.motion import Motion, Whereabouts, at_rest, ellipse_in
+from trackmark.trackers.histograms.target_model import (
     Background,
     Ellipses,
     Likelihood,

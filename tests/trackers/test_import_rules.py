@@ -5,7 +5,7 @@ from pathlib import Path
 import grimp
 import pytest
 
-import trackers
+from trackmark import trackers
 
 
 @pytest.fixture(scope="module")
@@ -13,11 +13,13 @@ def imports():
     return grimp.build_graph("trackers", cache_dir=None)
 
 
-TRACKERS = {f"trackers.{file.stem}" for file in Path(trackers.__file__).parent.glob("[!_]*.py")}
+TRACKERS = {
+    f"trackmark.trackers.{file.stem}" for file in Path(trackers.__file__).parent.glob("[!_]*.py")
+}
 
 
 def test_shared_parts_never_import_a_tracker(imports):
-    assert "trackers.static" in TRACKERS
+    assert "trackmark.trackers.static" in TRACKERS
     guilty = {
         f"{module} imports {found}"
         for module in imports.modules - TRACKERS

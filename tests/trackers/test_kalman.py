@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.linalg import solve_discrete_are
 
-from trackers.base.kalman import ConstantVelocity, Smoother
+from trackmark.trackers.base.kalman import ConstantVelocity, Smoother
 
 F, H = np.array([[1.0, 1.0], [0.0, 1.0]]), np.array([[1.0, 0.0]])
 Q = np.array([[0.25, 0.5], [0.5, 1.0]])

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.trackers import plain_matching as plain
-from trackers.templates.matching import Pose, Window, reach, sampled, search
+from trackmark.trackers.templates.matching import Pose, Window, reach, sampled, search
 
 ROWS, COLUMNS = 70, 90
 CUTOFF = 3.368

@@ -7,11 +7,11 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-import trackers
 from tests.trackers.following import boxes_of, centres_of, track
 from tests.trackers.slow_ellipses import codes_of, histogram_of, pixels_of
-from trackers.base.parameters import TrackerError
-from trackers.base.sharing import SharedFrame
+from trackmark import trackers
+from trackmark.trackers.base.parameters import TrackerError
+from trackmark.trackers.base.sharing import SharedFrame
 
 GREEN = (60, 180, 40)
 

@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-import trackers
 from tests.trackers.following import boxes_of, track
 from tests.trackers.slow_ellipses import codes_of, histogram_of
-from trackers.mean_shift_kalman import _deviation
+from trackmark import trackers
+from trackmark.trackers.mean_shift_kalman import _deviation
 
 GREEN, RED, BLUE = (60, 180, 40), (30, 50, 210), (210, 80, 30)
 

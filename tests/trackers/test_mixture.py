@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from sklearn.exceptions import ConvergenceWarning
 from sklearn.mixture import GaussianMixture
 
-from trackers.contours.mixture import (
+from trackmark.trackers.contours.mixture import (
     Mixture,
     components_of,
     density,
@@ -19,7 +19,7 @@ from trackers.contours.mixture import (
     refined,
     refined_on_planes,
 )
-from trackers.contours.plane_cue import basis_of, plane_normal
+from trackmark.trackers.contours.plane_cue import basis_of, plane_normal
 
 
 def some_mixture(seed, m=3, d=2):

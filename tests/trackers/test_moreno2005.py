@@ -4,11 +4,11 @@ import cv2
 import numpy as np
 import pytest
 
-import trackers
 from tests.trackers.following import box_of
-from trackers import TrackerError
-from trackers.contours.outline import bounding_box, filled
-from trackers.contours.segmenter import surely
+from trackmark import trackers
+from trackmark.trackers import TrackerError
+from trackmark.trackers.contours.outline import bounding_box, filled
+from trackmark.trackers.contours.segmenter import surely
 
 NAMES = ["moreno2005", "contour-smooth-color"]
 FEW = {"contour_samples": 60}

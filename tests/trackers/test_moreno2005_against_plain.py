@@ -9,9 +9,9 @@ import cv2
 import numpy as np
 import pytest
 
-import trackers
 from tests.trackers.following import box_of
 from tests.trackers.plain_moreno2005 import PlainContourSmoothColor, PlainMoreno2005
+from trackmark import trackers
 
 PLAIN = {"moreno2005": PlainMoreno2005, "contour-smooth-color": PlainContourSmoothColor}
 FEW = {

@@ -11,9 +11,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-import trackers
 from tests.trackers.following import boxes_of, track
-from trackers.histograms.bins import LuvBins
+from trackmark import trackers
+from trackmark.trackers.histograms.bins import LuvBins
 
 RED, BLUE, GREEN = (20, 72, 200), (200, 56, 30), (60, 180, 40)
 

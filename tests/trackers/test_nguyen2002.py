@@ -6,13 +6,13 @@ from hashlib import sha256
 import numpy as np
 import pytest
 
-import datasets
-from bench.evaluation.conducting import evaluate
-from bench.experiments.contestant import contestant
 from tests.trackers import plain_nguyen2002 as plain
 from tests.trackers.template_clip import centre_errors, clip, final, made, texture, track
-from trackers.base.parameters import TrackerError
-from trackers.templates.appearance import Appearance, features_of
+from trackmark import datasets
+from trackmark.bench.evaluation.conducting import evaluate
+from trackmark.bench.experiments.contestant import contestant
+from trackmark.trackers.base.parameters import TrackerError
+from trackmark.trackers.templates.appearance import Appearance, features_of
 
 
 @pytest.mark.parametrize(

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-import trackers
 from tests.trackers.plain_nguyen2002 import track_offline
 from tests.trackers.template_clip import clip, made, revised
+from trackmark import trackers
 
 AS_WRITTEN = trackers.resolve("nguyen2002").plugin.presets["as-written"]
 ROBUST = trackers.resolve("nguyen2002").plugin.presets["robust"]

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-import trackers
-from trackers.base.parameters import TrackerError
+from trackmark import trackers
+from trackmark.trackers.base.parameters import TrackerError
 
 RED, BLUE = (30, 40, 210), (210, 60, 30)
 HEIGHT, WIDTH = 120, 200

@@ -7,9 +7,9 @@ import cv2
 import numpy as np
 import pytest
 
-import trackers
-from trackers.base.opencv import OpenCVTracker, factory, pixel_rectangle
-from trackers.base.parameters import Parameters, TrackerError
+from trackmark import trackers
+from trackmark.trackers.base.opencv import OpenCVTracker, factory, pixel_rectangle
+from trackmark.trackers.base.parameters import Parameters, TrackerError
 
 
 def boxes_of(tracker, clip):

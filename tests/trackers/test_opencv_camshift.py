@@ -4,8 +4,8 @@ import cv2
 import numpy as np
 import pytest
 
-import trackers
-from trackers.base.parameters import TrackerError
+from trackmark import trackers
+from trackmark.trackers.base.parameters import TrackerError
 
 RED, GREEN = (20, 72, 200), (60, 180, 40)
 BOX = np.array([30.0, 20, 18, 24])

@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import trackers
 from tests.trackers.tiny_models import write_models
-from trackers.base.parameters import TrackerError
+from trackmark import trackers
+from trackmark.trackers.base.parameters import TrackerError
 
 KINDS = {
     "opencv-dasiamrpn": ["model", "kernel_cls1", "kernel_r1"],

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy import ndimage
 from shapely import LinearRing, Polygon
 
-from trackers.contours.outline import (
+from trackmark.trackers.contours.outline import (
     _inside,
     bounding_box,
     contour_scores,

@@ -5,7 +5,7 @@ from typing import Literal
 import pytest
 from pydantic import Field
 
-from trackers.base.parameters import Parameters, TrackerError
+from trackmark.trackers.base.parameters import Parameters, TrackerError
 
 
 class Example(Parameters):

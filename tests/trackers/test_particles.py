@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from trackers.base.particles import SCHEMES, effective_number, mean_state, normalised
+from trackmark.trackers.base.particles import SCHEMES, effective_number, mean_state, normalised
 
 OTHERS = ["systematic", "stratified", "residual"]
 logs = st.lists(st.floats(-50, 50), min_size=1, max_size=30).map(np.array)

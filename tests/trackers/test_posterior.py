@@ -6,8 +6,8 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.stats import multivariate_normal
 
-from trackers.contours.mixture import Mixture, mixture_of
-from trackers.contours.posterior import BLOCK, posterior, posterior_tables, region_scores
+from trackmark.trackers.contours.mixture import Mixture, mixture_of
+from trackmark.trackers.contours.posterior import BLOCK, posterior, posterior_tables, region_scores
 
 
 def components(rng, *shape, least=2e-4):

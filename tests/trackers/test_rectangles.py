@@ -7,11 +7,11 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from trackers.base.sharing import SharedFrame
-from trackers.histograms import counting
-from trackers.histograms.bins import N_BINS, LuvBins
-from trackers.histograms.counting import region_counts
-from trackers.histograms.rectangles import (
+from trackmark.trackers.base.sharing import SharedFrame
+from trackmark.trackers.histograms import counting
+from trackmark.trackers.histograms.bins import N_BINS, LuvBins
+from trackmark.trackers.histograms.counting import region_counts
+from trackmark.trackers.histograms.rectangles import (
     bhattacharyya_distances,
     direct_counts,
     integral_counts,

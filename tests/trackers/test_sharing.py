@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from trackers.base.parameters import TrackerError
-from trackers.base.sharing import SharedFrame
+from trackmark.trackers.base.parameters import TrackerError
+from trackmark.trackers.base.sharing import SharedFrame
 
 IMAGE = np.arange(60, dtype=np.uint8).reshape(4, 5, 3)
 

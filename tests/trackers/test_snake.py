@@ -6,8 +6,8 @@ from scipy import ndimage
 from scipy.interpolate import RegularGridInterpolator
 from scipy.optimize import brentq
 
-from trackers.contours.outline import filled, inscribed_ellipse, outline
-from trackers.contours.snake import edge_map, fitted_snake, refined
+from trackmark.trackers.contours.outline import filled, inscribed_ellipse, outline
+from trackmark.trackers.contours.snake import edge_map, fitted_snake, refined
 
 CENTRE = np.array([40.0, 36.0])
 

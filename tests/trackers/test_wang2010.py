@@ -5,10 +5,10 @@ from math import sqrt
 import numpy as np
 import pytest
 
-import trackers
-from bench.papers.wang2010 import plain
 from tests.trackers.following import track
-from trackers.base.parameters import TrackerError
+from trackmark import trackers
+from trackmark.bench.papers.wang2010 import plain
+from trackmark.trackers.base.parameters import TrackerError
 
 ORANGE, SIMILAR, WALL = np.array([[40, 140, 230], [45, 120, 215], [120, 125, 130]])
 PLAIN = {

@@ -18,8 +18,8 @@ from typing import Annotated, Any, Literal, get_args, get_origin
 
 import numpy as np
 
-from trackers.base.interface import Randomness, Tracker, TrackerPlugin
-from trackers.base.parameters import Parameters, TrackerError, unknown
+from trackmark.trackers.base.interface import Randomness, Tracker, TrackerPlugin
+from trackmark.trackers.base.parameters import Parameters, TrackerError, unknown
 
 FOLDER = Path(__file__).parents[1]
 ENTRY_POINTS = "trackmark.trackers"
@@ -216,7 +216,7 @@ def _load(name: str) -> tuple[type[TrackerPlugin], Path]:
             owners = ["trackmark"] * own + [entry.value for entry in entries]
             raise TrackerError(f"tracker {name!r} is offered more than once: {', '.join(owners)}.")
         if own:
-            module = importlib.import_module(f"trackers.{file.stem}")
+            module = importlib.import_module(f"trackmark.trackers.{file.stem}")
             (exported,) = module.__all__
             return _checked(getattr(module, exported), name), file
         if entries:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Protocol, TypeAlias, runtime_ch
 import numpy as np
 from numpy.typing import NDArray
 
-from trackers.base.parameters import Parameters, TrackerError
+from trackmark.trackers.base.parameters import Parameters, TrackerError
 
 Image: TypeAlias = NDArray[np.uint8]
 """Shape (height, width, 3), BGR, contiguous; read-only to a tracker."""

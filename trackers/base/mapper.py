@@ -5,7 +5,7 @@ from typing import Any, Protocol, runtime_checkable
 
 from numpy.typing import NDArray
 
-from trackers.base.interface import Image
+from trackmark.trackers.base.interface import Image
 
 
 @runtime_checkable

@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 import cv2
 import numpy as np
 
-from trackers.base.interface import (
+from trackmark.trackers.base.interface import (
     Box,
     Estimate,
     Image,
@@ -17,7 +17,7 @@ from trackers.base.interface import (
     TrackerPlugin,
     four_numbers,
 )
-from trackers.base.parameters import Parameters, TrackerError
+from trackmark.trackers.base.parameters import Parameters, TrackerError
 
 CONTRIBUTED = "install opencv-contrib-python-headless in place of opencv-python-headless"
 

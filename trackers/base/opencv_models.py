@@ -9,9 +9,9 @@ from typing import Any, ClassVar, Self
 import cv2
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from trackers.base.interface import Box, Estimate, Image, Mask
-from trackers.base.opencv import OpenCVTracker
-from trackers.base.parameters import Parameters, TrackerError
+from trackmark.trackers.base.interface import Box, Estimate, Image, Mask
+from trackmark.trackers.base.opencv import OpenCVTracker
+from trackmark.trackers.base.parameters import Parameters, TrackerError
 
 
 class ModelFile(BaseModel):

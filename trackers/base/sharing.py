@@ -6,8 +6,15 @@ from typing import Any, Concatenate, ParamSpec, TypeVar
 
 import numpy as np
 
-from trackers.base.interface import Box, Estimate, Image, Mask, TrackerPlugin, four_numbers
-from trackers.base.parameters import TrackerError
+from trackmark.trackers.base.interface import (
+    Box,
+    Estimate,
+    Image,
+    Mask,
+    TrackerPlugin,
+    four_numbers,
+)
+from trackmark.trackers.base.parameters import TrackerError
 
 P = ParamSpec("P")
 R = TypeVar("R")

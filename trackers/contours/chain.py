@@ -13,7 +13,7 @@ from typing import Any, Generic, Literal, NamedTuple, Protocol, TypeAlias, TypeV
 import numpy as np
 from numpy.typing import NDArray
 
-from trackers.base.particles import multinomial, systematic
+from trackmark.trackers.base.particles import multinomial, systematic
 
 Array: TypeAlias = NDArray[np.float64]
 Indices: TypeAlias = NDArray[np.intp]

@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
-from trackers.contours.chain import Attached, Earlier, ParticleCue, Weighed
-from trackers.contours.mixture import Mixture, components_of, refined
-from trackers.contours.observation import Observation, Weights, graded
-from trackers.contours.posterior import posterior_tables
+from trackmark.trackers.contours.chain import Attached, Earlier, ParticleCue, Weighed
+from trackmark.trackers.contours.mixture import Mixture, components_of, refined
+from trackmark.trackers.contours.observation import Observation, Weights, graded
+from trackmark.trackers.contours.posterior import posterior_tables
 
 Array: TypeAlias = NDArray[np.float64]
 

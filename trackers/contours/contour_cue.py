@@ -7,10 +7,10 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from trackers.base.kalman import ConstantVelocity
-from trackers.contours.chain import Attached, Earlier, ParticleCue, Weighed
-from trackers.contours.observation import Observation, Rectangle, Weights, graded
-from trackers.contours.outline import Outside, contour_scores
+from trackmark.trackers.base.kalman import ConstantVelocity
+from trackmark.trackers.contours.chain import Attached, Earlier, ParticleCue, Weighed
+from trackmark.trackers.contours.observation import Observation, Rectangle, Weights, graded
+from trackmark.trackers.contours.outline import Outside, contour_scores
 
 Array: TypeAlias = NDArray[np.float64]
 

@@ -10,9 +10,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from trackers.base.interface import Image
-from trackers.contours.mixture import Mixture, fitted
-from trackers.contours.outline import bounding_box
+from trackmark.trackers.base.interface import Image
+from trackmark.trackers.contours.mixture import Mixture, fitted
+from trackmark.trackers.contours.outline import bounding_box
 
 Ints: TypeAlias = NDArray[np.int64]
 Cells: TypeAlias = NDArray[np.int32]

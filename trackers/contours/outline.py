@@ -15,7 +15,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from trackers.base.interface import Box, Mask
+from trackmark.trackers.base.interface import Box, Mask
 
 Tables: TypeAlias = NDArray[np.float32]
 Cells: TypeAlias = NDArray[np.int32]

@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from trackers.contours.chain import Attached, Earlier, ParticleCue, Weighed
-from trackers.contours.mixture import refined_on_planes
-from trackers.contours.observation import Observation, Weights, graded
-from trackers.contours.posterior import region_scores
+from trackmark.trackers.contours.chain import Attached, Earlier, ParticleCue, Weighed
+from trackmark.trackers.contours.mixture import refined_on_planes
+from trackmark.trackers.contours.observation import Observation, Weights, graded
+from trackmark.trackers.contours.posterior import region_scores
 
 Array: TypeAlias = NDArray[np.float64]
 

@@ -13,7 +13,7 @@ from numba import njit
 from numpy.typing import NDArray
 from scipy.special import expit
 
-from trackers.contours.mixture import Mixture, log_density, mixture_of
+from trackmark.trackers.contours.mixture import Mixture, log_density, mixture_of
 
 Ints: TypeAlias = NDArray[np.int64]
 Array: TypeAlias = NDArray[np.float64]

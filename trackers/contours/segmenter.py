@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from trackers.base.interface import Box, Estimate, Image, Mask, Randomness
-from trackers.base.parameters import (
+from trackmark.trackers.base.interface import Box, Estimate, Image, Mask, Randomness
+from trackmark.trackers.base.parameters import (
     Parameters,
     TrackerError,
     choice,
@@ -20,13 +20,13 @@ from trackers.base.parameters import (
     positive,
     whole,
 )
-from trackers.base.particles import effective_number
-from trackers.base.sharing import SharedFrame, SharingTracker
-from trackers.contours.chain import Chain, Hypotheses, complete
-from trackers.contours.colour_cue import Fit
-from trackers.contours.contour_cue import ContourCue, ContourDynamics
-from trackers.contours.mixture import components_of, fitted
-from trackers.contours.observation import (
+from trackmark.trackers.base.particles import effective_number
+from trackmark.trackers.base.sharing import SharedFrame, SharingTracker
+from trackmark.trackers.contours.chain import Chain, Hypotheses, complete
+from trackmark.trackers.contours.colour_cue import Fit
+from trackmark.trackers.contours.contour_cue import ContourCue, ContourDynamics
+from trackmark.trackers.contours.mixture import components_of, fitted
+from trackmark.trackers.contours.observation import (
     ColourCells,
     Observation,
     Weights,
@@ -35,7 +35,7 @@ from trackers.contours.observation import (
     observe,
     window_around,
 )
-from trackers.contours.outline import (
+from trackmark.trackers.contours.outline import (
     Outside,
     bounding_box,
     enclosed_area,
@@ -43,9 +43,9 @@ from trackers.contours.outline import (
     inscribed_ellipse,
     outline,
 )
-from trackers.contours.plane_cue import discriminant_basis
-from trackers.contours.snake import Stiffness
-from trackers.contours.snake import refined as refined_by_snake
+from trackmark.trackers.contours.plane_cue import discriminant_basis
+from trackmark.trackers.contours.snake import Stiffness
+from trackmark.trackers.contours.snake import refined as refined_by_snake
 
 Array: TypeAlias = NDArray[np.float64]
 Posterior: TypeAlias = NDArray[np.float32]

@@ -9,8 +9,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from trackers.base.interface import Image
-from trackers.contours.outline import bounding_box, crosses_itself, enclosed_area
+from trackmark.trackers.base.interface import Image
+from trackmark.trackers.contours.outline import bounding_box, crosses_itself, enclosed_area
 
 Array: TypeAlias = NDArray[np.float64]
 Stiffness: TypeAlias = Literal["constant", "by-spacing", "of-change"]

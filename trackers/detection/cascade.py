@@ -7,8 +7,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from trackers.base.interface import Image
-from trackers.base.parameters import TrackerError
+from trackmark.trackers.base.interface import Image
+from trackmark.trackers.base.parameters import TrackerError
 
 
 def cascade(file: str | Path, neighbours: int = 3) -> Callable[[Image], NDArray[np.float64]]:

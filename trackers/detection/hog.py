@@ -6,8 +6,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from trackers.base.interface import Image
-from trackers.base.parameters import TrackerError
+from trackmark.trackers.base.interface import Image
+from trackmark.trackers.base.parameters import TrackerError
 
 MARGIN = np.array([0.15, 0.12])  # of 64 x 128 pixels, around people 96 pixels high
 

@@ -15,7 +15,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from trackers.base.interface import Image
+from trackmark.trackers.base.interface import Image
 
 Codes: TypeAlias = NDArray[np.uint16]
 ColourSpace: TypeAlias = Literal["rgb", "hsv"]

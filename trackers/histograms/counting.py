@@ -10,11 +10,11 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from trackers.base.interface import Image
-from trackers.base.sharing import SharedFrame
-from trackers.histograms.bins import N_BINS, JointBins, LuvBins
-from trackers.histograms.ellipses import EllipseCounts, Kernel, ellipse_counts
-from trackers.histograms.rectangles import (
+from trackmark.trackers.base.interface import Image
+from trackmark.trackers.base.sharing import SharedFrame
+from trackmark.trackers.histograms.bins import N_BINS, JointBins, LuvBins
+from trackmark.trackers.histograms.ellipses import EllipseCounts, Kernel, ellipse_counts
+from trackmark.trackers.histograms.rectangles import (
     IntegralHistogram,
     Regions,
     direct_counts,

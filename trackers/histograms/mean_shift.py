@@ -7,12 +7,25 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from trackers.base.interface import Box, Image
-from trackers.base.parameters import Parameters, TrackerError, choice, fraction, positive, whole
-from trackers.base.sharing import SharedFrame
-from trackers.histograms.bins import ColourSpace, JointBins
-from trackers.histograms.counting import codes_of_frame, ellipse_histograms
-from trackers.histograms.ellipses import EllipseCounts, Found, Window, coefficients, mean_shift
+from trackmark.trackers.base.interface import Box, Image
+from trackmark.trackers.base.parameters import (
+    Parameters,
+    TrackerError,
+    choice,
+    fraction,
+    positive,
+    whole,
+)
+from trackmark.trackers.base.sharing import SharedFrame
+from trackmark.trackers.histograms.bins import ColourSpace, JointBins
+from trackmark.trackers.histograms.counting import codes_of_frame, ellipse_histograms
+from trackmark.trackers.histograms.ellipses import (
+    EllipseCounts,
+    Found,
+    Window,
+    coefficients,
+    mean_shift,
+)
 
 Array: TypeAlias = NDArray[np.float64]
 

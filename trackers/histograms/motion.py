@@ -12,7 +12,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from trackers.base.parameters import TrackerError
+from trackmark.trackers.base.parameters import TrackerError
 
 Array: TypeAlias = NDArray[np.float64]
 

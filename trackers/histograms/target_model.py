@@ -12,10 +12,10 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from trackers.base.sharing import SharedFrame
-from trackers.histograms.bins import JointBins
-from trackers.histograms.counting import ellipse_histograms
-from trackers.histograms.ellipses import EllipseCounts, Kernel, coefficients
+from trackmark.trackers.base.sharing import SharedFrame
+from trackmark.trackers.histograms.bins import JointBins
+from trackmark.trackers.histograms.counting import ellipse_histograms
+from trackmark.trackers.histograms.ellipses import EllipseCounts, Kernel, coefficients
 
 Array: TypeAlias = NDArray[np.float64]
 Ints: TypeAlias = NDArray[np.int64]

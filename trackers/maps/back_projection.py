@@ -15,8 +15,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from trackers.base.interface import Box, Image
-from trackers.base.parameters import TrackerError
+from trackmark.trackers.base.interface import Box, Image
+from trackmark.trackers.base.parameters import TrackerError
 
 Weights: TypeAlias = NDArray[np.int64]
 Bins: TypeAlias = NDArray[np.uint8]

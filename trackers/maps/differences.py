@@ -10,7 +10,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from trackers.base.interface import Image
+from trackmark.trackers.base.interface import Image
 
 LARGEST_WINDOW = 9  # pixels a side whose sum of differences, 3 · 255 each, fits 16 bits
 NOTICEABLE = 8  # grey levels a pixel, on the mean of a window: what sensors' noise does not reach

@@ -11,8 +11,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from trackers.base.interface import Image
-from trackers.maps.differences import Sums
+from trackmark.trackers.base.interface import Image
+from trackmark.trackers.maps.differences import Sums
 
 Ints: TypeAlias = NDArray[np.int64]
 Bins: TypeAlias = NDArray[np.int32]

@@ -6,16 +6,23 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import AfterValidator, Field
 
-from trackers.base.parameters import Parameters, TrackerError, choice, fraction, nonnegative, whole
-from trackers.base.sharing import SharedFrame
-from trackers.maps.differences import (
+from trackmark.trackers.base.parameters import (
+    Parameters,
+    TrackerError,
+    choice,
+    fraction,
+    nonnegative,
+    whole,
+)
+from trackmark.trackers.base.sharing import SharedFrame
+from trackmark.trackers.maps.differences import (
     LARGEST_WINDOW,
     FrameMotion,
     first_frame,
     frame_after,
     moving_share,
 )
-from trackers.maps.drift import (
+from trackmark.trackers.maps.drift import (
     Binning,
     Drifted,
     Region,

@@ -8,12 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from trackers.base.interface import Box, Estimate, Image, Mask, Randomness
-from trackers.base.parameters import choice, positive, whole
-from trackers.base.particles import SCHEMES, effective_number, mean_state, normalised
-from trackers.base.sharing import SharedFrame, SharingTracker
-from trackers.maps.back_projection import whole_window
-from trackers.maps.joint_map import ColourMotionModel, ModelParameters
+from trackmark.trackers.base.interface import Box, Estimate, Image, Mask, Randomness
+from trackmark.trackers.base.parameters import choice, positive, whole
+from trackmark.trackers.base.particles import SCHEMES, effective_number, mean_state, normalised
+from trackmark.trackers.base.sharing import SharedFrame, SharingTracker
+from trackmark.trackers.maps.back_projection import whole_window
+from trackmark.trackers.maps.joint_map import ColourMotionModel, ModelParameters
 
 Array: TypeAlias = NDArray[np.float64]
 

@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from trackers.base.interface import Image
+from trackmark.trackers.base.interface import Image
 
 Array: TypeAlias = NDArray[np.float64]
 

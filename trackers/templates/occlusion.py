@@ -4,8 +4,8 @@ from collections import deque
 from math import nan
 from typing import NamedTuple
 
-from trackers.base.interface import Image
-from trackers.templates.matching import Match, Pose
+from trackmark.trackers.base.interface import Image
+from trackmark.trackers.templates.matching import Match, Pose
 
 FIRST_CANDIDATE = 5  # frames from an occlusion's beginning to the first that may be its end
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from bench.exchange.layout import Layout, Said, boxes_from, file_name, first_line, rounded
+from trackmark.bench.exchange.layout import Layout, Said, boxes_from, file_name, first_line, rounded
 
 
 def repetitions(folder: Path, suffix: str = ".txt", digits: int = 3) -> Mapping[str, list[Path]]:

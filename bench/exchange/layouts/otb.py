@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from pathlib import Path
 
-from bench.exchange.layout import (
+from trackmark.bench.exchange.layout import (
     Layout,
     Said,
     boxes_from,

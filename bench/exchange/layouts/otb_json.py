@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.exchange.layout import (
+from trackmark.bench.exchange.layout import (
     ExchangeError,
     Header,
     Layout,
@@ -25,9 +25,9 @@ from bench.exchange.layout import (
     letters,
     text_of,
 )
-from bench.protocols import protocol as protocol_of
-from datasets.decoding import brief
-from datasets.readers.otb import SPANS
+from trackmark.bench.protocols import protocol as protocol_of
+from trackmark.datasets.decoding import brief
+from trackmark.datasets.readers.otb import SPANS
 
 PROTOCOLS = {"OPE": "", "SRE": "sre", "TRE": "tre"}
 """Names of our protocols by `evalType`."""

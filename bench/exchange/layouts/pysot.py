@@ -9,8 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
-from bench.exchange.layout import Layout, Said, boxes_from
-from bench.exchange.layouts import otb, vot
+from trackmark.bench.exchange.layout import Layout, Said, boxes_from
+from trackmark.bench.exchange.layouts import otb, vot
 
 
 def files(folder: Path) -> Mapping[str, Sequence[Path]]:

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.exchange.layout import (
+from trackmark.bench.exchange.layout import (
     Layout,
     Said,
     boxes_from,

@@ -20,8 +20,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-import datasets
-from bench.exchange.layout import (
+from trackmark import datasets
+from trackmark.bench.exchange.layout import (
     ExchangeError,
     Header,
     Layout,
@@ -35,9 +35,9 @@ from bench.exchange.layout import (
     rounded,
     text_of,
 )
-from bench.exchange.layouts.got10k import repetitions
-from bench.metrics.preset import State
-from bench.protocols import protocol as protocol_of
+from trackmark.bench.exchange.layouts.got10k import repetitions
+from trackmark.bench.metrics.preset import State
+from trackmark.bench.protocols import protocol as protocol_of
 
 SUPERVISED, LONG_TERM, ONE_PASS = "baseline", "longterm", "unsupervised"
 EXPERIMENTS = (SUPERVISED, ONE_PASS, LONG_TERM, "realtime")

@@ -11,10 +11,10 @@ a large high-diversity benchmark for generic object tracking in the wild", TPAMI
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.metrics.curves import shares
-from bench.metrics.native import Truth
-from bench.metrics.overlap import is_well_formed, overlap
-from bench.metrics.preset import Answer, Axes, Column, Judged, Preset, Runs, started
+from trackmark.bench.metrics.curves import shares
+from trackmark.bench.metrics.native import Truth
+from trackmark.bench.metrics.overlap import is_well_formed, overlap
+from trackmark.bench.metrics.preset import Answer, Axes, Column, Judged, Preset, Runs, started
 
 _THRESHOLDS = np.linspace(0, 1, 101)
 

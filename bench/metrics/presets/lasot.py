@@ -13,10 +13,10 @@ benchmark for large-scale single object tracking", CVPR 2019.
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.metrics.curves import DISTANCES, NORMALISED_DISTANCES, OVERLAPS, shares
-from bench.metrics.native import Truth
-from bench.metrics.overlap import is_well_formed, overlap
-from bench.metrics.preset import Answer, Axes, Column, Judged, Preset, started
+from trackmark.bench.metrics.curves import DISTANCES, NORMALISED_DISTANCES, OVERLAPS, shares
+from trackmark.bench.metrics.native import Truth
+from trackmark.bench.metrics.overlap import is_well_formed, overlap
+from trackmark.bench.metrics.preset import Answer, Axes, Column, Judged, Preset, started
 
 _AT_20 = 20  # pixels, and hundredths of the target's size
 

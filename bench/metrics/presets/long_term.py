@@ -14,9 +14,18 @@ challenges.
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.metrics.native import Truth
-from bench.metrics.preset import Answer, Axes, Column, Judged, Preset, Runs, alone, started
-from bench.metrics.region_overlap import raster_overlap
+from trackmark.bench.metrics.native import Truth
+from trackmark.bench.metrics.preset import (
+    Answer,
+    Axes,
+    Column,
+    Judged,
+    Preset,
+    Runs,
+    alone,
+    started,
+)
+from trackmark.bench.metrics.region_overlap import raster_overlap
 
 _THRESHOLDS = 98  # and two that all and none reach
 

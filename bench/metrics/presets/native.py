@@ -8,8 +8,8 @@ success an overlap of 0.5 or more. Each sequence counts once. Agrees with nobody
 
 import numpy as np
 
-from bench.metrics.native import Truth, native
-from bench.metrics.preset import Answer, Column, Judged, Preset
+from trackmark.bench.metrics.native import Truth, native
+from trackmark.bench.metrics.preset import Answer, Column, Judged, Preset
 
 
 def judge(truth: Truth, answer: Answer) -> Judged:

@@ -10,11 +10,11 @@ sequence counts once. Wu, Lim, Yang, "Object Tracking Benchmark", TPAMI 2015.
 
 import numpy as np
 
-from bench.metrics.centre_error import centre_error
-from bench.metrics.curves import DISTANCES, OVERLAPS, shares
-from bench.metrics.native import Truth
-from bench.metrics.overlap import overlap
-from bench.metrics.preset import Answer, Axes, Column, Judged, Preset, started
+from trackmark.bench.metrics.centre_error import centre_error
+from trackmark.bench.metrics.curves import DISTANCES, OVERLAPS, shares
+from trackmark.bench.metrics.native import Truth
+from trackmark.bench.metrics.overlap import overlap
+from trackmark.bench.metrics.preset import Answer, Axes, Column, Judged, Preset, started
 
 _AT_20_PIXELS = 20
 _AT_HALF = 10

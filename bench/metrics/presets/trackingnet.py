@@ -11,10 +11,10 @@ the wild", ECCV 2018.
 
 import numpy as np
 
-from bench.metrics.curves import OVERLAPS, centre_distance, shares
-from bench.metrics.native import Truth
-from bench.metrics.overlap import is_well_formed, overlap
-from bench.metrics.preset import Answer, Axes, Column, Judged, Preset, started
+from trackmark.bench.metrics.curves import OVERLAPS, centre_distance, shares
+from trackmark.bench.metrics.native import Truth
+from trackmark.bench.metrics.overlap import is_well_formed, overlap
+from trackmark.bench.metrics.preset import Answer, Axes, Column, Judged, Preset, started
 
 _PIXELS = np.linspace(0, 50, 21)
 _SIZES = np.linspace(0, 0.5, 21)

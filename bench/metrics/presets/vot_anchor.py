@@ -15,10 +15,19 @@ ECCV workshops 2020.
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.metrics.native import Truth
-from bench.metrics.overlap import is_well_formed
-from bench.metrics.preset import Answer, Axes, Column, Judged, Preset, Runs, alone, started
-from bench.metrics.region_overlap import raster_overlap
+from trackmark.bench.metrics.native import Truth
+from trackmark.bench.metrics.overlap import is_well_formed
+from trackmark.bench.metrics.preset import (
+    Answer,
+    Axes,
+    Column,
+    Judged,
+    Preset,
+    Runs,
+    alone,
+    started,
+)
+from trackmark.bench.metrics.region_overlap import raster_overlap
 
 _GRACE = 10
 _FAILED = 0.1

@@ -17,8 +17,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.metrics.native import Truth
-from bench.metrics.preset import (
+from trackmark.bench.metrics.native import Truth
+from trackmark.bench.metrics.preset import (
     Answer,
     Axes,
     Column,
@@ -29,7 +29,7 @@ from bench.metrics.preset import (
     alone,
     started,
 )
-from bench.metrics.region_overlap import exact_overlap, raster_overlap
+from trackmark.bench.metrics.region_overlap import exact_overlap, raster_overlap
 
 _BURN_IN = 10
 _SENSITIVITY = 30.0

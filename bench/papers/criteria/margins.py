@@ -9,12 +9,12 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.interface import Sequence
-from trackers.base.interface import Image
-from trackers.base.sharing import SharedFrame
-from trackers.histograms.bins import N_BINS, LuvBins
-from trackers.histograms.counting import region_counts
-from trackers.histograms.rectangles import bhattacharyya_distances, pixel_regions
+from trackmark.datasets.interface import Sequence
+from trackmark.trackers.base.interface import Image
+from trackmark.trackers.base.sharing import SharedFrame
+from trackmark.trackers.histograms.bins import N_BINS, LuvBins
+from trackmark.trackers.histograms.counting import region_counts
+from trackmark.trackers.histograms.rectangles import bhattacharyya_distances, pixel_regions
 
 THRESHOLD = 0.4
 """T of Eq. 7."""

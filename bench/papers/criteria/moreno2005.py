@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.papers.criteria.shared import SceneImages, colour_auc, speeds
-from datasets.interface import Mask
+from trackmark.bench.papers.criteria.shared import SceneImages, colour_auc, speeds
+from trackmark.datasets.interface import Mask
 
 
 def model_auc(scene: SceneImages, *, frame: int, age: int) -> float:

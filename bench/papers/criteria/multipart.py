@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from bench.papers.criteria import margins
-from bench.papers.criteria.shared import SceneImages, box_mask, longest_stretch
+from trackmark.bench.papers.criteria import margins
+from trackmark.bench.papers.criteria.shared import SceneImages, box_mask, longest_stretch
 
 
 def right_choice(scene: SceneImages, *, two_coloured: bool) -> float:

@@ -3,7 +3,12 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.papers.criteria.shared import SceneImages, bhattacharyya, box_mask, colour_histogram
+from trackmark.bench.papers.criteria.shared import (
+    SceneImages,
+    bhattacharyya,
+    box_mask,
+    colour_histogram,
+)
 
 
 def occlusions(visibility: NDArray[np.float64], visible: float) -> list[tuple[int, int]]:

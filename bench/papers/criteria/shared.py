@@ -5,8 +5,8 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-import datasets
-from datasets.interface import Image, Mask
+from trackmark import datasets
+from trackmark.datasets.interface import Image, Mask
 
 CACHED_FRAMES = 512
 

@@ -14,8 +14,8 @@ from typing import Literal, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.papers.measures import measure
-from trackers.contours.chain import Chain, Hypotheses, ParticleCue, Weighed
+from trackmark.bench.papers.measures import measure
+from trackmark.trackers.contours.chain import Chain, Hypotheses, ParticleCue, Weighed
 
 Array: TypeAlias = NDArray[np.float64]
 Attached: TypeAlias = NDArray[np.intp] | None

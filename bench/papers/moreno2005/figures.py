@@ -13,12 +13,12 @@ from loky import ProcessPoolExecutor
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-import datasets
-from bench.claims.row_verdicts import SETTINGS
-from bench.evaluation.loop import run_in_lock_step
-from bench.experiments.contestant import contestant
-from bench.papers.context import Context
-from bench.papers.moreno2005.example import (
+from trackmark import datasets
+from trackmark.bench.claims.row_verdicts import SETTINGS
+from trackmark.bench.evaluation.loop import run_in_lock_step
+from trackmark.bench.experiments.contestant import contestant
+from trackmark.bench.papers.context import Context
+from trackmark.bench.papers.moreno2005.example import (
     COLOUR,
     COLOURS,
     FILTERS,
@@ -30,20 +30,20 @@ from bench.papers.moreno2005.example import (
     course,
     errors,
 )
-from bench.papers.moreno2005.stages import (
+from trackmark.bench.papers.moreno2005.stages import (
     colour_model_figure,
     hypotheses_figure,
     snake_figure,
     step_of,
     true_contour,
 )
-from bench.papers.plan import scene_names, tracker_text
-from bench.statistics.intervals import mean_interval
-from reports.curves import curve_plot
-from reports.densities import Densities, density_plot
-from reports.film_strip import evenly_spaced, film_strip
-from reports.overlay import TRUTH
-from trackers.contours.chain import Hypotheses
+from trackmark.bench.papers.plan import scene_names, tracker_text
+from trackmark.bench.statistics.intervals import mean_interval
+from trackmark.reports.curves import curve_plot
+from trackmark.reports.densities import Densities, density_plot
+from trackmark.reports.film_strip import evenly_spaced, film_strip
+from trackmark.reports.overlay import TRUTH
+from trackmark.trackers.contours.chain import Hypotheses
 
 Strip: TypeAlias = NDArray[np.uint8]
 Array: TypeAlias = NDArray[np.float64]

@@ -5,7 +5,7 @@ from math import nan
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.papers.measures import KEPT_SHARE, Course, Values, kept, measure
+from trackmark.bench.papers.measures import KEPT_SHARE, Course, Values, kept, measure
 
 TRACKED = 0.5  # region similarity from which on a frame is tracked
 JUMP, PATCH = "light change", "similar patch"

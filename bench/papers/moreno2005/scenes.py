@@ -9,21 +9,21 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-import datasets
-from bench.evaluation.loop import run_in_lock_step
-from bench.experiments.contestant import contestant
-from bench.metrics.regions import contour_accuracy, region_similarity
-from bench.papers.description import read_description
-from bench.papers.measures import measure
-from bench.papers.moreno2005.example import gain_of_dependence as gain_of_dependence
-from bench.papers.moreno2005.example import gain_of_filtering as gain_of_filtering
-from bench.papers.plan import tracker_text
-from datasets.interface import Image, Mask
-from trackers.contours.mixture import fitted
-from trackers.contours.outline import filled, outline
-from trackers.contours.plane_cue import discriminant_basis
-from trackers.contours.posterior import posterior
-from trackers.contours.snake import refined
+from trackmark import datasets
+from trackmark.bench.evaluation.loop import run_in_lock_step
+from trackmark.bench.experiments.contestant import contestant
+from trackmark.bench.metrics.regions import contour_accuracy, region_similarity
+from trackmark.bench.papers.description import read_description
+from trackmark.bench.papers.measures import measure
+from trackmark.bench.papers.moreno2005.example import gain_of_dependence as gain_of_dependence
+from trackmark.bench.papers.moreno2005.example import gain_of_filtering as gain_of_filtering
+from trackmark.bench.papers.plan import tracker_text
+from trackmark.datasets.interface import Image, Mask
+from trackmark.trackers.contours.mixture import fitted
+from trackmark.trackers.contours.outline import filled, outline
+from trackmark.trackers.contours.plane_cue import discriminant_basis
+from trackmark.trackers.contours.posterior import posterior
+from trackmark.trackers.contours.snake import refined
 
 Array: TypeAlias = NDArray[np.float64]
 

@@ -11,21 +11,27 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-import datasets
-from bench.experiments.contestant import contestant, run_seed
-from bench.metrics.regions import region_similarity
-from datasets.interface import Image, Mask
-from reports.colour_space import ColourModel, Gaussians, Palette, colour_model_plot, hypotheses_plot
-from reports.figures import Panel, map_plot
-from trackers.base.interface import Estimate
-from trackers.contours.chain import Chain, Hypotheses
-from trackers.contours.mixture import mixture_of
-from trackers.contours.observation import Observation, colour_cells, colours_of
-from trackers.contours.outline import bounding_box, filled, outline
-from trackers.contours.plane_cue import basis_of
-from trackers.contours.posterior import posterior
-from trackers.contours.snake import MARGIN, edge_map
-from trackers.moreno2005 import Moreno2005
+from trackmark import datasets
+from trackmark.bench.experiments.contestant import contestant, run_seed
+from trackmark.bench.metrics.regions import region_similarity
+from trackmark.datasets.interface import Image, Mask
+from trackmark.reports.colour_space import (
+    ColourModel,
+    Gaussians,
+    Palette,
+    colour_model_plot,
+    hypotheses_plot,
+)
+from trackmark.reports.figures import Panel, map_plot
+from trackmark.trackers.base.interface import Estimate
+from trackmark.trackers.contours.chain import Chain, Hypotheses
+from trackmark.trackers.contours.mixture import mixture_of
+from trackmark.trackers.contours.observation import Observation, colour_cells, colours_of
+from trackmark.trackers.contours.outline import bounding_box, filled, outline
+from trackmark.trackers.contours.plane_cue import basis_of
+from trackmark.trackers.contours.posterior import posterior
+from trackmark.trackers.contours.snake import MARGIN, edge_map
+from trackmark.trackers.moreno2005 import Moreno2005
 
 STEPS = 10  # frames of the run
 

@@ -4,10 +4,10 @@ from collections.abc import Callable
 
 import numpy as np
 
-from bench.metrics import native
-from bench.metrics.centre_error import centre_inside
-from bench.metrics.native import SUCCESS_OVERLAP
-from bench.papers.measures import Course, Values, measure
+from trackmark.bench.metrics import native
+from trackmark.bench.metrics.centre_error import centre_inside
+from trackmark.bench.metrics.native import SUCCESS_OVERLAP
+from trackmark.bench.papers.measures import Course, Values, measure
 
 PERSON = "full"
 """Region of the ground truth that holds the whole person."""

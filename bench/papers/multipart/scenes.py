@@ -1,17 +1,17 @@
 """The choice of Eq. 7 in the first frame of each scene; no tracker runs."""
 
-import datasets
-from bench.experiments.contestant import contestant
-from bench.papers.context import Context
-from bench.papers.criteria.margins import right_choice as share_of_right_choices
-from bench.papers.description import read_description
-from bench.papers.measures import measure
-from bench.papers.multipart.measures import PERSON
-from bench.papers.plan import scene_names, tracker_text
-from bench.papers.scene_values import scene_values
-from datasets.synthetic.multipart.designs import DESIGNS
-from datasets.text_form import parse_text
-from trackers.histograms.bins import LuvBins
+from trackmark import datasets
+from trackmark.bench.experiments.contestant import contestant
+from trackmark.bench.papers.context import Context
+from trackmark.bench.papers.criteria.margins import right_choice as share_of_right_choices
+from trackmark.bench.papers.description import read_description
+from trackmark.bench.papers.measures import measure
+from trackmark.bench.papers.multipart.measures import PERSON
+from trackmark.bench.papers.plan import scene_names, tracker_text
+from trackmark.bench.papers.scene_values import scene_values
+from trackmark.datasets.synthetic.multipart.designs import DESIGNS
+from trackmark.datasets.text_form import parse_text
+from trackmark.trackers.histograms.bins import LuvBins
 
 
 @measure("share")

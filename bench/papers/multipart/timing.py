@@ -5,17 +5,17 @@ from functools import partial
 
 import numpy as np
 
-from bench.claims.row_verdicts import SETTINGS
-from bench.experiments.contestant import contestant
-from bench.papers.context import Context
-from bench.papers.main_table import text_table
-from bench.papers.measures import measure
-from bench.papers.timing import Methods, Pairs, kept_times, milliseconds
-from reports.tables import MISSING, Table
-from trackers.base.interface import Box, Image
-from trackers.histograms.bins import LuvBins
-from trackers.histograms.rectangles import pixel_regions
-from trackers.multipart import LEAST_PIXELS, LEAST_SHARE, MultipartParameters
+from trackmark.bench.claims.row_verdicts import SETTINGS
+from trackmark.bench.experiments.contestant import contestant
+from trackmark.bench.papers.context import Context
+from trackmark.bench.papers.main_table import text_table
+from trackmark.bench.papers.measures import measure
+from trackmark.bench.papers.timing import Methods, Pairs, kept_times, milliseconds
+from trackmark.reports.tables import MISSING, Table
+from trackmark.trackers.base.interface import Box, Image
+from trackmark.trackers.histograms.bins import LuvBins
+from trackmark.trackers.histograms.rectangles import pixel_regions
+from trackmark.trackers.multipart import LEAST_PIXELS, LEAST_SHARE, MultipartParameters
 
 SEQUENCE, FRAMES = "1", 8
 

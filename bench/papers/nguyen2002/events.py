@@ -5,8 +5,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.evaluation.record import Run
-from trackers.templates.occlusion import FIRST_CANDIDATE, visited
+from trackmark.bench.evaluation.record import Run
+from trackmark.trackers.templates.occlusion import FIRST_CANDIDATE, visited
 
 CLEAR = 0.9
 """Visible part from which on a frame counts as clear."""

@@ -5,15 +5,15 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-import datasets
-from bench.claims.row_verdicts import SETTINGS
-from bench.papers.context import Context
-from bench.papers.nguyen2002.events import hidden_in
-from bench.papers.nguyen2002.measures import SWITCH
-from bench.papers.plan import scene_names, tracker_text
-from bench.store.truth import StoredTruth
-from reports.film_strip import film_strip
-from reports.overlay import TRUTH
+from trackmark import datasets
+from trackmark.bench.claims.row_verdicts import SETTINGS
+from trackmark.bench.papers.context import Context
+from trackmark.bench.papers.nguyen2002.events import hidden_in
+from trackmark.bench.papers.nguyen2002.measures import SWITCH
+from trackmark.bench.papers.plan import scene_names, tracker_text
+from trackmark.bench.store.truth import StoredTruth
+from trackmark.reports.film_strip import film_strip
+from trackmark.reports.overlay import TRUTH
 
 BEFORE, AFTER = 3, 10  # frames from an occlusion, and from the switch of a lamp
 FEATURES = ("c1c2c3", "intensity", "RGB")

@@ -7,10 +7,10 @@ ones, as its tracker looks ahead for the end of an occlusion.
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.metrics.native import SUCCESS_OVERLAP, first_loss
-from bench.papers.measures import SERIES as COMMON_SERIES
-from bench.papers.measures import Course, Values, measure
-from bench.papers.nguyen2002.events import CLEAR, Declared, declared_in, hidden_in
+from trackmark.bench.metrics.native import SUCCESS_OVERLAP, first_loss
+from trackmark.bench.papers.measures import SERIES as COMMON_SERIES
+from trackmark.bench.papers.measures import Course, Values, measure
+from trackmark.bench.papers.nguyen2002.events import CLEAR, Declared, declared_in, hidden_in
 
 SUCCESS, LAST = 0.9, 5
 """A clip is tracked with enough overlap in this share of its clear frames and in the last ones."""

@@ -4,14 +4,14 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-import datasets
-from bench.claims.row_verdicts import SETTINGS
-from bench.papers.context import Context
-from bench.papers.nummiaro2003.measures import GONE, HIDDEN
-from bench.papers.nummiaro2003.scenes import surfaces
-from bench.papers.plan import scene_names, tracker_text
-from reports.samples import Surface, Track, surface_plot, trajectory_plot
-from reports.series import appearance_plot
+from trackmark import datasets
+from trackmark.bench.claims.row_verdicts import SETTINGS
+from trackmark.bench.papers.context import Context
+from trackmark.bench.papers.nummiaro2003.measures import GONE, HIDDEN
+from trackmark.bench.papers.nummiaro2003.scenes import surfaces
+from trackmark.bench.papers.plan import scene_names, tracker_text
+from trackmark.reports.samples import Surface, Track, surface_plot, trajectory_plot
+from trackmark.reports.series import appearance_plot
 
 EVERY = 25  # frames of Fig. 4
 

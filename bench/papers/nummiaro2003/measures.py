@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.papers.measures import Course, Values, measure
+from trackmark.bench.papers.measures import Course, Values, measure
 
 HIDDEN = 0.5  # visible share below which the target is hidden
 GONE = 0.1  # visible share below which it is hidden completely

@@ -5,17 +5,17 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-import datasets
-from bench.evaluation.loop import run_in_lock_step
-from bench.experiments.contestant import contestant
-from bench.papers.description import read_description
-from bench.papers.measures import measure
-from bench.papers.plan import tracker_text
-from trackers.base.interface import Image
-from trackers.base.sharing import SharedFrame
-from trackers.histograms.bins import JointBins
-from trackers.histograms.ellipses import coefficients
-from trackers.histograms.target_model import Ellipses
+from trackmark import datasets
+from trackmark.bench.evaluation.loop import run_in_lock_step
+from trackmark.bench.experiments.contestant import contestant
+from trackmark.bench.papers.description import read_description
+from trackmark.bench.papers.measures import measure
+from trackmark.bench.papers.plan import tracker_text
+from trackmark.trackers.base.interface import Image
+from trackmark.trackers.base.sharing import SharedFrame
+from trackmark.trackers.histograms.bins import JointBins
+from trackmark.trackers.histograms.ellipses import coefficients
+from trackmark.trackers.histograms.target_model import Ellipses
 
 RUN = 100  # frames of the run
 CLEAR = 0.95  # visible share of the target in the frames that are looked at

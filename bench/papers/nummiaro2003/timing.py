@@ -7,19 +7,27 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from bench.claims.row_verdicts import SETTINGS
-from bench.experiments.contestant import contestant
-from bench.papers.context import Context
-from bench.papers.main_table import text_table
-from bench.papers.measures import measure
-from bench.papers.nummiaro2003.plain import PlainFilter
-from bench.papers.timing import MethodMaker, Methods, Pairs, Times, Values, kept_times, milliseconds
-from reports.tables import Table
-from trackers.base.interface import Box, Image
-from trackers.base.particles import normalised
-from trackers.base.sharing import SharedFrame
-from trackers.histograms.bins import JointBins
-from trackers.histograms.target_model import Ellipses, Likelihood, TargetModel
+from trackmark.bench.claims.row_verdicts import SETTINGS
+from trackmark.bench.experiments.contestant import contestant
+from trackmark.bench.papers.context import Context
+from trackmark.bench.papers.main_table import text_table
+from trackmark.bench.papers.measures import measure
+from trackmark.bench.papers.nummiaro2003.plain import PlainFilter
+from trackmark.bench.papers.timing import (
+    MethodMaker,
+    Methods,
+    Pairs,
+    Times,
+    Values,
+    kept_times,
+    milliseconds,
+)
+from trackmark.reports.tables import Table
+from trackmark.trackers.base.interface import Box, Image
+from trackmark.trackers.base.particles import normalised
+from trackmark.trackers.base.sharing import SharedFrame
+from trackmark.trackers.histograms.bins import JointBins
+from trackmark.trackers.histograms.target_model import Ellipses, Likelihood, TargetModel
 
 SEQUENCES = ("person", "car")
 FRAMES, STRETCHES = 4, 4  # stretches over the whole sequence, as the target's size changes

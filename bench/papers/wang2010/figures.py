@@ -2,11 +2,11 @@
 
 from matplotlib.figure import Figure
 
-import datasets
-from bench.papers.context import Context
-from bench.papers.plan import scene_names
-from bench.papers.wang2010.plain import PlainImprovedCamShift
-from reports.figures import Panel, map_plot
+from trackmark import datasets
+from trackmark.bench.papers.context import Context
+from trackmark.bench.papers.plan import scene_names
+from trackmark.bench.papers.wang2010.plain import PlainImprovedCamShift
+from trackmark.reports.figures import Panel, map_plot
 
 FRAME = 12  # of the figure, which also shows the one before; counted from 1
 

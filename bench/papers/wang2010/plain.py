@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.papers.wang2010.plain_maps import (
+from trackmark.bench.papers.wang2010.plain_maps import (
     JointMaps,
     hue_map,
     make_template,
@@ -20,7 +20,7 @@ from bench.papers.wang2010.plain_maps import (
     whole_size,
     window_sum,
 )
-from trackers.base.interface import Box, Image
+from trackmark.trackers.base.interface import Box, Image
 
 Array = NDArray[np.float64]
 

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from trackers.base.interface import Box, Image, Mask
+from trackmark.trackers.base.interface import Box, Image, Mask
 
 Array = NDArray[np.float64]
 Whole = NDArray[np.int64]

@@ -3,10 +3,15 @@
 import numpy as np
 from numpy.typing import NDArray
 
-import datasets
-from bench.papers.measures import measure
-from bench.papers.wang2010.plain_maps import colour_map, local_difference, make_template, moving
-from trackers.base.interface import Image
+from trackmark import datasets
+from trackmark.bench.papers.measures import measure
+from trackmark.bench.papers.wang2010.plain_maps import (
+    colour_map,
+    local_difference,
+    make_template,
+    moving,
+)
+from trackmark.trackers.base.interface import Image
 
 FRAME = 12  # of Fig. 1, counted from 1
 WINDOW = 5  # side of the square of the differences in pixels

@@ -5,13 +5,13 @@ from functools import partial
 
 import numpy as np
 
-from bench.experiments.contestant import contestant
-from bench.papers.context import Context
-from bench.papers.main_table import text_table
-from bench.papers.measures import measure
-from bench.papers.timing import Methods, Pairs, kept_times, milliseconds, tracker_methods
-from bench.papers.wang2010 import plain
-from reports.tables import MISSING, Table
+from trackmark.bench.experiments.contestant import contestant
+from trackmark.bench.papers.context import Context
+from trackmark.bench.papers.main_table import text_table
+from trackmark.bench.papers.measures import measure
+from trackmark.bench.papers.timing import Methods, Pairs, kept_times, milliseconds, tracker_methods
+from trackmark.bench.papers.wang2010 import plain
+from trackmark.reports.tables import MISSING, Table
 
 CAMSHIFT, IMPROVED = "CamShift", "improved CamShift"
 PROPOSED, FILTER = "proposed, N = 60", "particle filter, N = 400"

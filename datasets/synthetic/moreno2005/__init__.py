@@ -6,12 +6,17 @@ other videos, new in every scene. All have exact masks of what is seen of the ta
 
 from pathlib import Path
 
-from datasets.synthetic.moreno2005.knobs import BookKnobs, EllipseKnobs, LeafKnobs, OctopusKnobs
-from datasets.synthetic.suite import Entry, Suite
+from trackmark.datasets.synthetic.moreno2005.knobs import (
+    BookKnobs,
+    EllipseKnobs,
+    LeafKnobs,
+    OctopusKnobs,
+)
+from trackmark.datasets.synthetic.suite import Entry, Suite
 
 __all__ = ["SUITE"]
 
-MODULE = "datasets.synthetic.moreno2005"
+MODULE = "trackmark.datasets.synthetic.moreno2005"
 
 SUITE = Suite(
     Path(__file__).parent,

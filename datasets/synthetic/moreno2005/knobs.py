@@ -1,6 +1,6 @@
 """Parameters of the suite's sequences."""
 
-from datasets.synthetic.knobs import Knobs, Seed, seed
+from trackmark.datasets.synthetic.knobs import Knobs, Seed, seed
 
 
 class EllipseKnobs(Knobs):

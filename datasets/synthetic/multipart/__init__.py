@@ -8,19 +8,19 @@ comes near the target, in the same clothes or in others.
 
 from pathlib import Path
 
-from datasets.synthetic.multipart.designs import (
+from trackmark.datasets.synthetic.multipart.designs import (
     DESIGNS,
     TWIN_FRAMES,
     PillarKnobs,
     TwinKnobs,
     WalkingKnobs,
 )
-from datasets.synthetic.render.views import SIZE
-from datasets.synthetic.suite import Entry, Suite
+from trackmark.datasets.synthetic.render.views import SIZE
+from trackmark.datasets.synthetic.suite import Entry, Suite
 
 __all__ = ["SUITE"]
 
-MODULE = "datasets.synthetic.multipart"
+MODULE = "trackmark.datasets.synthetic.multipart"
 
 SUITE = Suite(
     Path(__file__).parent,

@@ -5,13 +5,13 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
-from datasets.synthetic.multipart import routes
-from datasets.synthetic.multipart.designs import TWIN_FRAMES
-from datasets.synthetic.multipart.look import Look
-from datasets.synthetic.multipart.plan import Person, Plan, body_boxes
-from datasets.synthetic.render.colours import BGR, varied
-from datasets.synthetic.render.views import Course, fixed, straight
-from datasets.synthetic.scene import part_generator
+from trackmark.datasets.synthetic.multipart import routes
+from trackmark.datasets.synthetic.multipart.designs import TWIN_FRAMES
+from trackmark.datasets.synthetic.multipart.look import Look
+from trackmark.datasets.synthetic.multipart.plan import Person, Plan, body_boxes
+from trackmark.datasets.synthetic.render.colours import BGR, varied
+from trackmark.datasets.synthetic.render.views import Course, fixed, straight
+from trackmark.datasets.synthetic.scene import part_generator
 
 Weaves: TypeAlias = tuple[Literal["plain", "stripes", "knit"], ...]
 

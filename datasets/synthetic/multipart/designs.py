@@ -13,7 +13,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from datasets.synthetic.knobs import Knobs, Seed, seed
+from trackmark.datasets.synthetic.knobs import Knobs, Seed, seed
 
 TWIN_FRAMES = 150
 """Length of `stress/twin`."""

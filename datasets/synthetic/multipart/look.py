@@ -13,9 +13,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from datasets.synthetic.render.colours import BGR
-from datasets.synthetic.render.texture import creases, fractal
-from datasets.synthetic.scene import part_generator
+from trackmark.datasets.synthetic.render.colours import BGR
+from trackmark.datasets.synthetic.render.texture import creases, fractal
+from trackmark.datasets.synthetic.scene import part_generator
 
 COLUMNS = 5
 """Of a part's nodes, from the top: row, centre, half width, blur, and row of the texture."""

@@ -7,13 +7,13 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.synthetic.multipart.look import Look
-from datasets.synthetic.multipart.walker import Pose, Walker
-from datasets.synthetic.render.path import quantised
-from datasets.synthetic.render.prop import Coverage, Prop, extents, visible
-from datasets.synthetic.render.street.ground import Light
-from datasets.synthetic.render.street.street import Reach, Street
-from datasets.synthetic.render.views import SIZE, Course, Views
+from trackmark.datasets.synthetic.multipart.look import Look
+from trackmark.datasets.synthetic.multipart.walker import Pose, Walker
+from trackmark.datasets.synthetic.render.path import quantised
+from trackmark.datasets.synthetic.render.prop import Coverage, Prop, extents, visible
+from trackmark.datasets.synthetic.render.street.ground import Light
+from trackmark.datasets.synthetic.render.street.street import Reach, Street
+from trackmark.datasets.synthetic.render.views import SIZE, Course, Views
 
 Array = NDArray[np.float64]
 

@@ -6,8 +6,15 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.synthetic.multipart.designs import Design
-from datasets.synthetic.render.views import FRAMES_PER_SECOND, SIZE, Course, Views, straight, walk
+from trackmark.datasets.synthetic.multipart.designs import Design
+from trackmark.datasets.synthetic.render.views import (
+    FRAMES_PER_SECOND,
+    SIZE,
+    Course,
+    Views,
+    straight,
+    walk,
+)
 
 Array = NDArray[np.float64]
 T = TypeVar("T")

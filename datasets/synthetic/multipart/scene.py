@@ -8,18 +8,18 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.interface import Image, Mask
-from datasets.synthetic.multipart.casting import twin_plan
-from datasets.synthetic.multipart.designs import PillarKnobs, TwinKnobs, WalkingKnobs
-from datasets.synthetic.multipart.plan import Plan, body_boxes, full_boxes
-from datasets.synthetic.multipart.street_walk import PILLARS, multipart_plan
-from datasets.synthetic.render.attributes import occluded, out_of_view, rescaled, turning
-from datasets.synthetic.render.camera import Camera, slow_exposure
-from datasets.synthetic.render.prop import Prop
-from datasets.synthetic.render.street.ground import Light
-from datasets.synthetic.render.street.street import Street
-from datasets.synthetic.render.views import FRAMES_PER_SECOND, SIZE
-from datasets.synthetic.scene import Scene, Truth, part_generator, pasted
+from trackmark.datasets.interface import Image, Mask
+from trackmark.datasets.synthetic.multipart.casting import twin_plan
+from trackmark.datasets.synthetic.multipart.designs import PillarKnobs, TwinKnobs, WalkingKnobs
+from trackmark.datasets.synthetic.multipart.plan import Plan, body_boxes, full_boxes
+from trackmark.datasets.synthetic.multipart.street_walk import PILLARS, multipart_plan
+from trackmark.datasets.synthetic.render.attributes import occluded, out_of_view, rescaled, turning
+from trackmark.datasets.synthetic.render.camera import Camera, slow_exposure
+from trackmark.datasets.synthetic.render.prop import Prop
+from trackmark.datasets.synthetic.render.street.ground import Light
+from trackmark.datasets.synthetic.render.street.street import Street
+from trackmark.datasets.synthetic.render.views import FRAMES_PER_SECOND, SIZE
+from trackmark.datasets.synthetic.scene import Scene, Truth, part_generator, pasted
 
 Array = NDArray[np.float64]
 

@@ -6,11 +6,11 @@ from functools import lru_cache
 
 import numpy as np
 
-from datasets.synthetic.multipart import casting, routes, wardrobe
-from datasets.synthetic.multipart.designs import DESIGNS, Design
-from datasets.synthetic.multipart.plan import Person, Plan, Post
-from datasets.synthetic.render.views import Course, Views, fixed, following
-from datasets.synthetic.scene import part_generator
+from trackmark.datasets.synthetic.multipart import casting, routes, wardrobe
+from trackmark.datasets.synthetic.multipart.designs import DESIGNS, Design
+from trackmark.datasets.synthetic.multipart.plan import Person, Plan, Post
+from trackmark.datasets.synthetic.render.views import Course, Views, fixed, following
+from trackmark.datasets.synthetic.scene import part_generator
 
 FIRST, LAST = 0.16, 0.88
 """Parts of a sequence between which people pass before the target."""

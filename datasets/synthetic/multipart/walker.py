@@ -10,9 +10,15 @@ import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
-from datasets.synthetic.multipart.look import AROUND, Look, cover_part, paint_part, wrapped
-from datasets.synthetic.render.prop import Coverage
-from datasets.synthetic.render.sprite import Sprite, superellipse
+from trackmark.datasets.synthetic.multipart.look import (
+    AROUND,
+    Look,
+    cover_part,
+    paint_part,
+    wrapped,
+)
+from trackmark.datasets.synthetic.render.prop import Coverage
+from trackmark.datasets.synthetic.render.sprite import Sprite, superellipse
 
 PARTS = (
     "left leg", "right leg", "left shoe", "right shoe",

@@ -10,9 +10,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.synthetic.multipart.casting import SHIRTS, TROUSERS, dyed
-from datasets.synthetic.multipart.look import Look
-from datasets.synthetic.render.colours import BGR
+from trackmark.datasets.synthetic.multipart.casting import SHIRTS, TROUSERS, dyed
+from trackmark.datasets.synthetic.multipart.look import Look
+from trackmark.datasets.synthetic.render.colours import BGR
 
 SATURATED: tuple[BGR, ...] = (
     (40, 36, 200),  # red

@@ -7,12 +7,12 @@ clips.
 
 from pathlib import Path
 
-from datasets.synthetic.nguyen2002.knobs import FilmKnobs, LightsKnobs
-from datasets.synthetic.suite import Entry, Suite
+from trackmark.datasets.synthetic.nguyen2002.knobs import FilmKnobs, LightsKnobs
+from trackmark.datasets.synthetic.suite import Entry, Suite
 
 __all__ = ["SUITE"]
 
-MODULE, NAME = "datasets.synthetic.nguyen2002", "nguyen2002/clip"
+MODULE, NAME = "trackmark.datasets.synthetic.nguyen2002", "nguyen2002/clip"
 SIZE = 320, 240
 
 LENGTHS = (

@@ -6,12 +6,12 @@ new in every scene.
 
 from pathlib import Path
 
-from datasets.synthetic.nummiaro2003.knobs import DrivingKnobs, HeadKnobs, WalkingKnobs
-from datasets.synthetic.suite import Entry, Suite
+from trackmark.datasets.synthetic.nummiaro2003.knobs import DrivingKnobs, HeadKnobs, WalkingKnobs
+from trackmark.datasets.synthetic.suite import Entry, Suite
 
 __all__ = ["SUITE"]
 
-MODULE = "datasets.synthetic.nummiaro2003"
+MODULE = "trackmark.datasets.synthetic.nummiaro2003"
 
 SUITE = Suite(
     Path(__file__).parent,

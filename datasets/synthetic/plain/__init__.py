@@ -6,12 +6,16 @@ nothing is hard about it; each knob makes one thing hard.
 
 from pathlib import Path
 
-from datasets.synthetic.plain.knobs import TargetKnobs
-from datasets.synthetic.suite import Entry, Suite
+from trackmark.datasets.synthetic.plain.knobs import TargetKnobs
+from trackmark.datasets.synthetic.suite import Entry, Suite
 
 __all__ = ["SUITE"]
 
 SUITE = Suite(
     Path(__file__).parent,
-    [Entry("plain/target", TargetKnobs, "datasets.synthetic.plain.scene", 120, (320, 240))],
+    [
+        Entry(
+            "plain/target", TargetKnobs, "trackmark.datasets.synthetic.plain.scene", 120, (320, 240)
+        )
+    ],
 )

@@ -5,10 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.synthetic.plain.motion import TargetMotion
-from datasets.synthetic.render.sprite import Sprite, superellipse, window
-from datasets.synthetic.render.texture import fractal, grass, lerp, paving, pebbles
-from datasets.synthetic.scene import part_generator
+from trackmark.datasets.synthetic.plain.motion import TargetMotion
+from trackmark.datasets.synthetic.render.sprite import Sprite, superellipse, window
+from trackmark.datasets.synthetic.render.texture import fractal, grass, lerp, paving, pebbles
+from trackmark.datasets.synthetic.scene import part_generator
 
 Array = NDArray[np.float64]
 

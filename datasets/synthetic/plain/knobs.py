@@ -4,7 +4,7 @@ from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
-from datasets.synthetic.knobs import Knobs, Seed, seed
+from trackmark.datasets.synthetic.knobs import Knobs, Seed, seed
 
 
 class TargetKnobs(Knobs):

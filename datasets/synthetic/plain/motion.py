@@ -3,9 +3,9 @@
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from datasets.synthetic.plain.knobs import TargetKnobs
-from datasets.synthetic.render.path import Loop, quantised, random_loop, smooth_step
-from datasets.synthetic.scene import part_generator
+from trackmark.datasets.synthetic.plain.knobs import TargetKnobs
+from trackmark.datasets.synthetic.render.path import Loop, quantised, random_loop, smooth_step
+from trackmark.datasets.synthetic.scene import part_generator
 
 Array = NDArray[np.float64]
 

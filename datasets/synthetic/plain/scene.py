@@ -5,16 +5,16 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.interface import Image, Mask
-from datasets.synthetic.plain import appearance
-from datasets.synthetic.plain.appearance import Thing
-from datasets.synthetic.plain.knobs import TargetKnobs
-from datasets.synthetic.plain.motion import TargetMotion
-from datasets.synthetic.plain.truth import target_truth
-from datasets.synthetic.render import sprite
-from datasets.synthetic.render.camera import Camera
-from datasets.synthetic.render.sprite import Sprite
-from datasets.synthetic.scene import Scene, Truth
+from trackmark.datasets.interface import Image, Mask
+from trackmark.datasets.synthetic.plain import appearance
+from trackmark.datasets.synthetic.plain.appearance import Thing
+from trackmark.datasets.synthetic.plain.knobs import TargetKnobs
+from trackmark.datasets.synthetic.plain.motion import TargetMotion
+from trackmark.datasets.synthetic.plain.truth import target_truth
+from trackmark.datasets.synthetic.render import sprite
+from trackmark.datasets.synthetic.render.camera import Camera
+from trackmark.datasets.synthetic.render.sprite import Sprite
+from trackmark.datasets.synthetic.scene import Scene, Truth
 
 MOST_INSTANTS = 32
 

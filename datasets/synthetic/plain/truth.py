@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.synthetic.plain.motion import COLUMNS, TargetMotion, columns_of_silhouette
-from datasets.synthetic.scene import Truth
+from trackmark.datasets.synthetic.plain.motion import COLUMNS, TargetMotion, columns_of_silhouette
+from trackmark.datasets.synthetic.scene import Truth
 
 CHUNK = 1024  # frames measured at once: memory stays flat in the length
 

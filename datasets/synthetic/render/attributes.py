@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.synthetic.render.views import FRAMES_PER_SECOND, SIZE
+from trackmark.datasets.synthetic.render.views import FRAMES_PER_SECOND, SIZE
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]

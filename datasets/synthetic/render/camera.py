@@ -7,8 +7,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from datasets.interface import Image
-from datasets.synthetic.render.views import wandering
+from trackmark.datasets.interface import Image
+from trackmark.datasets.synthetic.render.views import wandering
 
 GAIN_STEPS = 1024
 """Steps in a gain of 1."""

@@ -9,8 +9,15 @@ import itertools
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.synthetic.render.colours import ACCENTS, CLOTHES, COUNTERS, NEUTRALS, nearly, one_of
-from datasets.synthetic.render.finish import (
+from trackmark.datasets.synthetic.render.colours import (
+    ACCENTS,
+    CLOTHES,
+    COUNTERS,
+    NEUTRALS,
+    nearly,
+    one_of,
+)
+from trackmark.datasets.synthetic.render.finish import (
     PITCH,
     Finish,
     Pattern,
@@ -22,8 +29,8 @@ from datasets.synthetic.render.finish import (
     staggered,
     tiles,
 )
-from datasets.synthetic.render.prints import printed
-from datasets.synthetic.render.solids import bowl, box, half_space, limb
+from trackmark.datasets.synthetic.render.prints import printed
+from trackmark.datasets.synthetic.render.solids import bowl, box, half_space, limb
 
 Array = NDArray[np.float64]
 

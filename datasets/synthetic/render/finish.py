@@ -8,8 +8,8 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from datasets.synthetic.render.solids import NOTHING, View, what_is_seen
-from datasets.synthetic.render.texture import fractal, lerp
+from trackmark.datasets.synthetic.render.solids import NOTHING, View, what_is_seen
+from trackmark.datasets.synthetic.render.texture import fractal, lerp
 
 Array = NDArray[np.float64]
 Pattern: TypeAlias = Callable[[Array], Array]

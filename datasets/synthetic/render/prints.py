@@ -5,10 +5,10 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.interface import Image
-from datasets.synthetic.render.colours import varied
-from datasets.synthetic.render.painting import Colour, Painting
-from datasets.synthetic.render.texture import fractal, lerp, ramp
+from trackmark.datasets.interface import Image
+from trackmark.datasets.synthetic.render.colours import varied
+from trackmark.datasets.synthetic.render.painting import Colour, Painting
+from trackmark.datasets.synthetic.render.texture import fractal, lerp, ramp
 
 KINDS = "book", "tea", "toy"
 

@@ -5,8 +5,8 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.synthetic.render.sprite import Sprite, instants
-from datasets.synthetic.render.views import SIZE, Viewpoint
+from trackmark.datasets.synthetic.render.sprite import Sprite, instants
+from trackmark.datasets.synthetic.render.views import SIZE, Viewpoint
 
 Array = NDArray[np.float64]
 

@@ -11,7 +11,7 @@ from typing import Self, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.synthetic.render.path import quantised, smooth_step
+from trackmark.datasets.synthetic.render.path import quantised, smooth_step
 
 Array = NDArray[np.float64]
 

@@ -7,12 +7,12 @@ k - 1.
 
 from pathlib import Path
 
-from datasets.synthetic.suite import Entry, Suite
-from datasets.synthetic.wang2010.knobs import CupKnobs, HandKnobs, TableTennisKnobs
+from trackmark.datasets.synthetic.suite import Entry, Suite
+from trackmark.datasets.synthetic.wang2010.knobs import CupKnobs, HandKnobs, TableTennisKnobs
 
 __all__ = ["SUITE"]
 
-MODULE = "datasets.synthetic.wang2010"
+MODULE = "trackmark.datasets.synthetic.wang2010"
 
 SUITE = Suite(
     Path(__file__).parent,

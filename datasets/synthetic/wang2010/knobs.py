@@ -1,6 +1,6 @@
 """Options of the suite's sequences."""
 
-from datasets.synthetic.knobs import Knobs, Seed, seed
+from trackmark.datasets.synthetic.knobs import Knobs, Seed, seed
 
 
 class TableTennisKnobs(Knobs):

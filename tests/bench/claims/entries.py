@@ -4,7 +4,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from bench.claims.claims_file import Claim
+from trackmark.bench.claims.claims_file import Claim
 
 TEXTS = {
     "source": "Fig. 1",

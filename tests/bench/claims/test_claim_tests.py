@@ -8,10 +8,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from bench.claims.claim_tests import Evidence, judge, notes, scene_differences
-from bench.claims.row_verdicts import count_verdicts, judge_row, verdict_table
-from bench.statistics.verdict_rules import no_worse, order, share
 from tests.bench.claims.entries import claim
+from trackmark.bench.claims.claim_tests import Evidence, judge, notes, scene_differences
+from trackmark.bench.claims.row_verdicts import count_verdicts, judge_row, verdict_table
+from trackmark.bench.statistics.verdict_rules import no_worse, order, share
 
 
 def table(values: dict[str, Any], sequence: str = "ball") -> pd.DataFrame:

@@ -5,9 +5,9 @@ from typing import Any
 
 import pytest
 
-from bench.claims.claims_file import read_claims
-from bench.experiments.experiment import ExperimentError
 from tests.bench.claims.entries import claim, write_claim
+from trackmark.bench.claims.claims_file import read_claims
+from trackmark.bench.experiments.experiment import ExperimentError
 
 SIDES = {"better": "A", "worse": "B"}
 

@@ -14,8 +14,8 @@ import cv2
 import numpy as np
 import pytest
 
-import bench
-from bench.commands import _picking
+from trackmark import bench
+from trackmark.bench.commands import _picking
 
 BOTH = ("--box", "0:4,5,10,12", "--box", "4:8,5,10,12")
 

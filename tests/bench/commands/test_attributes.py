@@ -5,8 +5,8 @@ import shutil
 
 import pytest
 
-import bench
-from datasets import attributes
+from trackmark import bench
+from trackmark.datasets import attributes
 
 
 @pytest.fixture

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from bench.comparing.baseline import read_baseline, write_baseline
+from trackmark.bench.comparing.baseline import read_baseline, write_baseline
 
 pytestmark = pytest.mark.slow
 

@@ -8,8 +8,8 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from bench.evaluation.turns import TurnError
-from bench.statistics import speed
+from trackmark.bench.evaluation.turns import TurnError
+from trackmark.bench.statistics import speed
 
 SLOW = "\n# slow\n"
 
@@ -53,7 +53,7 @@ def clocked(monkeypatch):
         ratios = np.array([ratio(setup) for setup in setups])
         return ratios[:, None, None] * generator.normal(1, 0.01, (2, 5, 4))
 
-    monkeypatch.setattr("bench.comparing.speed_check.in_turns", in_turns)
+    monkeypatch.setattr("trackmark.bench.comparing.speed_check.in_turns", in_turns)
     return seen
 
 
@@ -63,7 +63,7 @@ def kept(trackmark, here, clocked, git, monkeypatch):
     own = here / "trackers"
     own.mkdir()
     (own / "static.py").write_text("# as it was\n")
-    monkeypatch.setattr("bench.comparing.speed_check._PACKAGE", own)
+    monkeypatch.setattr("trackmark.bench.comparing.speed_check._PACKAGE", own)
     git("init", "--quiet")
     git("add", "knob.py", "trackers")
     git("commit", "--quiet", "--message", "before")
@@ -124,7 +124,7 @@ def test_tracker_that_cannot_be_timed_is_inconclusive(trackmark, kept, monkeypat
     def in_turns(setups, clips):
         raise TurnError("its process ended")
 
-    monkeypatch.setattr("bench.comparing.speed_check.in_turns", in_turns)
+    monkeypatch.setattr("trackmark.bench.comparing.speed_check.in_turns", in_turns)
     printed = trackmark("check", "own", *AGAINST, "--strict", status=3).stdout
     assert "static: the tracker cannot be timed: its process ended." in printed
     printed = trackmark("check", "own", *AGAINST, "--strict", "--json", status=3).stdout

@@ -8,10 +8,10 @@ import zlib
 
 import pytest
 
-import datasets
-from bench.commands import _options
-from bench.commands._options import chosen_sequences
-from bench.execution import plan
+from trackmark import datasets
+from trackmark.bench.commands import _options
+from trackmark.bench.commands._options import chosen_sequences
+from trackmark.bench.execution import plan
 
 
 @pytest.fixture

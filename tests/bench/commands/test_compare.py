@@ -92,7 +92,7 @@ def test_tracker_with_other_boxes_in_a_timing_run_is_not_repeatable(trackmark, h
 
 
 SHIFT_TRACKERS = """
-from trackers.base.interface import Estimate, TrackerPlugin
+from trackmark.trackers.base.interface import Estimate, TrackerPlugin
 
 class Left(TrackerPlugin):
     shift = -1

@@ -9,10 +9,12 @@ from pathlib import Path
 
 import pytest
 
-from bench.packages import NAMES
+from trackmark.bench.packages import NAMES
 
 ROOT = Path(__file__).parents[3]
-COMPILE = "from trackers.maps.differences import _sum_channels as kernel; import numpy as np; "
+COMPILE = (
+    "from trackmark.trackers.maps.differences import _sum_channels as kernel; import numpy as np; "
+)
 COMPILE += "kernel(np.zeros((2, 2, 3), np.uint8), np.zeros((2, 2), np.uint16))"
 
 
@@ -23,7 +25,7 @@ def copied_doctor(tmp_path):
         shutil.copytree(ROOT / name, tmp_path / name, ignore=shutil.ignore_patterns("__pycache__"))
 
     def call(**environment):
-        code = "import sys; sys.argv = ['trackmark', 'doctor', '--json']; import bench.cli as cli"
+        code = "import sys; sys.argv = ['trackmark', 'doctor', '--json']; from trackmark.bench import cli"
         done = subprocess.run(
             [sys.executable, "-c", f"{code}; cli.main()"],
             env=os.environ | {"PYTHONPATH": str(tmp_path)} | environment,

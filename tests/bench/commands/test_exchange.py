@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bench.store.results import Results
+from trackmark.bench.store.results import Results
 
 SHARED = Path(__file__).parents[4] / "shared"
 PUBLISHED = SHARED / "published"

@@ -10,9 +10,8 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-import bench
-import trackers
-from bench.commands import describe
+from trackmark import bench, trackers
+from trackmark.bench.commands import describe
 
 SCRIPT = Path(sys.executable).parent / "trackmark"
 COMMANDS = sorted(file.stem for file in (Path(bench.__file__).parent / "commands").glob("[!_]*.py"))
@@ -36,8 +35,8 @@ def test_what_a_command_does_not_need_is_not_imported_and_no_rendered_sequence_o
     arguments, heavy
 ):
     code = (
-        "import sys, bench.cli\n"
-        f"try: bench.cli.main({arguments!r})\n"
+        "import sys\nfrom trackmark.bench import cli\n"
+        f"try: cli.main({arguments!r})\n"
         "except SystemExit as ended: assert not ended.code\n"
         f"print(sorted({heavy!r} & set(sys.modules)))"
     )

@@ -129,7 +129,7 @@ def test_an_oserror_without_a_file_name_is_one_line(trackmark, one_line, monkeyp
     def fail(*_):
         raise OSError(24, "Too many open files")
 
-    monkeypatch.setattr("bench.store.layout.experiment_folders", fail)
+    monkeypatch.setattr("trackmark.bench.store.layout.experiment_folders", fail)
     line = one_line(trackmark("results", "list", "results", status=2))
     assert line == "trackmark: Too many open files."
 

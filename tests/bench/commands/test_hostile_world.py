@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-import bench
+from trackmark import bench
 
 SMALL = ("--sequences", "data/Small")
 KNOB = ("run", "--name", "mine", "--trackers", "static,knob.py:Knob", *SMALL, "--seeds", 3)
@@ -66,8 +66,8 @@ class Finder:
 
 sys.meta_path.insert(0, Finder())
 sys.argv[:-1] = ["/usr/bin/trackmark", "describe"]
-import bench.cli
-bench.cli.main(["describe", "samples/face"])
+from trackmark.bench import cli
+cli.main(["describe", "samples/face"])
 """
 
 
@@ -77,7 +77,14 @@ def interrupted(module):
 
 
 @pytest.mark.parametrize(
-    "module", ["bench.packages", "click", "bench.commands", "bench.commands.describe", "numpy"]
+    "module",
+    [
+        "trackmark.bench.packages",
+        "click",
+        "trackmark.bench.commands",
+        "trackmark.bench.commands.describe",
+        "numpy",
+    ],
 )
 def test_ctrl_c_is_no_traceback_however_early(module):
     """While a module is imported, each of the command's that takes long."""

@@ -5,8 +5,8 @@ import json
 
 import pytest
 
-import bench
-from bench.store.results import Results
+from trackmark import bench
+from trackmark.bench.store.results import Results
 
 ASKED = ("run", "--trackers", "static,knob.py:Knob", "--sequences", "data/Small", "--name", "trial")
 SCENES = "plain/target:length=30,plain/target:length=30:scene=1"

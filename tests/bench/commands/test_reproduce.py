@@ -5,8 +5,8 @@ import shutil
 
 import pytest
 
-from bench.papers import Effort, paper_names
-from bench.papers.reproduction import Reproduction
+from trackmark.bench.papers import Effort, paper_names
+from trackmark.bench.papers.reproduction import Reproduction
 
 
 def test_unknown_paper_is_answered_with_the_known_ones(trackmark):

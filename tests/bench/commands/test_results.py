@@ -6,7 +6,7 @@ import shutil
 import cv2
 import pytest
 
-import bench
+from trackmark import bench
 
 SMALL = ("--sequences", "data/Small")
 MINE = ("run", "--name", "mine", "--trackers")
@@ -76,7 +76,7 @@ def test_a_log_tells_what_was_done_and_who_failed(trackmark, one_line, here, spo
 
 
 def test_results_that_failed_or_never_ended_are_listed(trackmark, here, spoil):
-    from bench.store.unfinished import map_rows
+    from trackmark.bench.store.unfinished import map_rows
 
     spoil()
     trackmark(*KNOB, status=1)
@@ -135,9 +135,11 @@ def test_a_report_on_several_experiments_names_each(trackmark, here):
 
 def test_a_report_of_tables_alone_opens_no_sequence_and_no_run(trackmark, monkeypatch, here):
     trackmark(*STATIC, "data/Small,samples/face")
-    monkeypatch.setattr("datasets.load", lambda *_, **__: pytest.fail("a sequence was opened"))
     monkeypatch.setattr(
-        "bench.store.results.Results.read", lambda *_: pytest.fail("a run was opened")
+        "trackmark.datasets.load", lambda *_, **__: pytest.fail("a sequence was opened")
+    )
+    monkeypatch.setattr(
+        "trackmark.bench.store.results.Results.read", lambda *_: pytest.fail("a run was opened")
     )
     trackmark("report", "results/mine", "--folder", "report", "--no-pictures")
     assert {file.suffix for file in (here / "report").iterdir()} == {".txt", ".md", ".csv", ".tex"}
@@ -156,7 +158,9 @@ def test_a_report_draws_strips_of_recorded_data_and_only_while_they_are_the_same
     assert (here / "first" / "strip-samples-face.png").is_file()
     truth = here / "data" / "Small" / "groundtruth_rect.txt"
     truth.write_text(truth.read_text().replace("5,6,10,12", "5,6,10,13", 1))
-    monkeypatch.setattr("bench.reporting.pictures.write_plots", lambda *_, **__: [])  # as before
+    monkeypatch.setattr(
+        "trackmark.bench.reporting.pictures.write_plots", lambda *_, **__: []
+    )  # as before
     said = trackmark("report", "results/mine", "--folder", "second").stderr
     assert "Small: no film strip" in said
     assert not (here / "second" / "strip-Small.png").exists()

@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 import pytest
 
-import bench
+from trackmark import bench
 
 SMALL = ("--sequences", "data/Small")
 MINE = ("run", "--name", "mine", "--trackers")
@@ -349,7 +349,7 @@ def test_a_dry_run_prints_the_plan_and_leaves_nothing(trackmark, here):
 
 
 def test_limits_are_kept_and_their_defaults_are_told(trackmark, spoil):
-    from bench.engine.unit import Limits
+    from trackmark.bench.engine.unit import Limits
 
     said = " ".join(trackmark("run", "--help").stdout.split())
     assert f"[default: {Limits.frame_seconds:g}]" in said
@@ -364,7 +364,7 @@ def test_limits_are_kept_and_their_defaults_are_told(trackmark, spoil):
     ("text", "size"), [("500MB", 500e6), ("4GiB", 2**32), ("1.5 g", 1.5e9), ("1000", 1000)]
 )
 def test_a_size_is_read_as_it_is_written(text, size):
-    from bench.commands._options import memory_size
+    from trackmark.bench.commands._options import memory_size
 
     assert memory_size(text) == size
 

@@ -4,7 +4,7 @@ from collections import Counter
 
 import pytest
 
-from bench.store import results
+from trackmark.bench.store import results
 
 
 @pytest.mark.parametrize("command", [("report", "--by-attribute"), ("compare", "--results")])

@@ -27,7 +27,7 @@ def test_it_finds_breaking_points_and_runs_nothing_twice(trackmark, here):
 @pytest.mark.slow
 def test_a_tracker_that_fails_breaks_and_recorded_scores_are_correlated(trackmark, here):
     (here / "fragile.py").write_text(
-        "import trackers\n\n\nclass Fragile(trackers.TrackerPlugin):\n"
+        "from trackmark import trackers\n\n\nclass Fragile(trackers.TrackerPlugin):\n"
         '    """Fails."""\n\n'
         "    def init(self, image, box, mask=None):\n        self.box = box\n\n"
         "    def update(self, image):\n        raise ValueError('too fragile')\n"

@@ -5,8 +5,8 @@ import sys
 
 import pytest
 
-from bench.commands._terminal import Outlet, complain, outlets
-from reports.printable import WIDTH, wrapped
+from trackmark.bench.commands._terminal import Outlet, complain, outlets
+from trackmark.reports.printable import WIDTH, wrapped
 
 
 class Screen(io.StringIO):

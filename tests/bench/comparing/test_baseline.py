@@ -12,8 +12,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-import trackers
-from bench.comparing.baseline import (
+from trackmark import trackers
+from trackmark.bench.comparing.baseline import (
     Baseline,
     BaselineCell,
     BaselineError,
@@ -22,7 +22,7 @@ from bench.comparing.baseline import (
     read_baseline,
     write_baseline,
 )
-from bench.experiments.experiment import SequenceSource
+from trackmark.bench.experiments.experiment import SequenceSource
 
 SEEDS = 6
 MADE_WITH = {"platform": "Linux x86_64", "numpy": "2.1"}

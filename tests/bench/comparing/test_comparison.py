@@ -6,19 +6,29 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bench.comparing.comparable_runs import AllFailedError, ComparisonError, with_published
-from bench.comparing.comparison import compare, parts_of
-from bench.comparing.figures import write_figures
-from bench.comparing.summary_text import paragraph
-from bench.comparing.tables import as_data, files, screen
-from bench.reporting import MARGINS
-from bench.reporting.tables import SUMMARY
-from bench.statistics.intervals import mean_interval
-from bench.statistics.rules import MARGIN, decide
-from reports.comparison import Breaks, Point, breaking_plot, difference_plot, speed_accuracy_plot
-from reports.fitting import on_terminal
-from reports.palette import colour
-from reports.renderers import to_csv, to_text
+from trackmark.bench.comparing.comparable_runs import (
+    AllFailedError,
+    ComparisonError,
+    with_published,
+)
+from trackmark.bench.comparing.comparison import compare, parts_of
+from trackmark.bench.comparing.figures import write_figures
+from trackmark.bench.comparing.summary_text import paragraph
+from trackmark.bench.comparing.tables import as_data, files, screen
+from trackmark.bench.reporting import MARGINS
+from trackmark.bench.reporting.tables import SUMMARY
+from trackmark.bench.statistics.intervals import mean_interval
+from trackmark.bench.statistics.rules import MARGIN, decide
+from trackmark.reports.comparison import (
+    Breaks,
+    Point,
+    breaking_plot,
+    difference_plot,
+    speed_accuracy_plot,
+)
+from trackmark.reports.fitting import on_terminal
+from trackmark.reports.palette import colour
+from trackmark.reports.renderers import to_csv, to_text
 
 OVERLAP = SUMMARY[0]
 ERROR = next(measure for measure in SUMMARY if measure.name == "centre_error")

@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 
-import bench
-import datasets
-from bench.comparing.comparison import compare
-from bench.reporting.tables import SUMMARY
+from trackmark import bench, datasets
+from trackmark.bench.comparing.comparison import compare
+from trackmark.bench.reporting.tables import SUMMARY
 
 pytestmark = pytest.mark.slow
 

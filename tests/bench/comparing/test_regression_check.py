@@ -6,11 +6,17 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from bench.comparing.baseline import Baseline, BaselineCell
-from bench.comparing.regression_check import as_data, as_junit, changed_facts, check, table
-from bench.experiments.experiment import SequenceSource
-from bench.statistics.intervals import mean_interval
-from reports.renderers import to_markdown, to_text
+from trackmark.bench.comparing.baseline import Baseline, BaselineCell
+from trackmark.bench.comparing.regression_check import (
+    as_data,
+    as_junit,
+    changed_facts,
+    check,
+    table,
+)
+from trackmark.bench.experiments.experiment import SequenceSource
+from trackmark.bench.statistics.intervals import mean_interval
+from trackmark.reports.renderers import to_markdown, to_text
 
 SEEDS = 20
 MADE_WITH = {"platform": "Linux x86_64", "numpy": "2.1"}

@@ -5,11 +5,11 @@ from math import exp, isinf, isnan
 import numpy as np
 import pytest
 
-import datasets
-from bench.comparing.breaking import Breaking, as_data, tables, write_curves
-from bench.comparing.stressing import Course, Knob, Series, factor, knob_of
-from bench.experiments.experiment import ExperimentError
-from datasets import SequenceError
+from trackmark import datasets
+from trackmark.bench.comparing.breaking import Breaking, as_data, tables, write_curves
+from trackmark.bench.comparing.stressing import Course, Knob, Series, factor, knob_of
+from trackmark.bench.experiments.experiment import ExperimentError
+from trackmark.datasets import SequenceError
 
 NOISE = Knob("noise", "grey levels", 0, 160)
 GAIN = Knob("gain", "times the light", 1, 0.02, logarithmic=True)

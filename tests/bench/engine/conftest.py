@@ -10,7 +10,7 @@ from uuid import uuid4
 import pyarrow.parquet as parquet
 import pytest
 
-from bench.store.results import Results
+from trackmark.bench.store.results import Results
 
 
 class Command:
@@ -61,7 +61,11 @@ class Command:
 
     def workers(self):
         """Numbers of its living processes in which trackers run."""
-        return [number for number in self.living() if "bench.engine.child" in command_line(number)]
+        return [
+            number
+            for number in self.living()
+            if "trackmark.bench.engine.child" in command_line(number)
+        ]
 
     def kill(self):
         """Kill all that it has started."""

@@ -25,7 +25,7 @@ from pathlib import Path
 
 import numpy as np
 
-from trackers.base.interface import Estimate, TrackerPlugin
+from trackmark.trackers.base.interface import Estimate, TrackerPlugin
 
 STRIKE = 3
 FOREVER = 1e9

@@ -14,20 +14,20 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-import bench
-from bench.engine import child, engine, probe
-from bench.engine.board import ELSEWHERE, NOBODY, READING, Board, BoardObserver
-from bench.engine.output import LONGEST, Printed, Tail
-from bench.engine.performing import Outcome, scored
-from bench.engine.process import Surroundings, machine_memory, peak_memory, reset_peak
-from bench.engine.supervisor import _suspects
-from bench.engine.unit import Entry, Limits, Unit
-from bench.experiments.experiment import ExperimentError, SequenceSource
-from bench.store.files import ResultsError
-from bench.store.results import Results
-from bench.store.truth import write_truth
-from bench.store.unfinished import map_rows, read_rows
-from datasets.decoding import decoding
+from trackmark import bench
+from trackmark.bench.engine import child, engine, probe
+from trackmark.bench.engine.board import ELSEWHERE, NOBODY, READING, Board, BoardObserver
+from trackmark.bench.engine.output import LONGEST, Printed, Tail
+from trackmark.bench.engine.performing import Outcome, scored
+from trackmark.bench.engine.process import Surroundings, machine_memory, peak_memory, reset_peak
+from trackmark.bench.engine.supervisor import _suspects
+from trackmark.bench.engine.unit import Entry, Limits, Unit
+from trackmark.bench.experiments.experiment import ExperimentError, SequenceSource
+from trackmark.bench.store.files import ResultsError
+from trackmark.bench.store.results import Results
+from trackmark.bench.store.truth import write_truth
+from trackmark.bench.store.unfinished import map_rows, read_rows
+from trackmark.datasets.decoding import decoding
 
 
 @pytest.fixture
@@ -65,7 +65,7 @@ def test_a_board_that_finds_no_room_is_a_line_and_no_death(tmp_path):
     code = f"""
 import tempfile
 tempfile.tempdir = {str(tmp_path)!r}  # chosen before it was full
-from bench.cli import main
+from trackmark.bench.cli import main
 main()
 """
     command = [sys.executable, "-c", code, "run", "--trackers", "static"]
@@ -95,7 +95,7 @@ def test_a_copy_that_comes_back_from_a_call_ends_there_and_is_told_on(board):
 
 
 def test_a_fork_whose_copy_does_not_come_back_is_no_misdeed(board, monkeypatch):
-    monkeypatch.setattr("bench.engine.board._COPY_SECONDS", 0.1)
+    monkeypatch.setattr("trackmark.bench.engine.board._COPY_SECONDS", 0.1)
     board.clear()
     observer = observer_on(board)
     copy = os.fork()
@@ -143,7 +143,7 @@ def test_a_limit_that_nothing_can_keep_is_refused(name, value):
 
 def test_the_memory_of_a_container_counts_rather_than_its_machine(tmp_path, monkeypatch):
     group = tmp_path / "memory.max"
-    monkeypatch.setattr("bench.engine.process._CONTROL_GROUP", group)
+    monkeypatch.setattr("trackmark.bench.engine.process._CONTROL_GROUP", group)
     whole = machine_memory()
     group.write_text("max\n")
     assert machine_memory() == whole
@@ -163,7 +163,7 @@ def test_the_peak_of_memory_is_that_since_it_was_forgotten():
 
 def test_more_memory_than_allowed_is_an_error_and_no_death():
     code = (
-        "from bench.engine.process import limit_memory; limit_memory(1 << 30)\n"
+        "from trackmark.bench.engine.process import limit_memory; limit_memory(1 << 30)\n"
         "try: bytearray(2 << 30)\n"
         "except MemoryError: print('refused')"
     )

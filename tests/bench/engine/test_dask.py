@@ -11,22 +11,27 @@ from pathlib import Path
 
 import pytest
 
-from bench.engine import Job, engine
-from bench.engine.dask import ClusterError, _perform_unit, source_digest, with_absolute_paths
-from bench.engine.unit import Entry, Unit
-from bench.experiments.experiment import SequenceSource
-from bench.store.results import Results
+from trackmark.bench.engine import Job, engine
+from trackmark.bench.engine.dask import (
+    ClusterError,
+    _perform_unit,
+    source_digest,
+    with_absolute_paths,
+)
+from trackmark.bench.engine.unit import Entry, Unit
+from trackmark.bench.experiments.experiment import SequenceSource
+from trackmark.bench.store.results import Results
 
 # What the command does with an engine. In a process of its own: Dask leaves threads behind.
 PERFORM = """
 import sys
 from pathlib import Path
 
-import datasets
-from bench.experiments.contestant import contestant, identify
-from bench.engine import Job, engine
-from bench.experiments.experiment import SequenceSource
-from bench.engine.unit import Entry, Unit
+from trackmark import datasets
+from trackmark.bench.experiments.contestant import contestant, identify
+from trackmark.bench.engine import Job, engine
+from trackmark.bench.experiments.experiment import SequenceSource
+from trackmark.bench.engine.unit import Entry, Unit
 
 
 def main(name, jobs, address, folder, trackers, *sources):
@@ -247,7 +252,7 @@ def test_lost_scheduler_is_reported_in_one_line(data, scheduler):
     _, said = process.communicate(timeout=600)
     assert process.returncode == 1
     last = said.strip().splitlines()[-1]
-    assert last.startswith("bench.engine.dask.ClusterError: the Dask scheduler is lost")
+    assert last.startswith("trackmark.bench.engine.dask.ClusterError: the Dask scheduler is lost")
     assert "run the same command again" in last
     assert 2 <= len(Results(data / "results/x").files()) < 8
 

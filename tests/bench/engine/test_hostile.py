@@ -10,19 +10,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-import bench
-import datasets
-from bench.evaluation.loop import run_in_lock_step
-from bench.experiments.contestant import contestants
-from bench.experiments.experiment import Experiment, SequenceSource
-from bench.store.index import read_index
-from bench.store.results import Results
 from tests.bench.engine import hostile, hostile_answers
+from trackmark import bench, datasets
+from trackmark.bench.evaluation.loop import run_in_lock_step
+from trackmark.bench.experiments.contestant import contestants
+from trackmark.bench.experiments.experiment import Experiment, SequenceSource
+from trackmark.bench.store.index import read_index
+from trackmark.bench.store.results import Results
 
 LIMITS = ["--frame-limit", "5", "--run-limit", "4", "--memory-limit", "1GB"]
 FRAMES = 12
 PATIENCE = 600  # for a command on a busy machine; nothing waits for it but a defect
-TRACKMARK = [sys.executable, "-c", "from bench.cli import main; main()"]
+TRACKMARK = [sys.executable, "-c", "from trackmark.bench.cli import main; main()"]
 
 CALM = '''
 """Neighbours that notice what is done to image, random numbers, place and arithmetic."""
@@ -31,7 +30,7 @@ import time
 import zlib
 
 import numpy as np
-from trackers.base.interface import Estimate, Randomness, TrackerPlugin
+from trackmark.trackers.base.interface import Estimate, Randomness, TrackerPlugin
 
 
 class Watches(TrackerPlugin):

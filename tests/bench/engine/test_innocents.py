@@ -8,21 +8,21 @@ from pathlib import Path
 
 import pytest
 
-import bench
-from bench.engine.supervisor import ClosedError, Supervisor
-from bench.engine.unit import Limits
-from bench.execution.plan import make_plan
-from bench.execution.units import left_of
-from bench.experiments.experiment import Experiment, SequenceSource
-from bench.experiments.outside import settled
-from bench.store.files import ResultsError
-from bench.store.index import read_index
-from bench.store.log import log_files, read_log
-from bench.store.results import Results
-from bench.store.truth import write_truth
-from bench.store.upkeep import merge_results
 from tests.bench.conftest import KNOB_TRACKER
 from tests.bench.engine.conftest import command_line, send
+from trackmark import bench
+from trackmark.bench.engine.supervisor import ClosedError, Supervisor
+from trackmark.bench.engine.unit import Limits
+from trackmark.bench.execution.plan import make_plan
+from trackmark.bench.execution.units import left_of
+from trackmark.bench.experiments.experiment import Experiment, SequenceSource
+from trackmark.bench.experiments.outside import settled
+from trackmark.bench.store.files import ResultsError
+from trackmark.bench.store.index import read_index
+from trackmark.bench.store.log import log_files, read_log
+from trackmark.bench.store.results import Results
+from trackmark.bench.store.truth import write_truth
+from trackmark.bench.store.upkeep import merge_results
 
 LEFT, ABANDONED = (f"{seconds}.{os.getpid()}" for seconds in (86413, 86415))  # nobody else's
 NAMELESS = "subprocess.Popen(['sleep', '{}'], env={{}}, start_new_session=True)"
@@ -41,7 +41,7 @@ ACTS = {
     "ForksToo": "os.fork()",
     "Raises": "raise ValueError('no wish')",
     "Reads": "self.box = self.box + [np.mean([1.0]), 0, 0, 0]",
-    "Spoils": "np.mean = sys.modules['bench.metrics.native']._mean = lambda *a: 0.5;"
+    "Spoils": "np.mean = sys.modules['trackmark.bench.metrics.native']._mean = lambda *a: 0.5;"
     " truth.as_columns = lambda columns: pa.table({name: [0.0] * 12 for name in columns});"
     " os.umask(0o777)",
     "LeavesThread": "_thread.start_new_thread(time.sleep, (1e6,))",  # `threading` knows of none
@@ -76,7 +76,9 @@ class {name}(Base):
 """
     head = "import _thread, os, signal, subprocess, sys, time\n"
     head += f"import cv2, pyarrow as pa, numpy as np\nNO_ROOM = {NO_ROOM}\n"
-    head += "from bench.evaluation import recorder\nfrom bench.store import truth\n"
+    head += (
+        "from trackmark.bench.evaluation import recorder\nfrom trackmark.bench.store import truth\n"
+    )
     (folder / "acts.py").write_text(source.replace("from pydantic", head + "from pydantic", 1))
     return folder
 
@@ -221,7 +223,7 @@ def test_a_tracker_that_says_that_nothing_can_be_written_ends_the_command(ground
 
 
 def test_a_worker_that_is_killed_while_it_begins_is_begun_again(ground, monkeypatch):
-    from bench.engine import child_process
+    from trackmark.bench.engine import child_process
 
     killed = []
     plain = child_process.ChildProcess._hear

@@ -12,13 +12,13 @@ import time
 import pyarrow.parquet as parquet
 import pytest
 
-import bench
-from bench.experiments.experiment import Experiment, SequenceSource
-from bench.store.index import read_index
-from bench.store.layout import UNFINISHED
-from bench.store.results import Results
+from trackmark import bench
+from trackmark.bench.experiments.experiment import Experiment, SequenceSource
+from trackmark.bench.store.index import read_index
+from trackmark.bench.store.layout import UNFINISHED
+from trackmark.bench.store.results import Results
 
-TRACKMARK = [sys.executable, "-c", "from bench.cli import main; main()"]
+TRACKMARK = [sys.executable, "-c", "from trackmark.bench.cli import main; main()"]
 FRAMES = 60
 SEQUENCES = "AB"
 SEEDS = 3
@@ -30,7 +30,7 @@ import time
 from pathlib import Path
 
 import numpy as np
-from trackers.base.interface import Estimate, Randomness, TrackerPlugin
+from trackmark.trackers.base.interface import Estimate, Randomness, TrackerPlugin
 
 
 class Draws(TrackerPlugin):

@@ -5,13 +5,13 @@ import sys
 
 import pytest
 
-import bench
-from bench.experiments.experiment import Experiment, SequenceSource
-from bench.store.results import Results
-from bench.store.unfinished import unfinished_runs
 from tests.bench.engine.conftest import send
+from trackmark import bench
+from trackmark.bench.experiments.experiment import Experiment, SequenceSource
+from trackmark.bench.store.results import Results
+from trackmark.bench.store.unfinished import unfinished_runs
 
-TRACKMARK = [sys.executable, "-c", "from bench.cli import main; main()"]
+TRACKMARK = [sys.executable, "-c", "from trackmark.bench.cli import main; main()"]
 FRAMES = 20
 SEEDS = 2
 
@@ -22,7 +22,7 @@ import time
 from pathlib import Path
 
 import numpy as np
-from trackers.base.interface import Estimate, Randomness, TrackerPlugin
+from trackmark.trackers.base.interface import Estimate, Randomness, TrackerPlugin
 
 calls = 0
 

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-import bench
-from bench.execution.run import Execution, run
-from bench.experiments.experiment import Experiment, SequenceSource
-from bench.store.index import read_index
-from bench.store.results import Results
-from datasets import SequenceError, readers
+from trackmark import bench
+from trackmark.bench.execution.run import Execution, run
+from trackmark.bench.experiments.experiment import Experiment, SequenceSource
+from trackmark.bench.store.index import read_index
+from trackmark.bench.store.results import Results
+from trackmark.datasets import SequenceError, readers
 
 FRAMES = 30
 

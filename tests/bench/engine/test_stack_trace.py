@@ -2,15 +2,15 @@
 
 import pytest
 
-import bench
-from bench.engine.unit import Limits
-from bench.experiments.experiment import Experiment, SequenceSource
-from bench.store.index import read_index
-from bench.store.results import Results
+from trackmark import bench
+from trackmark.bench.engine.unit import Limits
+from trackmark.bench.experiments.experiment import Experiment, SequenceSource
+from trackmark.bench.store.index import read_index
+from trackmark.bench.store.results import Results
 
 SOURCE = """
 import ctypes, os, signal
-from trackers.base.interface import Estimate, TrackerPlugin
+from trackmark.trackers.base.interface import Estimate, TrackerPlugin
 
 class Calm(TrackerPlugin):
     def init(self, image, box, mask=None):

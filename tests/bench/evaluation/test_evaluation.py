@@ -7,14 +7,14 @@ from functools import partial
 import numpy as np
 import pytest
 
-import bench
-from bench.evaluation.loop import run_in_lock_step
-from bench.evaluation.timing import time_run
-from bench.experiments.contestant import contestant
-from datasets import SequenceError
 from tests.bench.evaluation.walkers import Walker, misbehaving
-from trackers import Estimate
-from trackers.base.sharing import SharingTracker
+from trackmark import bench
+from trackmark.bench.evaluation.loop import run_in_lock_step
+from trackmark.bench.evaluation.timing import time_run
+from trackmark.bench.experiments.contestant import contestant
+from trackmark.datasets import SequenceError
+from trackmark.trackers import Estimate
+from trackmark.trackers.base.sharing import SharingTracker
 
 
 def boxes_of(maker, sequence, repetition=0):
@@ -234,7 +234,7 @@ def test_what_determines_a_run_is_settled_before_it_begins(make_sequence, tmp_pa
     file = tmp_path / "editing.py"
     file.write_text(
         "from pathlib import Path\n"
-        "from trackers import Estimate, TrackerPlugin\n"
+        "from trackmark.trackers import Estimate, TrackerPlugin\n"
         "class Editing(TrackerPlugin):\n"
         "    def init(self, image, box, mask=None):\n"
         "        self.box = box\n"
@@ -306,8 +306,8 @@ def test_the_harness_reports_its_own_time_without_that_of_trackers_and_images(
     """By a clock that ticks once a reading: 1 in the loop, 1 in each tracker's own call."""
     ticks = iter(range(10**6))
     now = partial(next, ticks)
-    monkeypatch.setattr("bench.evaluation.loop.perf_counter", now)
-    monkeypatch.setattr("bench.evaluation.recorder.perf_counter", now)
+    monkeypatch.setattr("trackmark.bench.evaluation.loop.perf_counter", now)
+    monkeypatch.setattr("trackmark.bench.evaluation.recorder.perf_counter", now)
     (entry,) = [contestant(Walker)]
     for n_trackers in (1, 4):
         entries = [(entry, repetition) for repetition in range(n_trackers)]
@@ -318,8 +318,8 @@ def test_the_harness_reports_its_own_time_without_that_of_trackers_and_images(
 
 def test_trackers_that_failed_do_not_make_the_harness_look_quicker(make_sequence, monkeypatch):
     clock = iter(range(10**6))
-    monkeypatch.setattr("bench.evaluation.loop.perf_counter", lambda: next(clock))
-    monkeypatch.setattr("bench.evaluation.recorder.perf_counter", lambda: 0.0)
+    monkeypatch.setattr("trackmark.bench.evaluation.loop.perf_counter", lambda: next(clock))
+    monkeypatch.setattr("trackmark.bench.evaluation.recorder.perf_counter", lambda: 0.0)
     failing = contestant(misbehaving(raise_error, at=1))
     entries = [(contestant(Walker), 0)] + [(failing, i) for i in range(9)]
     assert run_in_lock_step(entries, make_sequence(n=9)).overhead == 1.0

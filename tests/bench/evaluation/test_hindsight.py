@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-import bench
-from bench.evaluation.loop import run_in_lock_step
-from bench.experiments.contestant import contestant
 from tests.bench.evaluation.walkers import Walker, misbehaving
-from trackers import Estimate
+from trackmark import bench
+from trackmark.bench.evaluation.loop import run_in_lock_step
+from trackmark.bench.experiments.contestant import contestant
+from trackmark.trackers import Estimate
 
 
 def test_revisions_are_kept_beside_what_was_said_online(make_sequence):

@@ -3,15 +3,15 @@
 import numpy as np
 import pytest
 
-import bench
-from bench.evaluation.loop import run_in_lock_step
-from bench.evaluation.timing import time_run
-from bench.experiments.contestant import contestant
-from bench.reporting.pictures import frames_and_boxes
-from bench.store.loading import load_results
-from bench.store.results import Results
-from bench.store.truth import write_truth
-from datasets import Sequence, SequenceError
+from trackmark import bench
+from trackmark.bench.evaluation.loop import run_in_lock_step
+from trackmark.bench.evaluation.timing import time_run
+from trackmark.bench.experiments.contestant import contestant
+from trackmark.bench.reporting.pictures import frames_and_boxes
+from trackmark.bench.store.loading import load_results
+from trackmark.bench.store.results import Results
+from trackmark.bench.store.truth import write_truth
+from trackmark.datasets import Sequence, SequenceError
 
 N = 6
 
@@ -72,7 +72,7 @@ def test_a_timing_run_starts_from_the_region_too(sequence):
 
 
 def test_stored_runs_are_scored_and_plotted_by_their_region(sequence, tmp_path):
-    from bench.store.asked import Asked
+    from trackmark.bench.store.asked import Asked
 
     results = Results(tmp_path / "trial")
     runs = [bench.evaluate(text, sequence) for text in ("static", "static:init=full")]

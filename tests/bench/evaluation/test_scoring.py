@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-import bench
-from bench.evaluation import timing
-from bench.evaluation.timing import WARM_UP_FRAMES, time_run
-from bench.experiments.contestant import contestant
-from bench.metrics.times import DISTURBED_RATIO, Times, is_disturbed, time_scores
-from trackers import Estimate
+from trackmark import bench
+from trackmark.bench.evaluation import timing
+from trackmark.bench.evaluation.timing import WARM_UP_FRAMES, time_run
+from trackmark.bench.experiments.contestant import contestant
+from trackmark.bench.metrics.times import DISTURBED_RATIO, Times, is_disturbed, time_scores
+from trackmark.trackers import Estimate
 
 
 def times(wall, cpu):
@@ -16,7 +16,7 @@ def times(wall, cpu):
 
 
 def test_anybodys_boxes_are_scored():
-    import datasets
+    from trackmark import datasets
 
     face = datasets.load("samples/face")
     scores = bench.score_boxes(face.boxes, "samples/face")
@@ -151,7 +151,7 @@ def test_a_timing_run_has_one_thread_no_collector_and_shares_nothing(make_sequen
 
     import cv2
 
-    from trackers.base.sharing import SharingTracker
+    from trackmark.trackers.base.sharing import SharingTracker
 
     seen = []
 

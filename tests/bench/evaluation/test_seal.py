@@ -7,11 +7,11 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-import trackers
-from bench.evaluation import seal as command
-from bench.evaluation.seal import SHORT, Sealed, golden_boxes, sealed
-from datasets.seal import Seal, read_seals, write_seals
-from datasets.source_digest import library_versions
+from trackmark import trackers
+from trackmark.bench.evaluation import seal as command
+from trackmark.bench.evaluation.seal import SHORT, Sealed, golden_boxes, sealed
+from trackmark.datasets.seal import Seal, read_seals, write_seals
+from trackmark.datasets.source_digest import library_versions
 
 GOLDEN = {"suite/one": {"images": "12"}}
 OLD = Seal(["abc"], "old tree", GOLDEN, ["numpy"])

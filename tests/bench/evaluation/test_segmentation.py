@@ -7,25 +7,24 @@ import numpy as np
 import pyarrow.parquet as parquet
 import pytest
 
-import bench
-import datasets
-from bench.evaluation.loop import run_in_lock_step
-from bench.evaluation.record import RESERVED_COLUMNS
-from bench.evaluation.timing import time_run
-from bench.experiments.contestant import contestant
-from bench.experiments.experiment import Experiment, SequenceSource
-from bench.metrics.regions import (
+from trackmark import bench, datasets
+from trackmark.bench.evaluation.loop import run_in_lock_step
+from trackmark.bench.evaluation.record import RESERVED_COLUMNS
+from trackmark.bench.evaluation.timing import time_run
+from trackmark.bench.experiments.contestant import contestant
+from trackmark.bench.experiments.experiment import Experiment, SequenceSource
+from trackmark.bench.metrics.regions import (
     Segmentation,
     contour_accuracy,
     region_similarity,
     segmentation_scores,
 )
-from bench.reporting.tables import tables
-from bench.store.checksum import PLACEHOLDER, SEAL_KEY, sealed
-from bench.store.layout import METADATA_KEY
-from bench.store.loading import load_results
-from bench.store.results import Results
-from trackers import Estimate
+from trackmark.bench.reporting.tables import tables
+from trackmark.bench.store.checksum import PLACEHOLDER, SEAL_KEY, sealed
+from trackmark.bench.store.layout import METADATA_KEY
+from trackmark.bench.store.loading import load_results
+from trackmark.bench.store.results import Results
+from trackmark.trackers import Estimate
 
 SHAPE = (24, 32)
 NAMES = (
@@ -248,7 +247,7 @@ class TestStored:
 
 SEGMENTER = '''
 """Says that the target is where it began, box and pixels."""
-from trackers.base.interface import Estimate, TrackerPlugin
+from trackmark.trackers.base.interface import Estimate, TrackerPlugin
 
 
 class Segmenter(TrackerPlugin):

@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bench.evaluation.turns import Clip, Setup, TurnError, in_turns
+from trackmark.bench.evaluation.turns import Clip, Setup, TurnError, in_turns
 
 TRACKER = """
-from trackers.base.interface import Estimate, TrackerPlugin
-from bench.evaluation import turns
+from trackmark.trackers.base.interface import Estimate, TrackerPlugin
+from trackmark.bench.evaluation import turns
 
 ticks = 0.0
 turns.thread_time = lambda: ticks

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from trackers import Estimate
+from trackmark.trackers import Estimate
 
 
 class Walker:

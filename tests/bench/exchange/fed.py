@@ -168,8 +168,8 @@ PLACES = {
 
 def export(folder, trackmark):
     """Import made-up boxes on the copies, and export them, as users do, by `trackmark(*words)`."""
-    from bench import exchange
-    from bench.exchange.layout import Said
+    from trackmark.bench import exchange
+    from trackmark.bench.exchange.layout import Said
 
     def given(kind, name, repetition, said, inside=""):
         into = folder / "given" / kind / inside

@@ -6,12 +6,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bench import metrics
-from bench.evaluation.scoring import judge
-from bench.metrics.preset import Answer
-from bench.store.results import Results
-from bench.store.truth import read_truth
 from tests.bench.exchange import fed
+from trackmark.bench import metrics
+from trackmark.bench.evaluation.scoring import judge
+from trackmark.bench.metrics.preset import Answer
+from trackmark.bench.store.results import Results
+from trackmark.bench.store.truth import read_truth
 
 
 def told(tool):

@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bench.exchange.importing import Guest, On, import_results
-from bench.exchange.layout import ExchangeError
-from bench.store.results import Results
+from trackmark.bench.exchange.importing import Guest, On, import_results
+from trackmark.bench.exchange.layout import ExchangeError
+from trackmark.bench.store.results import Results
 
 SHARED = Path(__file__).parents[4] / "shared"
 PUBLISHED = SHARED / "published" / "boxes"

@@ -6,11 +6,11 @@ import struct
 import numpy as np
 import pytest
 
-from bench import exchange
-from bench.exchange.importing import Guest, On, guest, import_results
-from bench.exchange.layout import ExchangeError, Said
-from bench.metrics.preset import State
-from bench.store.results import Results
+from trackmark.bench import exchange
+from trackmark.bench.exchange.importing import Guest, On, guest, import_results
+from trackmark.bench.exchange.layout import ExchangeError, Said
+from trackmark.bench.metrics.preset import State
+from trackmark.bench.store.results import Results
 
 FRAMES = 12
 

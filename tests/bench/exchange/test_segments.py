@@ -7,18 +7,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import datasets
-from bench import exchange, metrics
-from bench.evaluation.conducting import evaluate
-from bench.evaluation.scoring import can_judge, judge
-from bench.exchange.exporting import export_results
-from bench.exchange.importing import Guest, On, guest, import_results
-from bench.exchange.layout import ExchangeError
-from bench.metrics.preset import Answer, Target
-from bench.store.asked import Asked
-from bench.store.results import Results
-from bench.store.truth import write_truth
 from tests.bench.exchange.test_layouts import binary
+from trackmark import datasets
+from trackmark.bench import exchange, metrics
+from trackmark.bench.evaluation.conducting import evaluate
+from trackmark.bench.evaluation.scoring import can_judge, judge
+from trackmark.bench.exchange.exporting import export_results
+from trackmark.bench.exchange.importing import Guest, On, guest, import_results
+from trackmark.bench.exchange.layout import ExchangeError
+from trackmark.bench.metrics.preset import Answer, Target
+from trackmark.bench.store.asked import Asked
+from trackmark.bench.store.results import Results
+from trackmark.bench.store.truth import write_truth
 
 SEQUENCE = "plain/target:length=64"
 SHIFTS = ["left", "right", "up", "down", "topLeft", "topRight", "bottomLeft", "bottomRight"]

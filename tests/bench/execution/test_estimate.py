@@ -5,21 +5,21 @@ import shutil
 
 import pytest
 
-from bench.engine.unit import Limits
-from bench.execution.estimate import Basis, Estimate, estimate, measured_before, words
-from bench.execution.plan import make_plan
-from bench.execution.run import run
-from bench.execution.units import left_of
-from bench.experiments.experiment import Experiment, SequenceSource
-from bench.store.results import Results
 from tests.bench.engine.hostile import HEAD
+from trackmark.bench.engine.unit import Limits
+from trackmark.bench.execution.estimate import Basis, Estimate, estimate, measured_before, words
+from trackmark.bench.execution.plan import make_plan
+from trackmark.bench.execution.run import run
+from trackmark.bench.execution.units import left_of
+from trackmark.bench.experiments.experiment import Experiment, SequenceSource
+from trackmark.bench.store.results import Results
 
 SLEEPER = '''
 """Takes its time."""
 import time
 from pydantic import Field
-from trackers.base.interface import Estimate, TrackerPlugin
-from trackers.base.parameters import Parameters
+from trackmark.trackers.base.interface import Estimate, TrackerPlugin
+from trackmark.trackers.base.parameters import Parameters
 
 
 class SleeperParameters(Parameters):

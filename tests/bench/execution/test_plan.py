@@ -7,13 +7,13 @@ from pathlib import Path
 import cv2
 import pytest
 
-import trackers
-from bench.execution.plan import State, make_plan
-from bench.execution.run import run
-from bench.execution.units import left_of
-from bench.experiments.experiment import Experiment, ExperimentError, SequenceSource
-from bench.store.results import Results
-from datasets import SequenceError
+from trackmark import trackers
+from trackmark.bench.execution.plan import State, make_plan
+from trackmark.bench.execution.run import run
+from trackmark.bench.execution.units import left_of
+from trackmark.bench.experiments.experiment import Experiment, ExperimentError, SequenceSource
+from trackmark.bench.store.results import Results
+from trackmark.datasets import SequenceError
 
 pytestmark = pytest.mark.usefixtures("in_this_process")
 
@@ -81,7 +81,7 @@ def test_a_changed_tracker_makes_its_own_runs_stale_and_no_others(finished):
 def test_a_changed_shared_module_makes_runs_stale(finished, monkeypatch, tmp_path):
     copy = tmp_path / "copy" / "trackers"
     shutil.copytree(Path(trackers.__file__).parent, copy)
-    monkeypatch.setattr("bench.experiments.contestant.PACKAGE", copy)
+    monkeypatch.setattr("trackmark.bench.experiments.contestant.PACKAGE", copy)
     assert states(finished)["knob.py:Knob", 0] == "done"
     interface = copy / "base" / "interface.py"
     append(interface, "CHANGED = True\n")
@@ -248,7 +248,9 @@ def test_a_unit_says_which_version_each_of_its_runs_replaces(finished):
 def test_a_sequence_that_was_opened_for_one_plan_is_not_opened_for_the_next(here, monkeypatch):
     known = {}
     first = make_plan(experiment(here), Results(here / "none"), known)
-    monkeypatch.setattr("datasets.load", lambda *_, **__: pytest.fail("a sequence was opened"))
+    monkeypatch.setattr(
+        "trackmark.datasets.load", lambda *_, **__: pytest.fail("a sequence was opened")
+    )
     second = make_plan(experiment(here), Results(here / "none"), known)
     assert (first.versions == second.versions).all()
 
@@ -271,7 +273,7 @@ def test_workers_open_the_sequences_of_a_large_plan_as_this_process_does(here, m
     )
     results, told = Results(here / "results" / "large"), []
     alone = make_plan(large, results)
-    monkeypatch.setattr("bench.execution.plan.WORTH_WORKERS", 4)
+    monkeypatch.setattr("trackmark.bench.execution.plan.WORTH_WORKERS", 4)
     shared = make_plan(large, results, opened=lambda *number: told.append(number), jobs=2)
     assert told[:4] == [(number, 4) for number in range(4)]
     for field in ("name", "fingerprint", "frames", "starts"):

@@ -15,16 +15,16 @@ import numpy as np
 import pyarrow as pa
 import pytest
 
-from bench.evaluation.record import Run
-from bench.execution.plan import State, make_plan
-from bench.experiments.contestant import identify
-from bench.experiments.experiment import Experiment, SequenceSource
-from bench.store import index
-from bench.store.columns import PLACE, coded, numbered, with_place
-from bench.store.index import list_runs
-from bench.store.results import Results
-from bench.store.truth import write_truth
-from datasets import load
+from trackmark.bench.evaluation.record import Run
+from trackmark.bench.execution.plan import State, make_plan
+from trackmark.bench.experiments.contestant import identify
+from trackmark.bench.experiments.experiment import Experiment, SequenceSource
+from trackmark.bench.store import index
+from trackmark.bench.store.columns import PLACE, coded, numbered, with_place
+from trackmark.bench.store.index import list_runs
+from trackmark.bench.store.results import Results
+from trackmark.bench.store.truth import write_truth
+from trackmark.datasets import load
 
 TRACKERS = 25
 SEQUENCES = 100
@@ -105,8 +105,10 @@ def prepare(folder):
     store_files(plan, results)
     table = simulated(plan)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("bench.store.index.list_runs", lambda where: listed(list_runs(where), table))
-        patch.setattr("bench.store.index._stored", lambda _: table)
+        patch.setattr(
+            "trackmark.bench.store.index.list_runs", lambda where: listed(list_runs(where), table)
+        )
+        patch.setattr("trackmark.bench.store.index._stored", lambda _: table)
         assert len(index.read_table(results)) == RUNS - LEFT
     with pa.OSFile(str(folder / "simulated.arrow"), "wb") as file:
         kept = table.select(["tracker", "sequence", "protocol", "repetition", "size", "mtime"])
@@ -124,9 +126,9 @@ def peak():
 
 def measure(folder):
     """Plan, resume, report; print what it took."""
-    import bench
-    from bench.execution.run import Execution
-    from bench.reporting.tables import tables
+    from trackmark import bench
+    from trackmark.bench.execution.run import Execution
+    from trackmark.bench.reporting.tables import tables
 
     with pa.memory_map(str(folder / "simulated.arrow")) as file:
         table = pa.ipc.open_file(file).read_all()

@@ -7,18 +7,24 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bench.experiments import contestant as module
-from bench.experiments.contestant import PACKAGE, contestant, contestants, identify, run_seed
-from bench.experiments.outside import settled
-from datasets.seal import Seal
-from datasets.source_digest import source_digest
 from tests.trackers.tiny_models import write_models
-from trackers import TrackerError
+from trackmark.bench.experiments import contestant as module
+from trackmark.bench.experiments.contestant import (
+    PACKAGE,
+    contestant,
+    contestants,
+    identify,
+    run_seed,
+)
+from trackmark.bench.experiments.outside import settled
+from trackmark.datasets.seal import Seal
+from trackmark.datasets.source_digest import source_digest
+from trackmark.trackers import TrackerError
 
 TREE = "0123456789abcdef"
 PLUGIN = '''
 """A tracker of my own."""
-from trackers.base.interface import Estimate, TrackerPlugin
+from trackmark.trackers.base.interface import Estimate, TrackerPlugin
 
 class Own(TrackerPlugin):
     """Stays."""
@@ -97,7 +103,9 @@ def test_a_tracker_in_a_file_may_be_named_and_needs_no_class_where_there_is_one(
     (tmp_path / "a.python").mkdir()
     file = tmp_path / "a.python" / "own.py"
     steps = "class Steps(Parameters):\n    step: int = 1\n\n"
-    code = PLUGIN.replace("class Own", f"from trackers import Parameters\n{steps}class Own")
+    code = PLUGIN.replace(
+        "class Own", f"from trackmark.trackers import Parameters\n{steps}class Own"
+    )
     file.write_text(code.replace('"""Stays."""', "Parameters = Steps"))
     chosen = contestant(text.format(file))
     assert chosen.label == label
@@ -154,7 +162,7 @@ def test_a_tracker_outside_has_no_seal_even_under_a_built_in_name(tmp_path):
         ("import helper", "helper.py"),
         ("from helper import OFFSET", "helper.py"),
         ("from parts.deep import x", "parts/deep.py"),
-        ("from trackers.base import sharing", None),
+        ("from trackmark.trackers.base import sharing", None),
     ],
 )
 def test_the_version_follows_modules_beside_the_file(tmp_path, statement, file):
@@ -199,8 +207,8 @@ def test_a_callable_is_named_by_its_qualified_name():
 
 
 LATE = """
-from trackers.base.interface import TrackerPlugin
-from trackers.base.opencv import OpenCVParameters
+from trackmark.trackers.base.interface import TrackerPlugin
+from trackmark.trackers.base.opencv import OpenCVParameters
 
 
 class Settings(OpenCVParameters):

@@ -5,16 +5,16 @@ from pathlib import Path
 
 import pytest
 
-import datasets
-from bench.experiments.experiment import (
+from trackmark import datasets
+from trackmark.bench.experiments.experiment import (
     Experiment,
     ExperimentError,
     SequenceSource,
     experiment_names,
     read_experiment,
 )
-from datasets.synthetic.suite import suites
-from datasets.text_form import parse_text
+from trackmark.datasets.synthetic.suite import suites
+from trackmark.datasets.text_form import parse_text
 
 GOOD = """
 version = 1
@@ -114,8 +114,8 @@ def test_a_name_that_is_no_folder_is_refused(name):
 
 
 def planned(experiment, folder, known):
-    from bench.execution.plan import make_plan
-    from bench.store.results import Results
+    from trackmark.bench.execution.plan import make_plan
+    from trackmark.bench.store.results import Results
 
     return make_plan(experiment, Results(folder / "none"), known)
 
@@ -125,7 +125,7 @@ outline = cache(datasets.outline)
 
 def unopened(source):
     """What is planned of a sequence, by its sealed outline; its knobs are checked."""
-    from bench.execution.plan import PlannedSequence
+    from trackmark.bench.execution.plan import PlannedSequence
 
     name, options = parse_text(source.text)
     about = outline(name)

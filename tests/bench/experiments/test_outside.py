@@ -6,14 +6,14 @@ from pathlib import Path
 
 import pytest
 
-import trackers
-from bench.experiments import outside
-from bench.experiments.contestant import contestant
-from bench.experiments.outside import described, settled
-from trackers import TrackerError
+from trackmark import trackers
+from trackmark.bench.experiments import outside
+from trackmark.bench.experiments.contestant import contestant
+from trackmark.bench.experiments.outside import described, settled
+from trackmark.trackers import TrackerError
 
 CALM = """
-from trackers import Estimate, TrackerPlugin
+from trackmark.trackers import Estimate, TrackerPlugin
 
 class Calm(TrackerPlugin):
     \"\"\"Stays.\"\"\"

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from bench.metrics.preset import Answer, State, Target
+from trackmark.bench.metrics.preset import Answer, State, Target
 
 SIZE = (320, 240)
 

@@ -15,11 +15,11 @@ import shapely
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from bench import metrics
-from bench.metrics.preset import Answer
-from bench.metrics.region_overlap import exact_overlap, raster_overlap
 from tests.bench.metrics import toolkits
 from tests.bench.metrics.made import SIZE, answer_of, noisy, states_of, truth_of, walk
+from trackmark.bench import metrics
+from trackmark.bench.metrics.preset import Answer
+from trackmark.bench.metrics.region_overlap import exact_overlap, raster_overlap
 
 SHARED = Path(__file__).parents[3].parent / "shared"
 PUBLISHED = SHARED / "published"

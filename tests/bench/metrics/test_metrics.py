@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bench.metrics.centre_error import centre_error, centre_inside, centres
-from bench.metrics.native import LOSS_FRAMES, first_loss, native
-from bench.metrics.overlap import overlap
+from trackmark.bench.metrics.centre_error import centre_error, centre_inside, centres
+from trackmark.bench.metrics.native import LOSS_FRAMES, first_loss, native
+from trackmark.bench.metrics.overlap import overlap
 
 numbers = st.floats(-200, 200, allow_nan=False)
 sizes = st.floats(0.01, 100)

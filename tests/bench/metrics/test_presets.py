@@ -8,10 +8,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bench import metrics
-from bench.metrics.preset import Answer
-from bench.store.index import SCORED_BY
 from tests.bench.metrics.made import SIZE, answer_of, noisy, truth_of, walk
+from trackmark.bench import metrics
+from trackmark.bench.metrics.preset import Answer
+from trackmark.bench.store.index import SCORED_BY
 
 N = 400
 MALFORMED = [
@@ -48,7 +48,9 @@ def test_an_index_is_made_anew_when_what_defines_its_scores_changes():
     imported = set()
     for module in SCORED_BY:
         imported |= set(
-            re.findall(r"from bench\.metrics\.(\w+)", (ROOMS / f"{module}.py").read_text())
+            re.findall(
+                r"from trackmark\.bench\.metrics\.(\w+)", (ROOMS / f"{module}.py").read_text()
+            )
         )
     assert imported <= set(SCORED_BY)
 

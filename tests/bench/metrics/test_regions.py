@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy.ndimage import distance_transform_edt
 
-from bench.metrics.regions import contour_accuracy, mean_recall_decay, region_similarity
+from trackmark.bench.metrics.regions import contour_accuracy, mean_recall_decay, region_similarity
 
 MASKS = st.tuples(st.integers(1, 14), st.integers(1, 14)).flatmap(
     lambda shape: st.tuples(arrays(bool, shape), arrays(bool, shape))

@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bench import metrics
-from bench.metrics.preset import Answer, Target
-from bench.metrics.region_overlap import exact_overlap, raster_overlap
 from tests.bench.metrics import toolkits
+from trackmark.bench import metrics
+from trackmark.bench.metrics.preset import Answer, Target
+from trackmark.bench.metrics.region_overlap import exact_overlap, raster_overlap
 
 SEQUENCES = range(3)
 HERE = Path(toolkits.__file__).parent

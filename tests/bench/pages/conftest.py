@@ -2,14 +2,14 @@
 
 import pytest
 
-import bench
-from bench.experiments.experiment import Experiment, SequenceSource
 from tests import browser
 from tests.bench.pages.reading import written
+from trackmark import bench
+from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 
 DRIFTING = '''
 """Goes astray, each time another way."""
-from trackers.base.interface import Estimate, Randomness, TrackerPlugin
+from trackmark.trackers.base.interface import Estimate, Randomness, TrackerPlugin
 
 
 class Drifting(TrackerPlugin):

@@ -5,9 +5,9 @@ import re
 from html.parser import HTMLParser
 from urllib.parse import urlencode
 
-import datasets
-from bench.pages.report import Said, write_report_page
-from bench.reporting.tables import tables
+from trackmark import datasets
+from trackmark.bench.pages.report import Said, write_report_page
+from trackmark.bench.reporting.tables import tables
 
 
 class Cells(HTMLParser):

@@ -9,19 +9,18 @@ import cv2
 import numpy as np
 import pytest
 
-import bench
-import datasets
-from bench.commands import show
-from bench.experiments.experiment import Experiment, ExperimentError, SequenceSource
-from bench.pages.live import write_live_page
-from bench.reporting.pictures import scored_runs
 from tests import browser
 from tests.bench.pages.reading import data_of
+from trackmark import bench, datasets
+from trackmark.bench.commands import show
+from trackmark.bench.experiments.experiment import Experiment, ExperimentError, SequenceSource
+from trackmark.bench.pages.live import write_live_page
+from trackmark.bench.reporting.pictures import scored_runs
 
 SEEING = '''
 """Tells all that can be told, of where the target was at first."""
 import numpy as np
-from trackers.base.interface import Estimate, TrackerPlugin
+from trackmark.trackers.base.interface import Estimate, TrackerPlugin
 
 
 class Seeing(TrackerPlugin):
@@ -214,7 +213,7 @@ def test_arrays_are_kept_of_new_runs_in_one_pass(here, trackmark, monkeypatch):
     drawn = ("show", "data/Small", "--frames", 2, "--output")
     trackmark(*drawn, "outlined.png", "--results", "results/mine")
     strips = [cv2.imread(str(here / "outlined.png"))]
-    monkeypatch.setattr("bench.commands.show._said", lambda *given: (said(*given)[0], {}))
+    monkeypatch.setattr("trackmark.bench.commands.show._said", lambda *given: (said(*given)[0], {}))
     trackmark(*drawn, "boxes.png", "--results", "results/mine")
     strips.append(cv2.imread(str(here / "boxes.png")))
     assert (strips[0] != strips[1]).any(axis=2).sum() > 50  # the contour's pixels

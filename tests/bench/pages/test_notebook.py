@@ -7,7 +7,7 @@ from html.parser import HTMLParser
 import pandas as pd
 import pytest
 
-import bench
+from trackmark import bench
 
 NAME = "\"><script>alert('x')⁄<!-- ключ 跟踪"
 

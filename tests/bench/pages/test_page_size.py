@@ -10,16 +10,16 @@ from urllib.parse import urlencode
 import numpy as np
 import pytest
 
-from bench.evaluation.record import Run
-from bench.execution.plan import make_plan
-from bench.experiments.contestant import identify
-from bench.experiments.experiment import Experiment, SequenceSource
-from bench.pages.report import Said, write_report_page
-from bench.reporting.tables import tables
-from bench.store.results import Results
-from bench.store.truth import write_truth
-from datasets import load
 from tests import browser
+from trackmark.bench.evaluation.record import Run
+from trackmark.bench.execution.plan import make_plan
+from trackmark.bench.experiments.contestant import identify
+from trackmark.bench.experiments.experiment import Experiment, SequenceSource
+from trackmark.bench.pages.report import Said, write_report_page
+from trackmark.bench.reporting.tables import tables
+from trackmark.bench.store.results import Results
+from trackmark.bench.store.truth import write_truth
+from trackmark.datasets import load
 
 TRACKERS = ("camshift", "mean-shift", "particle-filter", "opencv-mil", "multipart", "wang2010")
 MEGABYTE = 1_000_000

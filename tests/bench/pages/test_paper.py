@@ -10,11 +10,11 @@ import pandas as pd
 import pytest
 from matplotlib.figure import Figure
 
-from bench.pages.paper import write_paper
-from reports.figures import write_for_papers
-from reports.page.content import Chart, Line, Page, Section, Sheet
-from reports.renderers import to_latex, to_markdown
-from reports.tables import Cell, Table
+from trackmark.bench.pages.paper import write_paper
+from trackmark.reports.figures import write_for_papers
+from trackmark.reports.page.content import Chart, Line, Page, Section, Sheet
+from trackmark.reports.renderers import to_latex, to_markdown
+from trackmark.reports.tables import Cell, Table
 
 DOCUMENT = r"""\documentclass{article}\usepackage{booktabs,graphicx}
 \begin{document}\input{report}\end{document}"""

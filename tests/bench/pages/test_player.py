@@ -10,15 +10,14 @@ import cv2
 import numpy as np
 import pytest
 
-import bench
-import datasets
-from bench.experiments.experiment import Experiment, SequenceSource
-from bench.metrics.centre_error import centre_error, centre_inside
-from bench.metrics.overlap import overlap
-from bench.reporting.pictures import scored_runs
-from reports.page import page as pages
 from tests import browser
 from tests.bench.pages.reading import data_of, named, seen, state, written
+from trackmark import bench, datasets
+from trackmark.bench.experiments.experiment import Experiment, SequenceSource
+from trackmark.bench.metrics.centre_error import centre_error, centre_inside
+from trackmark.bench.metrics.overlap import overlap
+from trackmark.bench.reporting.pictures import scored_runs
+from trackmark.reports.page import page as pages
 
 
 @browser.needs_browser
@@ -543,7 +542,7 @@ def test_failures_and_disagreements_that_are_not_there_are_told(shown):
 
 FAILING = '''
 """Goes off, and then away."""
-from trackers.base.interface import Estimate, TrackerPlugin
+from trackmark.trackers.base.interface import Estimate, TrackerPlugin
 
 
 class Failing(TrackerPlugin):

@@ -4,11 +4,11 @@ from base64 import b64decode
 
 import pytest
 
-from reports.page.content import Card, Chart, Line, Page, Section, Sheet
-from reports.page.page import write_page
-from reports.tables import Cell, Table
 from tests import browser
 from tests.bench.pages.reading import seen, state
+from trackmark.reports.page.content import Card, Chart, Line, Page, Section, Sheet
+from trackmark.reports.page.page import write_page
+from trackmark.reports.tables import Cell, Table
 
 pytestmark = browser.needs_browser
 

@@ -9,16 +9,16 @@ from urllib.parse import urlencode
 import numpy as np
 import pytest
 
-import bench
-from bench.experiments.experiment import Experiment, SequenceSource
-from bench.metrics.centre_error import centre_error
-from bench.metrics.preset import State
-from bench.pages.report import Said, write_report_page
-from bench.reporting.by_preset import beside_native, tables_by
-from bench.reporting.pictures import judged_runs
-from reports.page.film import ABSENT
 from tests import browser
 from tests.bench.pages.reading import Cells, data_of, named, seen
+from trackmark import bench
+from trackmark.bench.experiments.experiment import Experiment, SequenceSource
+from trackmark.bench.metrics.centre_error import centre_error
+from trackmark.bench.metrics.preset import State
+from trackmark.bench.pages.report import Said, write_report_page
+from trackmark.bench.reporting.by_preset import beside_native, tables_by
+from trackmark.bench.reporting.pictures import judged_runs
+from trackmark.reports.page.film import ABSENT
 
 PROTOCOLS = (
     "one-pass",

@@ -10,13 +10,13 @@ from urllib.parse import urlencode
 import numpy as np
 import pytest
 
-import bench
-from bench.experiments.experiment import Experiment, SequenceSource
-from bench.metrics.centre_error import centre_error
-from bench.metrics.overlap import overlap
-from bench.reporting.pictures import scored_runs
 from tests import browser
 from tests.bench.pages.reading import Cells, data_of, named, written
+from trackmark import bench
+from trackmark.bench.experiments.experiment import Experiment, SequenceSource
+from trackmark.bench.metrics.centre_error import centre_error
+from trackmark.bench.metrics.overlap import overlap
+from trackmark.bench.reporting.pictures import scored_runs
 
 HOSTILE = "</script><script>alert('x')</script> \"q\" & ключ 跟踪"
 
@@ -24,8 +24,8 @@ HOSTILE = "</script><script>alert('x')</script> \"q\" & ключ 跟踪"
 @pytest.fixture(autouse=True)
 def without_plots(monkeypatch):
     """Plots and film strips are other tests' matter, and take longer than pages."""
-    monkeypatch.setattr("bench.reporting.pictures.write_pictures", lambda *_: [])
-    monkeypatch.setattr("bench.pages.paper.write_for_papers", lambda path, _: [path])
+    monkeypatch.setattr("trackmark.bench.reporting.pictures.write_pictures", lambda *_: [])
+    monkeypatch.setattr("trackmark.bench.pages.paper.write_for_papers", lambda path, _: [path])
 
 
 def test_numbers_on_the_page_are_those_of_csv_and_json(trackmark, here):

@@ -1,12 +1,12 @@
 """Tables as a page shows them."""
 
-import bench
-from bench.experiments.experiment import Experiment, SequenceSource
-from reports.page.content import Page, Section, Sheet
-from reports.page.page import write_page
-from reports.tables import Cell, Table
 from tests import browser
 from tests.bench.pages.reading import Cells, written
+from trackmark import bench
+from trackmark.bench.experiments.experiment import Experiment, SequenceSource
+from trackmark.reports.page.content import Page, Section, Sheet
+from trackmark.reports.page.page import write_page
+from trackmark.reports.tables import Cell, Table
 
 COLUMNS = [
     ["0.784 ±0.204", "0.103 [0.000, 0.210]", "0.929"],

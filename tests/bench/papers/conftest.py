@@ -7,17 +7,17 @@ from pathlib import Path
 
 import pytest
 
-import bench.papers
-import datasets
-from bench.claims import claims_file
-from bench.evaluation.loop import run_in_lock_step
-from bench.experiments.contestant import contestant
-from bench.papers import Effort, description, plan, reproduction, scene_check
-from bench.papers.measures import find_measure
-from bench.store.asked import Asked
-from bench.store.results import Results
-from bench.store.truth import write_truth
 from tests.bench.claims.entries import claim_text
+from trackmark import datasets
+from trackmark.bench import papers as papers_package
+from trackmark.bench.claims import claims_file
+from trackmark.bench.evaluation.loop import run_in_lock_step
+from trackmark.bench.experiments.contestant import contestant
+from trackmark.bench.papers import Effort, description, plan, reproduction, scene_check
+from trackmark.bench.papers.measures import find_measure
+from trackmark.bench.store.asked import Asked
+from trackmark.bench.store.results import Results
+from trackmark.bench.store.truth import write_truth
 
 SCENES = (200, *range(202, 213))  # of `plain/target`; scene 201 fails a criterion
 
@@ -102,8 +102,8 @@ hook = "figures.two_frames"
 
 import numpy as np
 
-from bench.papers.main_table import text_table
-from bench.papers.measures import measure
+from trackmark.bench.papers.main_table import text_table
+from trackmark.bench.papers.measures import measure
 
 
 @measure()
@@ -117,7 +117,7 @@ def time_table(context):
     "figures.py": '''
 """A figure of the paper's own."""
 
-import datasets
+from trackmark import datasets
 
 
 def two_frames(context):
@@ -218,12 +218,12 @@ def tiny(tmp_path_factory):
         (papers / "tiny" / name).parent.mkdir(exist_ok=True)
         (papers / "tiny" / name).write_text(text)
     with pytest.MonkeyPatch.context() as patch:
-        for module in (bench.papers, description, claims_file, scene_check, reproduction):
+        for module in (papers_package, description, claims_file, scene_check, reproduction):
             patch.setattr(module, "FOLDER", papers)
-        patch.setattr(bench.papers, "__path__", [*bench.papers.__path__, str(papers)])
+        patch.setattr(papers_package, "__path__", [*papers_package.__path__, str(papers)])
         patch.setattr(plan, "MAIN_SCENES", len(SCENES))
         yield Tiny(papers / "tiny", tmp_path_factory.mktemp("results"))
-    for name in [name for name in sys.modules if name.startswith("bench.papers.tiny")]:
+    for name in [name for name in sys.modules if name.startswith("trackmark.bench.papers.tiny")]:
         del sys.modules[name]
     for cached in (find_measure, plan.verdict_scenes):
         cached.cache_clear()

@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from bench.papers.description import read_description
-from bench.papers.measures import Course, find_measure
+from trackmark.bench.papers.description import read_description
+from trackmark.bench.papers.measures import Course, find_measure
 
 
 def course(

@@ -6,10 +6,10 @@ import cv2
 import numpy as np
 import pytest
 
-import datasets
-from bench.papers import figures
-from bench.papers.context import Context
-from bench.papers.figures import draw_figures, figure_label
+from trackmark import datasets
+from trackmark.bench.papers import figures
+from trackmark.bench.papers.context import Context
+from trackmark.bench.papers.figures import draw_figures, figure_label
 
 SCENES = [f"plain/target:length=20:scene={number}" for number in (200, *range(202, 213))]
 ADAPTIVE = "camshift:window=adaptive"

@@ -9,14 +9,14 @@ from urllib.parse import parse_qsl
 import pandas as pd
 import pytest
 
-from bench.claims.claim_tests import Evidence
-from bench.papers import footage
-from bench.papers.front_page import write_front_page
-from bench.papers.html_page import write_html_page
-from bench.papers.reproduction import document
-from bench.papers.scene_rows import claim_scenes
-from bench.store.files import ResultsError
 from tests import browser
+from trackmark.bench.claims.claim_tests import Evidence
+from trackmark.bench.papers import footage
+from trackmark.bench.papers.front_page import write_front_page
+from trackmark.bench.papers.html_page import write_html_page
+from trackmark.bench.papers.reproduction import document
+from trackmark.bench.papers.scene_rows import claim_scenes
+from trackmark.bench.store.files import ResultsError
 
 TEXTS = ("camshift:window=adaptive", "static")
 

@@ -5,13 +5,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bench.claims.claims_file import read_claims
-from bench.experiments.experiment import ExperimentError
-from bench.papers import paper_names
-from bench.papers.description import read_sensitivity
-from bench.papers.measures import Course, at_frames, check_measure, find_measure
 from tests.bench.papers import courses
 from tests.bench.papers.courses import value
+from trackmark.bench.claims.claims_file import read_claims
+from trackmark.bench.experiments.experiment import ExperimentError
+from trackmark.bench.papers import paper_names
+from trackmark.bench.papers.description import read_sensitivity
+from trackmark.bench.papers.measures import Course, at_frames, check_measure, find_measure
 
 N = 20
 

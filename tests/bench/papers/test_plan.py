@@ -4,11 +4,11 @@ from pathlib import Path
 
 import pytest
 
-from bench.experiments.experiment import ExperimentError
-from bench.papers import Effort, plan
-from bench.papers.description import Description, read_description
-from bench.papers.plan import experiments, requests, scene_names, tracker_text
 from tests.bench.claims.entries import claim
+from trackmark.bench.experiments.experiment import ExperimentError
+from trackmark.bench.papers import Effort, plan
+from trackmark.bench.papers.description import Description, read_description
+from trackmark.bench.papers.plan import experiments, requests, scene_names, tracker_text
 
 PAPER = """
 version = 1

@@ -5,15 +5,15 @@ from pathlib import Path
 
 import pytest
 
-from bench.claims.claims_file import read_claims
-from bench.claims.row_verdicts import judge_row
-from bench.execution.run import Execution
-from bench.papers import Effort
-from bench.papers.context import Context
-from bench.papers.description import read_description
-from bench.papers.evidence import evidence
-from bench.papers.plan import experiments, requests
-from bench.papers.runs import StoredRuns
+from trackmark.bench.claims.claims_file import read_claims
+from trackmark.bench.claims.row_verdicts import judge_row
+from trackmark.bench.execution.run import Execution
+from trackmark.bench.papers import Effort
+from trackmark.bench.papers.context import Context
+from trackmark.bench.papers.description import read_description
+from trackmark.bench.papers.evidence import evidence
+from trackmark.bench.papers.plan import experiments, requests
+from trackmark.bench.papers.runs import StoredRuns
 
 ROOT = Path(__file__).parents[3]
 

@@ -2,10 +2,10 @@
 
 from dataclasses import replace
 
-from bench.papers.evidence import evidence
-from bench.papers.page import page, write_page
-from bench.papers.reproduction import document
-from bench.papers.screen import screen
+from trackmark.bench.papers.evidence import evidence
+from trackmark.bench.papers.page import page, write_page
+from trackmark.bench.papers.reproduction import document
+from trackmark.bench.papers.screen import screen
 
 
 def test_verdicts_rest_on_scenes_that_meet_the_criteria(report):

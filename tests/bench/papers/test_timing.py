@@ -7,17 +7,23 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from bench.claims.claim_tests import Evidence, judge
-from bench.claims.claims_file import read_claims
-from bench.claims.row_verdicts import SETTINGS
-from bench.papers import timing
-from bench.papers.description import read_description
-from bench.papers.measures import paper_module
-from bench.papers.multipart import timing as multipart
-from bench.papers.nummiaro2003 import timing as nummiaro2003
-from bench.papers.plan import tracker_text
-from bench.papers.timing import ROUNDS, measure_scenes, open_clips, tracker_methods, turn_times
-from bench.papers.wang2010 import timing as wang2010
+from trackmark.bench.claims.claim_tests import Evidence, judge
+from trackmark.bench.claims.claims_file import read_claims
+from trackmark.bench.claims.row_verdicts import SETTINGS
+from trackmark.bench.papers import timing
+from trackmark.bench.papers.description import read_description
+from trackmark.bench.papers.measures import paper_module
+from trackmark.bench.papers.multipart import timing as multipart
+from trackmark.bench.papers.nummiaro2003 import timing as nummiaro2003
+from trackmark.bench.papers.plan import tracker_text
+from trackmark.bench.papers.timing import (
+    ROUNDS,
+    measure_scenes,
+    open_clips,
+    tracker_methods,
+    turn_times,
+)
+from trackmark.bench.papers.wang2010 import timing as wang2010
 
 IMAGES = [np.full((2, 2, 3), shade, np.uint8) for shade in range(9)]
 BOX = np.array([0.0, 0.0, 1.0, 1.0])

@@ -6,24 +6,23 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import bench
-import datasets
-from bench import metrics, protocols
-from bench.engine.performing import Failure, record_failure
-from bench.evaluation.conducting import frames_of_segments, run_by_protocol
-from bench.evaluation.scoring import can_judge, judge
-from bench.execution.plan import State, make_plan
-from bench.execution.units import left_of
-from bench.experiments.contestant import contestant
-from bench.experiments.experiment import Experiment, SequenceSource
-from bench.protocols import STORED_ONCE, ProtocolError, protocol
-from bench.reporting.by_preset import tables_by
-from bench.store.asked import Asked
-from bench.store.index import read_index
-from bench.store.results import Results
-from bench.store.truth import write_truth
 from tests.bench.evaluation.walkers import Walker
-from trackers import Estimate
+from trackmark import bench, datasets
+from trackmark.bench import metrics, protocols
+from trackmark.bench.engine.performing import Failure, record_failure
+from trackmark.bench.evaluation.conducting import frames_of_segments, run_by_protocol
+from trackmark.bench.evaluation.scoring import can_judge, judge
+from trackmark.bench.execution.plan import State, make_plan
+from trackmark.bench.execution.units import left_of
+from trackmark.bench.experiments.contestant import contestant
+from trackmark.bench.experiments.experiment import Experiment, SequenceSource
+from trackmark.bench.protocols import STORED_ONCE, ProtocolError, protocol
+from trackmark.bench.reporting.by_preset import tables_by
+from trackmark.bench.store.asked import Asked
+from trackmark.bench.store.index import read_index
+from trackmark.bench.store.results import Results
+from trackmark.bench.store.truth import write_truth
+from trackmark.trackers import Estimate
 
 every_protocol = pytest.mark.parametrize("name", protocols.names())
 

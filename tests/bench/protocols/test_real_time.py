@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-import bench
-from bench.protocols import Step, protocol
 from tests.bench.evaluation.walkers import Walker
-from trackers import Estimate
+from trackmark import bench
+from trackmark.bench.protocols import Step, protocol
+from trackmark.trackers import Estimate
 
 
 def simulated(n, times):

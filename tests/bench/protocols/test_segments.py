@@ -7,16 +7,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-import bench
-from bench.evaluation.scoring import judge
-from bench.metrics.preset import Answer, Target
-from bench.protocols import Segment, protocol
-from bench.store.asked import Asked
-from bench.store.files import ResultsError
-from bench.store.index import read_index
-from bench.store.results import Results
-from bench.store.truth import write_truth
 from tests.bench.evaluation.walkers import Walker
+from trackmark import bench
+from trackmark.bench.evaluation.scoring import judge
+from trackmark.bench.metrics.preset import Answer, Target
+from trackmark.bench.protocols import Segment, protocol
+from trackmark.bench.store.asked import Asked
+from trackmark.bench.store.files import ResultsError
+from trackmark.bench.store.index import read_index
+from trackmark.bench.store.results import Results
+from trackmark.bench.store.truth import write_truth
 
 presences = st.lists(st.booleans(), min_size=1, max_size=120).filter(any).map(np.array)
 
@@ -131,7 +131,7 @@ def test_backwards_the_frames_come_backwards(make_sequence):
 
 @pytest.mark.parametrize("preset", ["native", "otb", "got10k"])
 def test_a_score_of_segments_is_the_mean_of_theirs(make_sequence, preset):
-    from bench import metrics
+    from trackmark.bench import metrics
 
     sequence = make_sequence(n=40)
     run = bench.evaluate(Walker, sequence, protocol="tre:starts=4:least=10")

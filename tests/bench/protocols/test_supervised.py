@@ -5,13 +5,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-import bench
-import datasets
-from bench.evaluation.scoring import judge
-from bench.metrics.preset import State
 from tests.bench.conftest import Noise, straight_line
 from tests.bench.evaluation.walkers import Walker
-from trackers import Estimate
+from trackmark import bench, datasets
+from trackmark.bench.evaluation.scoring import judge
+from trackmark.bench.metrics.preset import State
+from trackmark.trackers import Estimate
 
 S, I, F, T = (int(state) for state in State)  # noqa: E741  # skipped, initialised, failed, tracked
 

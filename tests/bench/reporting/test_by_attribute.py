@@ -9,15 +9,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.stats import spearmanr
 
-from bench.reporting.by_attribute import against, attribute_table, bins_of
-from bench.reporting.tables import SUMMARY
-from bench.statistics.correlation import rank_correlation
-from bench.statistics.intervals import mean_interval
-from bench.statistics.rules import MIN_UNITS
-from reports.attributes import Against, attribute_plot
-from reports.figures import write_figure
-from reports.fitting import on_terminal
-from reports.renderers import to_csv, to_markdown, to_text
+from trackmark.bench.reporting.by_attribute import against, attribute_table, bins_of
+from trackmark.bench.reporting.tables import SUMMARY
+from trackmark.bench.statistics.correlation import rank_correlation
+from trackmark.bench.statistics.intervals import mean_interval
+from trackmark.bench.statistics.rules import MIN_UNITS
+from trackmark.reports.attributes import Against, attribute_plot
+from trackmark.reports.figures import write_figure
+from trackmark.reports.fitting import on_terminal
+from trackmark.reports.renderers import to_csv, to_markdown, to_text
 
 OVERLAP = SUMMARY[0]
 

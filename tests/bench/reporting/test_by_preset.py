@@ -5,16 +5,22 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-import bench
-import datasets
-from bench import metrics
-from bench.experiments.experiment import Experiment, SequenceSource
-from bench.metrics.preset import Answer
-from bench.reporting.by_preset import LATE, MEANS, TOGETHER, by_presets, tables_by, write_curves
-from bench.reporting.tables import SUMMARY
-from bench.store.loading import load_results
-from bench.store.truth import read_truth
-from reports.renderers import to_latex, to_markdown, to_text
+from trackmark import bench, datasets
+from trackmark.bench import metrics
+from trackmark.bench.experiments.experiment import Experiment, SequenceSource
+from trackmark.bench.metrics.preset import Answer
+from trackmark.bench.reporting.by_preset import (
+    LATE,
+    MEANS,
+    TOGETHER,
+    by_presets,
+    tables_by,
+    write_curves,
+)
+from trackmark.bench.reporting.tables import SUMMARY
+from trackmark.bench.store.loading import load_results
+from trackmark.bench.store.truth import read_truth
+from trackmark.reports.renderers import to_latex, to_markdown, to_text
 
 SOURCES = tuple(SequenceSource(f"plain/target:length={15 + n}:scene={n}") for n in (0, 1))
 

@@ -7,17 +7,16 @@ import numpy as np
 import pandas as pd
 import pytest
 
-import bench
-import datasets
-from bench import metrics
-from bench.experiments.experiment import Experiment, SequenceSource
-from bench.reporting import failed_runs as module
-from bench.reporting.by_preset import tables_by
-from bench.reporting.failed_runs import failed_runs, judge_failed, with_worst_scores
-from bench.store.loading import load_results
-from bench.store.results import Results
-from bench.store.truth import read_truth
 from tests.bench.conftest import KNOB_TRACKER
+from trackmark import bench, datasets
+from trackmark.bench import metrics
+from trackmark.bench.experiments.experiment import Experiment, SequenceSource
+from trackmark.bench.reporting import failed_runs as module
+from trackmark.bench.reporting.by_preset import tables_by
+from trackmark.bench.reporting.failed_runs import failed_runs, judge_failed, with_worst_scores
+from trackmark.bench.store.loading import load_results
+from trackmark.bench.store.results import Results
+from trackmark.bench.store.truth import read_truth
 
 N_FRAMES = 15
 

@@ -5,20 +5,19 @@ import numpy as np
 import pandas as pd
 import pytest
 
-import bench
-import datasets
-from bench.evaluation.scoring import REVISED, score_both
-from bench.experiments.experiment import Experiment, SequenceSource
-from bench.reporting.pictures import frames_and_boxes, write_strips
-from bench.reporting.tables import tables
-from bench.store.loading import as_revised, load_results
-from reports.film_strip import film_strip
-from reports.overlay import TRUTH
-from reports.palette import colour
+from trackmark import bench, datasets
+from trackmark.bench.evaluation.scoring import REVISED, score_both
+from trackmark.bench.experiments.experiment import Experiment, SequenceSource
+from trackmark.bench.reporting.pictures import frames_and_boxes, write_strips
+from trackmark.bench.reporting.tables import tables
+from trackmark.bench.store.loading import as_revised, load_results
+from trackmark.reports.film_strip import film_strip
+from trackmark.reports.overlay import TRUTH
+from trackmark.reports.palette import colour
 
 SECOND_THOUGHTS = '''
 """Says that the target stays, and in the end where it would be had it moved to the right."""
-from trackers.base.interface import Estimate, TrackerPlugin
+from trackmark.trackers.base.interface import Estimate, TrackerPlugin
 
 
 class SecondThoughts(TrackerPlugin):

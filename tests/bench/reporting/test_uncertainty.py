@@ -4,13 +4,13 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from bench.comparing.comparison import compare
-from bench.comparing.tables import files
-from bench.reporting import tables as reporting
-from bench.reporting.tables import SUMMARY, score_tables, uncertainty_of
-from bench.statistics.intervals import mean_interval
-from reports.renderers import to_html, to_latex, to_markdown, to_text
-from reports.tables import Measure
+from trackmark.bench.comparing.comparison import compare
+from trackmark.bench.comparing.tables import files
+from trackmark.bench.reporting import tables as reporting
+from trackmark.bench.reporting.tables import SUMMARY, score_tables, uncertainty_of
+from trackmark.bench.statistics.intervals import mean_interval
+from trackmark.reports.renderers import to_html, to_latex, to_markdown, to_text
+from trackmark.reports.tables import Measure
 
 HIGHER, LOWER, NEITHER = (Measure("m", "m", direction=one) for one in ("higher", "lower", None))
 EASE = np.linspace(0.3, 0.8, 8)

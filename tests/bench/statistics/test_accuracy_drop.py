@@ -9,14 +9,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
 
-from bench.statistics.accuracy_drop import (
+from trackmark.bench.statistics.accuracy_drop import (
     advised_seeds,
     detectable_drops,
     fact,
     pooled_spread,
     seed_change,
 )
-from bench.statistics.intervals import interval_ends
+from trackmark.bench.statistics.intervals import interval_ends
 
 DETECT = 0.05
 differences = st.lists(st.floats(-0.25, 0.25, width=32), min_size=6, max_size=30)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import spearmanr
 
-from bench.statistics.correlation import rank_correlation
+from trackmark.bench.statistics.correlation import rank_correlation
 
 
 def test_it_is_spearmans_with_ties_and_infinities():

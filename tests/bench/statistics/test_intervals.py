@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
 
-from bench.statistics.intervals import interval_ends, mean_interval, share_interval
+from trackmark.bench.statistics.intervals import interval_ends, mean_interval, share_interval
 
 POPULATIONS = {
     "normal": (lambda g, shape: g.normal(0.05, 0.1, shape), 0.05),

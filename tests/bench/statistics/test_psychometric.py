@@ -5,7 +5,7 @@ import pytest
 from scipy.optimize import minimize
 from scipy.special import expit
 
-from bench.statistics.psychometric import FIRST, next_places, threshold
+from trackmark.bench.statistics.psychometric import FIRST, next_places, threshold
 
 EVENLY = (np.arange(FIRST) + 0.5) / FIRST
 

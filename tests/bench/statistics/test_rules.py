@@ -7,8 +7,8 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from bench.statistics.intervals import mean_interval, share_interval
-from bench.statistics.rules import (
+from trackmark.bench.statistics.intervals import mean_interval, share_interval
+from trackmark.bench.statistics.rules import (
     MARGIN,
     MIN_UNITS,
     about,

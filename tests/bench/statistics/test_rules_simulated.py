@@ -9,13 +9,13 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from bench.comparing.baseline import DECIMALS, Baseline, BaselineCell
-from bench.comparing.regression_check import check
-from bench.experiments.experiment import SequenceSource
-from bench.statistics import verdict_rules
-from bench.statistics.accuracy_drop import advised_seeds, pooled_spread
-from bench.statistics.intervals import interval_ends, share_interval
-from bench.statistics.rules import (
+from trackmark.bench.comparing.baseline import DECIMALS, Baseline, BaselineCell
+from trackmark.bench.comparing.regression_check import check
+from trackmark.bench.experiments.experiment import SequenceSource
+from trackmark.bench.statistics import verdict_rules
+from trackmark.bench.statistics.accuracy_drop import advised_seeds, pooled_spread
+from trackmark.bench.statistics.intervals import interval_ends, share_interval
+from trackmark.bench.statistics.rules import (
     CLAIM_MARGIN,
     DEFAULT_SEEDS,
     DETECT,

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from bench.statistics.separation import auc, error_share, zero_error_thresholds
+from trackmark.bench.statistics.separation import auc, error_share, zero_error_thresholds
 
 
 def test_the_area_under_the_curve_is_the_share_of_pairs_in_order():

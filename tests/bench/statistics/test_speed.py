@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from bench.statistics.speed import (
+from trackmark.bench.statistics.speed import (
     MIN_SESSIONS,
     Sample,
     judge_pace,

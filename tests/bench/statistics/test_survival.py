@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from bench.statistics.survival import kaplan_meier
+from trackmark.bench.statistics.survival import kaplan_meier
 
 
 def test_without_censoring_it_is_the_share_that_is_left():

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from bench.statistics.units import units_of
+from trackmark.bench.statistics.units import units_of
 
 TWO_FAMILIES = ["cup:scene=1", "cup:scene=2", "cup:scene=2:light=even", "box"]
 

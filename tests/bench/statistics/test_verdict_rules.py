@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bench.statistics.intervals import mean_interval, share_interval
-from bench.statistics.rules import CLAIM_MARGIN, MIN_SCENES
-from bench.statistics.verdict_rules import (
+from trackmark.bench.statistics.intervals import mean_interval, share_interval
+from trackmark.bench.statistics.rules import CLAIM_MARGIN, MIN_SCENES
+from trackmark.bench.statistics.verdict_rules import (
     Verdict,
     conjunction,
     inconclusive,

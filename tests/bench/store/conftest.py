@@ -10,12 +10,12 @@ from tempfile import TemporaryDirectory
 import numpy as np
 import pytest
 
-import bench
-from bench.store.asked import Asked
-from bench.store.index import read_index
-from bench.store.log import RunLog, log_files, read_log
-from bench.store.results import Results
-from bench.store.truth import read_truth, write_truth
+from trackmark import bench
+from trackmark.bench.store.asked import Asked
+from trackmark.bench.store.index import read_index
+from trackmark.bench.store.log import RunLog, log_files, read_log
+from trackmark.bench.store.results import Results
+from trackmark.bench.store.truth import read_truth, write_truth
 
 
 def with_companions(run, seed):

@@ -10,10 +10,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bench.store.asked import Asked, Cells, add_asked, read_asked, withdraw
-from bench.store.columns import coded
-from bench.store.files import ResultsError
-from bench.store.layout import run_path
+from trackmark.bench.store.asked import Asked, Cells, add_asked, read_asked, withdraw
+from trackmark.bench.store.columns import coded
+from trackmark.bench.store.files import ResultsError
+from trackmark.bench.store.layout import run_path
 
 CELL = st.tuples(
     st.sampled_from(["a", "b:c=1"]),
@@ -98,7 +98,7 @@ def test_a_file_that_does_not_fit_together_is_named(tmp_path, monkeypatch, chang
     plan = json.loads(file.read_text())
     change(plan)
     file.write_text(json.dumps(plan))
-    monkeypatch.setattr("bench.store.asked.check", lambda *_: None)  # whole, but wrong
+    monkeypatch.setattr("trackmark.bench.store.asked.check", lambda *_: None)  # whole, but wrong
     with pytest.raises(ResultsError, match=r"plan\.json is damaged"):
         read_asked(tmp_path)
 

@@ -9,10 +9,10 @@ import time
 import numpy as np
 import pytest
 
-import bench
-from bench.store.layout import UNFINISHED
-from bench.store.results import Results
-from bench.store.upkeep import checks, damage
+from trackmark import bench
+from trackmark.bench.store.layout import UNFINISHED
+from trackmark.bench.store.results import Results
+from trackmark.bench.store.upkeep import checks, damage
 
 MINE = ("--sequences", "data/Small", "--name", "mine")
 RUN = ("run", "--trackers", "static,camshift", *MINE)
@@ -70,7 +70,7 @@ def test_a_killed_run_leaves_its_frames_until_it_is_finished(here, trackmark):
     (here / "data" / "Small" / "groundtruth_rect.txt").write_text("5,6,10,12\n" * 120)
     options = ["run", "--trackers", f"{file}:Knob", *MINE]
     process = subprocess.Popen(
-        [sys.executable, "-c", "from bench.cli import main; main()", *options], cwd=here
+        [sys.executable, "-c", "from trackmark.bench.cli import main; main()", *options], cwd=here
     )
     results = here / "results" / "mine"
     deadline = time.monotonic() + 600

@@ -8,8 +8,8 @@ import pyarrow as pa
 import pytest
 from pyarrow import feather
 
-from bench.store.checksum import PLACEHOLDER, SEAL_KEY, arrow_bytes, sealed
-from bench.store.columns import as_columns
+from trackmark.bench.store.checksum import PLACEHOLDER, SEAL_KEY, arrow_bytes, sealed
+from trackmark.bench.store.columns import as_columns
 
 
 @pytest.mark.parametrize("n", [0, 1, 9, 70_000])
@@ -35,9 +35,9 @@ def test_what_stores_runs_does_without_pandas():
     code = """
 import sys
 import numpy as np
-import bench.engine.child
-from bench.store.columns import as_columns
-from bench.store.checksum import arrow_bytes
+from trackmark.bench.engine import child
+from trackmark.bench.store.columns import as_columns
+from trackmark.bench.store.checksum import arrow_bytes
 arrow_bytes(as_columns({"x": np.arange(9.0), "flag": np.arange(9) > 4}))
 sys.exit("pandas" in sys.modules)
 """

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from bench.store.files import ResultsError, is_abandoned, temporary_name
+from trackmark.bench.store.files import ResultsError, is_abandoned, temporary_name
 
 
 @dataclass(eq=False)

@@ -12,16 +12,16 @@ import pyarrow as pa
 import pyarrow.parquet as parquet
 import pytest
 
-import bench
-from bench.store.asked import Asked
-from bench.store.checksum import PLACEHOLDER, SEAL_KEY, arrow_bytes, arrow_table, sealed
-from bench.store.files import ResultsError
-from bench.store.index import read_index
-from bench.store.layout import METADATA_KEY
-from bench.store.log import log_files, read_log
-from bench.store.results import Results
-from bench.store.truth import read_truth, write_truth
-from bench.store.upkeep import checks, damage, merge_results
+from trackmark import bench
+from trackmark.bench.store.asked import Asked
+from trackmark.bench.store.checksum import PLACEHOLDER, SEAL_KEY, arrow_bytes, arrow_table, sealed
+from trackmark.bench.store.files import ResultsError
+from trackmark.bench.store.index import read_index
+from trackmark.bench.store.layout import METADATA_KEY
+from trackmark.bench.store.log import log_files, read_log
+from trackmark.bench.store.results import Results
+from trackmark.bench.store.truth import read_truth, write_truth
+from trackmark.bench.store.upkeep import checks, damage, merge_results
 
 KINDS = ["run", "revised", "arrays", "truth", "plan"]
 

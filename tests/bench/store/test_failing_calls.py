@@ -7,7 +7,7 @@ from itertools import count
 
 import pytest
 
-from bench.store.files import ResultsError
+from trackmark.bench.store.files import ResultsError
 
 ERRORS = ("ENOSPC", "EIO", "EACCES", "EROFS", "EINTR")
 

@@ -5,11 +5,11 @@ import os
 import numpy as np
 import pytest
 
-import bench
-from bench.store import index
-from bench.store.asked import Asked
-from bench.store.files import ResultsError
-from bench.store.index import (
+from trackmark import bench
+from trackmark.bench.store import index
+from trackmark.bench.store.asked import Asked
+from trackmark.bench.store.files import ResultsError
+from trackmark.bench.store.index import (
     GrowingIndex,
     index_row,
     index_table,
@@ -17,8 +17,8 @@ from bench.store.index import (
     read_index,
     read_table,
 )
-from bench.store.layout import run_path
-from bench.store.results import Results
+from trackmark.bench.store.layout import run_path
+from trackmark.bench.store.results import Results
 
 
 def asked_for(results, *cells):
@@ -111,7 +111,7 @@ def test_results_that_can_only_be_read_are_read(results, sequence, monkeypatch, 
     def refuse(path, content):
         raise ResultsError(f"{path} can't be written")
 
-    monkeypatch.setattr("bench.store.index.write_atomically", refuse)
+    monkeypatch.setattr("trackmark.bench.store.index.write_atomically", refuse)
     assert len(read_index(results)) == 1
 
 
@@ -148,7 +148,7 @@ def test_an_index_of_other_scores_is_made_anew(results, sequence, monkeypatch, s
     store(results, sequence)
     rows = read_index(results)
     monkeypatch.setattr(index, "_scorer_version", lambda: b"another")
-    monkeypatch.setattr("bench.store.index.score_both", lambda run, truth: {"new": 1.0})
+    monkeypatch.setattr("trackmark.bench.store.index.score_both", lambda run, truth: {"new": 1.0})
     (row,) = read_index(results)
     assert row["scores"] == {"new": 1.0}
     assert rows[0]["scores"] != row["scores"]

@@ -4,8 +4,8 @@ import json
 
 import pytest
 
-from bench.store.files import ResultsError
-from bench.store.log import RunLog, log_files, read_log
+from trackmark.bench.store.files import ResultsError
+from trackmark.bench.store.log import RunLog, log_files, read_log
 
 
 @pytest.fixture

@@ -6,7 +6,7 @@ import subprocess
 
 import pytest
 
-from bench.store.results import Results
+from trackmark.bench.store.results import Results
 
 YEAR = 365 * 24 * 3600 * 10**9
 

@@ -14,18 +14,18 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-import bench
-from bench.evaluation.record import Run
-from bench.experiments.contestant import contestant, identify
-from bench.metrics.times import Times
-from bench.store.asked import Asked
-from bench.store.checksum import PLACEHOLDER, check, sealed
-from bench.store.files import ResultsError, _host, write_atomically
-from bench.store.index import read_index
-from bench.store.layout import folder_name, run_path
-from bench.store.results import Results
-from bench.store.truth import read_truth, truth_path, write_truth
-from bench.store.unfinished import remove_leftovers
+from trackmark import bench
+from trackmark.bench.evaluation.record import Run
+from trackmark.bench.experiments.contestant import contestant, identify
+from trackmark.bench.metrics.times import Times
+from trackmark.bench.store.asked import Asked
+from trackmark.bench.store.checksum import PLACEHOLDER, check, sealed
+from trackmark.bench.store.files import ResultsError, _host, write_atomically
+from trackmark.bench.store.index import read_index
+from trackmark.bench.store.layout import folder_name, run_path
+from trackmark.bench.store.results import Results
+from trackmark.bench.store.truth import read_truth, truth_path, write_truth
+from trackmark.bench.store.unfinished import remove_leftovers
 
 
 def assert_same_run(a, b):
@@ -199,7 +199,7 @@ def test_without_hard_links_what_is_there_is_never_replaced_either(results, sequ
     def refuse(*_):
         raise PermissionError(errno.EPERM, "Operation not permitted")
 
-    monkeypatch.setattr("bench.store.files.os.link", refuse)
+    monkeypatch.setattr("trackmark.bench.store.files.os.link", refuse)
     run = bench.evaluate("static", sequence)
     assert results.write(run)
     kept = as_stored(results, run)
@@ -264,7 +264,7 @@ def test_a_write_that_fails_leaves_the_old_file_and_no_litter(tmp_path, monkeypa
         return plain(descriptor, content[:half])
 
     plain = os.write
-    monkeypatch.setattr("bench.store.files.os.write", fail)
+    monkeypatch.setattr("trackmark.bench.store.files.os.write", fail)
     with pytest.raises(ResultsError, match="No space left"):
         write_atomically(file, b"new")
     assert [path.name for path in tmp_path.iterdir()] == ["file"]

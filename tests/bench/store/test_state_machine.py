@@ -18,26 +18,25 @@ from hypothesis.stateful import (
     run_state_machine_as_test,
 )
 
-import bench
-import datasets
-from bench.engine.performing import perform, scored
-from bench.execution.run import Execution
-from bench.experiments.contestant import contestant, identify
-from bench.experiments.experiment import Experiment, SequenceSource
-from bench.reporting.tables import tables
-from bench.store.index import read_index
-from bench.store.layout import run_path
-from bench.store.results import Results
-from bench.store.truth import write_truth
-from bench.store.upkeep import checks, damage
-from datasets import load
-from reports.tables import MISSING
-from trackers.base import catalogue
+from trackmark import bench, datasets
+from trackmark.bench.engine.performing import perform, scored
+from trackmark.bench.execution.run import Execution
+from trackmark.bench.experiments.contestant import contestant, identify
+from trackmark.bench.experiments.experiment import Experiment, SequenceSource
+from trackmark.bench.reporting.tables import tables
+from trackmark.bench.store.index import read_index
+from trackmark.bench.store.layout import run_path
+from trackmark.bench.store.results import Results
+from trackmark.bench.store.truth import write_truth
+from trackmark.bench.store.upkeep import checks, damage
+from trackmark.datasets import load
+from trackmark.reports.tables import MISSING
+from trackmark.trackers.base import catalogue
 
 TRACKER = '''
 """Draws; in frame 2 of its editions that are odd it fails."""
 import numpy as np
-from trackers.base.interface import Estimate, Randomness, TrackerPlugin
+from trackmark.trackers.base.interface import Estimate, Randomness, TrackerPlugin
 
 EDITION = {edition}
 

@@ -4,9 +4,9 @@ import numpy as np
 import pyarrow as pa
 import pytest
 
-from bench.store.checksum import DamagedError, arrow_bytes, read_arrow
-from bench.store.truth import check_truth, read_truth, truth_path, write_truth
-from datasets.shapes import EncodedMask, Shapes
+from trackmark.bench.store.checksum import DamagedError, arrow_bytes, read_arrow
+from trackmark.bench.store.truth import check_truth, read_truth, truth_path, write_truth
+from trackmark.datasets.shapes import EncodedMask, Shapes
 
 SIZE = (32, 24)
 POLYGON = np.array([[1.5, 2], [9.1, 2], [9, 8], [0.1, 7]])

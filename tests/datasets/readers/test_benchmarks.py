@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-import datasets
-from datasets import SequenceError
-from datasets.readers.uav123 import PARTS
 from tests.datasets.readers import layouts
+from trackmark import datasets
+from trackmark.datasets import SequenceError
+from trackmark.datasets.readers.uav123 import PARTS
 
 NAN = [np.nan] * 4
 TWO = [[1, 2, 8, 9], [2, 2, 8, 9], NAN]

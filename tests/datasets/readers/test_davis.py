@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
-import datasets
-from datasets import SequenceError
+from trackmark import datasets
+from trackmark.datasets import SequenceError
 
 # As DAVIS has it: background, objects in dark red, green, yellow, …, and void.
 PALETTE = [[0, 0, 0], [128, 0, 0], [0, 128, 0], [128, 128, 0]] + [[64, 64, 64]] * 251

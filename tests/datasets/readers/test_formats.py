@@ -8,12 +8,11 @@ import cv2
 import numpy as np
 import pytest
 
-import datasets
-import datasets.readers
-from datasets import SequenceError
-from datasets.image_files import ImageFiles
-from datasets.video_frames import VideoFrames
 from tests.datasets.readers.layouts import LAYOUTS
+from trackmark import datasets
+from trackmark.datasets import SequenceError, readers
+from trackmark.datasets.image_files import ImageFiles
+from trackmark.datasets.video_frames import VideoFrames
 
 TRUTH = "frame,x,y,width,height\n0,1,2,3,4\n1,5,6,7,8\n"
 
@@ -49,7 +48,7 @@ MAKERS = [images, otb, davis, video, *LAYOUTS]
 
 
 def test_every_reader_that_is_found_is_asked():
-    found = {file.stem for file in Path(datasets.readers.__file__).parent.glob("[a-z]*.py")}
+    found = {file.stem for file in Path(readers.__file__).parent.glob("[a-z]*.py")}
     assert {make.__name__.partition("_")[0] for make in MAKERS} == found
 
 

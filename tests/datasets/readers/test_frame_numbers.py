@@ -2,9 +2,9 @@
 
 import pytest
 
-import datasets
-from datasets import SequenceError
 from tests.datasets.readers import layouts
+from trackmark import datasets
+from trackmark.datasets import SequenceError
 
 COPIES = [
     "0003.jpg",

@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import datasets
-from datasets import SequenceError
-from datasets.image_files import SUFFIXES
 from tests.datasets.readers import plain_readings
 from tests.datasets.readers.test_mutations import READERS
+from trackmark import datasets
+from trackmark.datasets import SequenceError
+from trackmark.datasets.image_files import SUFFIXES
 
 EVERYDAY, ALL = 40, 1000
 

@@ -2,10 +2,10 @@
 
 import pytest
 
-import datasets
-from datasets import SequenceError
-from datasets.readers.otb import SPANS
 from tests.datasets.readers import layouts
+from trackmark import datasets
+from trackmark.datasets import SequenceError
+from trackmark.datasets.readers.otb import SPANS
 
 BY_FRAME = (layouts.mot, layouts.nfs, layouts.tlp)
 """Layouts whose rows contain frame numbers."""

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-import datasets
-from datasets import SequenceError
+from trackmark import datasets
+from trackmark.datasets import SequenceError
 
 ROWS = [[11, 21, 30, 40], [12.5, 22, 30, 41], [13, 23, 31, 42]]
 FROM_ZERO = [[10, 20, 30, 40], [11.5, 21, 30, 41], [12, 22, 31, 42]]

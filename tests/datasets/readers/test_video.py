@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-import datasets
-from datasets import SequenceError
+from trackmark import datasets
+from trackmark.datasets import SequenceError
 
 TRUTH = "frame,x,y,width,height\n0,1,2,30,40\n7,5,6,30,40\n"
 

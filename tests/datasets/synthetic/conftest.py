@@ -2,7 +2,7 @@
 
 import pytest
 
-from datasets.synthetic import plain
+from trackmark.datasets.synthetic import plain
 
 
 @pytest.fixture(scope="session")

@@ -7,7 +7,7 @@ import numpy as np
 from hypothesis import strategies as st
 from shapely import area, box, intersection, intersects, polygons, prepare, union_all
 
-from datasets.synthetic.suite import suites
+from trackmark.datasets.synthetic.suite import suites
 
 SEEDS = st.integers(0, 2**32 - 1)
 

@@ -7,12 +7,12 @@ import itertools
 
 import pytest
 
-import datasets
-from datasets.golden import golden_digests, look_difference
-from datasets.outline import outlined
-from datasets.seal import Seal, read_seals, seal_of
-from datasets.synthetic.suite import Suite, suites
-from datasets.text_form import parse_text
+from trackmark import datasets
+from trackmark.datasets.golden import golden_digests, look_difference
+from trackmark.datasets.outline import outlined
+from trackmark.datasets.seal import Seal, read_seals, seal_of
+from trackmark.datasets.synthetic.suite import Suite, suites
+from trackmark.datasets.text_form import parse_text
 
 SUITES = suites()
 SEALS = [seal for suite in SUITES for seal in read_seals(suite.golden).values()]
@@ -92,7 +92,7 @@ class TestFingerprint:
 
         def edit(digest):
             monkeypatch.setattr(
-                "datasets.synthetic.suite.tree_digest", lambda file, package: digest
+                "trackmark.datasets.synthetic.suite.tree_digest", lambda file, package: digest
             )
 
         return edit
@@ -115,7 +115,7 @@ class TestFingerprint:
             edited(tree)
             seal = Seal([2], tree)
             monkeypatch.setattr(
-                "datasets.synthetic.suite.seal_of", lambda name, file, seal=seal: seal
+                "trackmark.datasets.synthetic.suite.seal_of", lambda name, file, seal=seal: seal
             )
             found.append(datasets.load("plain/target").fingerprint)
         assert found[0] == found[1]

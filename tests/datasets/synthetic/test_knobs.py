@@ -5,11 +5,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import Field
 
-from datasets import SequenceError
-from datasets.synthetic.knobs import Knobs, Seed, seed
-from datasets.synthetic.plain.knobs import TargetKnobs
-from datasets.synthetic.suite import Entry, Suite
-from datasets.text_form import parse_text
+from trackmark.datasets import SequenceError
+from trackmark.datasets.synthetic.knobs import Knobs, Seed, seed
+from trackmark.datasets.synthetic.plain.knobs import TargetKnobs
+from trackmark.datasets.synthetic.suite import Entry, Suite
+from trackmark.datasets.text_form import parse_text
 
 
 def test_the_canonical_name_has_only_the_knobs_off_their_default_sorted(target):
@@ -68,7 +68,7 @@ class Unmarked(Before):
 
 def test_a_knob_marked_later_counts_in_the_identity_only_off_its_default(tmp_path):
     def known(kind, **options):
-        module = "datasets.synthetic.plain.scene"
+        module = "trackmark.datasets.synthetic.plain.scene"
         entry = Entry("plain/target", kind, module, 90, (320, 240))
         suite = Suite(tmp_path, [entry])
         return suite._fingerprint(entry, kind(**options))

@@ -10,11 +10,11 @@ from functools import cache
 import numpy as np
 import pytest
 
-import datasets
-from datasets.synthetic.nummiaro2003.driving.shape import SHADOW
-from datasets.synthetic.render.figure.head import ROWS
-from datasets.synthetic.wang2010.hand.cones import BLUE, MATERIAL, SKIN
 from tests.datasets.synthetic.scenes import grown
+from trackmark import datasets
+from trackmark.datasets.synthetic.nummiaro2003.driving.shape import SHADOW
+from trackmark.datasets.synthetic.render.figure.head import ROWS
+from trackmark.datasets.synthetic.wang2010.hand.cones import BLUE, MATERIAL, SKIN
 
 
 @cache

@@ -6,13 +6,13 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.synthetic.moreno2005.book.plan import Pose
-from datasets.synthetic.moreno2005.book.sheet import Bending, bent, unshaded
-from datasets.synthetic.render.colours import any_of, varied
-from datasets.synthetic.render.finish import GAMMA
-from datasets.synthetic.render.painting import Colour, Painting
-from datasets.synthetic.render.texture import fractal
-from datasets.synthetic.render.triangles import Mesh, grid
+from trackmark.datasets.synthetic.moreno2005.book.plan import Pose
+from trackmark.datasets.synthetic.moreno2005.book.sheet import Bending, bent, unshaded
+from trackmark.datasets.synthetic.render.colours import any_of, varied
+from trackmark.datasets.synthetic.render.finish import GAMMA
+from trackmark.datasets.synthetic.render.painting import Colour, Painting
+from trackmark.datasets.synthetic.render.texture import fractal
+from trackmark.datasets.synthetic.render.triangles import Mesh, grid
 
 Array = NDArray[np.float64]
 

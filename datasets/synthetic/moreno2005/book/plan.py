@@ -7,10 +7,10 @@ from itertools import cycle
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.synthetic.moreno2005.book.sheet import Bending
-from datasets.synthetic.render.path import smooth_step
-from datasets.synthetic.render.triangles import turned_axes
-from datasets.synthetic.render.views import wandering
+from trackmark.datasets.synthetic.moreno2005.book.sheet import Bending
+from trackmark.datasets.synthetic.render.path import smooth_step
+from trackmark.datasets.synthetic.render.triangles import turned_axes
+from trackmark.datasets.synthetic.render.views import wandering
 
 Array = NDArray[np.float64]
 

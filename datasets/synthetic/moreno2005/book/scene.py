@@ -12,14 +12,14 @@ from functools import lru_cache
 import cv2
 import numpy as np
 
-from datasets.interface import Image, Mask
-from datasets.synthetic.moreno2005.book.plan import FRAMES, SIZE
-from datasets.synthetic.moreno2005.book.setting import Setting
-from datasets.synthetic.moreno2005.knobs import BookKnobs
-from datasets.synthetic.render.camera import Camera, developed
-from datasets.synthetic.render.lamp import light_left
-from datasets.synthetic.render.triangles import lay
-from datasets.synthetic.scene import Scene, Truth
+from trackmark.datasets.interface import Image, Mask
+from trackmark.datasets.synthetic.moreno2005.book.plan import FRAMES, SIZE
+from trackmark.datasets.synthetic.moreno2005.book.setting import Setting
+from trackmark.datasets.synthetic.moreno2005.knobs import BookKnobs
+from trackmark.datasets.synthetic.render.camera import Camera, developed
+from trackmark.datasets.synthetic.render.lamp import light_left
+from trackmark.datasets.synthetic.render.triangles import lay
+from trackmark.datasets.synthetic.scene import Scene, Truth
 
 # Part of the front in its own shadow from which on a frame counts as `self-shadow`.
 CONSIDERABLE = 0.25

@@ -6,17 +6,17 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.synthetic.moreno2005.book.book import Book, Surface, self_shadow
-from datasets.synthetic.moreno2005.book.plan import FRAMES, SIZE, Plan, drawn_plan
-from datasets.synthetic.render.colours import CLOTHES, one_of
-from datasets.synthetic.render.desk import seen_room
-from datasets.synthetic.render.figure.look import drawn_skin
-from datasets.synthetic.render.finish import GAMMA, Finish, Thing, grain, looked_at
-from datasets.synthetic.render.lamp import REACH, light_on, unshaded
-from datasets.synthetic.render.path import smooth_step
-from datasets.synthetic.render.solids import chain
-from datasets.synthetic.render.triangles import Mesh, Seen, box_around, seen
-from datasets.synthetic.scene import part_generator
+from trackmark.datasets.synthetic.moreno2005.book.book import Book, Surface, self_shadow
+from trackmark.datasets.synthetic.moreno2005.book.plan import FRAMES, SIZE, Plan, drawn_plan
+from trackmark.datasets.synthetic.render.colours import CLOTHES, one_of
+from trackmark.datasets.synthetic.render.desk import seen_room
+from trackmark.datasets.synthetic.render.figure.look import drawn_skin
+from trackmark.datasets.synthetic.render.finish import GAMMA, Finish, Thing, grain, looked_at
+from trackmark.datasets.synthetic.render.lamp import REACH, light_on, unshaded
+from trackmark.datasets.synthetic.render.path import smooth_step
+from trackmark.datasets.synthetic.render.solids import chain
+from trackmark.datasets.synthetic.render.triangles import Mesh, Seen, box_around, seen
+from trackmark.datasets.synthetic.scene import part_generator
 
 Array = NDArray[np.float64]
 Floats = NDArray[np.float32]

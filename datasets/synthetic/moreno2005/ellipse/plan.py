@@ -6,9 +6,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.interface import Mask
-from datasets.synthetic.render.path import quantised
-from datasets.synthetic.scene import part_generator
+from trackmark.datasets.interface import Mask
+from trackmark.datasets.synthetic.render.path import quantised
+from trackmark.datasets.synthetic.scene import part_generator
 
 Array = NDArray[np.float64]
 

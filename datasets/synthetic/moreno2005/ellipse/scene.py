@@ -13,12 +13,12 @@ from functools import cached_property, lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.interface import Image, Mask
-from datasets.synthetic.moreno2005.ellipse.plan import FRAMES, SIZE, drawn_plan
-from datasets.synthetic.moreno2005.ellipse.setting import drawn_patches, painted, touched
-from datasets.synthetic.moreno2005.knobs import EllipseKnobs
-from datasets.synthetic.render.camera import Camera
-from datasets.synthetic.scene import Scene, Truth, part_generator
+from trackmark.datasets.interface import Image, Mask
+from trackmark.datasets.synthetic.moreno2005.ellipse.plan import FRAMES, SIZE, drawn_plan
+from trackmark.datasets.synthetic.moreno2005.ellipse.setting import drawn_patches, painted, touched
+from trackmark.datasets.synthetic.moreno2005.knobs import EllipseKnobs
+from trackmark.datasets.synthetic.render.camera import Camera
+from trackmark.datasets.synthetic.scene import Scene, Truth, part_generator
 
 Array = NDArray[np.float64]
 

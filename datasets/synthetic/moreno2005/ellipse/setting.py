@@ -8,10 +8,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.interface import Image
-from datasets.synthetic.moreno2005.ellipse.plan import COLOURS, FRAMES, SIZE, Plan
-from datasets.synthetic.render.texture import fractal, ramp
-from datasets.synthetic.scene import part_generator
+from trackmark.datasets.interface import Image
+from trackmark.datasets.synthetic.moreno2005.ellipse.plan import COLOURS, FRAMES, SIZE, Plan
+from trackmark.datasets.synthetic.render.texture import fractal, ramp
+from trackmark.datasets.synthetic.scene import part_generator
 
 Array = NDArray[np.float64]
 

@@ -10,8 +10,8 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from datasets.synthetic.render.texture import fractal
-from datasets.synthetic.render.triangles import Mesh, grid, turned_axes
+from trackmark.datasets.synthetic.render.texture import fractal
+from trackmark.datasets.synthetic.render.triangles import Mesh, grid, turned_axes
 
 Array = NDArray[np.float64]
 

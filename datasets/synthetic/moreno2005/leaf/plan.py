@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.synthetic.moreno2005.leaf.blade import Shape
-from datasets.synthetic.render.path import quantised
+from trackmark.datasets.synthetic.moreno2005.leaf.blade import Shape
+from trackmark.datasets.synthetic.render.path import quantised
 
 Array = NDArray[np.float64]
 

@@ -13,14 +13,14 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.interface import Image, Mask
-from datasets.synthetic.moreno2005.knobs import LeafKnobs
-from datasets.synthetic.moreno2005.leaf.plan import FRAMES, JUMP, SIZE
-from datasets.synthetic.moreno2005.leaf.setting import CLOUD, MARGIN, SUNSHINE, Setting
-from datasets.synthetic.render.camera import Camera, developed
-from datasets.synthetic.render.lamp import light_left
-from datasets.synthetic.render.triangles import box_around, lay
-from datasets.synthetic.scene import Scene, Truth
+from trackmark.datasets.interface import Image, Mask
+from trackmark.datasets.synthetic.moreno2005.knobs import LeafKnobs
+from trackmark.datasets.synthetic.moreno2005.leaf.plan import FRAMES, JUMP, SIZE
+from trackmark.datasets.synthetic.moreno2005.leaf.setting import CLOUD, MARGIN, SUNSHINE, Setting
+from trackmark.datasets.synthetic.render.camera import Camera, developed
+from trackmark.datasets.synthetic.render.lamp import light_left
+from trackmark.datasets.synthetic.render.triangles import box_around, lay
+from trackmark.datasets.synthetic.scene import Scene, Truth
 
 Floats = NDArray[np.float32]
 

@@ -6,14 +6,14 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.synthetic.moreno2005.leaf.blade import Blade, Shape, drawn_blade, placed
-from datasets.synthetic.moreno2005.leaf.plan import JUMP, SIZE, drawn_shapes, drawn_sway
-from datasets.synthetic.render.colours import any_of, varied
-from datasets.synthetic.render.lamp import light_left
-from datasets.synthetic.render.path import smooth_step
-from datasets.synthetic.render.texture import fractal
-from datasets.synthetic.render.triangles import Seen, lay, seen
-from datasets.synthetic.scene import part_generator
+from trackmark.datasets.synthetic.moreno2005.leaf.blade import Blade, Shape, drawn_blade, placed
+from trackmark.datasets.synthetic.moreno2005.leaf.plan import JUMP, SIZE, drawn_shapes, drawn_sway
+from trackmark.datasets.synthetic.render.colours import any_of, varied
+from trackmark.datasets.synthetic.render.lamp import light_left
+from trackmark.datasets.synthetic.render.path import smooth_step
+from trackmark.datasets.synthetic.render.texture import fractal
+from trackmark.datasets.synthetic.render.triangles import Seen, lay, seen
+from trackmark.datasets.synthetic.scene import part_generator
 
 Array = NDArray[np.float64]
 Floats = NDArray[np.float32]

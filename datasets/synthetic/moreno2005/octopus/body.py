@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.synthetic.moreno2005.octopus.looks import SIDE
-from datasets.synthetic.moreno2005.octopus.relief import colour_skin, lit, moulded
-from datasets.synthetic.render.texture import fractal
+from trackmark.datasets.synthetic.moreno2005.octopus.looks import SIDE
+from trackmark.datasets.synthetic.moreno2005.octopus.relief import colour_skin, lit, moulded
+from trackmark.datasets.synthetic.render.texture import fractal
 
 Array = NDArray[np.float64]
 Floats = NDArray[np.float32]

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.synthetic.render.texture import fractal, grass, lerp, pebbles, ramp, relief
+from trackmark.datasets.synthetic.render.texture import fractal, grass, lerp, pebbles, ramp, relief
 
 Array = NDArray[np.float64]
 

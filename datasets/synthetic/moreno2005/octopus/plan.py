@@ -6,10 +6,10 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.synthetic.moreno2005.octopus.body import Body, Posture, drawn_body
-from datasets.synthetic.moreno2005.octopus.looks import FLOOR_KINDS, SKINS, imitated
-from datasets.synthetic.render.path import quantised, smooth_step
-from datasets.synthetic.scene import part_generator
+from trackmark.datasets.synthetic.moreno2005.octopus.body import Body, Posture, drawn_body
+from trackmark.datasets.synthetic.moreno2005.octopus.looks import FLOOR_KINDS, SKINS, imitated
+from trackmark.datasets.synthetic.render.path import quantised, smooth_step
+from trackmark.datasets.synthetic.scene import part_generator
 
 Array = NDArray[np.float64]
 

@@ -14,15 +14,20 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.interface import Image, Mask
-from datasets.synthetic.moreno2005.knobs import OctopusKnobs
-from datasets.synthetic.moreno2005.octopus.body import Skin
-from datasets.synthetic.moreno2005.octopus.looks import FLOOR_KINDS, SKINS, imitated, painted
-from datasets.synthetic.moreno2005.octopus.plan import FRAMES, OWN, SIZE, Plan, drawn_plan
-from datasets.synthetic.moreno2005.octopus.relief import moulded, shade
-from datasets.synthetic.moreno2005.octopus.setting import Water, painted_floor
-from datasets.synthetic.render.camera import Camera
-from datasets.synthetic.scene import Scene, Truth, part_generator
+from trackmark.datasets.interface import Image, Mask
+from trackmark.datasets.synthetic.moreno2005.knobs import OctopusKnobs
+from trackmark.datasets.synthetic.moreno2005.octopus.body import Skin
+from trackmark.datasets.synthetic.moreno2005.octopus.looks import (
+    FLOOR_KINDS,
+    SKINS,
+    imitated,
+    painted,
+)
+from trackmark.datasets.synthetic.moreno2005.octopus.plan import FRAMES, OWN, SIZE, Plan, drawn_plan
+from trackmark.datasets.synthetic.moreno2005.octopus.relief import moulded, shade
+from trackmark.datasets.synthetic.moreno2005.octopus.setting import Water, painted_floor
+from trackmark.datasets.synthetic.render.camera import Camera
+from trackmark.datasets.synthetic.scene import Scene, Truth, part_generator
 
 Array = NDArray[np.float64]
 Floats = NDArray[np.float32]

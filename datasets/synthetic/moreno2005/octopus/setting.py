@@ -11,12 +11,12 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from datasets.interface import Image
-from datasets.synthetic.moreno2005.octopus.looks import SIDE
-from datasets.synthetic.moreno2005.octopus.plan import SIZE, Zones
-from datasets.synthetic.moreno2005.octopus.relief import lit, moulded, shade
-from datasets.synthetic.render.texture import fractal
-from datasets.synthetic.scene import part_generator
+from trackmark.datasets.interface import Image
+from trackmark.datasets.synthetic.moreno2005.octopus.looks import SIDE
+from trackmark.datasets.synthetic.moreno2005.octopus.plan import SIZE, Zones
+from trackmark.datasets.synthetic.moreno2005.octopus.relief import lit, moulded, shade
+from trackmark.datasets.synthetic.render.texture import fractal
+from trackmark.datasets.synthetic.scene import part_generator
 
 Array = NDArray[np.float64]
 Floats = NDArray[np.float32]

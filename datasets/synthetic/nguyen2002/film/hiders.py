@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from datasets.synthetic.nguyen2002.film.sheet import (
+from trackmark.datasets.synthetic.nguyen2002.film.sheet import (
     LIGHTS,
     PAINTS,
     UNIT,
@@ -14,8 +14,8 @@ from datasets.synthetic.nguyen2002.film.sheet import (
     joined,
     runs,
 )
-from datasets.synthetic.render.colours import any_of, varied
-from datasets.synthetic.render.texture import noise
+from trackmark.datasets.synthetic.render.colours import any_of, varied
+from trackmark.datasets.synthetic.render.texture import noise
 
 WALLS = ((84, 98, 150), (120, 150, 176), (150, 158, 164), (104, 122, 142), (170, 186, 192))
 STONES = ((150, 158, 164), (128, 146, 160), (108, 114, 118), (164, 176, 186))

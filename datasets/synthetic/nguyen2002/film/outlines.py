@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from datasets.synthetic.nguyen2002.film.sheet import DARK, Sheet, joined
+from trackmark.datasets.synthetic.nguyen2002.film.sheet import DARK, Sheet, joined
 
 BODY = 0.87
 """Height of a van without its wheels [its height]."""

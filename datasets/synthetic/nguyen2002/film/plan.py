@@ -9,13 +9,13 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.synthetic.nguyen2002.film.hiders import HIDERS
-from datasets.synthetic.nguyen2002.film.props import CARRIERS
-from datasets.synthetic.nguyen2002.film.setting import SETTINGS
-from datasets.synthetic.nguyen2002.film.targets import KINDS
-from datasets.synthetic.render.path import quantised
-from datasets.synthetic.render.views import Viewpoint, wandering
-from datasets.synthetic.scene import part_generator
+from trackmark.datasets.synthetic.nguyen2002.film.hiders import HIDERS
+from trackmark.datasets.synthetic.nguyen2002.film.props import CARRIERS
+from trackmark.datasets.synthetic.nguyen2002.film.setting import SETTINGS
+from trackmark.datasets.synthetic.nguyen2002.film.targets import KINDS
+from trackmark.datasets.synthetic.render.path import quantised
+from trackmark.datasets.synthetic.render.views import Viewpoint, wandering
+from trackmark.datasets.synthetic.scene import part_generator
 
 Array = NDArray[np.float64]
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.synthetic.nguyen2002.film.sheet import (
+from trackmark.datasets.synthetic.nguyen2002.film.sheet import (
     LIGHTS,
     PAINTS,
     UNIT,
@@ -19,8 +19,8 @@ from datasets.synthetic.nguyen2002.film.sheet import (
     joined,
     runs,
 )
-from datasets.synthetic.render.colours import any_of
-from datasets.synthetic.render.prop import Prop
+from trackmark.datasets.synthetic.render.colours import any_of
+from trackmark.datasets.synthetic.render.prop import Prop
 
 
 def _prop(sheet: Sheet, x: float, z: float, random: np.random.Generator) -> Prop:

@@ -13,18 +13,18 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.interface import Image, Mask
-from datasets.synthetic.nguyen2002.film.hiders import HIDERS
-from datasets.synthetic.nguyen2002.film.plan import EXPOSURE, SIZE, plan
-from datasets.synthetic.nguyen2002.film.props import CARRIERS, paint_carrier, paint_shadow
-from datasets.synthetic.nguyen2002.film.setting import SETTINGS, Place
-from datasets.synthetic.nguyen2002.film.sheet import UNIT, Rigid
-from datasets.synthetic.nguyen2002.film.targets import KINDS, paint_target, two_looks
-from datasets.synthetic.nguyen2002.knobs import FilmKnobs
-from datasets.synthetic.render.camera import Camera, random_bytes
-from datasets.synthetic.render.sprite import Sprite, instants
-from datasets.synthetic.render.texture import fractal
-from datasets.synthetic.scene import Scene, Truth, part_generator
+from trackmark.datasets.interface import Image, Mask
+from trackmark.datasets.synthetic.nguyen2002.film.hiders import HIDERS
+from trackmark.datasets.synthetic.nguyen2002.film.plan import EXPOSURE, SIZE, plan
+from trackmark.datasets.synthetic.nguyen2002.film.props import CARRIERS, paint_carrier, paint_shadow
+from trackmark.datasets.synthetic.nguyen2002.film.setting import SETTINGS, Place
+from trackmark.datasets.synthetic.nguyen2002.film.sheet import UNIT, Rigid
+from trackmark.datasets.synthetic.nguyen2002.film.targets import KINDS, paint_target, two_looks
+from trackmark.datasets.synthetic.nguyen2002.knobs import FilmKnobs
+from trackmark.datasets.synthetic.render.camera import Camera, random_bytes
+from trackmark.datasets.synthetic.render.sprite import Sprite, instants
+from trackmark.datasets.synthetic.render.texture import fractal
+from trackmark.datasets.synthetic.scene import Scene, Truth, part_generator
 
 Array = NDArray[np.float64]
 

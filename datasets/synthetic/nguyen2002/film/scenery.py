@@ -9,12 +9,12 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.interface import Image
-from datasets.synthetic.nguyen2002.film.sheet import LIGHTS, PAINTS
-from datasets.synthetic.render.colours import any_of, varied
-from datasets.synthetic.render.painting import Painting
-from datasets.synthetic.render.street.ground import SIDE, Band
-from datasets.synthetic.render.texture import fractal, grass, paving, pebbles, ramp
+from trackmark.datasets.interface import Image
+from trackmark.datasets.synthetic.nguyen2002.film.sheet import LIGHTS, PAINTS
+from trackmark.datasets.synthetic.render.colours import any_of, varied
+from trackmark.datasets.synthetic.render.painting import Painting
+from trackmark.datasets.synthetic.render.street.ground import SIDE, Band
+from trackmark.datasets.synthetic.render.texture import fractal, grass, paving, pebbles, ramp
 
 Array = NDArray[np.float64]
 

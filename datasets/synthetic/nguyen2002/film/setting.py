@@ -7,14 +7,21 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.interface import Image
-from datasets.synthetic.nguyen2002.film import props, scenery
-from datasets.synthetic.render.prop import Prop
-from datasets.synthetic.render.sprite import draw_rows, instants
-from datasets.synthetic.render.street.facades import backdrop
-from datasets.synthetic.render.street.furniture import bush, car, litter_bin, post, sign, tree
-from datasets.synthetic.render.street.ground import Band, Shade, ground_rows
-from datasets.synthetic.render.views import Viewpoint
+from trackmark.datasets.interface import Image
+from trackmark.datasets.synthetic.nguyen2002.film import props, scenery
+from trackmark.datasets.synthetic.render.prop import Prop
+from trackmark.datasets.synthetic.render.sprite import draw_rows, instants
+from trackmark.datasets.synthetic.render.street.facades import backdrop
+from trackmark.datasets.synthetic.render.street.furniture import (
+    bush,
+    car,
+    litter_bin,
+    post,
+    sign,
+    tree,
+)
+from trackmark.datasets.synthetic.render.street.ground import Band, Shade, ground_rows
+from trackmark.datasets.synthetic.render.views import Viewpoint
 
 Array = NDArray[np.float64]
 

@@ -7,9 +7,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
-from datasets.interface import Image
-from datasets.synthetic.render.painting import Painting
-from datasets.synthetic.render.texture import fractal
+from trackmark.datasets.interface import Image
+from trackmark.datasets.synthetic.render.painting import Painting
+from trackmark.datasets.synthetic.render.texture import fractal
 
 Array = NDArray[np.float64]
 

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.synthetic.nguyen2002.film.outlines import BODY, OUTLINES
-from datasets.synthetic.nguyen2002.film.sheet import (
+from trackmark.datasets.synthetic.nguyen2002.film.outlines import BODY, OUTLINES
+from trackmark.datasets.synthetic.nguyen2002.film.sheet import (
     DARK,
     GLASS,
     LIGHTS,
@@ -21,9 +21,9 @@ from datasets.synthetic.nguyen2002.film.sheet import (
     Sheet,
     joined,
 )
-from datasets.synthetic.render.colours import any_of, varied
-from datasets.synthetic.render.painting import Colour, Painting
-from datasets.synthetic.render.texture import fractal, lerp
+from trackmark.datasets.synthetic.render.colours import any_of, varied
+from trackmark.datasets.synthetic.render.painting import Colour, Painting
+from trackmark.datasets.synthetic.render.texture import fractal, lerp
 
 Array = NDArray[np.float64]
 

@@ -7,8 +7,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.synthetic.nguyen2002.lights.plan import SIZE
-from datasets.synthetic.nguyen2002.lights.setting import (
+from trackmark.datasets.synthetic.nguyen2002.lights.plan import SIZE
+from trackmark.datasets.synthetic.nguyen2002.lights.setting import (
     HELD,
     PASSING,
     ROOM_FINE,
@@ -16,7 +16,7 @@ from datasets.synthetic.nguyen2002.lights.setting import (
     Setting,
     Shade,
 )
-from datasets.synthetic.render.lamp import (
+from trackmark.datasets.synthetic.render.lamp import (
     AMBIENT,
     Lamp,
     crossing,

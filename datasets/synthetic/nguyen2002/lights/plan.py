@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from datasets.synthetic.render.path import Loop, quantised, random_loop
+from trackmark.datasets.synthetic.render.path import Loop, quantised, random_loop
 
 Array = NDArray[np.float64]
 

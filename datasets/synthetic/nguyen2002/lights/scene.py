@@ -10,14 +10,14 @@ from functools import cached_property, lru_cache
 import cv2
 import numpy as np
 
-from datasets.interface import Image, Mask
-from datasets.synthetic.nguyen2002.knobs import LightsKnobs
-from datasets.synthetic.nguyen2002.lights.lighting import Lighting, drawn_lamps
-from datasets.synthetic.nguyen2002.lights.plan import FRAMES, SIZE, Plan
-from datasets.synthetic.nguyen2002.lights.setting import Pose, Setting
-from datasets.synthetic.render.camera import LENS, Camera
-from datasets.synthetic.render.finish import GAMMA
-from datasets.synthetic.scene import Scene, Truth, part_generator
+from trackmark.datasets.interface import Image, Mask
+from trackmark.datasets.synthetic.nguyen2002.knobs import LightsKnobs
+from trackmark.datasets.synthetic.nguyen2002.lights.lighting import Lighting, drawn_lamps
+from trackmark.datasets.synthetic.nguyen2002.lights.plan import FRAMES, SIZE, Plan
+from trackmark.datasets.synthetic.nguyen2002.lights.setting import Pose, Setting
+from trackmark.datasets.synthetic.render.camera import LENS, Camera
+from trackmark.datasets.synthetic.render.finish import GAMMA
+from trackmark.datasets.synthetic.scene import Scene, Truth, part_generator
 
 EXPOSURE = 0.5  # part of the time between two frames for which the shutter is open
 SENSITIVITY = 0.92  # of the camera, which stays as it is: what light of 1 on white comes to

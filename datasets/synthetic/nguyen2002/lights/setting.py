@@ -7,11 +7,16 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from datasets.synthetic.nguyen2002.lights.plan import SIZE, drawn_plan
-from datasets.synthetic.nguyen2002.lights.things import HALF_HEIGHT, HALF_WIDTH, held, passer
-from datasets.synthetic.render.desk import seen_room
-from datasets.synthetic.render.finish import Surface, Thing, looked_at
-from datasets.synthetic.scene import part_generator
+from trackmark.datasets.synthetic.nguyen2002.lights.plan import SIZE, drawn_plan
+from trackmark.datasets.synthetic.nguyen2002.lights.things import (
+    HALF_HEIGHT,
+    HALF_WIDTH,
+    held,
+    passer,
+)
+from trackmark.datasets.synthetic.render.desk import seen_room
+from trackmark.datasets.synthetic.render.finish import Surface, Thing, looked_at
+from trackmark.datasets.synthetic.scene import part_generator
 
 Array = NDArray[np.float64]
 Floats = NDArray[np.float32]

@@ -6,13 +6,20 @@ The middle of each is the origin; what passes reaches over the picture's whole h
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.interface import Image
-from datasets.synthetic.render.colours import ACCENTS, CLOTHES, COUNTERS, NEUTRALS, one_of
-from datasets.synthetic.render.figure.look import drawn_skin
-from datasets.synthetic.render.finish import Finish, Pattern, Thing, grain, picture_on, staggered
-from datasets.synthetic.render.prints import KINDS, printed
-from datasets.synthetic.render.solids import box, chain, limb, mirrored
-from datasets.synthetic.render.texture import fractal
+from trackmark.datasets.interface import Image
+from trackmark.datasets.synthetic.render.colours import ACCENTS, CLOTHES, COUNTERS, NEUTRALS, one_of
+from trackmark.datasets.synthetic.render.figure.look import drawn_skin
+from trackmark.datasets.synthetic.render.finish import (
+    Finish,
+    Pattern,
+    Thing,
+    grain,
+    picture_on,
+    staggered,
+)
+from trackmark.datasets.synthetic.render.prints import KINDS, printed
+from trackmark.datasets.synthetic.render.solids import box, chain, limb, mirrored
+from trackmark.datasets.synthetic.render.texture import fractal
 
 Array = NDArray[np.float64]
 

@@ -9,10 +9,10 @@ from functools import lru_cache
 
 import numpy as np
 
-from datasets.synthetic.multipart.plan import Person
-from datasets.synthetic.nummiaro2003.campus.scene import VisitPlan, VisitScene, bystander
-from datasets.synthetic.nummiaro2003.campus.scene import target as target_person
-from datasets.synthetic.nummiaro2003.campus.setting import (
+from trackmark.datasets.synthetic.multipart.plan import Person
+from trackmark.datasets.synthetic.nummiaro2003.campus.scene import VisitPlan, VisitScene, bystander
+from trackmark.datasets.synthetic.nummiaro2003.campus.scene import target as target_person
+from trackmark.datasets.synthetic.nummiaro2003.campus.setting import (
     DOORSTEP,
     OPENING,
     THRESHOLD,
@@ -20,10 +20,10 @@ from datasets.synthetic.nummiaro2003.campus.setting import (
     entrance,
     parked_cars,
 )
-from datasets.synthetic.nummiaro2003.knobs import WalkingKnobs
-from datasets.synthetic.render.prop import Prop
-from datasets.synthetic.render.views import SIZE, Viewpoint, Views, straight, walk
-from datasets.synthetic.scene import part_generator
+from trackmark.datasets.synthetic.nummiaro2003.knobs import WalkingKnobs
+from trackmark.datasets.synthetic.render.prop import Prop
+from trackmark.datasets.synthetic.render.views import SIZE, Viewpoint, Views, straight, walk
+from trackmark.datasets.synthetic.scene import part_generator
 
 WALK = 250
 """Length of the sequence [frames]."""

@@ -7,16 +7,16 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.synthetic.multipart import casting
-from datasets.synthetic.multipart.look import Look
-from datasets.synthetic.multipart.plan import Person, Plan, body_boxes
-from datasets.synthetic.multipart.scene import WalkingScene
-from datasets.synthetic.render.attributes import rescaled
-from datasets.synthetic.render.prop import Coverage, Prop
-from datasets.synthetic.render.street.ground import Light
-from datasets.synthetic.render.street.street import Reach, Street
-from datasets.synthetic.render.views import SIZE, Course, Views
-from datasets.synthetic.scene import Truth
+from trackmark.datasets.synthetic.multipart import casting
+from trackmark.datasets.synthetic.multipart.look import Look
+from trackmark.datasets.synthetic.multipart.plan import Person, Plan, body_boxes
+from trackmark.datasets.synthetic.multipart.scene import WalkingScene
+from trackmark.datasets.synthetic.render.attributes import rescaled
+from trackmark.datasets.synthetic.render.prop import Coverage, Prop
+from trackmark.datasets.synthetic.render.street.ground import Light
+from trackmark.datasets.synthetic.render.street.street import Reach, Street
+from trackmark.datasets.synthetic.render.views import SIZE, Course, Views
+from trackmark.datasets.synthetic.scene import Truth
 
 UNLIKE = 40
 """Colours differ clearly whose channels differ by this much in one of them [grey levels]."""

@@ -6,14 +6,14 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from datasets.synthetic.render.colours import BGR
-from datasets.synthetic.render.path import smooth_step, spaced
-from datasets.synthetic.render.prop import Prop
-from datasets.synthetic.render.street.furniture import car
-from datasets.synthetic.render.street.ground import SIDE, Band, asphalt, kerbstones
-from datasets.synthetic.render.street.street import HOUSES, Street
-from datasets.synthetic.render.texture import fractal, grass, paving, ramp
-from datasets.synthetic.render.views import Viewpoint
+from trackmark.datasets.synthetic.render.colours import BGR
+from trackmark.datasets.synthetic.render.path import smooth_step, spaced
+from trackmark.datasets.synthetic.render.prop import Prop
+from trackmark.datasets.synthetic.render.street.furniture import car
+from trackmark.datasets.synthetic.render.street.ground import SIDE, Band, asphalt, kerbstones
+from trackmark.datasets.synthetic.render.street.street import HOUSES, Street
+from trackmark.datasets.synthetic.render.texture import fractal, grass, paving, ramp
+from trackmark.datasets.synthetic.render.views import Viewpoint
 
 Array = NDArray[np.float64]
 

@@ -11,15 +11,15 @@ from functools import lru_cache
 
 import numpy as np
 
-from datasets.synthetic.multipart import routes
-from datasets.synthetic.multipart.plan import Person
-from datasets.synthetic.nummiaro2003.campus.scene import VisitPlan, VisitScene, bystander
-from datasets.synthetic.nummiaro2003.campus.scene import target as target_person
-from datasets.synthetic.nummiaro2003.campus.setting import old_tree
-from datasets.synthetic.nummiaro2003.knobs import WalkingKnobs
-from datasets.synthetic.render.path import smooth_step
-from datasets.synthetic.render.views import SIZE, Course, Views, fixed, straight
-from datasets.synthetic.scene import part_generator
+from trackmark.datasets.synthetic.multipart import routes
+from trackmark.datasets.synthetic.multipart.plan import Person
+from trackmark.datasets.synthetic.nummiaro2003.campus.scene import VisitPlan, VisitScene, bystander
+from trackmark.datasets.synthetic.nummiaro2003.campus.scene import target as target_person
+from trackmark.datasets.synthetic.nummiaro2003.campus.setting import old_tree
+from trackmark.datasets.synthetic.nummiaro2003.knobs import WalkingKnobs
+from trackmark.datasets.synthetic.render.path import smooth_step
+from trackmark.datasets.synthetic.render.views import SIZE, Course, Views, fixed, straight
+from trackmark.datasets.synthetic.scene import part_generator
 
 LENGTH = 242
 COMES, HIDDEN, GONE = 20, 121, 232

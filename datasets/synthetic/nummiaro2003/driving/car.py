@@ -7,14 +7,20 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.synthetic.nummiaro2003.driving.facets import Facets, Lens, Pictures, Pose, blank
-from datasets.synthetic.nummiaro2003.driving.laying import lay_facets, sprite_of
-from datasets.synthetic.nummiaro2003.driving.paintwork import BGR, painted
-from datasets.synthetic.nummiaro2003.driving.shape import Shape, any_shape
-from datasets.synthetic.nummiaro2003.driving.things import NEAREST, Window
-from datasets.synthetic.nummiaro2003.driving.view import View, extents, posed
-from datasets.synthetic.render.prop import Coverage
-from datasets.synthetic.render.sprite import blend_sprite
+from trackmark.datasets.synthetic.nummiaro2003.driving.facets import (
+    Facets,
+    Lens,
+    Pictures,
+    Pose,
+    blank,
+)
+from trackmark.datasets.synthetic.nummiaro2003.driving.laying import lay_facets, sprite_of
+from trackmark.datasets.synthetic.nummiaro2003.driving.paintwork import BGR, painted
+from trackmark.datasets.synthetic.nummiaro2003.driving.shape import Shape, any_shape
+from trackmark.datasets.synthetic.nummiaro2003.driving.things import NEAREST, Window
+from trackmark.datasets.synthetic.nummiaro2003.driving.view import View, extents, posed
+from trackmark.datasets.synthetic.render.prop import Coverage
+from trackmark.datasets.synthetic.render.sprite import blend_sprite
 
 Array = NDArray[np.float64]
 

@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.synthetic.nummiaro2003.driving.facets import (
+from trackmark.datasets.synthetic.nummiaro2003.driving.facets import (
     Face,
     Ring,
     assembled,
@@ -15,8 +15,8 @@ from datasets.synthetic.nummiaro2003.driving.facets import (
     flat,
     packed,
 )
-from datasets.synthetic.nummiaro2003.driving.view import View
-from datasets.synthetic.render.texture import fractal, noise
+from trackmark.datasets.synthetic.nummiaro2003.driving.view import View
+from trackmark.datasets.synthetic.render.texture import fractal, noise
 
 Array = NDArray[np.float64]
 Box = tuple[float, float, float, float]

@@ -10,7 +10,13 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from datasets.synthetic.nummiaro2003.driving.facets import MOST, Facets, Lens, Pictures, Pose
+from trackmark.datasets.synthetic.nummiaro2003.driving.facets import (
+    MOST,
+    Facets,
+    Lens,
+    Pictures,
+    Pose,
+)
 
 FULL = 0xFFFF
 """All samples of a pixel are taken."""

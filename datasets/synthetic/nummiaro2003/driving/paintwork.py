@@ -6,8 +6,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.synthetic.nummiaro2003.driving.facets import Pictures, packed
-from datasets.synthetic.nummiaro2003.driving.shape import (
+from trackmark.datasets.synthetic.nummiaro2003.driving.facets import Pictures, packed
+from trackmark.datasets.synthetic.nummiaro2003.driving.shape import (
     BELT,
     FRONT,
     REACH,

@@ -10,10 +10,10 @@ from functools import lru_cache
 
 import numpy as np
 
-from datasets.synthetic.nummiaro2003.driving.car import TARGETS, CarAt, any_car, unlike
-from datasets.synthetic.nummiaro2003.driving.house import House, any_house
-from datasets.synthetic.nummiaro2003.driving.paintwork import BGR
-from datasets.synthetic.nummiaro2003.driving.plan import (
+from trackmark.datasets.synthetic.nummiaro2003.driving.car import TARGETS, CarAt, any_car, unlike
+from trackmark.datasets.synthetic.nummiaro2003.driving.house import House, any_house
+from trackmark.datasets.synthetic.nummiaro2003.driving.paintwork import BGR
+from trackmark.datasets.synthetic.nummiaro2003.driving.plan import (
     FRAMES_PER_SECOND,
     SIZE,
     Bend,
@@ -22,13 +22,13 @@ from datasets.synthetic.nummiaro2003.driving.plan import (
     Way,
     car_at,
 )
-from datasets.synthetic.nummiaro2003.driving.scene import DrivingScene
-from datasets.synthetic.nummiaro2003.driving.things import meet
-from datasets.synthetic.nummiaro2003.driving.view import View
-from datasets.synthetic.nummiaro2003.driving.world import Layout, Plant, Strip, dashes
-from datasets.synthetic.nummiaro2003.knobs import DrivingKnobs
-from datasets.synthetic.render.path import spaced
-from datasets.synthetic.scene import part_generator
+from trackmark.datasets.synthetic.nummiaro2003.driving.scene import DrivingScene
+from trackmark.datasets.synthetic.nummiaro2003.driving.things import meet
+from trackmark.datasets.synthetic.nummiaro2003.driving.view import View
+from trackmark.datasets.synthetic.nummiaro2003.driving.world import Layout, Plant, Strip, dashes
+from trackmark.datasets.synthetic.nummiaro2003.knobs import DrivingKnobs
+from trackmark.datasets.synthetic.render.path import spaced
+from trackmark.datasets.synthetic.scene import part_generator
 
 FRAMES = 400
 

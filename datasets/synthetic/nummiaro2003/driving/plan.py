@@ -9,12 +9,12 @@ from typing import Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from datasets.synthetic.nummiaro2003.driving.car import Car, CarAt
-from datasets.synthetic.nummiaro2003.driving.things import meet
-from datasets.synthetic.nummiaro2003.driving.view import View
-from datasets.synthetic.nummiaro2003.driving.world import Layout
-from datasets.synthetic.render.prop import Coverage, visible
-from datasets.synthetic.render.sprite import instants
+from trackmark.datasets.synthetic.nummiaro2003.driving.car import Car, CarAt
+from trackmark.datasets.synthetic.nummiaro2003.driving.things import meet
+from trackmark.datasets.synthetic.nummiaro2003.driving.view import View
+from trackmark.datasets.synthetic.nummiaro2003.driving.world import Layout
+from trackmark.datasets.synthetic.render.prop import Coverage, visible
+from trackmark.datasets.synthetic.render.sprite import instants
 
 Array = NDArray[np.float64]
 

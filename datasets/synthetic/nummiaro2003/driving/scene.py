@@ -5,13 +5,13 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.interface import Image, Mask
-from datasets.synthetic.nummiaro2003.driving.plan import FRAMES_PER_SECOND, SIZE, Plan
-from datasets.synthetic.nummiaro2003.driving.things import Thing, Window, from_far, meet
-from datasets.synthetic.nummiaro2003.driving.world import World
-from datasets.synthetic.render.attributes import occluded, out_of_view, rescaled, turning
-from datasets.synthetic.render.camera import Camera, slow_exposure
-from datasets.synthetic.scene import Scene, Truth, part_generator, pasted
+from trackmark.datasets.interface import Image, Mask
+from trackmark.datasets.synthetic.nummiaro2003.driving.plan import FRAMES_PER_SECOND, SIZE, Plan
+from trackmark.datasets.synthetic.nummiaro2003.driving.things import Thing, Window, from_far, meet
+from trackmark.datasets.synthetic.nummiaro2003.driving.world import World
+from trackmark.datasets.synthetic.render.attributes import occluded, out_of_view, rescaled, turning
+from trackmark.datasets.synthetic.render.camera import Camera, slow_exposure
+from trackmark.datasets.synthetic.scene import Scene, Truth, part_generator, pasted
 
 Array = NDArray[np.float64]
 

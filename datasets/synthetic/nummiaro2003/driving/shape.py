@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.synthetic.nummiaro2003.driving.facets import (
+from trackmark.datasets.synthetic.nummiaro2003.driving.facets import (
     Face,
     Facets,
     Ring,

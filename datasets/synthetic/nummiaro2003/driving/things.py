@@ -8,10 +8,10 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.synthetic.nummiaro2003.driving.view import View
-from datasets.synthetic.render.prop import Prop
-from datasets.synthetic.render.sprite import Sprite
-from datasets.synthetic.render.views import Viewpoint
+from trackmark.datasets.synthetic.nummiaro2003.driving.view import View
+from trackmark.datasets.synthetic.render.prop import Prop
+from trackmark.datasets.synthetic.render.sprite import Sprite
+from trackmark.datasets.synthetic.render.views import Viewpoint
 
 Array = NDArray[np.float64]
 

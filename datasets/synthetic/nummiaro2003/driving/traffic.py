@@ -12,10 +12,10 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.synthetic.nummiaro2003.driving.car import TARGETS, CarAt, any_car, unlike
-from datasets.synthetic.nummiaro2003.driving.house import House, any_house
-from datasets.synthetic.nummiaro2003.driving.paintwork import BGR
-from datasets.synthetic.nummiaro2003.driving.plan import (
+from trackmark.datasets.synthetic.nummiaro2003.driving.car import TARGETS, CarAt, any_car, unlike
+from trackmark.datasets.synthetic.nummiaro2003.driving.house import House, any_house
+from trackmark.datasets.synthetic.nummiaro2003.driving.paintwork import BGR
+from trackmark.datasets.synthetic.nummiaro2003.driving.plan import (
     FRAMES_PER_SECOND,
     SIZE,
     Bend,
@@ -23,13 +23,13 @@ from datasets.synthetic.nummiaro2003.driving.plan import (
     Plan,
     Way,
 )
-from datasets.synthetic.nummiaro2003.driving.scene import DrivingScene
-from datasets.synthetic.nummiaro2003.driving.view import View
-from datasets.synthetic.nummiaro2003.driving.world import Layout, Plant, Strip, dashes
-from datasets.synthetic.nummiaro2003.knobs import DrivingKnobs
-from datasets.synthetic.render.path import smooth_step, spaced
-from datasets.synthetic.render.views import QUICK, SLOW, wandering
-from datasets.synthetic.scene import part_generator
+from trackmark.datasets.synthetic.nummiaro2003.driving.scene import DrivingScene
+from trackmark.datasets.synthetic.nummiaro2003.driving.view import View
+from trackmark.datasets.synthetic.nummiaro2003.driving.world import Layout, Plant, Strip, dashes
+from trackmark.datasets.synthetic.nummiaro2003.knobs import DrivingKnobs
+from trackmark.datasets.synthetic.render.path import smooth_step, spaced
+from trackmark.datasets.synthetic.render.views import QUICK, SLOW, wandering
+from trackmark.datasets.synthetic.scene import part_generator
 
 Array = NDArray[np.float64]
 

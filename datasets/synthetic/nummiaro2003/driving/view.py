@@ -10,7 +10,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
-from datasets.synthetic.nummiaro2003.driving.facets import Facets, Lens, Pose
+from trackmark.datasets.synthetic.nummiaro2003.driving.facets import Facets, Lens, Pose
 
 Array = NDArray[np.float64]
 

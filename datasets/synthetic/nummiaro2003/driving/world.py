@@ -7,8 +7,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.synthetic.nummiaro2003.driving.car import CarAt
-from datasets.synthetic.nummiaro2003.driving.facets import (
+from trackmark.datasets.synthetic.nummiaro2003.driving.car import CarAt
+from trackmark.datasets.synthetic.nummiaro2003.driving.facets import (
     Facets,
     Lens,
     Pictures,
@@ -17,20 +17,20 @@ from datasets.synthetic.nummiaro2003.driving.facets import (
     flat,
     packed,
 )
-from datasets.synthetic.nummiaro2003.driving.house import House, Houses
-from datasets.synthetic.nummiaro2003.driving.laying import lay_behind, lay_facets
-from datasets.synthetic.nummiaro2003.driving.things import (
+from trackmark.datasets.synthetic.nummiaro2003.driving.house import House, Houses
+from trackmark.datasets.synthetic.nummiaro2003.driving.laying import lay_behind, lay_facets
+from trackmark.datasets.synthetic.nummiaro2003.driving.things import (
     Cutout,
     Standing,
     Thing,
     cut_out,
 )
-from datasets.synthetic.nummiaro2003.driving.view import STAINS_SIDE, View, posed
-from datasets.synthetic.render.sprite import draw_rows
-from datasets.synthetic.render.street.facades import backdrop
-from datasets.synthetic.render.street.furniture import bush, post, sign, tree
-from datasets.synthetic.render.texture import fractal, grass, paving
-from datasets.synthetic.scene import part_generator
+from trackmark.datasets.synthetic.nummiaro2003.driving.view import STAINS_SIDE, View, posed
+from trackmark.datasets.synthetic.render.sprite import draw_rows
+from trackmark.datasets.synthetic.render.street.facades import backdrop
+from trackmark.datasets.synthetic.render.street.furniture import bush, post, sign, tree
+from trackmark.datasets.synthetic.render.texture import fractal, grass, paving
+from trackmark.datasets.synthetic.scene import part_generator
 
 Array = NDArray[np.float64]
 

@@ -8,10 +8,18 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.synthetic.nummiaro2003.factory.machines import cabinet, machine_tool, wiring
-from datasets.synthetic.render.colours import DARK, MACHINES, SIGNALS, STEEL, STORED, any_of, varied
-from datasets.synthetic.render.painting import Painting
-from datasets.synthetic.render.texture import fractal
+from trackmark.datasets.synthetic.nummiaro2003.factory.machines import cabinet, machine_tool, wiring
+from trackmark.datasets.synthetic.render.colours import (
+    DARK,
+    MACHINES,
+    SIGNALS,
+    STEEL,
+    STORED,
+    any_of,
+    varied,
+)
+from trackmark.datasets.synthetic.render.painting import Painting
+from trackmark.datasets.synthetic.render.texture import fractal
 
 PARTS = (STEEL, (90, 130, 160), (60, 100, 150), (200, 202, 200))
 GOODS = (*STORED, *SIGNALS)

@@ -6,8 +6,15 @@ random.
 
 import numpy as np
 
-from datasets.synthetic.render.colours import DARK, MACHINES, SIGNALS, STEEL, any_of, varied
-from datasets.synthetic.render.painting import Painting
+from trackmark.datasets.synthetic.render.colours import (
+    DARK,
+    MACHINES,
+    SIGNALS,
+    STEEL,
+    any_of,
+    varied,
+)
+from trackmark.datasets.synthetic.render.painting import Painting
 
 SCREENS = ((120, 60, 20), (40, 70, 30), (170, 150, 120), (90, 40, 70))
 WRITING = ((80, 220, 120), (230, 230, 230), (60, 200, 230))

@@ -16,21 +16,21 @@ from functools import cached_property, lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.interface import Image, Mask
-from datasets.synthetic.nummiaro2003.factory.hall import hall
-from datasets.synthetic.nummiaro2003.knobs import HeadKnobs
-from datasets.synthetic.render.attributes import occluded
-from datasets.synthetic.render.camera import Camera, slow_exposure
-from datasets.synthetic.render.figure.look import drawn_look
-from datasets.synthetic.render.figure.routine import (
+from trackmark.datasets.interface import Image, Mask
+from trackmark.datasets.synthetic.nummiaro2003.factory.hall import hall
+from trackmark.datasets.synthetic.nummiaro2003.knobs import HeadKnobs
+from trackmark.datasets.synthetic.render.attributes import occluded
+from trackmark.datasets.synthetic.render.camera import Camera, slow_exposure
+from trackmark.datasets.synthetic.render.figure.look import drawn_look
+from trackmark.datasets.synthetic.render.figure.routine import (
     FOCAL,
     FRAMES,
     FRAMES_PER_SECOND,
     SIZE,
     drawn_routine,
 )
-from datasets.synthetic.render.figure.worker import Worker
-from datasets.synthetic.scene import Scene, Truth, part_generator, pasted
+from trackmark.datasets.synthetic.render.figure.worker import Worker
+from trackmark.datasets.synthetic.scene import Scene, Truth, part_generator, pasted
 
 Array = NDArray[np.float64]
 

@@ -6,9 +6,9 @@ Lengths are in metres. A limb's frame begins at its upper joint and hangs down f
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.synthetic.render.figure.look import Look
-from datasets.synthetic.render.figure.mesh import AROUND, Solid, loft, turns
-from datasets.synthetic.render.texture import creases, lerp
+from trackmark.datasets.synthetic.render.figure.look import Look
+from trackmark.datasets.synthetic.render.figure.mesh import AROUND, Solid, loft, turns
+from trackmark.datasets.synthetic.render.texture import creases, lerp
 
 Array = NDArray[np.float64]
 

@@ -6,9 +6,9 @@ Lengths are in metres, about the middle between chin and crown.
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.synthetic.render.figure.look import Look
-from datasets.synthetic.render.figure.mesh import AROUND, Solid, loft, turns
-from datasets.synthetic.render.texture import fractal, lerp
+from trackmark.datasets.synthetic.render.figure.look import Look
+from trackmark.datasets.synthetic.render.figure.mesh import AROUND, Solid, loft, turns
+from trackmark.datasets.synthetic.render.texture import fractal, lerp
 
 Array = NDArray[np.float64]
 

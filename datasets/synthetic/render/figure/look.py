@@ -6,7 +6,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.synthetic.render.colours import BGR
+from trackmark.datasets.synthetic.render.colours import BGR
 
 Cut: TypeAlias = Literal["short", "full", "wreath"]
 

@@ -10,8 +10,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.synthetic.render.path import smooth_step
-from datasets.synthetic.render.views import wandering
+from trackmark.datasets.synthetic.render.path import smooth_step
+from trackmark.datasets.synthetic.render.views import wandering
 
 Array = NDArray[np.float64]
 

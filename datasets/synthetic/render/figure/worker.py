@@ -9,10 +9,17 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.synthetic.render.figure.clothes import FOREARM, NECK, SHOULDER, TRUNK, UPPER_ARM, body
-from datasets.synthetic.render.figure.head import head
-from datasets.synthetic.render.figure.look import Look
-from datasets.synthetic.render.figure.mesh import (
+from trackmark.datasets.synthetic.render.figure.clothes import (
+    FOREARM,
+    NECK,
+    SHOULDER,
+    TRUNK,
+    UPPER_ARM,
+    body,
+)
+from trackmark.datasets.synthetic.render.figure.head import head
+from trackmark.datasets.synthetic.render.figure.look import Look
+from trackmark.datasets.synthetic.render.figure.mesh import (
     FINE,
     NOBODY,
     UNIT,
@@ -21,9 +28,9 @@ from datasets.synthetic.render.figure.mesh import (
     place_vertices,
     which_is_seen,
 )
-from datasets.synthetic.render.figure.routine import Routine
-from datasets.synthetic.render.sprite import blend_sprite, instants
-from datasets.synthetic.scene import part_generator
+from trackmark.datasets.synthetic.render.figure.routine import Routine
+from trackmark.datasets.synthetic.render.sprite import blend_sprite, instants
+from trackmark.datasets.synthetic.scene import part_generator
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]

@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.synthetic.render.texture import fractal
+from trackmark.datasets.synthetic.render.texture import fractal
 
 Array = NDArray[np.float64]
 Picture = NDArray[np.uint8]

@@ -4,8 +4,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.synthetic.render.prop import Prop
-from datasets.synthetic.render.texture import fractal
+from trackmark.datasets.synthetic.render.prop import Prop
+from trackmark.datasets.synthetic.render.texture import fractal
 
 Array = NDArray[np.float64]
 

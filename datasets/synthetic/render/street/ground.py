@@ -6,8 +6,8 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from datasets.synthetic.render.texture import fractal, grass, paving, pebbles
-from datasets.synthetic.render.views import Viewpoint
+from trackmark.datasets.synthetic.render.texture import fractal, grass, paving, pebbles
+from trackmark.datasets.synthetic.render.views import Viewpoint
 
 Array = NDArray[np.float64]
 

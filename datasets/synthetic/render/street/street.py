@@ -6,14 +6,27 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from datasets.synthetic.render.path import spaced
-from datasets.synthetic.render.prop import Prop
-from datasets.synthetic.render.sprite import draw_rows, instants
-from datasets.synthetic.render.street.facades import backdrop
-from datasets.synthetic.render.street.furniture import bush, car, litter_bin, post, sign, tree
-from datasets.synthetic.render.street.ground import Band, Light, Shade, ground_rows, street_bands
-from datasets.synthetic.render.views import Viewpoint
-from datasets.synthetic.scene import part_generator
+from trackmark.datasets.synthetic.render.path import spaced
+from trackmark.datasets.synthetic.render.prop import Prop
+from trackmark.datasets.synthetic.render.sprite import draw_rows, instants
+from trackmark.datasets.synthetic.render.street.facades import backdrop
+from trackmark.datasets.synthetic.render.street.furniture import (
+    bush,
+    car,
+    litter_bin,
+    post,
+    sign,
+    tree,
+)
+from trackmark.datasets.synthetic.render.street.ground import (
+    Band,
+    Light,
+    Shade,
+    ground_rows,
+    street_bands,
+)
+from trackmark.datasets.synthetic.render.views import Viewpoint
+from trackmark.datasets.synthetic.scene import part_generator
 
 KERB = 10.6
 """Where the road begins [metres]."""

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from datasets.synthetic.render.path import quantised, smooth_step
-from datasets.synthetic.render.solids import View
+from trackmark.datasets.synthetic.render.path import quantised, smooth_step
+from trackmark.datasets.synthetic.render.solids import View
 
 Array = NDArray[np.float64]
 

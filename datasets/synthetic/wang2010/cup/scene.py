@@ -11,12 +11,12 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.interface import Image, Mask
-from datasets.synthetic.render.camera import Camera
-from datasets.synthetic.scene import Scene, Truth
-from datasets.synthetic.wang2010.cup.plan import FRAMES, SIZE, WALL
-from datasets.synthetic.wang2010.cup.setting import Setting
-from datasets.synthetic.wang2010.knobs import CupKnobs
+from trackmark.datasets.interface import Image, Mask
+from trackmark.datasets.synthetic.render.camera import Camera
+from trackmark.datasets.synthetic.scene import Scene, Truth
+from trackmark.datasets.synthetic.wang2010.cup.plan import FRAMES, SIZE, WALL
+from trackmark.datasets.synthetic.wang2010.cup.setting import Setting
+from trackmark.datasets.synthetic.wang2010.knobs import CupKnobs
 
 Array = NDArray[np.float64]
 

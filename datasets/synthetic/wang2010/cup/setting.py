@@ -8,12 +8,12 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from datasets.synthetic.render.colours import CUPS, nearly
-from datasets.synthetic.render.finish import Thing, painted
-from datasets.synthetic.render.solids import NOTHING, what_is_seen
-from datasets.synthetic.scene import part_generator
-from datasets.synthetic.wang2010.cup.plan import SIZE, WALL, drawn_plan
-from datasets.synthetic.wang2010.cup.things import (
+from trackmark.datasets.synthetic.render.colours import CUPS, nearly
+from trackmark.datasets.synthetic.render.finish import Thing, painted
+from trackmark.datasets.synthetic.render.solids import NOTHING, what_is_seen
+from trackmark.datasets.synthetic.scene import part_generator
+from trackmark.datasets.synthetic.wang2010.cup.plan import SIZE, WALL, drawn_plan
+from trackmark.datasets.synthetic.wang2010.cup.things import (
     bare_room,
     carton,
     held_cup,

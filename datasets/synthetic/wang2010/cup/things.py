@@ -5,7 +5,7 @@ The cup's foot stands at the origin.
 
 import numpy as np
 
-from datasets.synthetic.render.colours import (
+from trackmark.datasets.synthetic.render.colours import (
     ACCENTS,
     CLOTHES,
     COUNTERS,
@@ -15,10 +15,10 @@ from datasets.synthetic.render.colours import (
     any_but,
     nearly,
 )
-from datasets.synthetic.render.figure.look import drawn_skin
-from datasets.synthetic.render.finish import Finish, Pattern, Thing, grain, plain, tiles
-from datasets.synthetic.render.solids import bowl, box, chain, half_space, limb, mirrored
-from datasets.synthetic.wang2010.cup.plan import SIZE, WALL, Cup, Plan
+from trackmark.datasets.synthetic.render.figure.look import drawn_skin
+from trackmark.datasets.synthetic.render.finish import Finish, Pattern, Thing, grain, plain, tiles
+from trackmark.datasets.synthetic.render.solids import bowl, box, chain, half_space, limb, mirrored
+from trackmark.datasets.synthetic.wang2010.cup.plan import SIZE, WALL, Cup, Plan
 
 BOX_DEPTH = 20.0
 """How far before the cup's way the box stands [pixels]."""

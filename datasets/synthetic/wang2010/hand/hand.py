@@ -12,10 +12,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from datasets.synthetic.render.path import quantised
-from datasets.synthetic.render.texture import fractal
-from datasets.synthetic.render.views import wandering
-from datasets.synthetic.wang2010.hand.cones import BLUE, CLOTH, COLUMNS, CREASE, SKIN
+from trackmark.datasets.synthetic.render.path import quantised
+from trackmark.datasets.synthetic.render.texture import fractal
+from trackmark.datasets.synthetic.render.views import wandering
+from trackmark.datasets.synthetic.wang2010.hand.cones import BLUE, CLOTH, COLUMNS, CREASE, SKIN
 
 Array = NDArray[np.float64]
 

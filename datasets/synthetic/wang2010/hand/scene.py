@@ -12,14 +12,14 @@ from functools import cached_property, lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.interface import Image, Mask
-from datasets.synthetic.render.camera import Camera, slow_exposure
-from datasets.synthetic.render.figure.look import Look
-from datasets.synthetic.render.sprite import Sprite
-from datasets.synthetic.render.views import wandering
-from datasets.synthetic.scene import Scene, Truth, part_generator
-from datasets.synthetic.wang2010.hand import cones, setting
-from datasets.synthetic.wang2010.hand.hand import (
+from trackmark.datasets.interface import Image, Mask
+from trackmark.datasets.synthetic.render.camera import Camera, slow_exposure
+from trackmark.datasets.synthetic.render.figure.look import Look
+from trackmark.datasets.synthetic.render.sprite import Sprite
+from trackmark.datasets.synthetic.render.views import wandering
+from trackmark.datasets.synthetic.scene import Scene, Truth, part_generator
+from trackmark.datasets.synthetic.wang2010.hand import cones, setting
+from trackmark.datasets.synthetic.wang2010.hand.hand import (
     CENTRED,
     FRAMES,
     Hand,
@@ -28,7 +28,7 @@ from datasets.synthetic.wang2010.hand.hand import (
     hand_in_motion,
     textures,
 )
-from datasets.synthetic.wang2010.knobs import HandKnobs
+from trackmark.datasets.synthetic.wang2010.knobs import HandKnobs
 
 Array = NDArray[np.float64]
 

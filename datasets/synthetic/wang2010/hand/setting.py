@@ -9,14 +9,14 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.interface import Image
-from datasets.synthetic.render.colours import BGR, any_of
-from datasets.synthetic.render.figure.look import Cut, Look, drawn_look
-from datasets.synthetic.render.figure.routine import Routine
-from datasets.synthetic.render.figure.worker import Worker
-from datasets.synthetic.render.painting import Painting
-from datasets.synthetic.render.sprite import Sprite
-from datasets.synthetic.render.texture import fractal, lerp, ramp
+from trackmark.datasets.interface import Image
+from trackmark.datasets.synthetic.render.colours import BGR, any_of
+from trackmark.datasets.synthetic.render.figure.look import Cut, Look, drawn_look
+from trackmark.datasets.synthetic.render.figure.routine import Routine
+from trackmark.datasets.synthetic.render.figure.worker import Worker
+from trackmark.datasets.synthetic.render.painting import Painting
+from trackmark.datasets.synthetic.render.sprite import Sprite
+from trackmark.datasets.synthetic.render.texture import fractal, lerp, ramp
 
 Array = NDArray[np.float64]
 

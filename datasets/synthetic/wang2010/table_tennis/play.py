@@ -10,8 +10,8 @@ of 40 mm, filmed at 30 frames per second.
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from datasets.synthetic.render.path import quantised, smooth_step
-from datasets.synthetic.scene import part_generator
+from trackmark.datasets.synthetic.render.path import quantised, smooth_step
+from trackmark.datasets.synthetic.scene import part_generator
 
 Array = NDArray[np.float64]
 

@@ -10,8 +10,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
-from datasets.synthetic.render.sprite import Sprite, superellipse
-from datasets.synthetic.render.texture import fractal
+from trackmark.datasets.synthetic.render.sprite import Sprite, superellipse
+from trackmark.datasets.synthetic.render.texture import fractal
 
 Integers = NDArray[np.int64]
 Array = NDArray[np.float64]

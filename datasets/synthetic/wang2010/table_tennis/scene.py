@@ -12,14 +12,19 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.interface import Image, Mask
-from datasets.synthetic.render.camera import Camera
-from datasets.synthetic.render.sprite import Sprite
-from datasets.synthetic.scene import Scene, Truth, part_generator
-from datasets.synthetic.wang2010.knobs import TableTennisKnobs
-from datasets.synthetic.wang2010.table_tennis.play import FRAMES, FRAMES_PER_SECOND, STROKE, Play
-from datasets.synthetic.wang2010.table_tennis.player import BALL_FINE, Player, ball
-from datasets.synthetic.wang2010.table_tennis.wall import wall
+from trackmark.datasets.interface import Image, Mask
+from trackmark.datasets.synthetic.render.camera import Camera
+from trackmark.datasets.synthetic.render.sprite import Sprite
+from trackmark.datasets.synthetic.scene import Scene, Truth, part_generator
+from trackmark.datasets.synthetic.wang2010.knobs import TableTennisKnobs
+from trackmark.datasets.synthetic.wang2010.table_tennis.play import (
+    FRAMES,
+    FRAMES_PER_SECOND,
+    STROKE,
+    Play,
+)
+from trackmark.datasets.synthetic.wang2010.table_tennis.player import BALL_FINE, Player, ball
+from trackmark.datasets.synthetic.wang2010.table_tennis.wall import wall
 
 Array = NDArray[np.float64]
 

@@ -7,8 +7,8 @@ that it cannot be the colour of its wall.
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.synthetic.render.texture import fractal, noise
-from datasets.synthetic.wang2010.table_tennis.player import LIGHT
+from trackmark.datasets.synthetic.render.texture import fractal, noise
+from trackmark.datasets.synthetic.wang2010.table_tennis.player import LIGHT
 
 Array = NDArray[np.float64]
 

@@ -2,8 +2,8 @@
 
 import pytest
 
-from bench.papers.criteria import moreno2005 as criteria
 from tests.bench.papers.criteria.scenes import blocks, inside, painted
+from trackmark.bench.papers.criteria import moreno2005 as criteria
 
 RED, BLUE, GREEN = (30, 30, 220), (220, 30, 30), (30, 220, 30)
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from bench.papers.criteria import multipart as criteria
 from tests.bench.papers.criteria.scenes import inside, painted
+from trackmark.bench.papers.criteria import multipart as criteria
 
 BOX = np.array([150.0, 60.0, 26.0, 100.0])
 GREY, RED, BLUE = (128, 128, 128), (40, 40, 200), (200, 60, 40)

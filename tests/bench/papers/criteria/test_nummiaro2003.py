@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from bench.papers.criteria import nummiaro2003 as criteria
 from tests.bench.papers.criteria.scenes import inside, painted
+from trackmark.bench.papers.criteria import nummiaro2003 as criteria
 
 BOX = 10.0, 5.0, 20.0, 20.0
 RED, BLUE, GREEN = (0, 0, 255), (255, 0, 0), (0, 255, 0)

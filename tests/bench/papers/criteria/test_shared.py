@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from bench.papers import scene_check
-from bench.papers.criteria import shared as criteria
-from bench.papers.scene_check import Criterion, SceneRow
 from tests.bench.papers.criteria.scenes import blank, moving, painted
+from trackmark.bench.papers import scene_check
+from trackmark.bench.papers.criteria import shared as criteria
+from trackmark.bench.papers.scene_check import Criterion, SceneRow
 
 
 def test_speeds_are_those_of_the_box_centres():

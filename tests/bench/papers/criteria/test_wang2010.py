@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from bench.papers.criteria import wang2010 as criteria
 from tests.bench.papers.criteria.scenes import blank, moving, painted
+from trackmark.bench.papers.criteria import wang2010 as criteria
 
 RISING = [40, 39, 37, 35, 27, 19]  # it gets faster by 6 px/frame in frame 5
 

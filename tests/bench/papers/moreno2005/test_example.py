@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from bench.papers.moreno2005 import example
-from bench.papers.moreno2005.example import Setting
-from bench.papers.moreno2005.figures import GRIDS, iteration
+from trackmark.bench.papers.moreno2005 import example
+from trackmark.bench.papers.moreno2005.example import Setting
+from trackmark.bench.papers.moreno2005.figures import GRIDS, iteration
 
 
 def test_truth_returns_to_the_middle_and_stays_in_bounds():

@@ -8,10 +8,10 @@ import pytest
 from matplotlib.figure import Figure
 from skimage import measure
 
-import datasets
-from bench.evaluation.conducting import evaluate
-from bench.papers.moreno2005 import figures, stages
-from trackers.contours.posterior import posterior
+from trackmark import datasets
+from trackmark.bench.evaluation.conducting import evaluate
+from trackmark.bench.papers.moreno2005 import figures, stages
+from trackmark.trackers.contours.posterior import posterior
 
 SCENE = "plain/target:length=11"
 STEPS = 3

@@ -5,11 +5,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-import datasets
-from bench.papers.moreno2005.measures import JUMP, PATCH
-from bench.papers.moreno2005.scenes import contrast, edge_gain, posterior_map, started
 from tests.bench.papers import courses
 from tests.bench.papers.courses import value
+from trackmark import datasets
+from trackmark.bench.papers.moreno2005.measures import JUMP, PATCH
+from trackmark.bench.papers.moreno2005.scenes import contrast, edge_gain, posterior_map, started
 
 N = 40
 SCENE = "plain/target:length=11"

@@ -6,13 +6,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bench.papers.description import read_description
-from bench.papers.measures import Course
-from bench.papers.multipart import scenes
-from bench.papers.runs import StoredRuns
-from datasets import Sequence
 from tests.bench.papers import courses
 from tests.bench.papers.courses import value
+from trackmark.bench.papers.description import read_description
+from trackmark.bench.papers.measures import Course
+from trackmark.bench.papers.multipart import scenes
+from trackmark.bench.papers.runs import StoredRuns
+from trackmark.datasets import Sequence
 
 N = 30
 PERSON = np.array([50.0, 20.0, 20.0, 60.0])

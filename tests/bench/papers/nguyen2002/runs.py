@@ -5,9 +5,9 @@ from types import SimpleNamespace
 import numpy as np
 import pandas as pd
 
-from bench.evaluation.record import Run
-from bench.store.truth import StoredTruth
-from trackers.templates.occlusion import Diary
+from trackmark.bench.evaluation.record import Run
+from trackmark.bench.store.truth import StoredTruth
+from trackmark.trackers.templates.occlusion import Diary
 
 N = 120
 

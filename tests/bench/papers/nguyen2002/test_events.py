@@ -5,11 +5,10 @@ from collections import Counter
 import numpy as np
 import pytest
 
-import bench
-import datasets
-from bench.papers.nguyen2002.events import Declared, Hidden, declared_in, hidden_in
 from tests.bench.papers.nguyen2002.runs import made_run
 from tests.trackers.plain_nguyen2002 import track_offline
+from trackmark import bench, datasets
+from trackmark.bench.papers.nguyen2002.events import Declared, Hidden, declared_in, hidden_in
 
 
 @pytest.mark.parametrize(

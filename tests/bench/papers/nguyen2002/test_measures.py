@@ -4,10 +4,10 @@ from types import SimpleNamespace
 
 import pytest
 
-from bench.papers.description import read_description
-from bench.papers.measures import Course, find_measure
-from bench.papers.nguyen2002.figures import chosen_frames
 from tests.bench.papers.nguyen2002.runs import made_run, made_truth
+from trackmark.bench.papers.description import read_description
+from trackmark.bench.papers.measures import Course, find_measure
+from trackmark.bench.papers.nguyen2002.figures import chosen_frames
 
 PAPER = read_description("nguyen2002")
 

@@ -5,12 +5,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-import datasets
-from bench.papers.nummiaro2003 import scenes
-from bench.papers.nummiaro2003.measures import Hiding, hidings
-from bench.papers.nummiaro2003.scenes import mean_state_at_maximum, surfaces
 from tests.bench.papers import courses
 from tests.bench.papers.courses import value
+from trackmark import datasets
+from trackmark.bench.papers.nummiaro2003 import scenes
+from trackmark.bench.papers.nummiaro2003.measures import Hiding, hidings
+from trackmark.bench.papers.nummiaro2003.scenes import mean_state_at_maximum, surfaces
 
 N, COMES, LEAVES = 240, 20, 230
 TREE = slice(100, 116)

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-import datasets
-from bench.experiments.contestant import contestant
-from bench.papers.description import read_description
-from bench.papers.nummiaro2003.plain import PlainFilter
-from bench.papers.nummiaro2003.timing import PLAIN
-from bench.papers.plan import tracker_text
+from trackmark import datasets
+from trackmark.bench.experiments.contestant import contestant
+from trackmark.bench.papers.description import read_description
+from trackmark.bench.papers.nummiaro2003.plain import PlainFilter
+from trackmark.bench.papers.nummiaro2003.timing import PLAIN
+from trackmark.bench.papers.plan import tracker_text
 
 NAME = "plain/target"
 DESCRIPTION = read_description("nummiaro2003")

@@ -9,8 +9,8 @@ from math import floor, sqrt
 import numpy as np
 import pytest
 
-from bench.papers.wang2010.plain import PlainCamShift, PlainImprovedCamShift
-from bench.papers.wang2010.plain_maps import (
+from trackmark.bench.papers.wang2010.plain import PlainCamShift, PlainImprovedCamShift
+from trackmark.bench.papers.wang2010.plain_maps import (
     colour_bins,
     colour_map,
     local_difference,

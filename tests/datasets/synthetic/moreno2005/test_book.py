@@ -5,11 +5,11 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from datasets.synthetic.moreno2005.book.book import self_shadow
-from datasets.synthetic.moreno2005.book.setting import Setting
-from datasets.synthetic.moreno2005.book.sheet import Bending, bent, unshaded
-from datasets.synthetic.render.triangles import grid
 from tests.datasets.synthetic.scenes import SEEDS, covered_by, scenes_of
+from trackmark.datasets.synthetic.moreno2005.book.book import self_shadow
+from trackmark.datasets.synthetic.moreno2005.book.setting import Setting
+from trackmark.datasets.synthetic.moreno2005.book.sheet import Bending, bent, unshaded
+from trackmark.datasets.synthetic.render.triangles import grid
 
 FRAMES = 100
 opened, image = scenes_of("moreno2005/book")

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from datasets.synthetic.moreno2005.leaf.blade import Shape, drawn_blade, placed
-from datasets.synthetic.moreno2005.leaf.plan import drawn_shapes
-from datasets.synthetic.moreno2005.leaf.setting import fallen
 from tests.datasets.synthetic.scenes import SEEDS, covered_by, grown, scenes_of
+from trackmark.datasets.synthetic.moreno2005.leaf.blade import Shape, drawn_blade, placed
+from trackmark.datasets.synthetic.moreno2005.leaf.plan import drawn_shapes
+from trackmark.datasets.synthetic.moreno2005.leaf.setting import fallen
 
 FRAMES = 100
 opened, image = scenes_of("moreno2005/leaf")

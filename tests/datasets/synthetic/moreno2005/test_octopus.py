@@ -7,10 +7,10 @@ from hypothesis import given, settings
 from shapely import contains_xy, unary_union
 from shapely.geometry import Point
 
-from datasets.synthetic.moreno2005.octopus.looks import FLOOR_KINDS, SKINS, painted
-from datasets.synthetic.moreno2005.octopus.plan import OWN, drawn_plan
-from datasets.synthetic.moreno2005.octopus.relief import lit
 from tests.datasets.synthetic.scenes import SEEDS, scenes_of
+from trackmark.datasets.synthetic.moreno2005.octopus.looks import FLOOR_KINDS, SKINS, painted
+from trackmark.datasets.synthetic.moreno2005.octopus.plan import OWN, drawn_plan
+from trackmark.datasets.synthetic.moreno2005.octopus.relief import lit
 
 FRAMES = 100
 opened, image = scenes_of("moreno2005/octopus")

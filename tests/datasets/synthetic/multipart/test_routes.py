@@ -5,11 +5,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from datasets.synthetic.multipart import casting, routes, wardrobe
-from datasets.synthetic.multipart.designs import DESIGNS
-from datasets.synthetic.render import views
-from datasets.synthetic.render.views import FRAMES_PER_SECOND, Viewpoint, straight, walk
 from tests.datasets.synthetic.scenes import SEEDS
+from trackmark.datasets.synthetic.multipart import casting, routes, wardrobe
+from trackmark.datasets.synthetic.multipart.designs import DESIGNS
+from trackmark.datasets.synthetic.render import views
+from trackmark.datasets.synthetic.render.views import FRAMES_PER_SECOND, Viewpoint, straight, walk
 
 FOLLOWED = [design for design in DESIGNS.values() if design.follows]
 FIXED = [design for design in DESIGNS.values() if not design.follows]

@@ -5,12 +5,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-import datasets
-from datasets.synthetic.multipart.designs import DESIGNS
-from datasets.synthetic.multipart.scene import WalkingScene
-from datasets.synthetic.multipart.street_walk import multipart_plan
-from datasets.synthetic.render.prop import extents, visible
 from tests.datasets.synthetic.scenes import SEEDS
+from trackmark import datasets
+from trackmark.datasets.synthetic.multipart.designs import DESIGNS
+from trackmark.datasets.synthetic.multipart.scene import WalkingScene
+from trackmark.datasets.synthetic.multipart.street_walk import multipart_plan
+from trackmark.datasets.synthetic.render.prop import extents, visible
 
 
 def overlap(box, other):

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-import datasets
 from tests.datasets.synthetic.scenes import SEEDS
+from trackmark import datasets
 
 
 def twin(**knobs):

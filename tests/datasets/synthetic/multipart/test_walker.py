@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from datasets.synthetic.multipart.look import Look
-from datasets.synthetic.multipart.walker import Pose, Walker
+from trackmark.datasets.synthetic.multipart.look import Look
+from trackmark.datasets.synthetic.multipart.walker import Pose, Walker
 
 LOOK = Look(shirt=(40, 50, 170), trousers=(120, 70, 40), bag=(60, 160, 60))
 WALKER = Walker(LOOK, 1)

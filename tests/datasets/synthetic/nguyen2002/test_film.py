@@ -9,14 +9,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from datasets.synthetic.nguyen2002.film.hiders import HIDERS
-from datasets.synthetic.nguyen2002.film.plan import CLIPS, SIZE, WIDTHS, plan, script
-from datasets.synthetic.nguyen2002.film.scene import scene
-from datasets.synthetic.nguyen2002.film.setting import SETTINGS
-from datasets.synthetic.nguyen2002.film.sheet import Rigid
-from datasets.synthetic.nguyen2002.film.targets import KINDS
-from datasets.synthetic.nguyen2002.knobs import FilmKnobs
 from tests.datasets.synthetic.scenes import SEEDS, runs
+from trackmark.datasets.synthetic.nguyen2002.film.hiders import HIDERS
+from trackmark.datasets.synthetic.nguyen2002.film.plan import CLIPS, SIZE, WIDTHS, plan, script
+from trackmark.datasets.synthetic.nguyen2002.film.scene import scene
+from trackmark.datasets.synthetic.nguyen2002.film.setting import SETTINGS
+from trackmark.datasets.synthetic.nguyen2002.film.sheet import Rigid
+from trackmark.datasets.synthetic.nguyen2002.film.targets import KINDS
+from trackmark.datasets.synthetic.nguyen2002.knobs import FilmKnobs
 
 NUMBERS = st.integers(1, CLIPS)
 

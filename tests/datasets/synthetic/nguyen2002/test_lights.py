@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from datasets.synthetic.nguyen2002.lights.plan import KINDS
-from datasets.synthetic.nguyen2002.lights.scene import LightsScene, _passing, _pose
-from datasets.synthetic.nguyen2002.lights.setting import Card, Pose, Setting
-from datasets.synthetic.nguyen2002.lights.things import HALF_HEIGHT, passer
-from datasets.synthetic.render.finish import Thing, looked_at
-from datasets.synthetic.render.solids import NOTHING
 from tests.datasets.synthetic.scenes import grown, runs, scenes_of
+from trackmark.datasets.synthetic.nguyen2002.lights.plan import KINDS
+from trackmark.datasets.synthetic.nguyen2002.lights.scene import LightsScene, _passing, _pose
+from trackmark.datasets.synthetic.nguyen2002.lights.setting import Card, Pose, Setting
+from trackmark.datasets.synthetic.nguyen2002.lights.things import HALF_HEIGHT, passer
+from trackmark.datasets.synthetic.render.finish import Thing, looked_at
+from trackmark.datasets.synthetic.render.solids import NOTHING
 
 FRAMES = 300
 opened, image = scenes_of("nguyen2002/lights")

@@ -5,12 +5,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-import datasets
-from datasets.synthetic.nummiaro2003.driving.parking import parking_plan
-from datasets.synthetic.nummiaro2003.driving.scene import driving_truth
-from datasets.synthetic.nummiaro2003.driving.things import from_far
-from datasets.synthetic.nummiaro2003.driving.traffic import traffic_plan
 from tests.datasets.synthetic.scenes import SEEDS
+from trackmark import datasets
+from trackmark.datasets.synthetic.nummiaro2003.driving.parking import parking_plan
+from trackmark.datasets.synthetic.nummiaro2003.driving.scene import driving_truth
+from trackmark.datasets.synthetic.nummiaro2003.driving.things import from_far
+from trackmark.datasets.synthetic.nummiaro2003.driving.traffic import traffic_plan
 
 NAMES = ("nummiaro2003/car", "nummiaro2003/traffic")
 PLANS = {"nummiaro2003/car": parking_plan, "nummiaro2003/traffic": traffic_plan}

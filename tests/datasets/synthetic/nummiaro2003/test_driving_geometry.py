@@ -7,11 +7,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from datasets.synthetic.nummiaro2003.driving.car import Car, CarAt
-from datasets.synthetic.nummiaro2003.driving.plan import BRAKING, Bend, Way, unhurried
-from datasets.synthetic.nummiaro2003.driving.shape import any_shape
-from datasets.synthetic.nummiaro2003.driving.view import View, heading_axes
 from tests.datasets.synthetic.scenes import SEEDS
+from trackmark.datasets.synthetic.nummiaro2003.driving.car import Car, CarAt
+from trackmark.datasets.synthetic.nummiaro2003.driving.plan import BRAKING, Bend, Way, unhurried
+from trackmark.datasets.synthetic.nummiaro2003.driving.shape import any_shape
+from trackmark.datasets.synthetic.nummiaro2003.driving.view import View, heading_axes
 
 angles = st.floats(-3.1, 3.1)
 

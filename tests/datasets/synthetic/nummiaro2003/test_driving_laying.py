@@ -7,9 +7,20 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from datasets.synthetic.nummiaro2003.driving.facets import Face, Lens, assembled, blank, packed
-from datasets.synthetic.nummiaro2003.driving.laying import FULL, lay_behind, lay_facets, sprite_of
-from datasets.synthetic.nummiaro2003.driving.view import View, posed
+from trackmark.datasets.synthetic.nummiaro2003.driving.facets import (
+    Face,
+    Lens,
+    assembled,
+    blank,
+    packed,
+)
+from trackmark.datasets.synthetic.nummiaro2003.driving.laying import (
+    FULL,
+    lay_behind,
+    lay_facets,
+    sprite_of,
+)
+from trackmark.datasets.synthetic.nummiaro2003.driving.view import View, posed
 
 SIZE = 48, 40  # width and height
 LENS = Lens(40.0, 24.0, 20.0)

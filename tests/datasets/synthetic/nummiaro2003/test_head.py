@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-import datasets
 from tests.datasets.synthetic.scenes import SEEDS
+from trackmark import datasets
 
 NAME = "nummiaro2003/head"
 

@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-import datasets
-from datasets.synthetic.multipart.look import Look
-from datasets.synthetic.multipart.plan import Person, body_boxes
-from datasets.synthetic.nummiaro2003.campus import person, students
-from datasets.synthetic.nummiaro2003.campus.scene import VisitPlan, VisitScene
-from datasets.synthetic.nummiaro2003.knobs import WalkingKnobs
-from datasets.synthetic.render.views import fixed, straight
 from tests.datasets.synthetic.scenes import SEEDS, runs
+from trackmark import datasets
+from trackmark.datasets.synthetic.multipart.look import Look
+from trackmark.datasets.synthetic.multipart.plan import Person, body_boxes
+from trackmark.datasets.synthetic.nummiaro2003.campus import person, students
+from trackmark.datasets.synthetic.nummiaro2003.campus.scene import VisitPlan, VisitScene
+from trackmark.datasets.synthetic.nummiaro2003.knobs import WalkingKnobs
+from trackmark.datasets.synthetic.render.views import fixed, straight
 
 PERSON, STUDENTS = "nummiaro2003/person", "nummiaro2003/students"
 

@@ -5,8 +5,8 @@ from concurrent.futures import ThreadPoolExecutor
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from datasets.synthetic.plain.knobs import TargetKnobs
-from datasets.synthetic.scene import part_generator
+from trackmark.datasets.synthetic.plain.knobs import TargetKnobs
+from trackmark.datasets.synthetic.scene import part_generator
 
 HARD = {"length": 30, "scale": 1.6, "clutter": 3, "occlusion": 0.7, "absence": 5}
 HARD |= {"light": 0.5, "blur": 0.7, "pan": 3.3, "speed": 6}

@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from datasets.synthetic.plain.knobs import TargetKnobs
-from datasets.synthetic.plain.motion import TargetMotion, columns_of_silhouette
-from datasets.synthetic.plain.truth import target_truth
+from trackmark.datasets.synthetic.plain.knobs import TargetKnobs
+from trackmark.datasets.synthetic.plain.motion import TargetMotion, columns_of_silhouette
+from trackmark.datasets.synthetic.plain.truth import target_truth
 
 SMALL = {"width": 128, "height": 96, "length": 40}
 

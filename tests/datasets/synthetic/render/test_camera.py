@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from datasets.synthetic.render.camera import Camera, developed, slow_exposure
+from trackmark.datasets.synthetic.render.camera import Camera, developed, slow_exposure
 
 SIZE = 160, 120
 

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from datasets.synthetic.render import camera, sprite
-from datasets.synthetic.render.sprite import Sprite, blurred, superellipse
+from trackmark.datasets.synthetic.render import camera, sprite
+from trackmark.datasets.synthetic.render.sprite import Sprite, blurred, superellipse
 
 
 def bilinear(image, x, y):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from datasets.synthetic.render.lamp import (
+from trackmark.datasets.synthetic.render.lamp import (
     RADIUS,
     REACH,
     Lamp,

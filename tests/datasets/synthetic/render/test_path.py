@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from datasets.synthetic.render.path import Loop, random_loop
+from trackmark.datasets.synthetic.render.path import Loop, random_loop
 
 
 @given(seed=st.integers(0, 1000), speed=st.floats(0.05, 8))

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from datasets.synthetic.render.solids import (
+from trackmark.datasets.synthetic.render.solids import (
     NOTHING,
     View,
     bowl,

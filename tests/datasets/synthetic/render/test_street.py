@@ -8,10 +8,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from datasets.synthetic.render.sprite import draw_rows, instants
-from datasets.synthetic.render.street.ground import DEPTH, SLANT_X, SLANT_Z
-from datasets.synthetic.render.street.street import HOUSES, Reach, Street
-from datasets.synthetic.render.views import Viewpoint
+from trackmark.datasets.synthetic.render.sprite import draw_rows, instants
+from trackmark.datasets.synthetic.render.street.ground import DEPTH, SLANT_X, SLANT_Z
+from trackmark.datasets.synthetic.render.street.street import HOUSES, Reach, Street
+from trackmark.datasets.synthetic.render.views import Viewpoint
 
 STILL = Viewpoint(focal=700.0, eye=1.6, horizon=190.0, centre=320.0)
 REACH = Reach((0.0, 3.0), (-40.0, 40.0), (-12.0, 12.0))

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from datasets.synthetic.render import texture
+from trackmark.datasets.synthetic.render import texture
 
 
 @pytest.mark.parametrize("make", [texture.grass, texture.paving, texture.pebbles])

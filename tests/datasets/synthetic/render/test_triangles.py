@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from datasets.synthetic.render.lamp import light_left
-from datasets.synthetic.render.triangles import FINE, Mesh, grid, lay, seen
+from trackmark.datasets.synthetic.render.lamp import light_left
+from trackmark.datasets.synthetic.render.triangles import FINE, Mesh, grid, lay, seen
 
 SIZE = 16, 12
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from datasets.synthetic.wang2010.hand import cones
+from trackmark.datasets.synthetic.wang2010.hand import cones
 
 HEAD_ON = np.array([0.0, 0.0, 1.0, 0.4])
 """Light from the camera."""

@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from datasets.synthetic.wang2010.hand import hand as palm
 from tests.datasets.synthetic.scenes import SEEDS, grown, scenes_of
+from trackmark.datasets.synthetic.wang2010.hand import hand as palm
 
 NAME = "wang2010/hand"
 

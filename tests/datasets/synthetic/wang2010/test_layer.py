@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from datasets.synthetic.wang2010.cup.plan import SIZE
-from datasets.synthetic.wang2010.cup.setting import FINE, Layer
+from trackmark.datasets.synthetic.wang2010.cup.plan import SIZE
+from trackmark.datasets.synthetic.wang2010.cup.setting import FINE, Layer
 
 
 @pytest.fixture(scope="module")

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-import datasets
+from trackmark import datasets
 
 SIZES = {
     "wang2010/table-tennis": (50, 115, 142, 30),

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-import datasets
-from datasets.synthetic.render.sprite import blend_sprite
-from datasets.synthetic.wang2010.knobs import TableTennisKnobs
-from datasets.synthetic.wang2010.table_tennis import scene as table_tennis
-from datasets.synthetic.wang2010.table_tennis.play import CATCH, Play
-from datasets.synthetic.wang2010.table_tennis.player import blend_swung
 from tests.datasets.synthetic.scenes import SEEDS
+from trackmark import datasets
+from trackmark.datasets.synthetic.render.sprite import blend_sprite
+from trackmark.datasets.synthetic.wang2010.knobs import TableTennisKnobs
+from trackmark.datasets.synthetic.wang2010.table_tennis import scene as table_tennis
+from trackmark.datasets.synthetic.wang2010.table_tennis.play import CATCH, Play
+from trackmark.datasets.synthetic.wang2010.table_tennis.player import blend_swung
 
 NAME = "wang2010/table-tennis"
 STROKE = 11  # the paper's frame 12
