@@ -26,6 +26,7 @@ $(READY): pyproject.toml constraints.txt
 	@echo "Setting up $(VENV) with the packages of constraints.txt: a minute or two, once."
 	@$(PYTHON) -m venv $(VENV)
 	@$(INSTALL) '.[dev]'
+	@find bench datasets trackers -name '*.nb[ci]' -delete  # kernels compiled for older packages
 	@touch $@
 
 $(FULL): $(READY)

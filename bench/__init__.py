@@ -6,23 +6,11 @@
 True
 """
 
-import signal
-import sys
-
-if (
-    sys.argv[:1]
-    and sys.argv[0].rpartition("/")[2] == "trackmark"
-    and signal.getsignal(signal.SIGINT) is signal.default_int_handler
-):
-    # The command: until `main` takes Ctrl-C as a wish, that ends it at once, as out of an import
-    # it would be a traceback.
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
+if __name__ != "trackmark.bench":
+    raise ImportError("Import `trackmark.bench` instead of `bench`.")
 
 import importlib
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
-
-from trackmark.bench.packages import NameClashError, check_place
 
 if TYPE_CHECKING:
     from trackmark.bench.evaluation.conducting import evaluate
@@ -45,14 +33,6 @@ __all__ = [
     "score",
     "score_boxes",
 ]
-
-try:
-    check_place()
-except NameClashError as error:
-    if Path(sys.argv[0]).name == "trackmark":  # the command: a line, no traceback
-        print(f"trackmark: {error}", file=sys.stderr)  # noqa: T201  # click is not there yet
-        sys.exit(2)
-    raise
 
 # What a name is found in; imported when it is asked for, so that `trackmark --help` waits
 # for no numerics.

@@ -12,7 +12,6 @@ import click
 from trackmark.bench.commands import EXIT_INTERRUPTED, EXIT_WRONG_INPUT
 from trackmark.bench.commands._terminal import complain, interruptible, outlets
 from trackmark.bench.compilation import announce, attend
-from trackmark.bench.packages import check_ownership
 
 _COMMANDS = Path(__file__).parent / "commands"
 
@@ -26,8 +25,6 @@ class _Commands(click.Group):
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         if cmd_name not in self.list_commands(ctx):
             return None
-        if cmd_name != "doctor":  # which tells what is wrong with an installation, this too
-            check_ownership()
         module = importlib.import_module(f"trackmark.bench.commands.{cmd_name.replace('-', '_')}")
         command: click.Command = module.command
         return command

@@ -12,7 +12,7 @@ from typing import Any
 
 _END_SECONDS = 10.0
 _MARK = "TRACKMARK_CHILD"
-_HOME = str(Path(__file__).parents[1])
+_HOME = str(Path(__file__).parents[2])  # contains the package `trackmark`
 # These very packages, wherever the process would look for them first.
 _CODE = (
     "import sys; home = sys.argv.pop(1); home in sys.path or sys.path.insert(0, home); "

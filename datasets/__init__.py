@@ -1,5 +1,8 @@
 """Sequences: recorded ones behind readers, synthetic ones behind a renderer."""
 
+if __name__ != "trackmark.datasets":
+    raise ImportError("Import `trackmark.datasets` instead of `datasets`.")
+
 from trackmark.datasets.catalogue import (
     identity,
     load,

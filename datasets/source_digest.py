@@ -116,14 +116,16 @@ def _followed(file: Path, package: Path) -> tuple[str, set[str]]:
         parsed = _parsed(path.read_bytes(), str(path))
         lines = []
         for imported in parsed.imports:
-            dotted = imported.dotted(_dotted_package(path))
+            full = imported.dotted(_dotted_package(path))
+            dotted = full.removeprefix("trackmark.")
             top = dotted.partition(".")[0]
             root = roots.get(top)
-            if root is None and not _dotted_package(file) and not _is_elsewhere(top):
+            elsewhere = dotted != full or _is_elsewhere(top)
+            if root is None and not _dotted_package(file) and not elsewhere:
                 root = file.parent
             found = _module(dotted, root) if root is not None else None
             if found is None or (inside and not found[1].is_relative_to(package)):
-                libraries |= {top} if root is None else set()
+                libraries |= {top} if root is None and dotted == full else set()
                 lines.append(f"{imported.bound} {dotted}")
                 continue
             name, source = found
@@ -168,10 +170,10 @@ def _is_elsewhere(top: str) -> bool:
 
 @cache
 def _dotted_package(file: Path) -> str:
-    """Dotted name of the package that a file lies in; empty where it is in none."""
+    """Dotted name of the package that contains a file, without `trackmark.`; can be empty."""
     parts: list[str] = []
     folder = file.parent
-    while (folder / "__init__.py").is_file():
+    while (folder / "__init__.py").is_file() and folder.name != "trackmark":
         parts.insert(0, folder.name)
         folder = folder.parent
     return ".".join(parts)

@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from trackmark import bench, datasets, reports, trackers
+import trackmark
+from trackmark import bench, datasets, trackers
 from trackmark.bench.execution.plan import make_plan
 from trackmark.bench.experiments.experiment import read_experiment
 from trackmark.bench.store.results import Results
@@ -108,8 +109,9 @@ def test_what_is_public_is_listed_and_typed_though_it_is_imported_late():
         assert name in dir(bench)
         assert re.search(rf"^    from [\w.]+ import .*\b{name}\b", source, re.MULTILINE)
         assert getattr(bench, name).__name__ == name
-    for package in (bench, datasets, reports, trackers):
-        assert Path(package.__file__).with_name("py.typed").is_file()
+    assert trackmark.__all__ == bench.__all__
+    assert trackmark.score is bench.score
+    assert Path(trackmark.__file__).with_name("py.typed").is_file()
 
 
 def test_the_readme_is_read_in_one_sitting():

@@ -1,5 +1,8 @@
 """Pluggable single-object trackers: a file here is a tracker, a folder holds shared parts."""
 
+if __name__ != "trackmark.trackers":
+    raise ImportError("Import `trackmark.trackers` instead of `trackers`.")
+
 from trackmark.trackers.base.catalogue import (
     Specification,
     create,

@@ -1,4 +1,4 @@
-"""Check this installation: versions, name clashes, caches, what optional trackers need."""
+"""Check this installation: versions, caches, what optional trackers need."""
 
 import importlib
 import json
@@ -23,14 +23,12 @@ MISSING = "not installed"
 @json_option
 def command(as_json: bool) -> int:
     """Check this installation; exit status 1 where something is wrong."""
-    clash = _clash()
     about: dict[str, Any] = {
         "environment": _environment(),
         "versions": _versions(),
-        # After a clash, our packages cannot be imported reliably.
-        "caches": {} if clash else _caches(),
-        "trackers": {} if clash else _trackers(),
-        "problems": clash + _library_problems() + ([] if clash else _data_problems()),
+        "caches": _caches(),
+        "trackers": _trackers(),
+        "problems": _library_problems() + _data_problems(),
     }
     if as_json:
         click.echo(json.dumps(about, indent=1))
@@ -40,9 +38,6 @@ def command(as_json: bool) -> int:
             if isinstance(items, list):
                 for item in items or ["none"]:
                     click.echo(wrapped(f"  {item}"))
-                continue
-            if not items:
-                click.echo("  not checked")
                 continue
             width = max(len(key) for key in items)
             for key, value in items.items():
@@ -101,7 +96,7 @@ def _kernel_folders() -> set[Path]:
     folders: set[Path] = set()
     for file in package.rglob("*.py"):
         if "@njit(cache=True" in file.read_text():
-            parts = file.relative_to(package.parent).with_suffix("").parts
+            parts = file.relative_to(package.parents[1]).with_suffix("").parts
             for value in vars(importlib.import_module(".".join(parts))).values():
                 path = getattr(getattr(value, "stats", None), "cache_path", None)
                 folders |= {Path(path)} if path else set()
@@ -127,17 +122,6 @@ def _trackers() -> dict[str, str]:
         return "ready"
 
     return {name: state(name) for name in trackers.names()}
-
-
-def _clash() -> list[str]:
-    """Return the message on a distribution that installs a package of our name, if there is one."""
-    from trackmark.bench.packages import NameClashError, check_ownership
-
-    try:
-        check_ownership()
-    except NameClashError as error:
-        return [str(error)]
-    return []
 
 
 def _library_problems() -> list[str]:

@@ -1,7 +1,8 @@
 """Seal scenes and trackers: prove that what their sources give is what it was.
 
-`python -m trackmark.bench.evaluation.seal` (`make seal`) goes through all whose syntax trees are no longer
-the sealed ones, renders or tracks again, and writes the new trees where the golden digests agree.
+`python -m trackmark.bench.evaluation.seal` (`make seal`) goes through all whose syntax trees are no
+longer the sealed ones, renders or tracks again, and writes the new trees where the golden digests
+agree.
 Where they don't, it says so and leaves the entry alone, until `--new NAME` gives it a new version:
 then stored results on that scene, or of that tracker, are no longer found. See `datasets.seal`.
 """

@@ -110,7 +110,7 @@ class Performance:
 
     def _made(self, clip: Clip) -> Any:
         seed = np.random.SeedSequence(0, spawn_key=tuple(clip.seed))
-        create = importlib.import_module("trackers").create
+        create = importlib.import_module("trackmark.trackers").create
         return create(self._setup.name, seed, **(self._setup.options or {}))
 
     def _begin(self, clip: Clip, images: NDArray[np.uint8]) -> None:
@@ -151,7 +151,8 @@ def main() -> None:
     told = json.loads(sys.argv[2])
     setup = Setup(**told["setup"])
     if setup.home:
-        sys.path.insert(0, setup.home)
+        sys.path.insert(0, setup.home)  # revisions before `trackmark.trackers` import `trackers`
+        sys.modules["trackmark"].__path__.insert(0, setup.home)
     if setup.swapped:
         now, then = setup.swapped
         sys.path[:] = [then if os.path.realpath(entry) == now else entry for entry in sys.path]

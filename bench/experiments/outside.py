@@ -31,6 +31,7 @@ from trackmark.bench.experiments.contestant import (
 from trackmark.bench.offspring import Offspring
 from trackmark.trackers import Randomness, Tracker, TrackerError
 from trackmark.trackers.base.catalogue import in_file, is_outside
+from trackmark.trackers.base.former_imports import warn_of_former_imports
 
 _SECONDS = 300.0
 """In which all of them must be imported."""
@@ -73,6 +74,7 @@ def _told(text: str, answer: Any) -> Contestant:
     del told["version"]
     told["randomness"] = Randomness(told["randomness"])
     told["file"] = Path(told["file"])
+    warn_of_former_imports(told["file"])
     told["make"] = partial(_make, text)
     chosen = Contestant(**told)
     vars(chosen)["version"] = answer["version"]  # where `cached_property` keeps it

@@ -95,7 +95,8 @@ def _scene_numbers(
     if known and len(known) < count:
         raise ExperimentError(
             f"{description.name}: {count} scenes of {sequence} are asked for, and {len(known)} "
-            f"meet the criteria. Check more: python -m trackmark.bench.papers.scene_check {description.name}."
+            "meet the criteria. Check more: "
+            f"python -m trackmark.bench.papers.scene_check {description.name}."
         )
     return known[:count] or range(FIRST_SCENE, FIRST_SCENE + count)
 

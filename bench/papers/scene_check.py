@@ -1,8 +1,8 @@
 """Check scenes by a paper's static criteria, and list those on which its claims are judged.
 
-`python -m trackmark.bench.papers.scene_check PAPER` measures every criterion of `criteria.toml` on the first
-scenes of each sequence and writes `criteria.csv` beside it. No tracker runs. Claims are judged on
-the first scenes that meet all criteria.
+`python -m trackmark.bench.papers.scene_check PAPER` measures every criterion of `criteria.toml` on
+the first scenes of each sequence and writes `criteria.csv` beside it. No tracker runs. Claims are
+judged on the first scenes that meet all criteria.
 """
 
 import argparse

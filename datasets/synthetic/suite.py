@@ -156,7 +156,7 @@ class Suite:
 
         Nothing elsewhere makes a pixel or a truth value.
         """
-        file = FOLDER.parents[1].joinpath(*self.entries[name].module.split("."))
+        file = FOLDER.parents[2].joinpath(*self.entries[name].module.split("."))
         return tree_digest(file.with_suffix(".py"), FOLDER)
 
     def _fingerprint(self, entry: Entry, knobs: Knobs) -> str:

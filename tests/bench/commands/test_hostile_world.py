@@ -79,7 +79,7 @@ def interrupted(module):
 @pytest.mark.parametrize(
     "module",
     [
-        "trackmark.bench.packages",
+        "trackmark.bench",
         "click",
         "trackmark.bench.commands",
         "trackmark.bench.commands.describe",
@@ -94,7 +94,7 @@ def test_ctrl_c_is_no_traceback_however_early(module):
 
 
 def test_ctrl_c_before_our_first_line_is_pythons():
-    done = interrupted("bench")
+    done = interrupted("trackmark")
     assert done.returncode in (-signal.SIGINT, 130)
     assert done.stderr.strip().endswith("KeyboardInterrupt")
 
