@@ -1,5 +1,6 @@
 """SHA-256 of files, remembered between runs by path, size and time of change."""
 
+import functools
 import hashlib
 import os
 import time
@@ -40,8 +41,13 @@ def file_digests(files: SequenceOf[Path]) -> list[str]:
     SequenceError
         For a file that can't be read.
     """
-    # Not `Path.resolve`: it raises RuntimeError if symbolic links form a loop.
-    paths = [Path(os.path.realpath(file)) for file in files]
+    # Not `Path.resolve`: it raises RuntimeError if symbolic links form a loop. Each folder is
+    # resolved once, as it can hold thousands of files.
+    real = functools.cache(os.path.realpath)
+    paths = [
+        Path(os.path.realpath(file)) if file.is_symlink() else Path(real(file.parent), file.name)
+        for file in files
+    ]
     # One cache file a set of folders keeps each small, and runs on other data out of it.
     folders = "\0".join(sorted({str(path.parent) for path in paths}))
     cache = cache_folder() / "digests" / f"{hashlib.sha256(folders.encode()).hexdigest()[:16]}.json"

@@ -60,9 +60,12 @@ def together(
     """Experiments, each with others' results in it for as long as they are looked at.
 
     Without experiments the others' results on `sequences` are one. `only`: names of those sequences
-    of the experiments that are meant.
+    of the experiments that are meant. Each run is read once.
     """
+    from trackmark.bench.store.results import KeptRuns, kept_runs
+
     with ExitStack() as stack:
+        stack.callback(kept_runs.reset, kept_runs.set(KeptRuns()))
         if not experiments:
             made = Path(stack.enter_context(TemporaryDirectory(prefix="trackmark-"))) / ALONE
             imported(guests, sequences or "", made)

@@ -336,14 +336,13 @@ def _with_against(
 
 
 def _only_experiment(results: Path | None) -> Path:
-    """Return the only experiment in a results folder, with an updated index."""
+    """Return the only experiment in a results folder."""
     from trackmark.bench.store.layout import experiment_folders
 
     folders = experiment_folders(results or Path())
     if len(folders) > 1:
         names = ", ".join(path.name for path in folders)
         raise click.UsageError(f"{results} holds several experiments ({names}): name one.")
-    refresh_index(folders[0])
     return folders[0]
 
 

@@ -21,6 +21,9 @@ _Result = TypeVar("_Result", Outcome, Probed)
 _ERRORS = {kind.__name__: kind for kind in (SequenceError, ResultsError, DefectError)}
 _NOWHERE = Sight(*(0,) * len(Slot))._replace(entry=NOBODY)
 
+_complete = set[Path]()
+"""Files of ground truth that this process has checked or written. They need no open sequence."""
+
 
 class ClosedError(Exception):
     """The supervisor was closed while it was at work."""
@@ -55,7 +58,10 @@ class Supervisor:
 
         Raises `SequenceError`, `ResultsError` as `bench.engine.performing.perform`.
         """
-        write_truth(folder, datasets.load(unit.source.text, truth=unit.source.truth))
+        truth = folder / unit.truth
+        if truth not in _complete or not truth.is_file():
+            write_truth(folder, datasets.load(unit.source.text, truth=unit.source.truth))
+            _complete.add(truth)
         if unit.owner != self._owner:
             self._end_child()
             self._owner = unit.owner

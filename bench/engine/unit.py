@@ -31,6 +31,7 @@ class Unit:
     # later. Empty for trackers of the package, which share processes.
     owner: str = ""
     arrays: bool = False  # whether arrays, masks and maps are kept
+    truth: str = ""  # path of the ground truth in the results folder; empty if unknown
 
     @property
     def work(self) -> int:

@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 from trackmark.bench.engine.unit import Entry, Unit
 from trackmark.bench.execution.plan import Plan, State
 from trackmark.bench.experiments.contestant import PACKAGE, Contestant
+from trackmark.bench.store.truth import truth_path
 from trackmark.trackers import Randomness
 
 
@@ -112,7 +114,8 @@ class Units:
             )
         found = plan.sequences[sequence]
         arrays = plan.experiment.arrays
-        return Unit(found.source, tuple(entries), plan.protocol, found.frames, owner, arrays)
+        truth = str(truth_path(Path(), found.name, found.fingerprint))
+        return Unit(found.source, tuple(entries), plan.protocol, found.frames, owner, arrays, truth)
 
 
 def owner_of(chosen: Contestant) -> str:

@@ -18,7 +18,7 @@ def centres(boxes: ArrayLike) -> NDArray[np.float64]:
     >>> centres([[10, 20, 4, 6]])
     array([[12., 23.]])
     """
-    b = np.asarray(boxes, np.float64).reshape(-1, 4)
+    b = np.asarray(boxes, np.float64, order="F").reshape(-1, 4)
     return b[:, :2] + b[:, 2:] / 2
 
 
@@ -37,13 +37,13 @@ def centre_error(truth: ArrayLike, estimate: ArrayLike) -> NDArray[np.float64]:
         In pixels. NaN where the truth is absent; infinite if the estimate is malformed or farther
         than `FARTHEST`: such a frame is a miss at every tolerance.
     """
-    t = np.asarray(truth, np.float64).reshape(-1, 4)
-    e = np.asarray(estimate, np.float64).reshape(-1, 4)
+    t = np.asarray(truth, np.float64, order="F").reshape(-1, 4)
+    e = np.asarray(estimate, np.float64, order="F").reshape(-1, 4)
     good = is_well_formed(e)
     difference = centres(t) - centres(np.where(good[:, None], e, 0.0))
     distance = np.hypot(difference[:, 0], difference[:, 1])
-    near = good & (distance <= FARTHEST)
-    return np.where(near | np.isnan(distance), distance, np.inf)
+    distance[(distance > FARTHEST) | ~(good | np.isnan(distance))] = np.inf
+    return distance
 
 
 def centre_inside(truth: ArrayLike, estimate: ArrayLike) -> NDArray[np.bool_]:
@@ -52,8 +52,8 @@ def centre_inside(truth: ArrayLike, estimate: ArrayLike) -> NDArray[np.bool_]:
     The box is half open: its left and top edges belong to it. False where the truth is
     absent or the estimate malformed.
     """
-    t = np.asarray(truth, np.float64).reshape(-1, 4)
-    e = np.asarray(estimate, np.float64).reshape(-1, 4)
+    t = np.asarray(truth, np.float64, order="F").reshape(-1, 4)
+    e = np.asarray(estimate, np.float64, order="F").reshape(-1, 4)
     low, high, centre = t[:, :2], t[:, :2] + t[:, 2:], centres(e)
     inside = ((low <= centre) & (centre < high)).all(axis=1)
     return np.asarray(inside & is_well_formed(e))

@@ -13,36 +13,31 @@ NORMALISED_DISTANCES = np.arange(51) / 100
 """Thresholds of the centre's distance in widths and heights of the truth."""
 
 
-def shares(hits: NDArray[np.bool_], thresholds: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Curve of the share of frames that hit, by threshold.
-
-    `hits` has a row a frame and a column a threshold. Returns points (threshold, share), shape
-    (thresholds, 2); shares are NaN where there is no frame.
-    """
-    total = len(hits)
-    share = hits.sum(axis=0) / total if total else np.full(len(thresholds), np.nan)
-    return np.column_stack([thresholds, share])
-
-
-def normalised_error(
-    truth: NDArray[np.float64], estimate: NDArray[np.float64]
+def shares(
+    values: NDArray[np.float64], thresholds: NDArray[np.float64], *, above: bool = False
 ) -> NDArray[np.float64]:
-    """Distance of centres in widths and heights of the truth, row by row, shape (n,).
+    """Return the curve of the share of values up to, or above, each threshold.
 
-    Both have shape (n, 4). No number at most a threshold where the truth is absent or has no size,
-    or the estimate is not finite.
+    It has points (threshold, share), shape (thresholds, 2). NaN is no hit. Shares of no values are
+    NaN.
     """
-    return _distance(truth, estimate, truth[:, 2:])
+    ordered = np.sort(values)  # NaN last
+    hits = ordered.searchsorted(thresholds, "right")
+    if above:
+        hits = ordered.searchsorted(np.nan) - hits
+    return np.array([thresholds, hits / (len(values) or np.nan)]).T
 
 
-def plain_error(truth: NDArray[np.float64], estimate: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Distance of centres in pixels, of boxes without size, too; as `normalised_error`."""
-    return _distance(truth, estimate, np.ones((len(truth), 2)))
-
-
-def _distance(
-    truth: NDArray[np.float64], estimate: NDArray[np.float64], unit: NDArray[np.float64]
+def centre_distance(
+    truth: NDArray[np.float64],
+    estimate: NDArray[np.float64],
+    unit: NDArray[np.float64] | float = 1.0,
 ) -> NDArray[np.float64]:
+    """Return the distance of centres in units of width and height, row by row, shape (n,).
+
+    Boxes have shape (n, 4), units (n, 2). The distance is no number at most a threshold if the
+    target is absent, the unit is 0 or the estimate is not finite. Boxes need no size.
+    """
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):  # boxes of 1e308, too
         difference = estimate[:, :2] + estimate[:, 2:] / 2 - (truth[:, :2] + truth[:, 2:] / 2)
         return np.asarray(np.sqrt(((difference / unit) ** 2).sum(axis=1)))

@@ -214,8 +214,8 @@ def started(truth: Truth, answer: Answer) -> Started:
 
     Raises `ValueError` where there is no truth or the numbers of rows differ.
     """
-    boxes = np.asarray(truth.boxes, np.float64)
-    estimate = np.array(answer.boxes, np.float64)
+    boxes = np.asarray(truth.boxes, np.float64, order="F")  # see `overlap`
+    estimate = np.array(answer.boxes, np.float64, order="F")
     n = len(boxes)
     if estimate.shape != (n, 4):
         raise ValueError(f"the boxes have shape {estimate.shape}, the truth ({n}, 4).")

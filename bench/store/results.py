@@ -9,8 +9,9 @@ import json
 import platform
 import socket
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Hashable, Mapping
 from contextlib import nullcontext
+from contextvars import ContextVar
 from dataclasses import asdict
 from datetime import UTC, datetime
 from functools import cache
@@ -127,10 +128,18 @@ class Results:
                     remove_empty_folder(parent)
 
     def read(self, path: Path) -> Run:
-        """Read a run.
+        """Read a run, within `kept_runs` only once.
 
         Raises `ResultsError` naming a file that is damaged or has another layout.
         """
+        kept = kept_runs.get()
+        if kept is None or not path.exists():
+            return self._read(path)
+        status = path.stat()
+        key = *path.parts[-3:], status.st_ino, status.st_size, status.st_mtime_ns
+        return kept.get(key) or kept.keep(key, self._read(path))
+
+    def _read(self, path: Path) -> Run:
         try:
             content = read_sealed(path)
             # Not by `read_table`, whose threads may outlive the interpreter and abort it.
@@ -184,6 +193,27 @@ class Results:
         for file in path.parent.glob(f"{path.stem}.*.*"):
             if file.name not in keep and not file.name.endswith(UNFINISHED):
                 remove_file(file)
+
+
+class KeptRuns(dict[Hashable, Run]):
+    """Runs in memory, by what tells their files apart."""
+
+    free = 1 << 30
+    """Bytes that are left; runs that do not fit are read whenever they are needed."""
+
+    def keep(self, key: Hashable, run: Run) -> Run:
+        """Keep a run if it fits, and return it."""
+        arrays = [array for named in run.arrays.values() for array in named.values()]
+        arrays += [run.boxes] * 3 + list(run.details.values())  # 3: for all columns of our own
+        size = sum(array.nbytes for array in arrays)
+        if size <= self.free:
+            self.free -= size
+            self[key] = run
+        return run
+
+
+kept_runs: ContextVar[KeptRuns | None] = ContextVar("kept_runs", default=None)
+"""Set by a command that reads each run once."""
 
 
 def _run_file(run: Run, names: Mapping[str, str]) -> bytes:
@@ -307,7 +337,9 @@ def _identity(metadata: Mapping[str, Any]) -> Identity:
 
 def _boxes(table: pa.Table) -> NDArray[np.float64]:
     """Boxes of a run or of its companion, shape (n, 4)."""
-    return np.column_stack([table.column(name).to_numpy() for name in BOX_COLUMNS])
+    boxes = np.column_stack([table.column(name).to_numpy() for name in BOX_COLUMNS])
+    boxes.flags.writeable = False  # as the other columns: runs may be shared, see `kept_runs`
+    return boxes
 
 
 def _companions(run: Run) -> dict[str, bytes]:

@@ -39,7 +39,7 @@ def combine(runs: Runs) -> Judged:
 
 
 def _judged(overlaps: NDArray[np.float64]) -> Judged:
-    success = shares(overlaps[:, None] > _THRESHOLDS, _THRESHOLDS)
+    success = shares(overlaps, _THRESHOLDS, above=True)
     known = len(overlaps) > 0
     scores = {
         "ao": float(overlaps.mean()) if known else np.nan,

@@ -32,9 +32,9 @@ def judge(truth: Truth, answer: Answer) -> Judged:
     overlaps = np.where(valid, overlap(t, e), -1.0)
     errors = np.where(hit, -1.0, _centre_errors(t, e, np.ones_like(t[:, 2:])))
     normalised = np.where(hit, -1.0, _centre_errors(t, e, t[:, 2:]))
-    success = shares(overlaps[:, None] > OVERLAPS, OVERLAPS)
-    precision = shares(errors[:, None] <= DISTANCES, DISTANCES)
-    by_size = shares(normalised[:, None] <= NORMALISED_DISTANCES, NORMALISED_DISTANCES)
+    success = shares(overlaps, OVERLAPS, above=True)
+    precision = shares(errors, DISTANCES)
+    by_size = shares(normalised, NORMALISED_DISTANCES)
     scores = {
         "success_auc": float(success[:, 1].mean()),
         "precision": float(precision[_AT_20, 1]),

@@ -17,25 +17,27 @@ from trackmark.bench.metrics.overlap import overlap
 from trackmark.bench.metrics.preset import Answer, Axes, Column, Judged, Preset, started
 
 _AT_20_PIXELS = 20
-_DECIMALS = 4
 _AT_HALF = 10
+# The largest numbers that round to at most a threshold, to 4 decimals. Python rounds like the
+# toolkit; NumPy multiplies first, and differs at ties.
+_TIES = [(k, k + 0.5e-4) for k in DISTANCES.tolist()]
+_LIMITS = np.array([x if round(x, 4) <= k else np.nextafter(x, 0) for k, x in _TIES])
 
 
 def judge(truth: Truth, answer: Answer) -> Judged:
     """Scores and curves of a run."""
     run = started(truth, answer)
-    t, e = run.truth, run.estimate
-    overlaps = np.nan_to_num(overlap(t, e))
-    success = shares(overlaps[:, None] > OVERLAPS, OVERLAPS)
-    # Python's own `round`, like the toolkit's: NumPy's multiplies first, and differs at ties.
-    errors = np.array([round(error, _DECIMALS) for error in centre_error(t, e).tolist()])
-    precision = shares(errors[:, None] <= DISTANCES, DISTANCES)
+    t, e, n = run.truth, run.estimate, len(run.truth)
+    overlaps = np.where(run.present, overlap(t, e), 0.0)
+    success = shares(overlaps, OVERLAPS, above=True)
+    precision = shares(centre_error(t, e), _LIMITS)
+    precision[:, 0] = DISTANCES
     scores = {
         "success_auc": float(success[:, 1].mean()),
         "precision": float(precision[_AT_20_PIXELS, 1]),
         "success_rate": float(success[_AT_HALF, 1]),
         "mean_overlap": float(overlaps.mean()),
-        "success_published": float((overlaps >= OVERLAPS[_AT_HALF]).mean()),
+        "success_published": float(np.count_nonzero(overlaps >= OVERLAPS[_AT_HALF]) / n),
     }
     return Judged(scores, {"success": success, "precision": precision})
 

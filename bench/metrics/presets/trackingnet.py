@@ -11,7 +11,7 @@ the wild", ECCV 2018.
 
 import numpy as np
 
-from trackmark.bench.metrics.curves import OVERLAPS, normalised_error, plain_error, shares
+from trackmark.bench.metrics.curves import OVERLAPS, centre_distance, shares
 from trackmark.bench.metrics.native import Truth
 from trackmark.bench.metrics.overlap import is_well_formed, overlap
 from trackmark.bench.metrics.preset import Answer, Axes, Column, Judged, Preset, started
@@ -28,9 +28,9 @@ def judge(truth: Truth, answer: Answer) -> Judged:
     t = np.round(run.truth)
     overlaps = np.nan_to_num(overlap(t, e))
     curves = {
-        "success": shares(overlaps[:, None] > OVERLAPS, OVERLAPS),
-        "precision": shares(plain_error(t, e)[:, None] <= _PIXELS, _PIXELS),
-        "normalised_precision": shares(normalised_error(t, e)[:, None] <= _SIZES, _SIZES),
+        "success": shares(overlaps, OVERLAPS, above=True),
+        "precision": shares(centre_distance(t, e), _PIXELS),
+        "normalised_precision": shares(centre_distance(t, e, t[:, 2:]), _SIZES),
     }
     scores = {f"{name}_auc": float(np.trapezoid(c[:, 1], OVERLAPS)) for name, c in curves.items()}
     return Judged(scores, curves)

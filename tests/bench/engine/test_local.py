@@ -8,7 +8,7 @@ from trackmark.bench.execution.run import Execution, run
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 from trackmark.bench.store.index import read_index
 from trackmark.bench.store.results import Results
-from trackmark.datasets import SequenceError
+from trackmark.datasets import SequenceError, readers
 
 FRAMES = 30
 
@@ -31,13 +31,17 @@ def experiment(data, name="trial", trackers=("static", "{}/knob.py:Knob", "camsh
 
 
 def test_one_process_or_two_make_the_results_of_evaluating_one_by_one_and_none_again(
-    data, contents, without_processes
+    data, contents, without_processes, monkeypatch
 ):
     with without_processes():
         one = run(experiment(data, "one"), data / "results", jobs=1)
+    opened, read = [], readers.read
+    monkeypatch.setattr(readers, "read", lambda *given: opened.append(given[0]) or read(*given))
     execution = Execution(experiment(data), data / "results", jobs=2)
     seen = []
     list(execution.rows(seen.append))
+    assert len(execution.units) == 4
+    assert len(opened) == 4  # each sequence for the plan and for its ground truth
     assert len(contents(one)) == 2 * 4
     assert contents(one) == contents(execution.folder)
     assert execution.work == seen[-1] == 2 * FRAMES * 4
