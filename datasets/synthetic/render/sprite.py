@@ -174,8 +174,7 @@ def blend_sprite(
                 for c in range(4):
                     i = 4 * (u >> 16) + c
                     out[4 * (x - first) + c] += (256 - right) * mixed[i] + right * mixed[i + 4]
-        # Unlike ravel(), reshape() never copies: it rejects a canvas that is not contiguous.
-        _lay(canvas[y].reshape(-1)[3 * first_x : 3 * last_x], sums, np.uint32(shift))
+        _lay(canvas[y, first_x:last_x], sums, np.uint32(shift))
 
 
 @njit(cache=True)
@@ -196,14 +195,14 @@ def _add(
 
 @njit(cache=True)
 def _lay(row: NDArray[np.uint8], sums: NDArray[np.uint32], shift: np.uint32) -> None:
-    """Lay premultiplied sums, shape (4 n,), times 2**`shift`, over a row (3 n,), in place."""
+    """Lay premultiplied sums, shape (4 n,), times 2**`shift`, over a row (n, 3), in place."""
     opaque = np.uint32(65280)
-    for x in range(len(row) // 3):
+    for x in range(len(row)):
         left = np.uint32(opaque - (sums[4 * x + 3] >> shift))
         for c in range(3):
             colour = np.uint32(sums[4 * x + c] >> shift)
-            value = np.uint32(row[3 * x + c] * left + np.uint32(255) * colour)
-            row[3 * x + c] = np.uint32(value + opaque // 2) // opaque
+            value = np.uint32(row[x, c] * left + np.uint32(255) * colour)
+            row[x, c] = np.uint32(value + opaque // 2) // opaque
 
 
 def instants(displacement: float) -> NDArray[np.float64]:
