@@ -53,7 +53,7 @@ _HOMES = {
 def __getattr__(name: str) -> Any:
     """Import a public name from its home."""
     if name not in _HOMES:
-        raise AttributeError(f"module 'bench' has no attribute {name!r}")
+        raise AttributeError(f"module 'trackmark.bench' has no attribute {name!r}")
     return getattr(importlib.import_module(_HOMES[name]), name)
 
 

@@ -30,6 +30,7 @@ class _Finder:
         name = fullname.partition(".")[0]
         if name not in NAMES or _is_foreign(name):
             return None
+        # typeshed asks for `importlib.abc.Loader`; the import system needs the two methods alone.
         return spec_from_loader(fullname, self)  # type: ignore[arg-type]
 
     def create_module(self, spec: ModuleSpec) -> None:
