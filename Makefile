@@ -71,7 +71,7 @@ check: $(READY)
 
 # What a changed scene or tracker gives, against what it gave; NEW=name for what is meant to differ.
 seal: $(READY)
-	$(BIN)/python -m trackmark.bench.evaluation.seal $(addprefix --new ,$(NEW))
+	$(BIN)/python -m trackmark.bench.evaluation.version_check $(addprefix --new ,$(NEW))
 
 bench: $(READY)
 	$(BIN)/python -m pytest tests/speed --benchmark-enable \

@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from trackmark.bench.evaluation.loop import evaluate
-    from trackmark.bench.evaluation.record import Run
+    from trackmark.bench.evaluation.run_record import Run
     from trackmark.bench.evaluation.scoring import score, score_boxes
-    from trackmark.bench.execution.run import run
+    from trackmark.bench.execution.executor import run
     from trackmark.bench.experiments.experiment import Experiment, read_experiment
     from trackmark.bench.pages.notebook import load_results, player
     from trackmark.bench.reporting.by_attribute import by_attribute
@@ -38,13 +38,13 @@ __all__ = [
 # for no numerics.
 _HOMES = {
     "Experiment": "trackmark.bench.experiments.experiment",
-    "Run": "trackmark.bench.evaluation.record",
+    "Run": "trackmark.bench.evaluation.run_record",
     "by_attribute": "trackmark.bench.reporting.by_attribute",
     "evaluate": "trackmark.bench.evaluation.loop",
     "load_results": "trackmark.bench.pages.notebook",
     "player": "trackmark.bench.pages.notebook",
     "read_experiment": "trackmark.bench.experiments.experiment",
-    "run": "trackmark.bench.execution.run",
+    "run": "trackmark.bench.execution.executor",
     "score": "trackmark.bench.evaluation.scoring",
     "score_boxes": "trackmark.bench.evaluation.scoring",
 }

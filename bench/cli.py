@@ -11,7 +11,7 @@ import click
 
 from trackmark.bench.commands import EXIT_INTERRUPTED, EXIT_WRONG_INPUT
 from trackmark.bench.commands._terminal import complain, interruptible, outlets
-from trackmark.bench.compilation import announce, attend
+from trackmark.bench.numba_compilation import announce, attend
 
 _COMMANDS = Path(__file__).parent / "commands"
 

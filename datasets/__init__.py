@@ -14,7 +14,7 @@ from trackmark.datasets.catalogue import (
     taken_for,
 )
 from trackmark.datasets.interface import Origin, Sequence, SequenceError, Summary
-from trackmark.datasets.outline import Outline
+from trackmark.datasets.metadata import Outline
 
 __all__ = [
     "Origin",

@@ -10,8 +10,8 @@ from typing import Any, Protocol, cast
 
 from trackmark.datasets.decoding import brief, check_name
 from trackmark.datasets.interface import Sequence, SequenceError, Summary
-from trackmark.datasets.outline import Outline, outlined
-from trackmark.datasets.text_form import close_match, natural_order, parse_text
+from trackmark.datasets.metadata import Outline, outlined
+from trackmark.datasets.spec_string import close_match, natural_order, parse_text
 
 
 class Suite(Protocol):

@@ -9,7 +9,7 @@ from collections.abc import Sequence as SequenceOf
 from pathlib import Path
 
 from trackmark.datasets.interface import SequenceError
-from trackmark.datasets.text_form import natural_order
+from trackmark.datasets.spec_string import natural_order
 
 _Number = tuple[str | int, ...]
 """Name of an image up to its last number: text and numbers in turn."""

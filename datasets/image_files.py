@@ -25,7 +25,7 @@ from trackmark.datasets.decoding import (
 )
 from trackmark.datasets.frame_numbers import check_frame_numbers
 from trackmark.datasets.interface import Image, SequenceError
-from trackmark.datasets.text_form import natural_order
+from trackmark.datasets.spec_string import natural_order
 
 SUFFIXES = (".jpg", ".jpeg", ".png", ".bmp", ".ppm", ".tif", ".tiff")
 

@@ -5,7 +5,7 @@ import os
 import pytest
 from hypothesis import settings
 
-from trackmark.bench.compilation import attend
+from trackmark.bench.numba_compilation import attend
 
 # A kernel's first call compiles it, and the machine may be busy: time decides nothing here.
 settings.register_profile("trackmark", deadline=None)

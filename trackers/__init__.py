@@ -22,8 +22,8 @@ from trackmark.trackers.base.interface import (
     TrackerPlugin,
     Watcher,
 )
-from trackmark.trackers.base.mapper import Mapper
 from trackmark.trackers.base.parameters import Parameters, TrackerError
+from trackmark.trackers.base.weight_maps import Mapper
 
 __all__ = [
     "Box",

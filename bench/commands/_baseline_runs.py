@@ -63,7 +63,7 @@ class CellRunner:
         self, cells: Mapping[str, Sequence[str]], seeds: int, output: Path, means: Mapping[str, Any]
     ) -> "Cells":
         from trackmark.bench.comparing.baseline import measured_cells
-        from trackmark.bench.execution.run import Execution
+        from trackmark.bench.execution.executor import Execution
         from trackmark.datasets import SequenceError
 
         groups: dict[tuple[str, ...], list[str]] = {}  # of trackers that run in lock step

@@ -15,7 +15,7 @@ from trackmark.bench.experiments.experiment import ExperimentError, SequenceSour
 from trackmark.datasets.decoding import brief
 
 if TYPE_CHECKING:
-    from trackmark.bench.execution.run import Execution
+    from trackmark.bench.execution.executor import Execution
 
 DEFAULT_OUTPUT = Path("results")
 
@@ -258,7 +258,7 @@ def telling_of_replaced(execution: "Execution", instead: str = "") -> Iterator[N
     if not (stale := execution.plan.count(State.STALE)):
         yield
         return
-    from trackmark.bench.reporting.replaced import Replaced  # brings what makes tables
+    from trackmark.bench.reporting.before_after import Replaced  # brings what makes tables
 
     replaced = Replaced(execution.plan, read_table(results))
     runs = "1 stored run was" if stale == 1 else f"{stale} stored runs were"

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from trackmark.bench.commands._picking import Boxes
+    from trackmark.bench.commands._box_picker import Boxes
     from trackmark.datasets import Sequence
     from trackmark.datasets.truth_file import Truth
 
@@ -84,7 +84,7 @@ def command(
     _check_target(target, force=force)
     gone = [_stretch(text) for text in absent]
     if pick:
-        from trackmark.bench.commands._picking import pick_boxes
+        from trackmark.bench.commands._box_picker import pick_boxes
 
         marked = pick_boxes(sequence, marked, lambda boxes: _truth(sequence, boxes, gone))
     truth = _truth(sequence, marked, gone)

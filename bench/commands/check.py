@@ -253,9 +253,9 @@ def _by_others(result: "Check", folder: Path, metrics: list[str]) -> str:
 
 def _text(shown: "Table") -> str:
     """Return the table, or only its notes if nothing changed."""
-    from trackmark.reports.fitting import on_terminal
     from trackmark.reports.printable import wrapped
     from trackmark.reports.renderers import to_text
+    from trackmark.reports.table_width import on_terminal
 
     notes = "\n".join(wrapped(note) for note in shown.notes)
     table = on_terminal(replace(shown, notes=[]), to_text) if shown.rows else ""

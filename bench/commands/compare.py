@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from trackmark.bench.commands import EXIT_ANSWER_IS_NO
-from trackmark.bench.commands._guests import guests_of, guests_option, together
+from trackmark.bench.commands._imported_results import guests_of, guests_option, together
 from trackmark.bench.commands._options import (
     chosen_sequences,
     engine_options,
@@ -296,9 +296,9 @@ def _show(answers: "Comparison", preset: str, *, as_json: bool) -> None:
     """Print a comparison."""
     from trackmark.bench.comparing.summary_text import paragraph
     from trackmark.bench.comparing.tables import as_data, screen
-    from trackmark.reports.fitting import on_terminal
     from trackmark.reports.printable import width
     from trackmark.reports.renderers import to_text
+    from trackmark.reports.table_width import on_terminal
 
     if as_json:
         click.echo(json.dumps({"metrics": preset, **as_data(answers)}, allow_nan=False))
@@ -309,7 +309,7 @@ def _show(answers: "Comparison", preset: str, *, as_json: bool) -> None:
 
 def _labels(trackers: tuple[str, ...]) -> list[str] | None:
     """Return the labels of trackers; a text that names no tracker is its own label."""
-    from trackmark.bench.experiments.outside import settled
+    from trackmark.bench.experiments.tracker_files import settled
     from trackmark.trackers import TrackerError
 
     labels = []
@@ -356,7 +356,7 @@ def _run(
     means: dict[str, Any],
 ) -> "tuple[Path, list[str], Collection[Cell]]":
     """Execute missing runs; return the experiment's folder, the labels and the requested runs."""
-    from trackmark.bench.execution.run import Execution
+    from trackmark.bench.execution.executor import Execution
     from trackmark.datasets import SequenceError
 
     chosen = chosen_sequences(sequences, None)

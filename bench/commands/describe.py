@@ -37,8 +37,8 @@ def command(name: str, truth: Path | None, measure: bool, as_json: bool) -> None
         raise click.UsageError("NAME is empty: give what is to be described (`trackmark list`).")
     bare = name.partition(":")[0]
     if in_file(name) or bare in trackers.names():
-        from trackmark.bench.experiments.contestant import split_text
-        from trackmark.bench.experiments.outside import described
+        from trackmark.bench.experiments.tracker_files import described
+        from trackmark.bench.experiments.tracker_spec import split_text
 
         plain, options = split_text(name)
         try:

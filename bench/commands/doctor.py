@@ -112,7 +112,7 @@ def _size(folder: Path) -> str:
 
 def _trackers() -> dict[str, str]:
     from trackmark import trackers
-    from trackmark.bench.experiments.outside import described
+    from trackmark.bench.experiments.tracker_files import described
 
     def state(name: str) -> str:
         try:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from trackmark.bench.commands import EXIT_ANSWER_IS_NO
-from trackmark.bench.commands._guests import guests_of, guests_option, together
+from trackmark.bench.commands._imported_results import guests_of, guests_option, together
 from trackmark.bench.commands._options import (
     json_option,
     metrics_option,
@@ -176,9 +176,9 @@ def _further(experiment: Path, made: "list[Table]", said: tuple[str, list[str]])
 
 def _print(made: "list[Table]", form: str | None, *, wide: bool, as_json: bool) -> None:
     """Print the tables of an experiment: as JSON one a line."""
-    from trackmark.reports.fitting import on_terminal
     from trackmark.reports.renderers import FORMATS as RENDERERS
     from trackmark.reports.renderers import to_json
+    from trackmark.reports.table_width import on_terminal
 
     _, render = RENDERERS[form if form in TEXTS else "text"]
     if as_json:

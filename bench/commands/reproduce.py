@@ -63,7 +63,7 @@ def command(
     to a folder of the paper's name there. Runs that are there already are not repeated.
     """
     from trackmark.bench.papers import Effort, paper_names
-    from trackmark.bench.papers.page import write_page
+    from trackmark.bench.papers.markdown_page import write_page
     from trackmark.bench.papers.reproduction import Reproduction
 
     known = ", ".join(paper_names())
@@ -98,7 +98,7 @@ def _reproduce(
 ) -> "Report | None":
     """Run, report and print a paper; return None if the user stopped it."""
     from trackmark.bench.papers.reproduction import document
-    from trackmark.bench.papers.screen import screen
+    from trackmark.bench.papers.terminal_report import screen
 
     began, folder = time.monotonic(), output / paper.name
     asked: dict[str, Collection[Cell]] = {}
@@ -125,7 +125,7 @@ def _run(
 
     `known` holds opened sequences, as several experiments share some.
     """
-    from trackmark.bench.execution.run import Execution
+    from trackmark.bench.execution.executor import Execution
     from trackmark.datasets import SequenceError
 
     refresh_index(output / experiment.name)
@@ -151,7 +151,7 @@ def _run(
 def _write(report: "Report", found: Mapping[str, object], folder: Path) -> None:
     """Write the report as HTML and Markdown pages, tables in every format, and JSON."""
     from trackmark.bench.papers.html_page import write_html_page
-    from trackmark.bench.papers.page import write_page
+    from trackmark.bench.papers.markdown_page import write_page
     from trackmark.reports.files import write_file
     from trackmark.reports.write import write_tables
 
@@ -165,6 +165,6 @@ def _write(report: "Report", found: Mapping[str, object], folder: Path) -> None:
 
 def _write_front_page(output: Path) -> None:
     """Write the page that leads to those of all papers."""
-    from trackmark.bench.papers.front_page import write_front_page
+    from trackmark.bench.papers.index_page import write_front_page
 
     click.echo(f"All papers: {write_front_page(output)}", err=True)

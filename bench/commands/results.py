@@ -12,7 +12,7 @@ from urllib.parse import unquote
 import click
 
 from trackmark.bench.commands import EXIT_ANSWER_IS_NO
-from trackmark.bench.commands._guests import guests_of, imported
+from trackmark.bench.commands._imported_results import guests_of, imported
 from trackmark.bench.commands._options import (
     DEFAULT_OUTPUT,
     json_option,

@@ -41,8 +41,8 @@ if TYPE_CHECKING:
     import pyarrow as pa
     from numpy.typing import NDArray
 
+    from trackmark.bench.execution.executor import Execution
     from trackmark.bench.execution.plan import KnownSequences, Plan
-    from trackmark.bench.execution.run import Execution
 
 _LONGEST = 24  # letters of a tracker's or a sequence's name in that of a folder
 
@@ -192,8 +192,8 @@ def execute(
     """Run an experiment, say what came of it by some presets' `metrics`, give the exit status."""
     import numpy as np
 
+    from trackmark.bench.execution.executor import Execution
     from trackmark.bench.execution.plan import State
-    from trackmark.bench.execution.run import Execution
     from trackmark.bench.store.index import index_table, read_table
     from trackmark.bench.store.results import Results
 
@@ -325,8 +325,8 @@ def _show_plan(
 ) -> int:
     """Print which runs are there, which are left, and how long these will take."""
     from trackmark.bench.execution.estimate import estimate, measured_before, words
+    from trackmark.bench.execution.executor import Execution
     from trackmark.bench.execution.plan import State
-    from trackmark.bench.execution.run import Execution
 
     refresh_index(output / experiment.name)
     with patience("Opening sequences") as opened:

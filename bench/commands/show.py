@@ -16,7 +16,7 @@ from trackmark.bench.commands._options import (
 from trackmark.bench.commands._terminal import complain
 
 if TYPE_CHECKING:
-    from trackmark.bench.evaluation.record import Trace
+    from trackmark.bench.evaluation.run_record import Trace
 
 
 @click.command("show")
@@ -115,7 +115,7 @@ def _live(
     sequence: str, truth: Path | None, trackers: list[str], output: Path, repetition: int
 ) -> int:
     from trackmark.bench.experiments.experiment import SequenceSource
-    from trackmark.bench.pages.live import write_live_page
+    from trackmark.bench.pages.live_page import write_live_page
 
     context = click.get_current_context()
     given = click.core.ParameterSource.COMMANDLINE

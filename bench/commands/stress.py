@@ -85,9 +85,9 @@ def command(
     """
     from trackmark.bench.comparing.breaking import Breaking, as_data, tables, write_curves
     from trackmark.bench.comparing.stressing import Course, Series, knob_of
-    from trackmark.bench.experiments.outside import settled
-    from trackmark.reports.fitting import on_terminal
+    from trackmark.bench.experiments.tracker_files import settled
     from trackmark.reports.renderers import to_text
+    from trackmark.reports.table_width import on_terminal
     from trackmark.reports.write import what_was_written, write_tables
 
     asked = split_list(knobs)
@@ -126,7 +126,7 @@ class _Runner:
         self, trackers: Sequence[str], sequences: Sequence[SequenceSource], repetitions: int = 1
     ) -> "pd.DataFrame":
         """The runs of all trackers on all sequences, as `load_results` gives them."""
-        from trackmark.bench.execution.run import Execution
+        from trackmark.bench.execution.executor import Execution
         from trackmark.bench.store.loading import load_results
         from trackmark.datasets import SequenceError
 

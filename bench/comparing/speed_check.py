@@ -15,10 +15,10 @@ import pandas as pd
 
 from trackmark import datasets, trackers
 from trackmark.bench.comparing.baseline import Baseline, BaselineError
-from trackmark.bench.evaluation.reference import reference
-from trackmark.bench.evaluation.turns import Clip, Setup, TurnError, in_turns
-from trackmark.bench.experiments.contestant import BOXES, run_seed, split_text
+from trackmark.bench.evaluation.ground_truth import reference
+from trackmark.bench.evaluation.interleaved_timing import Clip, Setup, TurnError, in_turns
 from trackmark.bench.experiments.experiment import SequenceSource
+from trackmark.bench.experiments.tracker_spec import BOXES, run_seed, split_text
 from trackmark.bench.statistics.speed import (
     Pace,
     Sample,

@@ -19,7 +19,7 @@ from trackmark.bench.experiments.experiment import ExperimentError
 from trackmark.bench.statistics.intervals import Interval
 from trackmark.bench.statistics.psychometric import FIRST, NEXT, Threshold, next_places, threshold
 from trackmark.datasets.filters import FILTERS, split_filters, with_filters
-from trackmark.datasets.text_form import close_match, format_text, parse_text
+from trackmark.datasets.spec_string import close_match, format_text, parse_text
 
 ENOUGH = 0.05
 """Half of an interval's width, in ranges, with which a series ends early."""

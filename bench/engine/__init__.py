@@ -18,7 +18,7 @@ from trackmark.bench.experiments.experiment import ExperimentError
 
 if TYPE_CHECKING:
     from trackmark.bench.engine.performing import Outcome, Probed
-from trackmark.datasets.text_form import close_match
+from trackmark.datasets.spec_string import close_match
 
 __all__ = ["ENGINES", "Engine", "Job", "engine", "probe"]
 

@@ -21,7 +21,6 @@ from typing import Any, ClassVar, cast
 import cv2
 from pydantic import TypeAdapter
 
-from trackmark.bench.compilation import attend
 from trackmark.bench.engine.board import Board, BoardObserver
 from trackmark.bench.engine.output import Printed
 from trackmark.bench.engine.performing import (
@@ -36,6 +35,7 @@ from trackmark.bench.engine.process import can_use_files, limit_memory
 from trackmark.bench.engine.unit import Limits, Unit
 from trackmark.bench.evaluation.observer import NotAttributableError, Observer
 from trackmark.bench.evaluation.recorder import LONGEST_TRACEBACK
+from trackmark.bench.numba_compilation import attend
 from trackmark.bench.store.files import ResultsError
 from trackmark.datasets import SequenceError
 

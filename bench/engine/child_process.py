@@ -13,14 +13,14 @@ from dataclasses import dataclass, field
 from multiprocessing.connection import Connection
 from typing import IO, Any
 
-from trackmark.bench.compilation import announce
 from trackmark.bench.engine.board import ELSEWHERE, READING, Board, Sight
 from trackmark.bench.engine.child import Answer
 from trackmark.bench.engine.output import Tail, drain
 from trackmark.bench.engine.process import machine_memory
 from trackmark.bench.engine.stack_trace import FATAL_SIGNALS, CodeLine, parse_stack
 from trackmark.bench.engine.unit import Limits
-from trackmark.bench.offspring import Offspring
+from trackmark.bench.numba_compilation import announce
+from trackmark.bench.process_tree import Offspring
 from trackmark.bench.store.files import ResultsError
 
 _POLL_SECONDS = 0.1

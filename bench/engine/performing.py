@@ -21,12 +21,12 @@ from trackmark import datasets
 from trackmark.bench.engine.process import Surroundings, peak_memory, reset_peak, umask
 from trackmark.bench.engine.stack_trace import CodeLine, select_line
 from trackmark.bench.engine.unit import Entry, Limits, Unit
+from trackmark.bench.evaluation.ground_truth import reference
 from trackmark.bench.evaluation.loop import run_protocol
 from trackmark.bench.evaluation.observer import UNOBSERVED, NotAttributableError, Observer
-from trackmark.bench.evaluation.record import Run
 from trackmark.bench.evaluation.recorder import COLUMNS, frames_of_segments
-from trackmark.bench.evaluation.reference import reference
-from trackmark.bench.experiments.contestant import Contestant, Identity, contestants, identify
+from trackmark.bench.evaluation.run_record import Run
+from trackmark.bench.experiments.tracker_spec import Contestant, Identity, contestants, identify
 from trackmark.bench.protocols import TIMING
 from trackmark.bench.store.files import ResultsError
 from trackmark.bench.store.index import row_of_file

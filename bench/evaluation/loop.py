@@ -18,12 +18,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackmark import datasets
+from trackmark.bench.evaluation.interleaved_timing import one_thread
 from trackmark.bench.evaluation.observer import UNOBSERVED, Observer
-from trackmark.bench.evaluation.record import Run
 from trackmark.bench.evaluation.recorder import Recorder
+from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.evaluation.timing import Remembered, reference_seconds
-from trackmark.bench.evaluation.turns import one_thread
-from trackmark.bench.experiments.contestant import Contestant, TrackerMaker, contestant
+from trackmark.bench.experiments.tracker_spec import Contestant, TrackerMaker, contestant
 from trackmark.bench.protocols import ONCE, STORED_ONCE, TIMING, stored_protocol
 from trackmark.bench.protocols import protocol as protocol_of
 from trackmark.datasets import Sequence

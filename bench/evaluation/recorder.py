@@ -20,10 +20,10 @@ from trackmark.bench.evaluation.estimates import (
     checked_estimate,
     checked_mask,
 )
+from trackmark.bench.evaluation.ground_truth import reference
 from trackmark.bench.evaluation.observer import NotAttributableError
-from trackmark.bench.evaluation.record import RESERVED_COLUMNS, Run
-from trackmark.bench.evaluation.reference import reference
-from trackmark.bench.experiments.contestant import Contestant, identify, run_seed
+from trackmark.bench.evaluation.run_record import RESERVED_COLUMNS, Run
+from trackmark.bench.experiments.tracker_spec import Contestant, identify, run_seed
 from trackmark.bench.metrics.regions import Segmentation, contour_accuracy, region_similarity
 from trackmark.bench.metrics.times import Times
 from trackmark.bench.protocols import STORED_ONCE, TIMING, Conduct, Segment, Step, stored_protocol

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from trackmark import datasets
-from trackmark.bench.evaluation.record import Run, Trace
-from trackmark.bench.evaluation.reference import reference
+from trackmark.bench.evaluation.ground_truth import reference
+from trackmark.bench.evaluation.run_record import Run, Trace
 from trackmark.bench.metrics import canonical
 from trackmark.bench.metrics import preset as metrics_preset
 from trackmark.bench.metrics.native import Truth

@@ -4,7 +4,7 @@ from math import inf
 from statistics import median
 from time import thread_time
 
-from trackmark.bench.evaluation.turns import Reference
+from trackmark.bench.evaluation.interleaved_timing import Reference
 from trackmark.datasets.interface import Frames, Image
 
 REFERENCE_CALLS = 15

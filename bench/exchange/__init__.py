@@ -1,15 +1,15 @@
-"""Others' results read, ours written for their tools: a layout a file in `layouts`."""
+"""Others' results read, ours written for their tools: a layout a file in `formats`."""
 
 from functools import cache
 from importlib import import_module
 from pathlib import Path
 
-from trackmark.bench.exchange.layout import ExchangeError, Layout
-from trackmark.datasets.text_form import close_match
+from trackmark.bench.exchange.result_format import ExchangeError, Layout
+from trackmark.datasets.spec_string import close_match
 
 __all__ = ["layout", "names", "sniffed"]
 
-_FOLDER = Path(__file__).parent / "layouts"
+_FOLDER = Path(__file__).parent / "formats"
 
 
 @cache
@@ -26,7 +26,7 @@ def layout(name: str) -> Layout:
     if name not in names():
         hint = close_match(name, names())
         raise ExchangeError(f"unknown layout {name!r}.{hint} Known: {', '.join(names())}.")
-    module = import_module(f"trackmark.bench.exchange.layouts.{name.replace('-', '_')}")
+    module = import_module(f"trackmark.bench.exchange.formats.{name.replace('-', '_')}")
     found: Layout = module.LAYOUT
     return found
 

@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from trackmark.bench.evaluation.record import Run, Trace
+from trackmark.bench.evaluation.run_record import Run, Trace
 from trackmark.bench.exchange import layout, names
-from trackmark.bench.exchange.layout import ExchangeError, Said, file_name
+from trackmark.bench.exchange.result_format import ExchangeError, Said, file_name
 from trackmark.bench.protocols import ONCE, TIMING
 from trackmark.bench.protocols import protocol as protocol_of
 from trackmark.bench.store.index import index_rows, read_table

@@ -13,7 +13,7 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from trackmark.bench.exchange.layout import ExchangeError, Held
+from trackmark.bench.exchange.result_format import ExchangeError, Held
 from trackmark.bench.metrics.overlap import overlap
 
 _ORIGINS = (0, 1)

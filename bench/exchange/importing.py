@@ -18,12 +18,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackmark import datasets
-from trackmark.bench.evaluation.record import Run
+from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.exchange import layout, names, sniffed
 from trackmark.bench.exchange.first_boxes import FirstBox, check_first_boxes, origin_of
-from trackmark.bench.exchange.layout import ExchangeError, Layout, On, Said, letters
-from trackmark.bench.experiments.contestant import IMPORTED, Identity
+from trackmark.bench.exchange.result_format import ExchangeError, Layout, On, Said, letters
 from trackmark.bench.experiments.experiment import SequenceSource
+from trackmark.bench.experiments.tracker_spec import IMPORTED, Identity
 from trackmark.bench.protocols import STORED_ONCE
 from trackmark.bench.protocols import protocol as protocol_of
 from trackmark.bench.store.asked import Asked

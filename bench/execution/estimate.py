@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from trackmark.bench.engine import probe
 from trackmark.bench.engine.unit import Entry, Limits, Unit
 from trackmark.bench.execution.plan import Plan
-from trackmark.bench.execution.units import Units, owner_of
+from trackmark.bench.execution.scheduling import Units, owner_of
 from trackmark.bench.store.columns import codes
 from trackmark.bench.store.files import ResultsError
 from trackmark.bench.store.index import read_table

@@ -1,7 +1,7 @@
-"""Which runs an experiment asks for, and which of them are there; `units.py` shares out the rest.
+"""Plan of an experiment: its runs and their states. `scheduling.py` groups them into work units.
 
-There may be a million of them: the state of a run is a byte in an array of sequences by runs on a
-sequence, and units of work are made on demand.
+A plan can have a million runs. The state of a run is one byte in an array of sequences by runs, and
+work units are created on demand.
 """
 
 import math
@@ -17,11 +17,11 @@ import pyarrow as pa
 from numpy.typing import NDArray
 
 from trackmark import datasets
+from trackmark.bench.evaluation.ground_truth import reference
 from trackmark.bench.evaluation.recorder import frames_of_segments
-from trackmark.bench.evaluation.reference import reference
-from trackmark.bench.experiments.contestant import BOXES, Contestant, identify
 from trackmark.bench.experiments.experiment import Experiment, ExperimentError, SequenceSource
-from trackmark.bench.experiments.outside import settled
+from trackmark.bench.experiments.tracker_files import settled
+from trackmark.bench.experiments.tracker_spec import BOXES, Contestant, identify
 from trackmark.bench.protocols import STORED_ONCE
 from trackmark.bench.store.asked import Asked, Cells
 from trackmark.bench.store.columns import coded, codes

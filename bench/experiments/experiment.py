@@ -27,7 +27,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from trackmark.datasets.decoding import brief, check_name
-from trackmark.datasets.text_form import close_match, format_text
+from trackmark.datasets.spec_string import close_match, format_text
 
 if TYPE_CHECKING:
     from trackmark.bench.protocols import Protocol

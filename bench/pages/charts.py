@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from trackmark.bench.pages.takes import ERRORS, OVERLAPS, Clip, Reading, Stage
+from trackmark.bench.pages.player_runs import ERRORS, OVERLAPS, Clip, Reading, Stage
 from trackmark.bench.reporting.tables import SUMMARY
 from trackmark.bench.statistics.rules import MIN_UNITS
 from trackmark.bench.statistics.survival import kaplan_meier

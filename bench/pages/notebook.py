@@ -107,7 +107,7 @@ def player(
     ResultsError
         Where there are no results, or they are damaged.
     """
-    from trackmark.bench.pages.takes import read_takes, scenes
+    from trackmark.bench.pages.player_runs import read_takes, scenes
     from trackmark.reports.page.content import Page, Place, Section
     from trackmark.reports.page.page import write_page
 

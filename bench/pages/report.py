@@ -12,17 +12,17 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from trackmark.bench.evaluation.record import Trace
-from trackmark.bench.pages.answers import answers, parts, repetitions
+from trackmark.bench.evaluation.run_record import Trace
 from trackmark.bench.pages.charts import error_charts, share_charts, speed_chart, survival_chart
-from trackmark.bench.pages.filming import Watch
-from trackmark.bench.pages.takes import Reading, named_by, read_takes, scenes
+from trackmark.bench.pages.comparison_section import answers, parts, repetitions
+from trackmark.bench.pages.page_frames import Watch
+from trackmark.bench.pages.player_runs import Reading, named_by, read_takes, scenes
 from trackmark.bench.protocols import STORED_ONCE, TIMING
 from trackmark.bench.reporting.by_preset import table_prefix
 from trackmark.bench.reporting.failed_runs import with_worst_scores
 from trackmark.bench.store.loading import load_results
 from trackmark.bench.store.truth import occurring_attributes
-from trackmark.datasets.text_form import format_text
+from trackmark.datasets.spec_string import format_text
 from trackmark.reports.page.content import Page, Place, Section, Sheet
 from trackmark.reports.page.page import write_chunk, write_page
 from trackmark.reports.tables import MISSING, Cell, Table, complete
@@ -84,7 +84,7 @@ def write_report_page(
     page = Page(title, found.sections, found.reading.shown, shown)
     paths = write_page(path, page)
     if plots:
-        from trackmark.bench.pages.paper import write_paper  # brings what draws
+        from trackmark.bench.pages.paper_export import write_paper  # brings what draws
 
         paths += write_paper(path.parent, page, plots, {table.name for table in tables})
     return paths

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from trackmark.bench.experiments.experiment import ExperimentError
-from trackmark.datasets.text_form import close_match
+from trackmark.datasets.spec_string import close_match
 
 FOLDER = Path(__file__).parent
 

@@ -6,10 +6,10 @@ from math import isfinite
 from pathlib import Path
 
 from trackmark.bench.claims.row_verdicts import SETTINGS, VerdictRow, count_verdicts, verdict_table
-from trackmark.bench.pages.filming import Watch
-from trackmark.bench.papers.footage import Footage, film_runs
+from trackmark.bench.pages.page_frames import Watch
+from trackmark.bench.papers.evidence_frames import Footage, film_runs
 from trackmark.bench.papers.main_table import text_table
-from trackmark.bench.papers.page import RULES, VIDEOS
+from trackmark.bench.papers.markdown_page import RULES, VIDEOS
 from trackmark.bench.papers.reproduction import Report
 from trackmark.bench.papers.scene_rows import SceneRow, ShownRun, claim_scenes, main_runs
 from trackmark.reports.page.content import Card, Page, Picture, Section, Sheet

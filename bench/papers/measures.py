@@ -16,13 +16,13 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from trackmark.bench.evaluation.record import Run
+from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.experiments.experiment import ExperimentError
 from trackmark.bench.metrics.centre_error import centre_error
 from trackmark.bench.metrics.overlap import overlap
 from trackmark.bench.papers.description import Description
 from trackmark.bench.store.truth import StoredTruth
-from trackmark.datasets.text_form import parse_text
+from trackmark.datasets.spec_string import parse_text
 
 Values = NDArray[np.float64]
 Function = Callable[..., float]

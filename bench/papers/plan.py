@@ -10,7 +10,7 @@ from trackmark.bench.experiments.experiment import Experiment, ExperimentError, 
 from trackmark.bench.papers import Effort
 from trackmark.bench.papers.description import Description, Sensitivity
 from trackmark.bench.papers.scene_check import FIRST_SCENE, passing_scenes, read_values
-from trackmark.datasets.text_form import format_text, parse_text
+from trackmark.datasets.spec_string import format_text, parse_text
 
 MAIN_SCENES = 24
 

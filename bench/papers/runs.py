@@ -9,8 +9,8 @@ from pathlib import Path
 import pandas as pd
 
 from trackmark import datasets
-from trackmark.bench.evaluation.reference import reference
-from trackmark.bench.experiments.contestant import contestant
+from trackmark.bench.evaluation.ground_truth import reference
+from trackmark.bench.experiments.tracker_spec import contestant
 from trackmark.bench.papers.description import Description
 from trackmark.bench.papers.measures import Course, Measure
 from trackmark.bench.papers.plan import scene_names

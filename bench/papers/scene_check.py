@@ -22,7 +22,7 @@ from trackmark.bench.papers.criteria import shared
 from trackmark.bench.papers.criteria.nguyen2002 import ClipSet
 from trackmark.bench.papers.criteria.shared import SceneImages
 from trackmark.bench.papers.measures import paper_module, typed_option
-from trackmark.datasets.text_form import parse_text
+from trackmark.datasets.spec_string import parse_text
 
 FOLDER = Path(__file__).parent
 CHECKED_SCENES = 40

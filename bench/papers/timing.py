@@ -24,9 +24,9 @@ from loky import ProcessPoolExecutor
 from numpy.typing import NDArray
 
 from trackmark import datasets, trackers
-from trackmark.bench.evaluation.reference import reference
-from trackmark.bench.evaluation.turns import Reference, one_thread, take_turns
-from trackmark.bench.experiments.contestant import BOXES, contestant
+from trackmark.bench.evaluation.ground_truth import reference
+from trackmark.bench.evaluation.interleaved_timing import Reference, one_thread, take_turns
+from trackmark.bench.experiments.tracker_spec import BOXES, contestant
 from trackmark.bench.metrics.times import DISTURBED_RATIO
 from trackmark.bench.papers.context import Context
 from trackmark.bench.papers.plan import scene_names, tracker_text

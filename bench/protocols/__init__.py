@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackmark.bench.metrics.native import Truth
-from trackmark.datasets.text_form import close_match, format_text, parse_text
+from trackmark.datasets.spec_string import close_match, format_text, parse_text
 from trackmark.trackers.base.parameters import Parameters, TrackerError
 
 __all__ = [

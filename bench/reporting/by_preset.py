@@ -29,8 +29,8 @@ from trackmark.bench.store.layout import Cell, run_path
 from trackmark.bench.store.loading import load_results
 from trackmark.bench.store.results import Results
 from trackmark.bench.store.truth import read_truth
-from trackmark.reports.fitting import on_terminal
 from trackmark.reports.renderers import to_text
+from trackmark.reports.table_width import on_terminal
 from trackmark.reports.tables import MISSING, Measure, Table, complete, counted, sequence_table
 from trackmark.reports.tables import Cell as TableCell
 

@@ -19,7 +19,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from trackmark.bench.evaluation.record import Run
+from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.evaluation.scoring import judge
 from trackmark.bench.metrics import preset as metrics_preset
 from trackmark.bench.metrics.preset import Judged, State, mean_of_sequences

@@ -11,8 +11,8 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from trackmark import datasets
-from trackmark.bench.evaluation.record import Run, Trace
-from trackmark.bench.evaluation.reference import reference
+from trackmark.bench.evaluation.ground_truth import reference
+from trackmark.bench.evaluation.run_record import Run, Trace
 from trackmark.bench.metrics.centre_error import centre_error
 from trackmark.bench.metrics.overlap import overlap
 from trackmark.bench.protocols import STORED_ONCE, TIMING

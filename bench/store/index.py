@@ -22,7 +22,7 @@ import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 
-from trackmark.bench.evaluation.record import Run
+from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.evaluation.scoring import can_judge, score_both
 from trackmark.bench.store.checksum import arrow_bytes, read_arrow
 from trackmark.bench.store.columns import (

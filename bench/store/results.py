@@ -23,8 +23,8 @@ import pyarrow as pa
 import pyarrow.parquet as parquet
 from numpy.typing import NDArray
 
-from trackmark.bench.evaluation.record import Run
-from trackmark.bench.experiments.contestant import Identity
+from trackmark.bench.evaluation.run_record import Run
+from trackmark.bench.experiments.tracker_spec import Identity
 from trackmark.bench.metrics.regions import Segmentation
 from trackmark.bench.metrics.times import Times
 from trackmark.bench.store.asked import Asked, add_asked, read_asked, withdraw

@@ -18,7 +18,7 @@ from trackmark.datasets.attributes.view import View
 from trackmark.datasets.file_digest import cache_folder
 from trackmark.datasets.interface import Sequence
 from trackmark.datasets.source_digest import tree_digest
-from trackmark.datasets.text_form import close_match
+from trackmark.datasets.spec_string import close_match
 
 Series = dict[str, NDArray[np.float64]]
 """Values by attribute, (n,): a number a frame, NaN where there is none."""

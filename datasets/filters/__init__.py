@@ -4,7 +4,7 @@ They stand behind a sequence's name or path, and are a part of its name and fing
 `samples/face:filter.noise=20`, `plain/target:scene=3:filter.motion=0.4:filter.draw=7`.
 """
 
-from trackmark.datasets.filters.laid_over import (
+from trackmark.datasets.filters.registry import (
     FILTERS,
     Filter,
     filtered,

@@ -12,7 +12,7 @@ from typing import Any, Protocol, cast, runtime_checkable
 
 from trackmark.datasets.decoding import brief
 from trackmark.datasets.interface import Sequence, SequenceError
-from trackmark.datasets.text_form import natural_order
+from trackmark.datasets.spec_string import natural_order
 from trackmark.datasets.truth_file import read_text
 
 __all__ = [

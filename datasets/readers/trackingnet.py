@@ -12,7 +12,7 @@ from trackmark.datasets.image_files import numbered_images
 from trackmark.datasets.interface import Sequence
 from trackmark.datasets.number_files import check_row_count, read_boxes, without_rest
 from trackmark.datasets.recorded import recorded_images
-from trackmark.datasets.text_form import natural_order
+from trackmark.datasets.spec_string import natural_order
 
 IMAGES, TRUTHS = "frames", "anno"
 EXPECTS = f"a folder {IMAGES}/NAME with {TRUTHS}/NAME.txt (TrackingNet)"

@@ -14,7 +14,7 @@ from trackmark.datasets.image_files import image_files, numbered_images
 from trackmark.datasets.interface import Sequence, SequenceError
 from trackmark.datasets.number_files import check_row_count, read_boxes
 from trackmark.datasets.recorded import recorded_images
-from trackmark.datasets.text_form import natural_order
+from trackmark.datasets.spec_string import natural_order
 
 IMAGES, TRUTHS = Path("data_seq/UAV123"), ("anno/UAV123", "anno/UAV20L")
 EXPECTS = f"a name of {TRUTHS[0]}/NAME.txt in a folder with {IMAGES} (UAV123)"

@@ -35,7 +35,7 @@ from trackmark.datasets.number_files import (
 )
 from trackmark.datasets.recorded import recorded_images
 from trackmark.datasets.shapes import EncodedMask, Shapes
-from trackmark.datasets.text_form import natural_order
+from trackmark.datasets.spec_string import natural_order
 
 TRUTH, OBJECT, FIELDS = "groundtruth.txt", "groundtruth_", "sequence"
 EXPECTS = f"a folder with {TRUTH} and images or color/ (VOT)"

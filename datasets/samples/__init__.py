@@ -14,7 +14,7 @@ from trackmark.datasets import truth_file
 from trackmark.datasets.decoding import brief
 from trackmark.datasets.file_digest import file_digests
 from trackmark.datasets.interface import Sequence, SequenceError, Summary
-from trackmark.datasets.outline import Outline, outlined
+from trackmark.datasets.metadata import Outline, outlined
 
 __all__ = ["load", "names", "options", "outline", "summary"]
 

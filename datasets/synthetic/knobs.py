@@ -7,7 +7,7 @@ from typing import Annotated, Any, Self
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from trackmark.datasets.interface import SequenceError
-from trackmark.datasets.text_form import format_text
+from trackmark.datasets.spec_string import format_text
 
 Seed = Annotated[int, Field(ge=0, lt=2**32)]
 """Type of the knob `scene`, which every scene has."""

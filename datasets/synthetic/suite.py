@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, cast
 
 from trackmark.datasets.interface import Sequence, Summary
-from trackmark.datasets.outline import Outline, outlined
-from trackmark.datasets.seal import seal_of
+from trackmark.datasets.metadata import Outline, outlined
 from trackmark.datasets.source_digest import tree_digest
 from trackmark.datasets.synthetic.knobs import Knobs
+from trackmark.datasets.versioning import seal_of
 
 if TYPE_CHECKING:
     from trackmark.datasets.synthetic.scene import Scene, Truth
@@ -77,7 +77,7 @@ class Suite:
     Parameters
     ----------
     folder : Path
-        Of the suite; its `golden.json` holds the seals (see `datasets.seal`).
+        Of the suite; its `golden.json` holds the seals (see `datasets.versioning`).
     entries : iterable of Entry
         The sequences.
     """

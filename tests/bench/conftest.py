@@ -17,9 +17,9 @@ import pytest
 
 from trackmark import datasets
 from trackmark.bench.cli import main
-from trackmark.bench.compilation import SENTENCE
 from trackmark.bench.engine import performing
-from trackmark.bench.experiments.outside import answered
+from trackmark.bench.experiments.tracker_files import answered
+from trackmark.bench.numba_compilation import SENTENCE
 from trackmark.bench.store.truth import write_truth
 from trackmark.trackers.base import catalogue
 
@@ -141,7 +141,7 @@ def without_processes():
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr("trackmark.bench.engine.local.Supervisor", Here)
             patch.setattr("trackmark.bench.engine.supervisor.Supervisor", Here)
-            patch.setattr("trackmark.bench.experiments.outside._child", asked_here)
+            patch.setattr("trackmark.bench.experiments.tracker_files._child", asked_here)
             yield
 
     return within

@@ -12,9 +12,9 @@ import pytest
 from trackmark import datasets
 from trackmark.datasets import SequenceError
 from trackmark.datasets.golden import golden_digests, look_difference
-from trackmark.datasets.outline import outlined
-from trackmark.datasets.seal import read_seals
+from trackmark.datasets.metadata import outlined
 from trackmark.datasets.synthetic.suite import suites
+from trackmark.datasets.versioning import read_seals
 
 # Of sequences that are made alike, two: clips of a film, walkers before the two kinds of camera.
 ALIKE = {"nguyen2002/clip-": ("01", "04"), "multipart/": ("1", "5")}
@@ -139,10 +139,10 @@ def test_truth_is_known_of_every_frame_of_a_scene(rendered):
 
 
 def test_images_and_truth_are_the_sealed_ones(rendered):
-    """See `datasets.seal`; what is sealed of other scenes is in `test_golden_frames.py`.
+    """See `datasets.versioning`; what is sealed of other scenes is in `test_golden_frames.py`.
 
     A change here changes every result on the sequence. If it is meant, look at the pictures and
-    give the scene a new version: `python -m trackmark.bench.evaluation.seal --new NAME`.
+    give the scene a new version: `python -m trackmark.bench.evaluation.version_check --new NAME`.
     """
     assert datasets.outline(rendered.name) == outlined(rendered)  # sealed, too
     if rendered.name not in GOLDEN:  # of stress/twin a harder variant is

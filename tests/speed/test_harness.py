@@ -11,7 +11,7 @@ import pytest
 
 from trackmark import datasets
 from trackmark.bench.evaluation.loop import run_protocol
-from trackmark.bench.experiments.contestant import contestant
+from trackmark.bench.experiments.tracker_spec import contestant
 from trackmark.bench.store.results import Results
 from trackmark.trackers import Estimate
 

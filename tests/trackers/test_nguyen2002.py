@@ -10,7 +10,7 @@ from tests.trackers import plain_nguyen2002 as plain
 from tests.trackers.template_clip import centre_errors, clip, final, made, texture, track
 from trackmark import datasets
 from trackmark.bench.evaluation.loop import evaluate
-from trackmark.bench.experiments.contestant import contestant
+from trackmark.bench.experiments.tracker_spec import contestant
 from trackmark.trackers.base.parameters import TrackerError
 from trackmark.trackers.templates.appearance import Appearance, features_of
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from trackmark import datasets
 from trackmark.bench.claims.row_verdicts import SETTINGS
 from trackmark.bench.evaluation.loop import run_protocol
-from trackmark.bench.experiments.contestant import contestant
+from trackmark.bench.experiments.tracker_spec import contestant
 from trackmark.bench.papers.context import Context
 from trackmark.bench.papers.moreno2005.example import (
     COLOUR,

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from trackmark import datasets
 from trackmark.bench.evaluation.loop import run_protocol
-from trackmark.bench.experiments.contestant import contestant
+from trackmark.bench.experiments.tracker_spec import contestant
 from trackmark.bench.metrics.regions import contour_accuracy, region_similarity
 from trackmark.bench.papers.description import read_description
 from trackmark.bench.papers.measures import measure

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from trackmark import datasets
-from trackmark.bench.experiments.contestant import contestant, run_seed
+from trackmark.bench.experiments.tracker_spec import contestant, run_seed
 from trackmark.bench.metrics.regions import region_similarity
 from trackmark.datasets.interface import Image, Mask
 from trackmark.reports.colour_space import (

@@ -1,7 +1,7 @@
 """The choice of Eq. 7 in the first frame of each scene; no tracker runs."""
 
 from trackmark import datasets
-from trackmark.bench.experiments.contestant import contestant
+from trackmark.bench.experiments.tracker_spec import contestant
 from trackmark.bench.papers.context import Context
 from trackmark.bench.papers.criteria.margins import right_choice as share_of_right_choices
 from trackmark.bench.papers.description import read_description
@@ -9,8 +9,8 @@ from trackmark.bench.papers.measures import measure
 from trackmark.bench.papers.multipart.measures import PERSON
 from trackmark.bench.papers.plan import scene_names, tracker_text
 from trackmark.bench.papers.scene_values import scene_values
+from trackmark.datasets.spec_string import parse_text
 from trackmark.datasets.synthetic.multipart.designs import DESIGNS
-from trackmark.datasets.text_form import parse_text
 from trackmark.trackers.histograms.bins import LuvBins
 
 

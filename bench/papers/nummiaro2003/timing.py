@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 
 from trackmark.bench.claims.row_verdicts import SETTINGS
-from trackmark.bench.experiments.contestant import contestant
+from trackmark.bench.experiments.tracker_spec import contestant
 from trackmark.bench.papers.context import Context
 from trackmark.bench.papers.main_table import text_table
 from trackmark.bench.papers.measures import measure

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from trackmark import bench
-from trackmark.bench.commands import _picking
+from trackmark.bench.commands import _box_picker
 
 BOTH = ("--box", "0:4,5,10,12", "--box", "4:8,5,10,12")
 
@@ -76,7 +76,7 @@ def test_an_image_of_another_size_is_told_before_a_file_is_written(trackmark, on
 def user(monkeypatch):
     """Does something with the page in a thread, as soon as its address is printed."""
     threads, failures = [], queue.Queue()
-    echo = _picking.click.echo
+    echo = _box_picker.click.echo
 
     def start(act):
         def acted(url):
@@ -93,7 +93,7 @@ def user(monkeypatch):
                 threads.append(threading.Thread(target=acted, args=(url,)))
                 threads[-1].start()
 
-        monkeypatch.setattr(_picking.click, "echo", heard)
+        monkeypatch.setattr(_box_picker.click, "echo", heard)
 
     monkeypatch.delenv("DISPLAY", raising=False)
     monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
@@ -161,7 +161,7 @@ def test_boxes_drawn_on_the_page_become_the_truth(trackmark, here, user):
 def test_where_there_is_a_display_the_page_is_opened_there(trackmark, here, user, monkeypatch):
     opened = queue.Queue()
     monkeypatch.setenv("DISPLAY", ":0")
-    monkeypatch.setattr(_picking.webbrowser, "open", opened.put)
+    monkeypatch.setattr(_box_picker.webbrowser, "open", opened.put)
 
     def act(url):
         assert opened.get(timeout=300) == url
@@ -204,8 +204,8 @@ def test_a_browser_draws_boxes_by_dragging(trackmark, here, user, monkeypatch):
     if browser is None:
         pytest.skip("no browser (chromium) is installed")
     page = here / "page.html"
-    page.write_text(_picking.PAGE.read_text() + DRAG)
-    monkeypatch.setattr(_picking, "PAGE", page)
+    page.write_text(_box_picker.PAGE.read_text() + DRAG)
+    monkeypatch.setattr(_box_picker, "PAGE", page)
     options = ("--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={here / 'profile'}")
 
     def act(url):

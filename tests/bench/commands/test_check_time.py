@@ -8,7 +8,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from trackmark.bench.evaluation.turns import TurnError
+from trackmark.bench.evaluation.interleaved_timing import TurnError
 from trackmark.bench.statistics import speed
 
 SLOW = "\n# slow\n"

@@ -26,9 +26,9 @@ from trackmark.reports.comparison import (
     difference_plot,
     speed_accuracy_plot,
 )
-from trackmark.reports.fitting import on_terminal
 from trackmark.reports.palette import colour
 from trackmark.reports.renderers import to_csv, to_text
+from trackmark.reports.table_width import on_terminal
 
 OVERLAP = SUMMARY[0]
 ERROR = next(measure for measure in SUMMARY if measure.name == "centre_error")

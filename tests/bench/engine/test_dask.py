@@ -28,7 +28,7 @@ import sys
 from pathlib import Path
 
 from trackmark import datasets
-from trackmark.bench.experiments.contestant import contestant, identify
+from trackmark.bench.experiments.tracker_spec import contestant, identify
 from trackmark.bench.engine import Job, engine
 from trackmark.bench.experiments.experiment import SequenceSource
 from trackmark.bench.engine.unit import Entry, Unit

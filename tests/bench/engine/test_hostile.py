@@ -13,8 +13,8 @@ import pytest
 from tests.bench.engine import hostile, hostile_answers
 from trackmark import bench, datasets
 from trackmark.bench.evaluation.loop import run_protocol
-from trackmark.bench.experiments.contestant import contestants
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
+from trackmark.bench.experiments.tracker_spec import contestants
 from trackmark.bench.store.index import read_index
 from trackmark.bench.store.results import Results
 

@@ -14,9 +14,9 @@ from trackmark import bench
 from trackmark.bench.engine.supervisor import ClosedError, Supervisor
 from trackmark.bench.engine.unit import Limits
 from trackmark.bench.execution.plan import make_plan
-from trackmark.bench.execution.units import left_of
+from trackmark.bench.execution.scheduling import left_of
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
-from trackmark.bench.experiments.outside import settled
+from trackmark.bench.experiments.tracker_files import settled
 from trackmark.bench.store.files import ResultsError
 from trackmark.bench.store.index import read_index
 from trackmark.bench.store.log import log_files, read_log

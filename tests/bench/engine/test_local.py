@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from trackmark import bench
-from trackmark.bench.execution.run import Execution, run
+from trackmark.bench.execution.executor import Execution, run
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 from trackmark.bench.store.index import read_index
 from trackmark.bench.store.results import Results

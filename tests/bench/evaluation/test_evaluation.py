@@ -10,7 +10,7 @@ import pytest
 from tests.bench.evaluation.walkers import Walker, misbehaving
 from trackmark import bench
 from trackmark.bench.evaluation.loop import run_protocol
-from trackmark.bench.experiments.contestant import contestant
+from trackmark.bench.experiments.tracker_spec import contestant
 from trackmark.bench.protocols import STORED_ONCE, TIMING
 from trackmark.datasets import SequenceError
 from trackmark.trackers import Estimate

@@ -6,7 +6,7 @@ import pytest
 from trackmark import bench
 from trackmark.bench.evaluation import loop
 from trackmark.bench.evaluation.loop import WARM_UP_FRAMES, run_protocol
-from trackmark.bench.experiments.contestant import contestant
+from trackmark.bench.experiments.tracker_spec import contestant
 from trackmark.bench.metrics.times import DISTURBED_RATIO, Times, is_disturbed, time_scores
 from trackmark.bench.protocols import TIMING
 from trackmark.trackers import Estimate

@@ -9,9 +9,9 @@ import pytest
 
 from trackmark import bench, datasets
 from trackmark.bench.evaluation.loop import run_protocol
-from trackmark.bench.evaluation.record import RESERVED_COLUMNS
-from trackmark.bench.experiments.contestant import contestant
+from trackmark.bench.evaluation.run_record import RESERVED_COLUMNS
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
+from trackmark.bench.experiments.tracker_spec import contestant
 from trackmark.bench.metrics.regions import (
     Segmentation,
     contour_accuracy,

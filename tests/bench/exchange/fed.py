@@ -169,7 +169,7 @@ PLACES = {
 def export(folder, trackmark):
     """Import made-up boxes on the copies, and export them, as users do, by `trackmark(*words)`."""
     from trackmark.bench import exchange
-    from trackmark.bench.exchange.layout import Said
+    from trackmark.bench.exchange.result_format import Said
 
     def given(kind, name, repetition, said, inside=""):
         into = folder / "given" / kind / inside

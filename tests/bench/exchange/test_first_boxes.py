@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from trackmark.bench.exchange.importing import Guest, On, import_results
-from trackmark.bench.exchange.layout import ExchangeError
+from trackmark.bench.exchange.result_format import ExchangeError
 from trackmark.bench.store.results import Results
 
 SHARED = Path(__file__).parents[4] / "shared"

@@ -7,14 +7,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.bench.exchange.test_layouts import binary
+from tests.bench.exchange.test_formats import binary
 from trackmark import datasets
 from trackmark.bench import exchange, metrics
 from trackmark.bench.evaluation.loop import evaluate
 from trackmark.bench.evaluation.scoring import can_judge, judge
 from trackmark.bench.exchange.exporting import export_results
 from trackmark.bench.exchange.importing import Guest, On, guest, import_results
-from trackmark.bench.exchange.layout import ExchangeError
+from trackmark.bench.exchange.result_format import ExchangeError
 from trackmark.bench.metrics.preset import Answer, Target
 from trackmark.bench.store.asked import Asked
 from trackmark.bench.store.results import Results

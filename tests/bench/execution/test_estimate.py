@@ -8,9 +8,9 @@ import pytest
 from tests.bench.engine.hostile import HEAD
 from trackmark.bench.engine.unit import Limits
 from trackmark.bench.execution.estimate import Basis, Estimate, estimate, measured_before, words
+from trackmark.bench.execution.executor import run
 from trackmark.bench.execution.plan import make_plan
-from trackmark.bench.execution.run import run
-from trackmark.bench.execution.units import left_of
+from trackmark.bench.execution.scheduling import left_of
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 from trackmark.bench.store.results import Results
 

@@ -8,9 +8,9 @@ import cv2
 import pytest
 
 from trackmark import trackers
+from trackmark.bench.execution.executor import run
 from trackmark.bench.execution.plan import State, make_plan
-from trackmark.bench.execution.run import run
-from trackmark.bench.execution.units import left_of
+from trackmark.bench.execution.scheduling import left_of
 from trackmark.bench.experiments.experiment import Experiment, ExperimentError, SequenceSource
 from trackmark.bench.store.results import Results
 from trackmark.datasets import SequenceError
@@ -81,7 +81,7 @@ def test_a_changed_tracker_makes_its_own_runs_stale_and_no_others(finished):
 def test_a_changed_shared_module_makes_runs_stale(finished, monkeypatch, tmp_path):
     copy = tmp_path / "copy" / "trackers"
     shutil.copytree(Path(trackers.__file__).parent, copy)
-    monkeypatch.setattr("trackmark.bench.experiments.contestant.PACKAGE", copy)
+    monkeypatch.setattr("trackmark.bench.experiments.tracker_spec.PACKAGE", copy)
     assert states(finished)["knob.py:Knob", 0] == "done"
     interface = copy / "base" / "interface.py"
     append(interface, "CHANGED = True\n")

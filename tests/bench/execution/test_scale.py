@@ -15,10 +15,10 @@ import numpy as np
 import pyarrow as pa
 import pytest
 
-from trackmark.bench.evaluation.record import Run
+from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.execution.plan import State, make_plan
-from trackmark.bench.experiments.contestant import identify
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
+from trackmark.bench.experiments.tracker_spec import identify
 from trackmark.bench.store import index
 from trackmark.bench.store.columns import PLACE, coded, numbered, with_place
 from trackmark.bench.store.index import list_runs
@@ -127,7 +127,7 @@ def peak():
 def measure(folder):
     """Plan, resume, report; print what it took."""
     from trackmark import bench
-    from trackmark.bench.execution.run import Execution
+    from trackmark.bench.execution.executor import Execution
     from trackmark.bench.reporting.tables import tables
 
     with pa.memory_map(str(folder / "simulated.arrow")) as file:

@@ -13,8 +13,8 @@ from trackmark.bench.experiments.experiment import (
     experiment_names,
     read_experiment,
 )
+from trackmark.datasets.spec_string import parse_text
 from trackmark.datasets.synthetic.suite import suites
-from trackmark.datasets.text_form import parse_text
 
 GOOD = """
 version = 1

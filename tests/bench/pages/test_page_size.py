@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 from tests import browser
-from trackmark.bench.evaluation.record import Run
+from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.execution.plan import make_plan
-from trackmark.bench.experiments.contestant import identify
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
+from trackmark.bench.experiments.tracker_spec import identify
 from trackmark.bench.pages.report import Said, write_report_page
 from trackmark.bench.reporting.tables import tables
 from trackmark.bench.store.results import Results

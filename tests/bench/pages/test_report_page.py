@@ -25,7 +25,9 @@ HOSTILE = "</script><script>alert('x')</script> \"q\" & ключ 跟踪"
 def without_plots(monkeypatch):
     """Plots and film strips are other tests' matter, and take longer than pages."""
     monkeypatch.setattr("trackmark.bench.reporting.pictures.write_pictures", lambda *_: [])
-    monkeypatch.setattr("trackmark.bench.pages.paper.write_for_papers", lambda path, _: [path])
+    monkeypatch.setattr(
+        "trackmark.bench.pages.paper_export.write_for_papers", lambda path, _: [path]
+    )
 
 
 def test_numbers_on_the_page_are_those_of_csv_and_json(trackmark, here):

@@ -12,7 +12,7 @@ from trackmark import datasets
 from trackmark.bench import papers as papers_package
 from trackmark.bench.claims import claims_file
 from trackmark.bench.evaluation.loop import run_protocol
-from trackmark.bench.experiments.contestant import contestant
+from trackmark.bench.experiments.tracker_spec import contestant
 from trackmark.bench.papers import Effort, description, plan, reproduction, scene_check
 from trackmark.bench.papers.measures import find_measure
 from trackmark.bench.store.asked import Asked

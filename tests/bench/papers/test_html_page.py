@@ -11,9 +11,9 @@ import pytest
 
 from tests import browser
 from trackmark.bench.claims.claim_tests import Evidence
-from trackmark.bench.papers import footage
-from trackmark.bench.papers.front_page import write_front_page
+from trackmark.bench.papers import evidence_frames
 from trackmark.bench.papers.html_page import write_html_page
+from trackmark.bench.papers.index_page import write_front_page
 from trackmark.bench.papers.reproduction import document
 from trackmark.bench.papers.scene_rows import claim_scenes
 from trackmark.bench.store.files import ResultsError
@@ -102,7 +102,7 @@ def test_cell_of_main_table_opens_its_worst_run(page, report):
 
 @pytest.mark.parametrize("most", [0, 10_000])
 def test_numbers_open_frames_that_are_in_the_page(tiny, report, monkeypatch, most):
-    monkeypatch.setattr(footage, "MAX_FRAMES", most)
+    monkeypatch.setattr(evidence_frames, "MAX_FRAMES", most)
     path = tiny.results / "tiny" / "few.html"
     text = write_html_page(path, report)[0].read_text()
     data = json.loads(re.search(r'id="data">(.*?)</script>', text, re.S)[1])

@@ -7,7 +7,7 @@ import pytest
 
 from trackmark.bench.claims.claims_file import read_claims
 from trackmark.bench.claims.row_verdicts import judge_row
-from trackmark.bench.execution.run import Execution
+from trackmark.bench.execution.executor import Execution
 from trackmark.bench.papers import Effort
 from trackmark.bench.papers.context import Context
 from trackmark.bench.papers.description import read_description

@@ -3,9 +3,9 @@
 from dataclasses import replace
 
 from trackmark.bench.papers.evidence import evidence
-from trackmark.bench.papers.page import page, write_page
+from trackmark.bench.papers.markdown_page import page, write_page
 from trackmark.bench.papers.reproduction import document
-from trackmark.bench.papers.screen import screen
+from trackmark.bench.papers.terminal_report import screen
 
 
 def test_verdicts_rest_on_scenes_that_meet_the_criteria(report):

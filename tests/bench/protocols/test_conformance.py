@@ -14,9 +14,9 @@ from trackmark.bench.evaluation.loop import run_protocol
 from trackmark.bench.evaluation.recorder import frames_of_segments
 from trackmark.bench.evaluation.scoring import can_judge, judge
 from trackmark.bench.execution.plan import State, make_plan
-from trackmark.bench.execution.units import left_of
-from trackmark.bench.experiments.contestant import contestant
+from trackmark.bench.execution.scheduling import left_of
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
+from trackmark.bench.experiments.tracker_spec import contestant
 from trackmark.bench.protocols import STORED_ONCE, ProtocolError, protocol
 from trackmark.bench.reporting.by_preset import tables_by
 from trackmark.bench.store.asked import Asked

@@ -16,8 +16,8 @@ from trackmark.bench.statistics.intervals import mean_interval
 from trackmark.bench.statistics.rules import MIN_UNITS
 from trackmark.reports.attributes import Against, attribute_plot
 from trackmark.reports.figures import write_figure
-from trackmark.reports.fitting import on_terminal
 from trackmark.reports.renderers import to_csv, to_markdown, to_text
+from trackmark.reports.table_width import on_terminal
 
 OVERLAP = SUMMARY[0]
 

@@ -15,8 +15,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from trackmark import bench
-from trackmark.bench.evaluation.record import Run
-from trackmark.bench.experiments.contestant import contestant, identify
+from trackmark.bench.evaluation.run_record import Run
+from trackmark.bench.experiments.tracker_spec import contestant, identify
 from trackmark.bench.metrics.times import Times
 from trackmark.bench.store.asked import Asked
 from trackmark.bench.store.checksum import PLACEHOLDER, check, sealed

@@ -20,9 +20,9 @@ from hypothesis.stateful import (
 
 from trackmark import bench, datasets
 from trackmark.bench.engine.performing import perform, scored
-from trackmark.bench.execution.run import Execution
-from trackmark.bench.experiments.contestant import contestant, identify
+from trackmark.bench.execution.executor import Execution
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
+from trackmark.bench.experiments.tracker_spec import contestant, identify
 from trackmark.bench.reporting.tables import tables
 from trackmark.bench.store.index import read_index
 from trackmark.bench.store.layout import run_path

@@ -1,4 +1,6 @@
-"""Frames and truth of variants, and identities, are those that were sealed; see `datasets.seal`.
+"""Frames and truth of variants and their identities equal the golden ones.
+
+See `datasets.versioning`.
 
 As they are by default, sequences are held to their seals in `tests/datasets/test_conformance.py`.
 """
@@ -9,10 +11,10 @@ import pytest
 
 from trackmark import datasets
 from trackmark.datasets.golden import golden_digests, look_difference
-from trackmark.datasets.outline import outlined
-from trackmark.datasets.seal import Seal, read_seals, seal_of
+from trackmark.datasets.metadata import outlined
+from trackmark.datasets.spec_string import parse_text
 from trackmark.datasets.synthetic.suite import Suite, suites
-from trackmark.datasets.text_form import parse_text
+from trackmark.datasets.versioning import Seal, read_seals, seal_of
 
 SUITES = suites()
 SEALS = [seal for suite in SUITES for seal in read_seals(suite.golden).values()]

@@ -6,10 +6,10 @@ from hypothesis import strategies as st
 from pydantic import Field
 
 from trackmark.datasets import SequenceError
+from trackmark.datasets.spec_string import parse_text
 from trackmark.datasets.synthetic.knobs import Knobs, Seed, seed
 from trackmark.datasets.synthetic.plain.knobs import TargetKnobs
 from trackmark.datasets.synthetic.suite import Entry, Suite
-from trackmark.datasets.text_form import parse_text
 
 
 def test_the_canonical_name_has_only_the_knobs_off_their_default_sorted(target):

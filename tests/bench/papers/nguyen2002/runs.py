@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pandas as pd
 
-from trackmark.bench.evaluation.record import Run
+from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.store.truth import StoredTruth
 from trackmark.trackers.templates.occlusion import Diary
 

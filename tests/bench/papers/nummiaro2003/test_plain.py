@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from trackmark import datasets
-from trackmark.bench.experiments.contestant import contestant
+from trackmark.bench.experiments.tracker_spec import contestant
 from trackmark.bench.papers.description import read_description
 from trackmark.bench.papers.nummiaro2003.plain import PlainFilter
 from trackmark.bench.papers.nummiaro2003.timing import PLAIN

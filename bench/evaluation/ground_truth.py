@@ -1,0 +1,56 @@
+"""Which of a sequence's truths a run starts from and is scored by: its boxes, or a region."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from trackmark.bench.experiments.tracker_spec import BOXES
+from trackmark.bench.metrics.native import Truth
+from trackmark.datasets import SequenceError
+from trackmark.datasets.spec_string import close_match
+
+
+@dataclass(frozen=True)
+class Reference:
+    """A sequence's truth with one of its regions in the place of its boxes."""
+
+    boxes: NDArray[np.float64]
+    regions: Mapping[str, NDArray[np.float64]]
+    visibility: NDArray[np.float64]
+    origin: Truth
+
+    @property
+    def image_size(self) -> tuple[int, int] | None:
+        """Width and height of the images, where the sequence or its stored truth knows them."""
+        size: tuple[int, int] | None = getattr(self.origin, "image_size", None)
+        return size
+
+
+def reference(truth: Truth, region: str, name: str = "the sequence") -> Truth:
+    """The truth as seen by a run that is initialised with a region.
+
+    `truth`: a sequence, or its stored truth. `region`: `boxes`, or one of `truth.regions`. `name`:
+    the sequence's name, for messages.
+
+    Raises `SequenceError` for a region that the sequence has not, or that is absent where its
+    boxes begin.
+    """
+    if region == BOXES:
+        return truth
+    if region not in truth.regions:
+        known = [BOXES, *sorted(truth.regions)]
+        hint = close_match(region, known)
+        raise SequenceError(
+            f"{name} has no region {region!r} to initialise with (init={region}).{hint} "
+            f"Known: {', '.join(known)}."
+        )
+    boxes = truth.regions[region]
+    present = np.flatnonzero(np.isfinite(truth.boxes).all(axis=1))
+    if len(present) and not np.isfinite(boxes[present[0]]).all():
+        raise SequenceError(
+            f"{name}: the region {region!r} is absent in frame {present[0]}, where the target "
+            "appears; no tracker can be initialised with it."
+        )
+    return Reference(boxes, truth.regions, truth.visibility, truth)

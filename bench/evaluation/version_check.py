@@ -1,0 +1,177 @@
+"""Version check of scenes and trackers: proves that changed sources still give the same output.
+
+`python -m trackmark.bench.evaluation.version_check` (`make seal`) renders every scene and runs
+every tracker whose syntax tree differs from the recorded one. If the golden digests agree, it
+records the new tree. Otherwise it reports the difference and keeps the entry. `--new NAME` gives
+the scene or tracker a new version: stored results of the old version then count as missing. See
+`trackmark.datasets.versioning`.
+"""
+
+import hashlib
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from fnmatch import fnmatchcase
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import click
+
+from trackmark import datasets, trackers
+from trackmark.bench.evaluation.loop import evaluate
+from trackmark.bench.experiments.tracker_spec import GOLDEN, PACKAGE
+from trackmark.datasets.golden import golden_digests
+from trackmark.datasets.metadata import known_of
+from trackmark.datasets.source_digest import imported_libraries, tree_digest
+from trackmark.datasets.synthetic.suite import suites
+from trackmark.datasets.versioning import Seal, read_seals, write_seals
+from trackmark.reports.files import write_file
+
+Golden = dict[str, Mapping[str, str]]
+
+SHORT = (("samples/face", 0, 12), ("wang2010/table-tennis", 5, 16), ("moreno2005/octopus", 0, 5))
+"""Sequences and their frames (from, to) on which trackers are proven: a recorded face, a ball that
+is hidden meanwhile, and a first mask. Few frames, as some trackers take a second for each."""
+
+
+@dataclass(frozen=True)
+class Sealed:
+    """A scene or tracker that has a seal, or wants one."""
+
+    name: str  # key in the `golden.json`
+    file: Path  # the `golden.json`
+    tree: str  # digest of the syntax trees as they are
+    seal: Seal | None  # what stands in the file
+    asked: list[str]  # what golden digests are of
+    digests: Callable[[str], dict[str, str]]  # gives the golden digests of one of `asked`, now
+    libraries: list[str]  # import names of the libraries that a tracker uses; empty for scenes
+    described: list[str]  # sequences of a scene whose descriptions are sealed beside it
+
+    def golden(self) -> Golden:
+        """Golden digests as they are now."""
+        return {text: self.digests(text) for text in self.asked}
+
+    def known(self) -> dict[str, dict[str, Any]]:
+        """What descriptions tell now."""
+        return {name: known_of(datasets.load(name)) for name in self.described}
+
+
+def sealed() -> Iterator[Sealed]:
+    """All scenes and trackers that can be proven here."""
+    yield from _scenes()
+    yield from _trackers()
+
+
+def golden_boxes(asked: str) -> dict[str, str]:
+    """Digest of what a tracker says: `asked` is its text, ` on ` and a key of `SHORT`."""
+    text, _, name = asked.partition(" on ")
+    run = evaluate(text, _short(name))
+    if run.failure:
+        return {"failure": run.failure.partition(":")[0]}
+    digest = hashlib.sha256()
+    for values in (run.boxes, run.visible, run.confidence, run.revised):
+        digest.update(b"none" if values is None else values.tobytes())
+    return {"boxes": digest.hexdigest()[:32]}
+
+
+@cache
+def _short(name: str) -> datasets.Sequence:
+    first, last = next((first, last) for known, first, last in SHORT if known == name)
+    sequence = datasets.load(name)[first:last]
+    sequence.frames = [sequence.frames[frame] for frame in range(len(sequence))]
+    return sequence
+
+
+def _scenes() -> Iterator[Sealed]:
+    for suite in suites():
+        seals = read_seals(suite.golden)
+        covered: dict[str, list[str]] = {}
+        for name in suite.names():
+            key = next((key for key in seals if fnmatchcase(name, key)), name)
+            covered.setdefault(key, []).append(name)
+        for key, described in covered.items():
+            name, seal = described[0], seals.get(key)
+            yield Sealed(
+                key,
+                suite.golden,
+                suite.tree(name),
+                seal,
+                asked=[name, f"{name}:scene=1"] if seal is None else list(seal.golden),
+                digests=lambda text: golden_digests(datasets.load(text)),
+                libraries=[],
+                described=described,
+            )
+
+
+def _trackers() -> Iterator[Sealed]:
+    seals = read_seals(GOLDEN)
+    for name in trackers.names():
+        try:
+            specification = trackers.resolve(name)
+        except trackers.TrackerError:  # it can't be proven where it can't be used
+            continue
+        if specification.file.parent != PACKAGE:
+            continue
+        tree = tree_digest(specification.file, PACKAGE)
+        libraries = imported_libraries(specification.file, PACKAGE)
+        about = trackers.describe(name)
+        plain = about["default_preset"]
+        texts = [name if key == plain else f"{name}:preset={key}" for key in about["presets"]]
+        asked = [f"{text} on {sequence}" for text in texts for sequence, _, _ in SHORT]
+        yield Sealed(name, GOLDEN, tree, seals.get(name), asked, golden_boxes, libraries, [])
+
+
+def _seal(one: Sealed, new: bool) -> str:
+    """Prove a scene or tracker and write its seal; say what came of it, empty if nothing."""
+    seal = one.seal
+    if (
+        seal is not None
+        and seal.tree == one.tree
+        and set(seal.golden) == set(one.asked)
+        and set(seal.known) == set(one.described)
+    ):
+        return ""
+    golden, known = one.golden(), one.known()
+    if seal is None:
+        made, said = Seal([1], one.tree, golden, one.libraries, known), "sealed for the first time"
+    else:
+        kept = [text for text in golden if text in seal.golden]
+        others = [text for text in kept if not _agree(golden[text], seal.golden[text])]
+        if others and not new:
+            return (
+                f"NOT sealed, as {', '.join(others)} came out otherwise. If that is meant, "
+                f"--new {one.name} gives a new version."
+            )
+        made = replace(seal, tree=one.tree, golden=golden, known=known)
+        said = "the same as before: sealed again"
+        if others:
+            made = replace(made, version=seal.next_version(), libraries=one.libraries)
+            said = f"now version {made.version[0]}"
+    seals = {**read_seals(one.file), one.name: made}
+    write_file(one.file, lambda file: write_seals(file, seals))
+    return said
+
+
+def _agree(found: Mapping[str, str], sealed: Mapping[str, str]) -> bool:
+    """Whether digests are the sealed ones; a look only helps to tell how images differ."""
+    return all(found.get(part) == digest for part, digest in sealed.items() if part != "look")
+
+
+@click.command("seal")
+@click.option("--new", multiple=True, metavar="NAME", help="may give other pixels or boxes now")
+@click.option("--only", default="", metavar="PREFIX", help="names that start with this")
+def main(new: tuple[str, ...], only: str) -> None:
+    """Prove scenes and trackers whose source changed, and seal them."""
+    refused = 0
+    for one in sealed():
+        if not one.name.startswith(only):
+            continue
+        said = _seal(one, one.name in new)
+        refused += said.startswith("NOT")
+        if said:
+            click.echo(f"{one.name}: {said}")
+    raise SystemExit(1 if refused else 0)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,258 @@
+"""A tracker as the harness sees it: how to make it, and everything its boxes depend on."""
+
+import hashlib
+import inspect
+import json
+import typing
+import zlib
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import asdict, dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from trackmark import trackers
+from trackmark.bench.protocols import STORED_ONCE
+from trackmark.datasets.source_digest import library_versions, source_digest
+from trackmark.datasets.spec_string import format_text, parse_text
+from trackmark.datasets.versioning import seal_of
+from trackmark.trackers import Randomness, Tracker, TrackerError
+from trackmark.trackers.base.catalogue import DEFAULT_PRESET, in_file
+
+TrackerMaker: TypeAlias = Callable[[np.random.SeedSequence], Tracker]
+
+PACKAGE = Path(str(trackers.__file__)).parent
+GOLDEN = PACKAGE / "golden.json"
+"""Seals of the trackers; see `datasets.versioning`."""
+
+BOXES = "boxes"
+"""Name of the truth that every sequence has, and that a run starts from unless told otherwise."""
+
+IMPORTED = "results of others"
+"""Source in the tracker version of runs that were imported."""
+
+
+@dataclass(frozen=True)
+class Identity:
+    """Everything that determines a run. Equal identities give equal boxes."""
+
+    tracker: str  # canonical text form: name, preset unless it is the default, changed parameters
+    tracker_name: str  # the name alone; the seed depends on it
+    # Where the parameters start from; `recommended` for what the name alone means, too.
+    preset: str
+    # All parameters, the defaults too; of a tracker whose parameters are younger than its first
+    # results (`OpenCVParameters`) those that differ from their defaults.
+    parameters: Mapping[str, Any]
+    # `source` (its sealed version, or a digest of the syntax trees of the tracker's file and of the
+    # shared modules it imports) and `libraries` (version by distribution).
+    tracker_version: Mapping[str, Any]
+    sequence: str
+    fingerprint: str
+    repetition: int
+    protocol: str  # how it was run, as `bench.protocols.Protocol.text` has it; or `timing`
+    # Truth that the tracker was initialised with and is scored by: `boxes`, or the name of one of
+    # the sequence's regions.
+    init: str = "boxes"
+
+    @property
+    def imported(self) -> bool:
+        """True if the run was read from a result file of another toolkit."""
+        return bool(self.tracker_version.get("source") == IMPORTED)
+
+    @cached_property
+    def digest(self) -> str:
+        """16 hexadecimal digits over all of it."""
+        return _digest(asdict(self))
+
+    @cached_property
+    def version(self) -> str:
+        """16 hexadecimal digits over all but the repetition: what a mean may be taken over."""
+        return _digest({key: value for key, value in asdict(self).items() if key != "repetition"})
+
+    @cached_property
+    def tracker_digest(self) -> str:
+        """16 hexadecimal digits over the tracker's source and libraries, wherever it ran."""
+        return _digest(self.tracker_version)
+
+
+def _digest(determining: Mapping[str, Any]) -> str:
+    text = json.dumps(determining, sort_keys=True)
+    return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+@dataclass(frozen=True)
+class Contestant:
+    """A tracker with settled parameters."""
+
+    label: str  # canonical text form, without what equals the defaults; `init` stands last in it
+    name: str  # name without parameters
+    preset: str  # as in `Identity`
+    parameters: Mapping[str, Any]
+    randomness: Randomness  # where its random numbers come from
+    make: TrackerMaker  # gives a fresh tracker from a seed sequence
+    file: Path | None  # source file; None for a callable without one
+    init: str = BOXES  # truth that it is initialised with: `boxes`, or the name of a region
+    class_name: str = ""  # class within its file, where the name does not tell it
+    # Parameters that its runs are identified without; see `Identity.parameters`.
+    implied: list[str] = field(default_factory=list)
+
+    @cached_property
+    def version(self) -> dict[str, Any]:
+        """Its sealed version, or a digest of its source, with its libraries'; see `Identity`."""
+        if self.file is None:
+            return {"source": "unknown", "libraries": {}}
+        source, libraries = source_digest(self.file, PACKAGE)
+        seal = seal_of(self.name, GOLDEN) if self.file.parent == PACKAGE else None
+        if seal is not None:
+            source = "-".join(map(str, seal.named(source)))
+            libraries = library_versions(set(seal.libraries))
+        source = f"{source}-{self.class_name}" if self.class_name else source
+        return {"source": source, "libraries": libraries}
+
+
+def contestant(tracker: str | TrackerMaker) -> Contestant:
+    """Settle a tracker from its text form, or from a callable that makes it.
+
+    `tracker`: `name:key=value:…`, with `preset` and `init` among the keys;
+    `path/to/file.py:ClassName:…`, without the class where the file holds one tracker, and with `as`
+    among the keys; or a callable that takes a `numpy.random.SeedSequence`.
+
+    Raises `TrackerError` for an unknown name, preset or parameter, or a malformed text. Raises
+    `TypeError`: for a ready tracker, whose seed nobody knows.
+    """
+    if isinstance(tracker, str):
+        return _from_text(tracker)
+    if not callable(tracker):
+        raise TypeError(
+            f"{type(tracker).__name__} is a ready tracker, and its seed is unknown. Give its name, "
+            "or a callable that makes it from a numpy.random.SeedSequence."
+        )
+    name = getattr(tracker, "__qualname__", type(tracker).__qualname__)
+    try:
+        source = inspect.getsourcefile(inspect.unwrap(tracker))
+    except (TypeError, OSError):  # no source of its own: functools.partial, a prompt's lambda
+        source = None
+    return Contestant(
+        label=name,
+        name=name,
+        preset="",
+        parameters={},
+        randomness=getattr(tracker, "randomness", Randomness.GENERATOR),
+        make=tracker,
+        file=Path(source) if source and Path(source).is_file() else None,
+    )
+
+
+KnownVersions: TypeAlias = dict[tuple[Path | None, str], dict[str, Any]]
+"""Versions of trackers by file and `class_name`."""
+
+
+def contestants(texts: Iterable[str], known: KnownVersions | None = None) -> dict[str, Contestant]:
+    """Settle trackers by their text forms; see `contestant`.
+
+    Those of one file have one version, which is found out once: it costs far more than the rest.
+    `known`: where some were found out just now; others are added.
+    """
+    known = {} if known is None else known
+    chosen = {text: contestant(text) for text in dict.fromkeys(texts)}
+    for entry in chosen.values():
+        place = entry.file, entry.class_name
+        if place not in known:
+            known[place] = entry.version
+        vars(entry)["version"] = known[place]  # where `cached_property` keeps it
+    return chosen
+
+
+def run_seed(name: str, sequence: str, repetition: int, begun: int = 0) -> np.random.SeedSequence:
+    """Seed of a run: depends on tracker name, sequence name and repetition, on nothing else.
+
+    `begun`: how many trackers were begun before in the same run, by a protocol that does so.
+
+    Parameters never enter, so variants of a tracker share their random numbers; neither
+    does what else is run, so adding a tracker changes nobody's.
+    """
+    key = (zlib.crc32(name.encode()), zlib.crc32(sequence.encode()))
+    return np.random.SeedSequence(repetition, spawn_key=(*key, begun) if begun else key)
+
+
+class Known(typing.Protocol):
+    """What of a sequence is part of what determines a run."""
+
+    @property
+    def name(self) -> str:
+        """Canonical name."""
+        ...
+
+    @property
+    def fingerprint(self) -> str:
+        """Changes when a pixel or a truth value changes."""
+        ...
+
+
+def identify(
+    chosen: Contestant, sequence: Known, repetition: int, protocol: str = STORED_ONCE
+) -> Identity:
+    """What determines a run of this tracker on this sequence."""
+    return Identity(
+        tracker=chosen.label,
+        tracker_name=chosen.name,
+        preset=chosen.preset,
+        parameters={
+            key: value for key, value in chosen.parameters.items() if key not in chosen.implied
+        },
+        tracker_version=chosen.version,
+        sequence=sequence.name,
+        fingerprint=sequence.fingerprint,
+        repetition=repetition,
+        protocol=protocol,
+        init=chosen.init,
+    )
+
+
+def _from_text(text: str) -> Contestant:
+    name, options = split_text(text)
+    # What a run starts from is the harness's business: no tracker has such a parameter.
+    init = options.pop("init", BOXES)
+    specification = trackers.resolve(name, **options)
+    parameters = specification.parameters
+    shown = {} if init == BOXES else {"init": init}
+    class_name = specification.plugin.__name__
+    named = in_file(name) is None or specification.name.endswith(f".py:{class_name}")
+    return Contestant(
+        label=format_text(specification.name, {**specification.options, **shown}),
+        name=specification.name,
+        preset=specification.options.get("preset", DEFAULT_PRESET),
+        parameters=parameters.model_dump(),
+        randomness=specification.randomness,
+        make=specification.create,
+        file=specification.file,
+        init=init,
+        class_name="" if named else class_name,
+        implied=_implied(parameters),
+    )
+
+
+def _implied(parameters: trackers.Parameters) -> list[str]:
+    """Parameters that have their defaults, of a tracker that had results before it had any."""
+    if not getattr(parameters, "implied", False):
+        return []
+    fields = type(parameters).model_fields
+    return [key for key, value in parameters if value == fields[key].default]
+
+
+def split_text(text: str) -> tuple[str, dict[str, str]]:
+    """Name and options of a text form; the name of a tracker in a file is as `trackers` takes it.
+
+    Raises `TrackerError` for a malformed text.
+    """
+    place = in_file(text.strip())
+    file, rest = place or ("", text)
+    if place and "=" in rest.partition(":")[0]:  # no class, but an option
+        rest = f":{rest}"
+    try:
+        name, options = parse_text(rest)
+    except ValueError as error:
+        raise TrackerError(f"tracker {error}") from None
+    return (f"{file}:{name}" if name else str(file)) if place else name, options

@@ -1,0 +1,150 @@
+"""Sections of a page on which tracker is better, in all and on parts of the sequences."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from trackmark.bench.comparing.comparable_runs import ComparisonError
+from trackmark.bench.comparing.comparison import Comparison, compare, means_in_part, parts_of
+from trackmark.bench.comparing.stored_boxes import same_boxes
+from trackmark.bench.comparing.summary_text import paragraph
+from trackmark.bench.comparing.tables import files as comparison_tables
+from trackmark.bench.pages.player_runs import Reading
+from trackmark.bench.protocols import STORED_ONCE
+from trackmark.bench.reporting.tables import SUMMARY, not_repeatable
+from trackmark.bench.statistics.rules import MIN_UNITS, interval_or_none
+from trackmark.bench.statistics.units import Units, units_of
+from trackmark.reports.page.content import Place, Section, Sheet
+from trackmark.reports.tables import MISSING, Cell, Table
+
+_NO_PARTS = (
+    "These sequences have no parts to compare trackers on: names of none say a knob that others "
+    "turn otherwise (as plain/target:noise=30 does), and no attribute is known of some that others "
+    "lack. Parameters of trackers are rows of their own in every table."
+)
+
+
+def answers(
+    folder: Path,
+    runs: pd.DataFrame,
+    occurring: Mapping[str, set[str]],
+    reading: Reading,
+    command: str,
+) -> tuple[Section, list[Sheet]]:
+    """Return which tracker is better, or why that cannot be answered; and tables of parts.
+
+    `folder`: of the experiment. `occurring`: attributes of sequences by name. `command`: makes the
+    section again.
+    """
+    title, measure = "Which is better", SUMMARY[0]
+    if not (runs["protocol"] == STORED_ONCE).any():
+        return Section("answers", title, ["No comparison: nothing was run in one pass."]), []
+    try:
+        comparison = compare(
+            runs,
+            measure,
+            attributes=occurring,
+            same_boxes=same_boxes(folder, runs),
+            not_repeatable=not_repeatable(runs),
+        )
+    except ComparisonError as error:
+        return Section("answers", title, [f"No comparison: {error}"], command=command), []
+    sheets = {}
+    for table in comparison_tables(comparison):
+        columns = len(table.heads) - table.n_labels
+        rows = table.data.to_dict("records")
+        if table.name != "comparison-sequences":
+            places = [[_told_by(row, comparison, reading)] * columns for row in rows]
+            sheets[table.name] = Sheet(table, places=places)
+    differences = [sheets.pop(name) for name in list(sheets) if name == "comparison-parts"]
+    words = [paragraph(comparison)]
+    return Section("answers", title, words, list(sheets.values()), command=command), differences
+
+
+def _told_by(row: Mapping[Any, Any], comparison: Comparison, reading: Reading) -> Place | None:
+    """What a row of a comparison opens: of a pair the sequence on which they differ most.
+
+    Of a part of the sequences one of these.
+    """
+    if "first" not in row:
+        return reading.place(str(row["tracker"]), None, "overlap")
+    parts = parts_of(comparison.sequences, comparison.attributes) if "knob" in row else {}
+    here = parts.get((row.get("knob", ""), row.get("value", "")), True)
+    for pair in comparison.pairs:
+        if {pair.first, pair.second} == {row["first"], row["second"]}:
+            position = int(np.argmax(np.where(here, np.abs(pair.differences), -1.0)))
+            ahead = pair.differences[position] > 0
+            behind = pair.second if ahead else pair.first
+            return reading.place(behind, comparison.sequences[position], "overlap")
+    return None
+
+
+def parts(
+    scored: pd.DataFrame,
+    occurring: Mapping[str, set[str]],
+    reading: Reading,
+    differences: Sequence[Sheet],
+) -> Section:
+    """Return mean overlaps on the sequences that have a parameter's value, or an attribute."""
+    if "mean_overlap" not in scored or not reading.trackers:
+        return Section("parts", "")  # no run finished
+    sequences = [stage.name for stage in reading.stages]
+    units = units_of(sequences)
+    masks = parts_of(sequences, [occurring.get(name, ()) for name in sequences])
+    by = scored.groupby(["tracker", "sequence"], observed=True)["mean_overlap"]
+    means = by.mean().where(by.count() == by.size())
+    rows, values, places = [], list[list[float]](), []
+    data: list[dict[str, Any]] = []
+    for (knob, value), chosen in masks.items():
+        here = [name for name, taken in zip(sequences, chosen, strict=True) if taken]
+        cells = []
+        for name in reading.trackers:
+            by_sequence = means.get(name, pd.Series(dtype=float)).reindex(sequences)
+            mean, low, high = _with_interval(units, by_sequence.to_numpy(float), chosen)
+            cells.append(f"{mean:.3f}" if np.isfinite(mean) else MISSING)
+            cells[-1] += f" [{low:.3f}, {high:.3f}]" if np.isfinite(low) else ""
+            told = {"knob": knob, "value": value, "sequences": len(here), "tracker": name}
+            data.append({**told, "measure": "mean_overlap", "mean": mean, "low": low, "high": high})
+        rows.append([f"{knob}={value}", str(len(here)), *cells])
+        values.append([len(here), *(one["mean"] for one in data[-len(reading.trackers) :])])
+        worst = [
+            reading.worst_of([(name, one) for one in here], "overlap") for name in reading.trackers
+        ]
+        places.append([None, *worst])
+    table = Table(
+        "parts",
+        "Mean overlap (from 0 to 1) by knob and by attribute (of sequences in which it occurs): "
+        f"means over n sequences of {repetitions(scored)} each. In brackets the 95 % interval "
+        f"{units.scope}, from {MIN_UNITS} {units.plural} on.",
+        ["part", "n", *reading.trackers],
+        1,
+        [[Cell(text) for text in row] for row in rows],
+        data=pd.DataFrame(data),
+    )
+    title = "By knob and attribute"
+    if not rows:
+        return Section("parts", title, [_NO_PARTS] if len(sequences) > 1 else [])
+    return Section("parts", title, sheets=[Sheet(table, values, places), *differences])
+
+
+def repetitions(scored: pd.DataFrame) -> str:
+    """How often trackers were run on each sequence: `1 to 3 repetitions`."""
+    counts = scored.groupby(["tracker", "sequence"], observed=True).size()
+    fewest, most = counts.min(), counts.max()
+    times = f"{most}" if fewest == most else f"{fewest} to {most}"
+    return f"{times} repetition{'s' if most > 1 else ''}"
+
+
+def _with_interval(
+    units: Units, by_sequence: NDArray[np.float64], chosen: NDArray[np.bool_]
+) -> tuple[float, float, float]:
+    """Return a mean over the units of a part and its interval, NaN if there is none."""
+    values = means_in_part(units, by_sequence, chosen)
+    if not len(values) or not np.isfinite(values).all():
+        return np.nan, np.nan, np.nan
+    low, high = interval_or_none(values, 1, 0.0, 1.0) or (np.nan, np.nan)
+    return float(values.mean()), low, high

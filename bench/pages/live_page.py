@@ -1,0 +1,76 @@
+"""Trackers watched frame by frame: run once on a sequence, with all they tell, onto a page."""
+
+import tempfile
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from trackmark.bench.execution.executor import Execution
+from trackmark.bench.execution.plan import State
+from trackmark.bench.experiments.experiment import Experiment, SequenceSource
+from trackmark.bench.pages.page_frames import Watch
+from trackmark.bench.pages.player_runs import Reading, read_takes, scenes
+from trackmark.datasets import SequenceError
+from trackmark.reports.page.content import Page, Section
+from trackmark.reports.page.page import write_page
+from trackmark.trackers import Randomness
+
+_HEIGHT = 480  # pixels, at most, of frames: there is a single sequence on the page
+
+
+def write_live_page(
+    trackers: Sequence[str],
+    source: SequenceSource,
+    path: Path,
+    watch: Watch,
+    repetition: int = 0,
+) -> tuple[list[Path], list[str]]:
+    """Run trackers on a sequence in supervised processes, and write a page that steps through it.
+
+    It shows boxes, masks, contours, particles, maps and the trackers' own numbers. `watch` is
+    told how many frames were shown to trackers, and then read. `repetition`: of those that draw
+    random numbers, as `run` would make it. Nothing of the runs is kept but the page. Gives its
+    files, and why runs failed, which shows as far as they got.
+
+    Raises `TrackerError`, `SequenceError`, `ExperimentError` for what can't be run, and `OSError`
+    where the page can't be written.
+    """
+    with tempfile.TemporaryDirectory(prefix="trackmark-live-") as folder:
+        count = repetition + 1
+        experiment = Experiment("live", tuple(trackers), (source,), count, arrays=True)
+        execution = Execution(experiment, Path(folder))
+        plan = execution.plan
+        last = plan.repetitions[plan.run_trackers] - 1
+        plan.states[:, plan.run_repetitions < last] = State.DONE  # the last one alone is wanted
+        chosen = [*plan.trackers.values()]
+        drawing = any(one.randomness is not Randomness.NONE for one in chosen)
+        for _ in execution.rows(lambda done: watch(done, execution.work)):
+            pass
+        if execution.errors:
+            raise SequenceError("\n".join(execution.errors))
+        labels = [one.label for one in chosen]
+        reading = read_takes(execution.folder, labels, detailed=True)
+        page = _page(reading, watch, repetition, drawing)
+        failures = [clip.failure for stage in reading.stages for clip in stage.clips]
+        return write_page(path, page), [failure for failure in failures if failure]
+
+
+def _page(reading: Reading, watch: Watch, repetition: int, drawing: bool) -> Page:
+    """The page; `drawing`: whether a tracker draws random numbers, so that it can be repeated."""
+    (scene,) = scenes(reading, "", watch, height=_HEIGHT)
+    named = ", ".join(reading.trackers)
+    words = [
+        f"{named} on {scene.name}, frame by frame: boxes, masks, contours, particles, maps and "
+        "numbers, as far as the trackers tell them. Open it to step through; ? lists the keys.",
+        f"It is repetition {repetition} of trackers that draw random numbers."
+        if drawing
+        else "No tracker here draws random numbers: every repetition is the same.",
+    ]
+    title = f"{named} on {scene.name}"
+    title += f", repetition {repetition}" if drawing and repetition else ""
+    sections = [Section("frames", "Frames", words, scenes=True)]
+    page = Page(title, sections, reading.trackers, [scene])
+    names = [name for take in scene.takes for name in take.maps][:1]
+    asked = {"tracker": reading.trackers[0]} | ({"map": names[0]} if names else {})
+    asked |= {"repetition": str(repetition)} if drawing and repetition else {}
+    return replace(page, start=page.opening(scene, None, **asked))

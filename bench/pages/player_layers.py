@@ -1,0 +1,108 @@
+"""What a run tells besides boxes, as the player draws it: outlines, particles, maps, numbers."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, TypeAlias
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from trackmark.bench.evaluation.recorder import MAP
+from trackmark.bench.evaluation.run_record import Run
+from trackmark.bench.reporting.pictures import mask_outlines
+from trackmark.bench.store.truth import StoredTruth
+from trackmark.reports.page.film import film
+
+Film: TypeAlias = Sequence[Sequence[bytes]]
+"""Frames in chunks; see `reports.page.film.film`."""
+
+_POINTS = 300
+"""Particles that are shown of each frame."""
+
+_MAP_HEIGHT = 160  # pixels
+
+
+def shapes(run: Run) -> dict[int, dict[str, Any]]:
+    """Outlines of masks and contours, and particles, by frame: lists of points."""
+    found: dict[int, dict[str, Any]] = {}
+    for frame, arrays in run.arrays.items():
+        contours = [_points(arrays["contour"])] if "contour" in arrays else []
+        masks = _outlines(arrays["mask"]) if "mask" in arrays else []
+        here = {"contours": contours, "masks": masks, "particles": _particles(arrays)}
+        if here := {kind: shown for kind, shown in here.items() if shown}:
+            found[frame] = here
+    return found
+
+
+def true_shapes(stored: StoredTruth) -> dict[int, dict[str, Any]]:
+    """Outlines of the truth, where more than its boxes is known."""
+    known = {frame: shape for frame, shape in enumerate(stored.shapes or ()) if shape is not None}
+    return {
+        frame: {"masks": _outlines(shape)}
+        if shape.dtype == np.bool_
+        else {"contours": [_points(shape)]}
+        for frame, shape in known.items()
+    }
+
+
+def mask_shapes(masks: Iterable[tuple[int, NDArray[np.bool_] | None]]) -> dict[int, dict[str, Any]]:
+    """Outlines of masks, by frame, where there is one; as `true_shapes` gives them."""
+    return {frame: {"masks": _outlines(mask)} for frame, mask in masks if mask is not None}
+
+
+def maps(run: Run) -> dict[str, Film]:
+    """Maps of what pixels weigh, in false colours, by name; frames without one are empty."""
+    found: dict[str, dict[int, NDArray[np.uint8]]] = {}
+    for frame, arrays in run.arrays.items():
+        for name, values in arrays.items():
+            if name.startswith(MAP) and values.dtype == np.uint8 and values.ndim == 2:
+                found.setdefault(name.removeprefix(MAP), {})[frame] = values
+            elif name == "posterior" and values.ndim == 2:
+                levels = np.rint(255 * np.clip(np.nan_to_num(values), 0, 1)).astype(np.uint8)
+                found.setdefault(name, {})[frame] = levels
+    n = len(run.boxes)
+    return {
+        name: list(film((_coloured(levels.get(frame)) for frame in range(n)), _MAP_HEIGHT))
+        for name, levels in found.items()
+    }
+
+
+def numbers(run: Run) -> dict[str, list[float | None]]:
+    """The tracker's own numbers, by name, to five digits; None where it gave none."""
+    told = {"confidence": run.confidence, **run.details}
+    return {
+        name: [float(f"{one:.5g}") if np.isfinite(one) else None for one in values.tolist()]
+        for name, values in told.items()
+        if np.isfinite(values).any()
+    }
+
+
+def _coloured(levels: NDArray[np.uint8] | None) -> NDArray[np.uint8] | None:
+    if levels is None:
+        return None
+    return np.asarray(cv2.applyColorMap(levels, cv2.COLORMAP_INFERNO), np.uint8)
+
+
+def _particles(arrays: Mapping[str, NDArray[Any]]) -> list[list[float]]:
+    """Places (x, y) of particles, and their weights as shares of the largest."""
+    places = np.asarray(arrays.get("particles", np.empty((0, 2))))
+    if places.ndim != 2 or places.shape[1] < 2:
+        return []
+    weights = np.asarray(arrays.get("weights", ()), np.float64)
+    if weights.shape != (len(places),) or not weights.max(initial=0) > 0:
+        weights = np.ones(len(places))
+    every = max(1, len(places) // _POINTS)
+    shown = np.column_stack([places[:, :2], weights / weights.max(initial=1e-300)])[::every]
+    shown = shown[np.isfinite(shown).all(axis=1)]
+    return [[round(x, 1), round(y, 1), round(weight, 2)] for x, y, weight in shown.tolist()]
+
+
+def _outlines(mask: NDArray[Any]) -> list[list[list[float]]]:
+    return [_points(outline) for outline in mask_outlines(mask)]
+
+
+def _points(points: NDArray[Any]) -> list[list[float]]:
+    """Finite points (k, 2) to a tenth of a pixel."""
+    points = np.asarray(points, np.float64).reshape(-1, 2)
+    shown: list[list[float]] = points[np.isfinite(points).all(axis=1)].round(1).tolist()
+    return shown

@@ -1,0 +1,88 @@
+"""Runs that start from a region of the sequence's truth, and are scored by it."""
+
+import numpy as np
+import pytest
+
+from trackmark import bench
+from trackmark.bench.evaluation.loop import run_protocol
+from trackmark.bench.experiments.tracker_spec import contestant
+from trackmark.bench.protocols import TIMING
+from trackmark.bench.reporting.pictures import frames_and_boxes
+from trackmark.bench.store.loading import load_results
+from trackmark.bench.store.results import Results
+from trackmark.bench.store.truth import write_truth
+from trackmark.datasets import Sequence, SequenceError
+
+N = 6
+
+
+@pytest.fixture
+def sequence():
+    rng = np.random.default_rng(3)
+    images = list(rng.integers(0, 256, (N, 60, 80, 3), dtype=np.uint8))
+    steps = np.arange(N)[:, None] * [2.0, 1.0, 0.0, 0.0]
+    upper = steps + [20.0, 12.0, 10.0, 8.0]
+    whole = steps + [18.0, 10.0, 14.0, 30.0]
+    late = whole.copy()
+    late[0] = np.nan
+    return Sequence("person", images, upper, fingerprint="f", regions={"full": whole, "late": late})
+
+
+def test_a_run_starts_from_the_region_that_its_text_names(sequence):
+    run = bench.evaluate("static:init=full", sequence)
+    np.testing.assert_array_equal(run.boxes, np.tile(sequence.regions["full"][0], (N, 1)))
+    assert run.identity.init == "full"
+    assert run.identity.tracker == "static:init=full"
+
+
+def test_it_is_scored_by_the_region_that_it_started_from(sequence):
+    run = bench.evaluate("static:init=full", sequence)
+    by_hand = bench.score_boxes(
+        run.boxes, Sequence("p", sequence.frames, sequence.regions["full"], fingerprint="g")
+    )
+    scores = bench.score(run, sequence)
+    assert scores["mean_overlap"] == by_hand["mean_overlap"]
+    assert scores["centre_error"] == by_hand["centre_error"]
+    plain = bench.score(bench.evaluate("static", sequence), sequence)
+    assert plain["mean_overlap"] != scores["mean_overlap"]
+
+
+def test_the_region_is_part_of_the_identity_but_never_of_the_random_numbers(sequence):
+    plain, full = contestant("static"), contestant("static:init=full")
+    runs = run_protocol([(plain, 0), (full, 0)], sequence).runs
+    assert runs[0].identity.digest != runs[1].identity.digest
+    assert plain.name == full.name == "static"
+    assert contestant("static:init=boxes").label == "static"
+
+
+def test_a_region_that_is_not_there_is_named_with_those_that_are(sequence):
+    words = r"person has no region 'ful' .*Did you mean 'full'\? Known: boxes, full, late"
+    with pytest.raises(SequenceError, match=words):
+        bench.evaluate("static:init=ful", sequence)
+
+
+def test_a_region_that_is_absent_where_the_target_appears_is_refused(sequence):
+    with pytest.raises(SequenceError, match="'late' is absent in frame 0"):
+        bench.evaluate("static:init=late", sequence)
+
+
+def test_a_timing_run_starts_from_the_region_too(sequence):
+    (run,) = run_protocol([(contestant("static:init=full"), 0)], sequence, TIMING).runs
+    np.testing.assert_array_equal(run.boxes[-1], sequence.regions["full"][0])
+
+
+def test_stored_runs_are_scored_and_plotted_by_their_region(sequence, tmp_path):
+    from trackmark.bench.store.asked import Asked
+
+    results = Results(tmp_path / "trial")
+    runs = [bench.evaluate(text, sequence) for text in ("static", "static:init=full")]
+    results.prepare(Asked("trial", {}))
+    write_truth(results.folder, sequence)
+    for run in runs:
+        results.write(run)
+    stored = load_results(results.folder).set_index("tracker")
+    frames = frames_and_boxes(results.folder)[0].groupby("tracker")["overlap"].mean()
+    for run in runs:
+        expected = bench.score(run, sequence)["mean_overlap"]
+        assert stored.loc[run.identity.tracker, "mean_overlap"] == expected
+        assert frames[run.identity.tracker] == pytest.approx(expected, abs=1e-12)

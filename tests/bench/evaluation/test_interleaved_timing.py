@@ -1,0 +1,87 @@
+"""Trackers clocked in turns, in processes of their own; their clock is made up."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from trackmark.bench.evaluation.interleaved_timing import Clip, Setup, TurnError, in_turns
+
+TRACKER = """
+from trackmark.trackers.base.interface import Estimate, TrackerPlugin
+from trackmark.bench.evaluation import turns
+
+ticks = 0.0
+turns.thread_time = lambda: ticks
+
+
+class Mine(TrackerPlugin):
+    def watch(self, image):
+        self.watched = getattr(self, "watched", 0) + 1
+
+    def init(self, image, box, mask=None):
+        assert (self.watched, image[0, 0, 0], mask.sum()) == (2, 2, 6)
+        self.box = box
+
+    def update(self, image):
+        global ticks
+        ticks += COST * float(image[0, 0, 0])
+        {then}
+        return Estimate(self.box)
+"""
+
+
+@pytest.fixture
+def clips(tmp_path):
+    """One of eight frames, which show their number; the target comes with frame 2."""
+    frames = np.zeros((8, 4, 5, 3), np.uint8) + np.arange(8, dtype=np.uint8)[:, None, None, None]
+    np.save(tmp_path / "frames.npy", frames)
+    np.save(tmp_path / "mask.npy", np.ones((2, 3), bool))
+    place, mask = str(tmp_path / "frames.npy"), str(tmp_path / "mask.npy")
+    return [Clip(images=place, first=2, box=(0, 0, 2, 2), frames=5, mask=mask, seed=(1, 2))]
+
+
+@pytest.fixture
+def tracker(tmp_path):
+    def made(name, cost=0.001, then=""):
+        file = tmp_path / f"{name}.py"
+        file.write_text(TRACKER.replace("COST", str(cost)).replace("{then}", then))
+        return Setup(str(file), {})
+
+    return made
+
+
+def test_both_are_shown_the_same_and_the_dearer_one_takes_longer(tracker, clips):
+    times = in_turns([tracker("cheap"), tracker("dear", 0.002)], clips)
+    passes, turns = times.shape[1:]
+    assert passes >= 3
+    assert turns == 5
+    assert times[0, 0] == pytest.approx(0.001 * np.arange(3, 8))
+    assert times[1] == pytest.approx(2 * times[0])
+
+
+def test_modules_beside_an_old_file_are_old_too(tracker, clips, tmp_path, monkeypatch):
+    folders = [tmp_path / name for name in ("now", "then")]
+    for folder, cost in zip(folders, (0.002, 0.001), strict=True):
+        folder.mkdir()
+        (folder / "beside.py").write_text(f"COST = {cost}")
+    monkeypatch.setenv("PYTHONPATH", str(folders[0]))
+    now = tracker("mine", "__import__('beside').COST")
+    then = replace(now, swapped=list(map(str, folders)))
+    times = in_turns([then, now], clips)
+    assert times[1] == pytest.approx(2 * times[0])
+
+
+@pytest.mark.parametrize(
+    ("then", "words"),
+    [
+        ("raise RuntimeError('no\\nmore')", "RuntimeError: no more"),
+        ("import os; os._exit(3)", "its process ended"),
+        ("import sys; sys.exit(3)", "SystemExit: 3"),
+        ("ticks = float('nan')", "nan is no time"),
+        ("ticks = 0.0", "0.0 is no time"),
+    ],
+)
+def test_one_that_cannot_be_clocked_says_why(tracker, clips, then, words):
+    with pytest.raises(TurnError, match=words):
+        in_turns([tracker("bad", then=then)], clips)

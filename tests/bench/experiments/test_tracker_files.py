@@ -1,0 +1,167 @@
+"""Trackers of others: what importing their files does, it does in a child."""
+
+import json
+import threading
+from pathlib import Path
+
+import pytest
+
+from trackmark import trackers
+from trackmark.bench.experiments import tracker_files
+from trackmark.bench.experiments.tracker_files import described, settled
+from trackmark.bench.experiments.tracker_spec import contestant
+from trackmark.trackers import TrackerError
+
+CALM = """
+from trackmark.trackers import Estimate, TrackerPlugin
+
+class Calm(TrackerPlugin):
+    \"\"\"Stays.\"\"\"
+
+    def init(self, image, box, mask=None):
+        self.box = box
+
+    def update(self, image):
+        return Estimate(self.box)
+"""
+UNPRINTABLE = """class Error(Exception):
+    def __str__(self):
+        raise ValueError
+raise Error"""
+
+REFUSED = {  # what stands before the class, or after it, and what is said
+    "exits": ("import sys; sys.exit(0)", "", "it can't be imported: SystemExit: 0 (line 1)"),
+    "no syntax": ("\nclass:", "", "it can't be imported: SyntaxError: invalid syntax (line 2)"),
+    "raises": ("raise RuntimeError('no\\nlicence')", "", "RuntimeError: no licence (line 1)"),
+    "lacks a file": ("open('/gone')", "", "FileNotFoundError: [Errno 2] No such file"),
+    "lacks a library": (
+        "import a_library_nobody_has",
+        "",
+        "No module named 'a_library_nobody_has'",
+    ),
+    "recurses": ("def f(): f()\nf()", "", "RecursionError: maximum recursion depth exceeded"),
+    "holds NUL": ("\0", "", "null bytes"),
+    "interrupts": (
+        "raise KeyboardInterrupt",
+        "",
+        "it can't be asked what it is: KeyboardInterrupt",
+    ),
+    "can't be printed": (UNPRINTABLE, "", "<exception str() failed>"),
+    "presets of no kind": ("", "    presets = 5", "presets are parameter values by preset name"),
+    "a preset of no kind": ("", "    presets = {'a': 5}", "presets are parameter values by preset"),
+    "a preset of nothing": ("", "    presets = {'recommended': {'a': 5}}", "unknown parameter of"),
+    "parameters of no kind": ("", "    Parameters = int", "Parameters derives from trackers.Par"),
+    "randomness in words": ("", "    randomness = 'none'", "randomness is one of trackers.Random"),
+    "no update": ("", "    update = TrackerPlugin.update", "it lacks update"),
+    "called like another": ("", "    name = 'static'", "'static' is another tracker's name"),
+    "called like a folder": ("", "    name = '../x'", "a tracker can't be called '../x'"),
+    "two of them": ("", "class Other(Calm):\n    pass", "it holds Calm, Other; say which: "),
+    "none of them": ("", "del Calm", "it holds no class derived from trackers.TrackerPlugin"),
+}
+TAKEN = {
+    "prints": "print('hello')",
+    "writes": "import os; os.write(1, b'hello'); os.write(2, b'hello')",
+    "goes elsewhere": "import os; os.chdir('/')",
+    "closes its output": "import sys; sys.stdout.close(); sys.stderr.close()",
+    "leaves a thread": "import threading\nthreading.Thread(target=threading.Event().wait).start()",
+    "forks": "import os; os.fork()",
+}
+ENDS = {
+    "ends": ("import os; os._exit(0)", "its process ends with status 0"),
+    "is killed": ("import os; os.kill(os.getpid(), 9)", "its process ends with status -9"),
+}
+
+
+TOLD = dict.fromkeys(("label", "name", "preset", "init", "class_name"), "a")
+TOLD |= {"randomness": "none", "parameters": {}, "version": {}, "implied": []}
+FORGED = [
+    5,
+    {},
+    TOLD | {"file": 5},
+    TOLD | {"file": "{file}", "randomness": "much"},
+    TOLD | {"file": f"{trackers.__path__[0]}/static.py"},
+]
+
+
+@pytest.fixture
+def calm(tmp_path):
+    """Make a file with a tracker, with something before the class and something in or after it."""
+
+    def made(name, before="", after=""):
+        file = tmp_path / f"{name.replace(' ', '-')}.py"
+        file.write_text(f"{before}\n{CALM}\n{after}\n")
+        return file
+
+    return made
+
+
+def test_whatever_an_import_raises_is_a_line_that_names_the_file(calm):
+    files = {str(calm(name, *rest)): words for name, (*rest, words) in REFUSED.items()}
+    _, lines = tracker_files._child(json.dumps(["settle", list(files)]))
+    told = {text: error for text, error, _ in map(json.loads, lines)}
+    assert told.keys() == files.keys()
+    for file, words in files.items():
+        assert words in told[file]
+        assert Path(file).name in told[file]
+        assert "\n" not in told[file]
+
+
+def test_what_an_import_does_besides_is_done_elsewhere(calm, capfd):
+    threads, folder = threading.active_count(), Path.cwd()
+    files = [str(calm(name, before)) for name, before in TAKEN.items()]
+    found = settled(["static", *files])
+    assert list(found) == ["static", *files]
+    assert capfd.readouterr() == ("", "")
+    assert (threading.active_count(), Path.cwd()) == (threads, folder)
+
+
+@pytest.mark.parametrize("case", ENDS)
+def test_the_file_that_ends_the_child_is_named(calm, case):
+    act, words = ENDS[case]
+    good, bad = str(calm("good")), str(calm("bad", act))
+    with pytest.raises(TrackerError, match=rf"bad\.py: while it is imported, {words}\."):
+        settled([good, bad])
+
+
+@pytest.mark.parametrize("forged", FORGED, ids=str)
+def test_what_a_file_says_in_the_childs_place_is_no_answer(forged, tmp_path):
+    """Least of all that it is one of the package's, which share processes."""
+    file = tmp_path / "forger.py"
+    answer = json.dumps([str(file), "", forged]).replace("{file}", str(file))
+    file.write_text(f"import os, sys\nos.write(int(sys.argv[1]), {answer!r}.encode())\nos._exit(0)")
+    with pytest.raises(TrackerError, match=r"forger\.py: while it is imported, it answers for"):
+        settled([str(file)])
+
+
+def test_a_file_that_never_comes_back_is_given_up(calm, monkeypatch):
+    monkeypatch.setattr(tracker_files, "_SECONDS", 2)
+    with pytest.raises(
+        TrackerError, match=r"file\.py: while it is imported, nothing happens for 2 s"
+    ):
+        described(str(calm("file", "while True: pass")))
+
+
+def test_what_a_child_tells_is_what_importing_tells(calm):
+    file = calm("file", after="    presets = {'a': {}}\n    name = 'mine'")
+    texts = [f"{file}:Calm:preset=a", f"{file}:as=other:init=full", "camshift:window=adaptive"]
+    for text, told in settled(texts).items():
+        own = contestant(text)
+        assert told.label == own.label
+        assert told.version == own.version
+        for name in ("name", "preset", "parameters", "randomness", "file", "init"):
+            assert getattr(told, name) == getattr(own, name)
+        assert type(told.make(0)).__name__ == type(own.make(0)).__name__
+    assert described(str(file)) == trackers.describe(str(file))
+
+
+def test_a_file_that_exits_or_prints_is_as_any_other_to_the_command(
+    typed, trackmark, here, one_line
+):
+    (here / "exits.py").write_text("import sys; sys.exit(0)")
+    asked = ("--sequences", "data/Small", "--json")
+    done = trackmark("run", "--trackers", "exits.py", *asked, status=2)
+    assert done.stdout == ""
+    assert one_line(done) == "trackmark: exits.py: it can't be imported: SystemExit: 0 (line 1)"
+    (here / "prints.py").write_text(f"import os\nprint('hello')\nos.chdir('/')\n{CALM}")
+    done = typed("run", "--trackers", "prints.py:as=mine", *asked)
+    assert [json.loads(line)["tracker"] for line in done.stdout.splitlines()] == ["mine"]

@@ -1,0 +1,62 @@
+"""The user is told that kernels are compiled, while it happens and then never again."""
+
+import fcntl
+import json
+from threading import Thread
+
+import pytest
+from numba.core.caching import IndexDataCacheFile
+
+from trackmark.bench.numba_compilation import SENTENCE
+
+KERNEL = """
+
+@numba.njit(cache=True)
+def doubled(number):
+    return number + number
+
+
+class Compiles(Knob):
+    def update(self, image):
+        doubled(1)
+        return super().update(image)
+"""
+
+
+def test_compiling_is_said_once_a_command_and_not_again(typed, here, monkeypatch):
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(here / "kernels"))
+    (here / "compiles.py").write_text("import numba\n" + (here / "knob.py").read_text() + KERNEL)
+    chosen = (
+        "run",
+        "--trackers",
+        "compiles.py:Compiles",
+        "--sequences",
+        "data/Small",
+        "--json",
+        "--jobs",
+        1,
+    )
+    first = typed(*chosen, "--seeds", 3)
+    assert first.stderr.splitlines().count(SENTENCE) == 1
+    assert [json.loads(line)["status"] for line in first.stdout.splitlines()] == ["finished"] * 3
+    assert SENTENCE not in typed(*chosen, "--seeds", 4).stderr
+
+
+@pytest.mark.slow
+def test_what_the_command_itself_compiles_is_said_too(typed, here, monkeypatch):
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(here / "kernels"))
+    done = typed("show", "plain/target:length=10", "--frames", 1, "--output", "strip.png")
+    assert done.stderr.splitlines().count(SENTENCE) == 1
+
+
+def test_one_process_at_a_time_touches_what_is_kept_of_a_function(tmp_path):
+    file = IndexDataCacheFile(str(tmp_path), "function", source_stamp=(1, 2))
+    other = Thread(target=file.save, args=("types", "kernel"))
+    with (tmp_path / "function.nbi.lock").open("ab") as lock:
+        lock_name = next(tmp_path.iterdir()).name
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        other.start()
+        other.join(0.2)
+        assert [path.name for path in tmp_path.iterdir()] == [lock_name]
+    other.join()
+    assert file.load("types") == "kernel"
