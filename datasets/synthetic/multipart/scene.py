@@ -90,8 +90,10 @@ class WalkingScene(Scene):
 
     def truth(self) -> Truth:
         """See `Scene.truth`."""
-        shade = np.array([self._gains(0, frame).mean() < SHADE for frame in range(len(self))])
-        return _truth(self.plan, shade)
+        target = self.plan.people[0]
+        x, z = target.course.x[:, None], target.course.z[:, None]
+        gains = self._street.gains(x, z, LIT * target.stature)
+        return _truth(self.plan, gains.mean(axis=1) < SHADE)
 
     def render(self, frame: int) -> Image:
         """See `Scene.render`."""

@@ -205,25 +205,27 @@ def _steepest(solid: Array) -> float:
 
 
 @njit(cache=True, error_model="numpy")
-def _facing_planes(solids: Array, balls: Array, up: float, on: float) -> list[int]:
+def _facing_planes(solids: Array, balls: Array, up: float, on: float) -> NDArray[np.int64]:
     """Return the numbers of half-spaces, things of their own, that come nearer along all rays."""
-    numbers = [0 for _ in range(0)]
+    numbers, count = np.empty(len(balls), np.int64), 0
     for thing in range(len(balls)):
         i = int(balls[thing, 4])
         alone = balls[thing, 5] == i + 1 and solids[i, 0] == HALF_SPACE
         if alone and solids[i, 4] * up + solids[i, 5] * on >= 0:
-            numbers.append(i)
-    return numbers
+            numbers[count] = i
+            count += 1
+    return numbers[:count]
 
 
 @njit(cache=True, error_model="numpy")
 def _nearer(
-    balls: Array, things: NDArray[np.int64],
+    balls: Array, things: NDArray[np.int64], n: int,
     x: float, below: float, up: float, on: float, limit: float,
 ) -> int:  # fmt: skip
     """Move things to the front that a ray may come nearer to than a limit; return their number."""
     count = 0
-    for thing in things:
+    for k in range(n):
+        thing = things[k]
         u, v = x - balls[thing, 0], below - balls[thing, 2] * up + balls[thing, 1] * on
         reach = limit + 1e-6 + balls[thing, 3]
         if reach > 0 and u * u + v * v <= reach * reach:
@@ -234,17 +236,17 @@ def _nearer(
 
 @njit(cache=True, error_model="numpy")
 def _distance_along(
-    solids: Array, balls: Array, things: NDArray[np.int64],
+    solids: Array, balls: Array, things: NDArray[np.int64], n: int,
     x: float, y: float, z: float, way: float, hint: int,
     bounds: Array, steepest: Array, solid_bounds: Array, solid_steepest: Array,
 ) -> tuple[float, int]:  # fmt: skip
     """`_distance` at a point of a ray, with the bounds that its earlier points left.
 
-    `things` are those that may be nearest, `hint` the one that was before: measured first, it
+    the first `n` of `things` are those that may be nearest, `hint` the one that was before: measured first, it
     excludes most others.
     """
     nearest, owner = 1e9, NOTHING
-    for turn in range(-1, len(things)):
+    for turn in range(-1, n):
         thing = hint if turn < 0 else things[turn]
         if thing == NOTHING or (turn >= 0 and thing == hint):
             continue
@@ -352,12 +354,14 @@ def _cast(
                 near_things[thing] = thing
             while way < _END:
                 if len(facing) and last_plane > 0.02:
-                    plane = min([_distance_to(solids, i, x, y, z) for i in facing])
+                    plane = 1e9
+                    for i in facing:
+                        plane = min(plane, _distance_to(solids, i, x, y, z))
                     if plane < last_plane / 2:
                         last_plane = plane
-                        count = _nearer(balls, near_things[:count], x, below, up, on, plane)
+                        count = _nearer(balls, near_things, count, x, below, up, on, plane)
                 gap, owner = _distance_along(
-                    solids, balls, near_things[:count], x, y, z, way, owner, bounds, steepest, solid_bounds,
+                    solids, balls, near_things, count, x, y, z, way, owner, bounds, steepest, solid_bounds,
                     solid_steepest,
                 )  # fmt: skip
                 if gap < 0.02:

@@ -27,10 +27,15 @@ _SIZE = 512
 
 
 class Shade:
-    """Light at every place of the ground and above it: dappled under crowns, or 1 everywhere."""
+    """Light at every place of the ground and above it: dappled under crowns, or 1 everywhere.
+
+    Nothing is drawn from `random` in even light.
+    """
 
     def __init__(self, random: np.random.Generator, light: Light) -> None:
         self.light = light
+        if light == "even":
+            return
         # Crowns and gaps of about 3 m: some of both wherever one looks.
         crowns = fractal(random, _SIZE, 8, 32)
         crowns -= np.median(crowns)
@@ -52,10 +57,10 @@ class Shade:
         here, there = line[rows, left % _SIZE], line[rows, (left + 1) % _SIZE]
         return np.asarray(here * (1 - share) + there * share)
 
-    def on_upright(self, x: float, z: float, heights: ArrayLike) -> Array:
+    def on_upright(self, x: ArrayLike, z: ArrayLike, heights: ArrayLike) -> Array:
         """Light at heights [metres] above a place: where the ray through them meets the ground."""
         up = np.asarray(heights, np.float64)
-        return self.at(x + SLANT_X * up, z + SLANT_Z * up)
+        return self.at(np.asarray(x) + SLANT_X * up, np.asarray(z) + SLANT_Z * up)
 
 
 SIDE = 512
