@@ -242,8 +242,8 @@ def _distance_along(
 ) -> tuple[float, int]:  # fmt: skip
     """`_distance` at a point of a ray, with the bounds that its earlier points left.
 
-    the first `n` of `things` are those that may be nearest, `hint` the one that was before: measured first, it
-    excludes most others.
+    The first `n` of `things` are those that may be nearest, `hint` the one that was before:
+    measured first, it excludes most others.
     """
     nearest, owner = 1e9, NOTHING
     for turn in range(-1, n):
@@ -361,8 +361,8 @@ def _cast(
                         last_plane = plane
                         count = _nearer(balls, near_things, count, x, below, up, on, plane)
                 gap, owner = _distance_along(
-                    solids, balls, near_things, count, x, y, z, way, owner, bounds, steepest, solid_bounds,
-                    solid_steepest,
+                    solids, balls, near_things, count, x, y, z, way, owner,
+                    bounds, steepest, solid_bounds, solid_steepest,
                 )  # fmt: skip
                 if gap < 0.02:
                     break

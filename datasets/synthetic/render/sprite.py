@@ -206,7 +206,7 @@ def blend_sprite(
 
 @njit(cache=True)
 def _opaque(above: NDArray[np.uint8], below: NDArray[np.uint8]) -> tuple[int, int]:
-    """Return the first column in which one of two rows (4 n,) is not 0, and the one after the last."""
+    """Return the columns from which on, and before which, one of two rows (4 n,) is not 0."""
     first, last = 0, len(above) // 4
     while last > 0 and _clear(above, below, last - 1):
         last -= 1

@@ -72,8 +72,8 @@ class Place:
         height, width = int(np.ceil(base)) + 3, int(self._widths(np.array([end]))[0])
         self._far = setting.backdrop(random, height, width, end, base)
         self._ground = ground_rows(
-            random, setting.ground(random, setting.end), Shade(random, "even"), still, self._scales, still.x,
-            self._widths(self._scales), self._margin,
+            random, setting.ground(random, setting.end), Shade(random, "even"), still,
+            self._scales, still.x, self._widths(self._scales), self._margin,
         )  # fmt: skip
         things = [thing for kind in setting.standing for thing in self._stood(random, kind)]
         self._things = sorted(things, key=lambda thing: -thing.z)
