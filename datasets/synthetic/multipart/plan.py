@@ -115,8 +115,7 @@ class Plan:
         for frame in range(len(self)):
             whole = self.coverage(0, frame)
             boxes[frame] = extents(whole)
-            seen = visible(whole, self._nearer(frame))
-            fractions[frame] = seen[2].sum() / whole[2].sum()
+            fractions[frame] = self.seen(frame)[2].sum() / whole[2].sum()
         return boxes, fractions
 
     def _nearer(self, frame: int) -> Iterator[Coverage]:

@@ -220,7 +220,7 @@ def _clear(above: NDArray[np.uint8], below: NDArray[np.uint8], column: int) -> b
     total = np.uint8(0)
     for i in range(4 * column, 4 * column + 4):
         total |= above[i] | below[i]
-    return total == 0
+    return bool(total == 0)
 
 
 @njit(cache=True)
