@@ -48,6 +48,7 @@ def dressed(
     random: np.random.Generator,
     course: Course,
     worn: tuple[BGR, BGR],
+    bag: BGR | None = None,
     weaves: Weaves = WEAVES,
 ) -> Person:
     """Someone in an upper garment and trousers; the rest of him is drawn at random."""
@@ -57,6 +58,7 @@ def dressed(
         hair=HAIR[random.integers(len(HAIR))],
         skin=SKIN[random.integers(len(SKIN))],
         shoes=SHOES[random.integers(len(SHOES))],
+        bag=bag,
         weave=weaves[random.integers(len(weaves))],
         long_hair=bool(random.random() < 0.4),
         hem=random.uniform(0.45, 0.49),

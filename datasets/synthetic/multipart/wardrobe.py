@@ -58,6 +58,19 @@ DIFFERENT_HALVES = 90.0, 25.0
 UNLIKE_TARGET = 45.0
 """Least distance of a passer-by's chromaticities from the target's [CIE u*, v*]."""
 
+BOTH = (
+    (50, 48, 48),  # black
+    (76, 70, 66),  # charcoal
+    (124, 124, 126),  # grey
+    (86, 60, 46),  # navy
+    (124, 92, 64),  # denim
+    (66, 96, 88),  # olive
+    (116, 150, 172),  # khaki
+    (62, 82, 110),  # brown
+    (58, 44, 98),  # burgundy
+)
+"""Colours that people wear from top to bottom (suits, overalls, tracksuits), and of bags."""
+
 TONE = np.array([0.114, 0.587, 0.299])
 """Weights of blue, green and red in the tone (Rec. 601)."""
 
@@ -135,6 +148,11 @@ def street_clothes(random: np.random.Generator) -> tuple[BGR, BGR]:
     ]
     shirt, trousers = pairs[random.integers(len(pairs))]
     return dyed(random, shirt, spread=0.04), dyed(random, trousers, spread=0.04)
+
+
+def bag(random: np.random.Generator) -> BGR:
+    """Bag in a colour that hides the dirt."""
+    return dyed(random, _one(random, BOTH))
 
 
 def other_clothes(random: np.random.Generator, first: tuple[BGR, BGR]) -> tuple[BGR, BGR]:
