@@ -22,7 +22,7 @@ def centres(boxes: ArrayLike) -> NDArray[np.float64]:
     return b[:, :2] + b[:, 2:] / 2
 
 
-@np.errstate(over="ignore")  # boxes of 1e308
+@np.errstate(over="ignore", invalid="ignore")  # boxes of 1e308
 def centre_error(truth: ArrayLike, estimate: ArrayLike) -> NDArray[np.float64]:
     """Euclidean distance of box centres, row by row.
 
@@ -39,11 +39,11 @@ def centre_error(truth: ArrayLike, estimate: ArrayLike) -> NDArray[np.float64]:
     """
     t = np.asarray(truth, np.float64, order="F").reshape(-1, 4)
     e = np.asarray(estimate, np.float64, order="F").reshape(-1, 4)
-    good = is_well_formed(e)
-    difference = centres(t) - centres(np.where(good[:, None], e, 0.0))
+    difference = t[:, :2] + t[:, 2:] / 2 - (e[:, :2] + e[:, 2:] / 2)
     distance = np.hypot(difference[:, 0], difference[:, 1])
-    distance[(distance > FARTHEST) | ~(good | np.isnan(distance))] = np.inf
-    return distance
+    distance[~(is_well_formed(e) & (distance <= FARTHEST))] = np.inf
+    distance[np.isnan(t).any(axis=1)] = np.nan
+    return np.asarray(distance)
 
 
 def centre_inside(truth: ArrayLike, estimate: ArrayLike) -> NDArray[np.bool_]:

@@ -220,10 +220,11 @@ def started(truth: Truth, answer: Answer) -> Started:
     if estimate.shape != (n, 4):
         raise ValueError(f"the boxes have shape {estimate.shape}, the truth ({n}, 4).")
     present = np.asarray(np.isfinite(boxes).all(axis=1))
-    if not present.any():
+    first = int(present.argmax()) if n else 0
+    if not n or not present[first]:
         raise ValueError("there is no truth to score against.")
-    frames = slice(int(present.argmax()), n)
-    estimate[frames.start] = boxes[frames.start]
+    frames = slice(first, n)
+    estimate[first] = boxes[first]
     shapes = getattr(truth, "shapes", None)
     return Started(
         frames,
