@@ -1,6 +1,6 @@
 """Overlap of boxes.
 
-Conventions: boxes are `[x, y, width, height]` in continuous pixels; no pixel is added or
+Boxes are `[x, y, width, height]` in continuous pixels; no pixel is added or
 rounded away, so a perfect estimate overlaps by exactly 1.
 """
 
@@ -10,23 +10,11 @@ from numpy.typing import ArrayLike, NDArray
 
 @np.errstate(over="ignore", invalid="ignore", divide="ignore")  # boxes of 1e308, empty boxes
 def overlap(truth: ArrayLike, estimate: ArrayLike) -> NDArray[np.float64]:
-    r"""Intersection over union of boxes, row by row.
+    """Return the intersection over union of boxes, shape (n, 4), by row: shape (n,) in [0, 1].
 
-    .. math:: |T \cap E| \,/\, |T \cup E|
+    NaN if the target is absent (a NaN row); 0 if the estimate is malformed (not finite, or without
+    positive size).
 
-    Parameters
-    ----------
-    truth, estimate : array of float64, shape (n, 4)
-        Boxes in pixels.
-
-    Returns
-    -------
-    ndarray of float64, shape (n,)
-        In [0, 1]. NaN where the truth is absent (a NaN row); 0 where the estimate is
-        malformed (not finite, or without positive size).
-
-    Examples
-    --------
     >>> overlap([[0, 0, 10, 10]], [[5, 0, 10, 10]]).round(3)
     array([0.333])
     """

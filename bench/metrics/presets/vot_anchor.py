@@ -1,4 +1,4 @@
-"""Accuracy, robustness and expected average overlap of runs from many anchors, never begun again.
+"""Accuracy, robustness and expected average overlap of runs from many anchors, without restarts.
 
 The measures of VOT 2020 to 2022. A tracker is started at every anchor and runs to an end of the
 sequence. It fails at the first of 10 frames with an overlap of 0.1 or less in which there is a
@@ -15,7 +15,7 @@ ECCV workshops 2020.
 import numpy as np
 from numpy.typing import NDArray
 
-from trackmark.bench.metrics.native import Truth
+from trackmark.bench.metrics.native import Truth, first_streak
 from trackmark.bench.metrics.overlap import is_well_formed
 from trackmark.bench.metrics.preset import (
     Answer,
@@ -43,7 +43,7 @@ def judge(truth: Truth, answer: Answer) -> Judged:
         seen &= answer.visible[run.frames]
     overlaps[~run.present & ~seen] = 1.0
     overlaps[0] = 0.0
-    progress = _progress(overlaps, run.present)
+    progress = first_streak((overlaps <= _FAILED) & run.present, _GRACE)  # frames before failure
     overlaps[progress:] = 0.0
     evidence = {
         "overlaps": overlaps,
@@ -73,16 +73,6 @@ def combine(runs: Runs) -> Judged:
         "accuracy_robustness": np.array([[scores["robustness"], scores["accuracy"]]]),
     }
     return Judged(scores, curves)
-
-
-def _progress(overlaps: NDArray[np.float64], present: NDArray[np.bool_]) -> int:
-    """Frames before the failure."""
-    row = 0
-    for i, missed in enumerate((overlaps <= _FAILED) & present):
-        row = row + 1 if missed else 0
-        if row == _GRACE:
-            return i + 1 - _GRACE
-    return len(overlaps)
 
 
 def _expected(runs: list[Judged]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
