@@ -1,12 +1,12 @@
 """Scores of boxes by the ground truth, which is always the first argument; a preset is a file."""
 
-from difflib import get_close_matches
 from functools import cache
 from importlib import import_module
 from pathlib import Path
 from types import ModuleType
 
 from trackmark.bench.metrics.preset import Preset
+from trackmark.datasets.spec_string import close_match
 
 _FOLDER = Path(__file__).parent / "presets"
 
@@ -30,8 +30,7 @@ def canonical(name: str) -> str:
     aliases = _aliases()
     if name not in aliases:
         valid_names = sorted([*names(), *aliases])
-        near = get_close_matches(name, valid_names, n=1)
-        hint = f" Did you mean {near[0]!r}?" if near else ""
+        hint = close_match(name, valid_names)
         raise ValueError(f"unknown metrics preset {name!r}.{hint} Known: {', '.join(valid_names)}.")
     return aliases[name]
 
