@@ -9,7 +9,7 @@ FARTHEST = 1e100
 """Largest finite centre error [px]: sums and squares of larger ones would overflow."""
 
 
-@np.errstate(over="ignore")  # boxes of 1e308
+@np.errstate(over="ignore", invalid="ignore")  # boxes of 1e308
 def centres(boxes: ArrayLike) -> NDArray[np.float64]:
     """Return the centres (x, y) of boxes, shape (n, 2), in pixels.
 
