@@ -14,17 +14,20 @@ from trackmark.bench.exchange.result_format import Layout, Said, boxes_from
 
 
 def files(folder: Path) -> Mapping[str, Sequence[Path]]:
-    """Texts by sequence, or long-term ones where there is a folder of such."""
+    """Return the texts by sequence, or the long-term files if there is a folder of them."""
     return vot.LAYOUT.files(folder) or otb.LAYOUT.files(folder)
 
 
 def read(file: Path) -> Said:
-    """Boxes, and confidences of long-term files."""
+    """Read boxes, and confidences of long-term files."""
     return vot.LAYOUT.read(file) if file.parent.parent.name in vot.EXPERIMENTS else boxes_from(file)
 
 
 def write(folder: Path, sequence: str, repetition: int, said: Said) -> Mapping[Path, str]:
-    """Text of a run, beside it VOT's where it has confidences; that alone if it was begun again."""
+    """Return the text of a run, and VOT's long-term files if it has confidences.
+
+    A supervised run has only VOT's files.
+    """
     if said.states is not None:
         return vot.LAYOUT.write(folder, sequence, repetition, said)
     made = dict(otb.LAYOUT.write(folder, sequence, repetition, said))

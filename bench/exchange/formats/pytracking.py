@@ -24,7 +24,7 @@ SCORES = "_object_presence_scores.txt"
 
 
 def files(folder: Path) -> Mapping[str, list[Path]]:
-    """Texts by sequence; times and confidences beside them are none."""
+    """Return the texts by sequence, without those of times and confidences."""
     return by_sequence(folder, "*.txt", besides=("_time.txt", SCORES))
 
 
@@ -36,7 +36,7 @@ def read(file: Path) -> Said:
 
 
 def write(folder: Path, sequence: str, repetition: int, said: Said) -> Mapping[Path, str]:
-    """Text of a run, and its confidences."""
+    """Return the texts of a run and of its confidences."""
     name = file_name(sequence)
     rows = ("\t".join(f"{value:.0f}" for value in box) for box in held(said.boxes).tolist())
     texts = {folder / f"{name}.txt": "".join(f"{row}\n" for row in rows)}
@@ -49,7 +49,7 @@ def write(folder: Path, sequence: str, repetition: int, said: Said) -> Mapping[P
 
 
 def held(boxes: NDArray[np.float64]) -> NDArray[np.float64]:
-    """What is left of boxes when they are cut off to whole numbers, as theirs are."""
+    """Truncate boxes to whole numbers."""
     return np.trunc(np.nan_to_num(boxes)) + 0.0
 
 
