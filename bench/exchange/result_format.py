@@ -149,6 +149,11 @@ def column_from(file: Path, frames: int) -> NDArray[np.float64] | None:
     return np.array(values, np.float64)
 
 
+def column_text(values: NDArray[np.float64]) -> str:
+    """Return a text with a number a line, empty if it is NaN."""
+    return "".join("\n" if value != value else f"{value!r}\n" for value in values.tolist())
+
+
 def by_sequence(folder: Path, pattern: str, besides: Sequence[str] = ()) -> dict[str, list[Path]]:
     """Return files by the text for `*` in a pattern, except those whose names end in `besides`."""
     before, after = pattern.split("*")

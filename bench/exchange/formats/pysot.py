@@ -7,8 +7,6 @@ Its texts look like OTB's, and its long-term files are VOT's: neither is told fr
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-import numpy as np
-
 from trackmark.bench.exchange.formats import otb, vot
 from trackmark.bench.exchange.result_format import Layout, Said, boxes_from
 
@@ -31,7 +29,7 @@ def write(folder: Path, sequence: str, repetition: int, said: Said) -> Mapping[P
     if said.states is not None:
         return vot.LAYOUT.write(folder, sequence, repetition, said)
     made = dict(otb.LAYOUT.write(folder, sequence, repetition, said))
-    if said.confidence is not None and np.isfinite(said.confidence).any():
+    if said.confidence is not None:
         made |= vot.written(folder / vot.LONG_TERM, sequence, repetition, said)
     return made
 

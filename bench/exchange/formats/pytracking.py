@@ -16,6 +16,7 @@ from trackmark.bench.exchange.result_format import (
     boxes_from,
     by_sequence,
     column_from,
+    column_text,
     file_name,
     first_line,
 )
@@ -41,10 +42,7 @@ def write(folder: Path, sequence: str, repetition: int, said: Said) -> Mapping[P
     rows = ("\t".join(f"{value:.0f}" for value in box) for box in held(said.boxes).tolist())
     texts = {folder / f"{name}.txt": "".join(f"{row}\n" for row in rows)}
     if said.confidence is not None:
-        scores = "".join(
-            "\n" if value != value else f"{value!r}\n" for value in said.confidence.tolist()
-        )
-        texts[folder / f"{name}{SCORES}"] = scores
+        texts[folder / f"{name}{SCORES}"] = column_text(said.confidence)
     return texts
 
 

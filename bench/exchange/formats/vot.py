@@ -30,6 +30,7 @@ from trackmark.bench.exchange.result_format import (
     Said,
     SegmentWriter,
     column_from,
+    column_text,
     file_name,
     first_line,
     numbers_of,
@@ -253,7 +254,7 @@ def write(folder: Path, sequence: str, repetition: int, said: Said) -> Mapping[P
     if said.states is not None:
         return written(folder / SUPERVISED, sequence, repetition, said)
     made = dict(written(folder / ONE_PASS, sequence, repetition, said))
-    if said.confidence is not None and np.isfinite(said.confidence).any():
+    if said.confidence is not None:
         made |= written(folder / LONG_TERM, sequence, repetition, said)
     return made
 
@@ -293,7 +294,6 @@ def _texts(
     path: Path, said: Said, text_of_number: Callable[[float], str] = "{:.4f}".format
 ) -> dict[Path, str]:
     """Return the text of rows with a region a line, and that of their confidences."""
-    confident = said.confidence is not None and bool(np.isfinite(said.confidence).any())
     present = np.isfinite(said.boxes).all(axis=1)
     states = np.where(present, State.TRACKED, State.SKIPPED)
     states[present.argmax()] = State.INITIALISED
@@ -305,9 +305,8 @@ def _texts(
         for state, box in zip(states.tolist(), said.boxes.tolist(), strict=True)
     ]
     texts = {path: "".join(f"{row}\n" for row in rows)}
-    if said.confidence is not None and confident:
-        values = ("" if value != value else repr(value) for value in said.confidence.tolist())
-        texts[path.with_name(f"{path.stem}_confidence.value")] = "".join(f"{v}\n" for v in values)
+    if said.confidence is not None and np.isfinite(said.confidence).any():
+        texts[path.with_name(f"{path.stem}_confidence.value")] = column_text(said.confidence)
     return texts
 
 

@@ -62,6 +62,8 @@ def test_centre_error_and_centre_inside_closed_forms():
     np.testing.assert_array_equal(centres([[3, 7, 1, 1]]), [[3.5, 7.5]])
     assert centre_error([[0, 0, 10, 10]], [[3, 4, 10, 10]])[0] == 5.0
     assert centre_error([[0, 0, 10, 10]], [[0, 0, 16, 18]])[0] == 5.0
+    far = centre_error([[0, 0, 10, 10]] * 2, [[1e99, 0, 10, 10], [1e101, 0, 10, 10]])
+    assert far.tolist() == [1e99, np.inf]
     inside = centre_inside([[0, 0, 10, 20]] * 5, [[x, y, 2, 2] for x, y in EDGES])
     assert inside.tolist() == [True, False, False, True, False]
 
