@@ -203,6 +203,21 @@ def test_got10k_counts_frames_of_every_cover_level_except_0(cover):
     assert judged.scores["ao"] == (0.5 if cover else 1.0)
 
 
+@pytest.mark.parametrize(
+    ("target", "estimate", "overlap"),
+    [
+        ([300, 10, 40, 20], [310, 10, 40, 20], 0.5),  # right, cut to widths 20 and 10
+        ([10, 220, 20, 40], [10, 230, 20, 40], 0.5),  # below
+        ([-10, 5, 20, 20], [0, 5, 20, 20], 1.0),  # left: moved in, not cut
+        ([5, -10, 20, 20], [5, 0, 20, 20], 1.0),
+    ],
+)
+def test_got10k_moves_boxes_into_the_image(target, estimate, overlap):
+    first = [100, 100, 20, 20]
+    truth, boxes = np.array([first, target], float), np.array([first, estimate], float)
+    assert scores("got10k", truth, boxes)["ao"] == pytest.approx(overlap)
+
+
 def test_a_sequence_without_hits_counts():
     truth = walk(50)
     preset = metrics.preset("lasot")
