@@ -242,6 +242,16 @@ def test_expected_average_overlap_is_over_the_lengths_that_occur():
         assert short["eao_lengths"] == 0
 
 
+@pytest.mark.parametrize(("lost", "tracked"), [(9, 40), (10, 20)])
+def test_vot_anchor_fails_after_ten_frames_without_overlap(lost, tracked):
+    truth = walk(40)
+    boxes = truth.copy()
+    boxes[20 : 20 + lost] += 900
+    judged = scores("vot-anchor", truth, boxes)
+    assert judged["robustness"] == tracked / 40
+    assert judged["accuracy"] == pytest.approx((19 if tracked == 20 else 39 - lost) / tracked)
+
+
 def test_first_frame_counts_in_vot_anchor_and_long_term():
     truth = walk(100)
     assert scores("vot-anchor", truth, truth)["accuracy"] == pytest.approx(0.99)
