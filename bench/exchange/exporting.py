@@ -37,8 +37,8 @@ def export_results(
 ) -> list[Path]:
     """Write the finished runs of an experiment in a layout, and return the files.
 
-    `target` gets a folder per tracker. `tell`: called with sentences on what the layout keeps and
-    what is left out. `kind`: name of the layout. `tracker`, `sequence`: patterns. `origin`: number
+    `target` gets a folder per tracker. `tell`: called with sentences on the content of the layout
+    and on omitted runs. `kind`: name of the layout. `tracker`, `sequence`: patterns. `origin`: number
     of the first pixel, if it is not the layout's. `force`: replace existing files; otherwise
     nothing is written if there is one.
 

@@ -30,7 +30,7 @@ def files(folder: Path) -> Mapping[str, list[Path]]:
 
 
 def read(file: Path) -> Said:
-    """Boxes, and confidences where they lie beside."""
+    """Read boxes, and confidences from the file next to it."""
     said = boxes_from(file)
     beside = file.with_name(f"{file.stem}{SCORES}")
     return replace(said, confidence=column_from(beside, len(said.boxes)))

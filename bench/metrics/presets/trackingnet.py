@@ -22,7 +22,7 @@ _SIZES = np.linspace(0, 0.5, 21)
 
 
 def judge(truth: Truth, answer: Answer) -> Judged:
-    """Scores and curves of a run."""
+    """Return scores and curves of a run."""
     run = started(truth, answer)
     # A box that only rounds to no size has a centre all the same.
     e = np.where(is_well_formed(run.estimate)[:, None], np.round(run.estimate), np.nan)

@@ -35,7 +35,7 @@ _SHORTEST, _LONGEST = 115, 754
 
 
 def judge(truth: Truth, answer: Answer) -> Judged:
-    """Scores of a run, and its curve where it alone is the data set."""
+    """Return the scores of a run, and its curve for a data set of this run alone."""
     run = started(truth, answer)
     overlaps = raster_overlap(run.truth, run.estimate, run.size, run.shapes)
     seen = is_well_formed(run.estimate)
@@ -54,7 +54,7 @@ def judge(truth: Truth, answer: Answer) -> Judged:
 
 
 def combine(runs: Runs) -> Judged:
-    """Scores of the runs from all anchors of all sequences."""
+    """Return the scores of the runs from all anchors of all sequences."""
     tracked = np.array([sum(int(run.evidence["progress"]) for run in of) for of in runs], float)
     frames = np.array([sum(len(run.evidence["overlaps"]) for run in of) for of in runs], float)
     summed = sum(float(run.evidence["overlaps"].sum()) for of in runs for run in of)
@@ -76,7 +76,7 @@ def combine(runs: Runs) -> Judged:
 
 
 def _expected(runs: list[Judged]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Mean overlap of the first frames, by their number, and the runs that have so many."""
+    """Return the mean overlap of the first frames by their number, and the number of runs."""
     total, active = np.zeros(_LONGEST + 1), np.zeros(_LONGEST + 1)
     numbers = np.arange(_LONGEST + 1)
     for run in runs:
