@@ -38,8 +38,8 @@ def export_results(
     """Write the finished runs of an experiment in a layout, and return the files.
 
     `target` gets a folder per tracker. `tell`: called with sentences on the content of the layout
-    and on omitted runs. `kind`: name of the layout. `tracker`, `sequence`: patterns. `origin`: number
-    of the first pixel, if it is not the layout's. `force`: replace existing files; otherwise
+    and on omitted runs. `kind`: name of the layout. `tracker`, `sequence`: patterns. `origin`:
+    number of the first pixel, if it is not the layout's. `force`: replace existing files; otherwise
     nothing is written if there is one.
 
     Raises `ExchangeError` or `ProtocolError` if nothing matches, two runs would be one file, a file

@@ -191,6 +191,8 @@ def test_part_fails_with_its_interval_corrected_for_the_parts():
     assert judged.verdict == "inconclusive"
     assert judged.reason.startswith("part weak: interval contains the limit 0.5")
     assert judged.interval == share_interval([1] * 5 + [0] * 15, [1] * 20, 0.99)
+    failing = conjunction({"a": fixed(FAILS)}, comparisons=4)
+    assert failing.reason == "part a: interval below 0.5; interval at 98.8 %"
     nested = conjunction({"all": partial(conjunction, {"weak": weak, "a": fixed(HOLDS)})})
     assert nested.verdict == conjunction({"weak": weak, "a": fixed(HOLDS)}).verdict
 
