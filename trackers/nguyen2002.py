@@ -2,12 +2,12 @@
 
 from collections.abc import Mapping
 from math import ceil, floor, inf, nan, sqrt
-from typing import Literal, TypeAlias
+from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
+from trackmark.trackers.base.arrays import Array
 from trackmark.trackers.base.interface import Box, Estimate, Image, Mask
 from trackmark.trackers.base.kalman import Smoother
 from trackmark.trackers.base.parameters import (
@@ -39,7 +39,6 @@ from trackmark.trackers.templates.occlusion import (
 
 __all__ = ["Nguyen2002"]
 
-Array: TypeAlias = NDArray[np.float64]
 
 SMALLEST_SIDE = 4  # pixels of a template: the coarsest search looks at every fourth
 WIDEST_SEARCH = 64  # pixels either way, where a target is looked for after an occlusion

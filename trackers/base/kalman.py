@@ -5,12 +5,9 @@ Their sums run in different orders: with one in place of the other boxes would c
 last digits.
 """
 
-from typing import TypeAlias
-
 import numpy as np
-from numpy.typing import NDArray
 
-Array: TypeAlias = NDArray[np.float64]
+from trackmark.trackers.base.arrays import Array
 
 _TRANSITION = np.array([[1.0, 1.0], [0.0, 1.0]])  # of (position, velocity), from frame to frame
 _OF_ACCELERATION = np.array([0.5, 1.0])  # what a frame of it does to them

@@ -8,15 +8,13 @@ from dataclasses import dataclass
 from typing import Literal, NamedTuple, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
+from trackmark.trackers.base.arrays import Array
 from trackmark.trackers.contours.chain import Attached, Earlier, ParticleCue, Weighed
 from trackmark.trackers.contours.mixture import Mixture, components_of, refined
 from trackmark.trackers.contours.observation import Observation, Weights, graded
 from trackmark.trackers.contours.posterior import posterior_tables
-
-Array: TypeAlias = NDArray[np.float64]
 
 MixtureScale: TypeAlias = Literal["shared", "diagonal"]
 

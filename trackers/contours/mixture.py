@@ -4,13 +4,12 @@ Arrays of mixtures share the functions of one: further axes, say of planes or of
 before the components'.
 """
 
-from typing import NamedTuple, TypeAlias
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
-Array: TypeAlias = NDArray[np.float64]
+from trackmark.trackers.base.arrays import Array
 
 REGULARISATION = 3e-4  # variance added to every axis of a fitted component
 LEAST_MASS = 1e-9  # points that a component has at least; fewer are nothing to place it by

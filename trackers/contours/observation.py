@@ -10,19 +10,18 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from trackmark.trackers.base.arrays import Array, Ints
 from trackmark.trackers.base.interface import Image
 from trackmark.trackers.contours.mixture import Mixture, fitted
 from trackmark.trackers.contours.outline import bounding_box
 
-Ints: TypeAlias = NDArray[np.int64]
 Cells: TypeAlias = NDArray[np.int32]
-Array: TypeAlias = NDArray[np.float64]
 
 
 class ColourCells(NamedTuple):
     """The K cells of a colour grid that an image occupies, in the grid's order."""
 
-    colours: NDArray[np.float64]  # (K, 3): mean RGB of each cell's pixels, in [0, 1]
+    colours: Array  # (K, 3): mean RGB of each cell's pixels, in [0, 1]
     image: Cells  # (rows, columns): cell of every pixel, in [0, K)
     sizes: Ints  # (K,): pixels of each, at least 1
 

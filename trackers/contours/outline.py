@@ -15,12 +15,11 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from trackmark.trackers.base.arrays import Array, Indices
 from trackmark.trackers.base.interface import Box, Mask
 
 Tables: TypeAlias = NDArray[np.float32]
 Cells: TypeAlias = NDArray[np.int32]
-Indices: TypeAlias = NDArray[np.intp]
-Array: TypeAlias = NDArray[np.float64]
 
 Outside: TypeAlias = Literal["window", "image"]
 
@@ -226,7 +225,7 @@ def crosses_itself(contour: Array) -> bool:
     return bool((_parted(contour, ends, a, b) & _parted(contour, ends, b, a)).any())
 
 
-def _parted(starts: Array, ends: Array, a: NDArray[np.intp], b: NDArray[np.intp]) -> Mask:
+def _parted(starts: Array, ends: Array, a: Indices, b: Indices) -> Mask:
     """Whether the line through each side a has the two ends of side b not on one side of it."""
     x, y = (ends[a] - starts[a]).T
     start, end = starts[b] - starts[a], ends[b] - starts[a]

@@ -13,10 +13,9 @@ from numba import njit
 from numpy.typing import NDArray
 from scipy.special import expit
 
+from trackmark.trackers.base.arrays import Array, Ints
 from trackmark.trackers.contours.mixture import Mixture, log_density, mixture_of
 
-Ints: TypeAlias = NDArray[np.int64]
-Array: TypeAlias = NDArray[np.float64]
 Array32: TypeAlias = NDArray[np.float32]
 
 BLOCK = 1024  # colours taken together: what is known of them stays in the fastest memory

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
+from trackmark.trackers.base.arrays import Array
 from trackmark.trackers.base.interface import Box, Estimate, Image, Mask, Randomness
 from trackmark.trackers.base.parameters import (
     Parameters,
@@ -47,7 +48,6 @@ from trackmark.trackers.contours.plane_cue import discriminant_basis
 from trackmark.trackers.contours.snake import Stiffness
 from trackmark.trackers.contours.snake import refined as refined_by_snake
 
-Array: TypeAlias = NDArray[np.float64]
 Posterior: TypeAlias = NDArray[np.float32]
 
 REFERENCE_WIDTH = 320  # pixels of an image, to which distances in the parameters refer

@@ -15,9 +15,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from trackmark.trackers.base.arrays import Codes
 from trackmark.trackers.base.interface import Image
 
-Codes: TypeAlias = NDArray[np.uint16]
 ColourSpace: TypeAlias = Literal["rgb", "hsv"]
 Binning: TypeAlias = Literal["both", "perez"]
 UvRange: TypeAlias = Literal["full", "natural", "srgb-gamut"]

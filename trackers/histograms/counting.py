@@ -10,6 +10,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from trackmark.trackers.base.arrays import Array, Codes, Ints
 from trackmark.trackers.base.interface import Image
 from trackmark.trackers.base.sharing import SharedFrame
 from trackmark.trackers.histograms.bins import N_BINS, JointBins, LuvBins
@@ -22,10 +23,7 @@ from trackmark.trackers.histograms.rectangles import (
     integral_histogram,
 )
 
-Ints: TypeAlias = NDArray[np.int64]
 Counts: TypeAlias = NDArray[np.int32]
-Codes: TypeAlias = NDArray[np.uint16]
-Array: TypeAlias = NDArray[np.float64]
 
 # Nanoseconds, measured on one machine.
 _CODE = 1.5  # a pixel looked up

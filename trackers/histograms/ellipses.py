@@ -14,8 +14,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-Array: TypeAlias = NDArray[np.float64]
-Codes: TypeAlias = NDArray[np.uint16]
+from trackmark.trackers.base.arrays import Array, Codes
+
 Counts: TypeAlias = NDArray[np.int64]
 Kernel: TypeAlias = Literal["isotropic", "epanechnikov", "uniform"]
 KERNELS: tuple[Kernel, ...] = ("isotropic", "epanechnikov", "uniform")

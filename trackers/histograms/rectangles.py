@@ -13,12 +13,11 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-Codes: TypeAlias = NDArray[np.uint16]
+from trackmark.trackers.base.arrays import Array, Codes, Ints
+
 Votes: TypeAlias = NDArray[np.uint8]
-Ints: TypeAlias = NDArray[np.int64]
 Counts: TypeAlias = NDArray[np.int32]
 Words: TypeAlias = NDArray[np.uint64]
-Array: TypeAlias = NDArray[np.float64]
 
 
 class Regions(NamedTuple):

@@ -12,13 +12,11 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from trackmark.trackers.base.arrays import Array, Ints
 from trackmark.trackers.base.sharing import SharedFrame
 from trackmark.trackers.histograms.bins import JointBins
 from trackmark.trackers.histograms.counting import ellipse_histograms
 from trackmark.trackers.histograms.ellipses import EllipseCounts, Kernel, coefficients
-
-Array: TypeAlias = NDArray[np.float64]
-Ints: TypeAlias = NDArray[np.int64]
 
 Reading: TypeAlias = Literal["density", "printed", "peak", "variance", "coefficient", "always"]
 
@@ -78,7 +76,7 @@ class Ellipses:
     colours: JointBins
     kernel: Kernel
 
-    def counts(self, frame: SharedFrame, states: Array, bins: NDArray[np.int64]) -> EllipseCounts:
+    def counts(self, frame: SharedFrame, states: Array, bins: Ints) -> EllipseCounts:
         """Count bins in states (n, 7); totals are 0 where less than a quarter is inside."""
         ellipses = states[:, [0, 1, 4, 5]]
         found = ellipse_histograms(frame, ellipses, self.kernel, self.colours, bins)

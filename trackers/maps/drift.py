@@ -11,12 +11,11 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from trackmark.trackers.base.arrays import Array, Ints
 from trackmark.trackers.base.interface import Image
 from trackmark.trackers.maps.differences import Sums
 
-Ints: TypeAlias = NDArray[np.int64]
 Bins: TypeAlias = NDArray[np.int32]
-Array: TypeAlias = NDArray[np.float64]
 
 
 ROUNDING = 1e-9

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import AfterValidator, Field
 
+from trackmark.trackers.base.arrays import Array
 from trackmark.trackers.base.parameters import (
     Parameters,
     TrackerError,
@@ -36,7 +37,6 @@ from trackmark.trackers.maps.drift import (
     window_moments,
 )
 
-Array: TypeAlias = NDArray[np.float64]
 Size: TypeAlias = tuple[int, int]
 
 

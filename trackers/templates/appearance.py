@@ -12,9 +12,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from trackmark.trackers.base.arrays import Array
 from trackmark.trackers.base.interface import Image
-
-Array: TypeAlias = NDArray[np.float64]
 
 PASSES = 6  # how often a trimmed first covariance is made of the pixels that it calls inliers
 

@@ -5,9 +5,9 @@ from typing import Literal, NamedTuple, TypeAlias, get_args
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
-Array: TypeAlias = NDArray[np.float64]
+from trackmark.trackers.base.arrays import Array
+
 Ties: TypeAlias = Literal["ascending", "unchanged"]
 
 SMALLEST_SCALE, LARGEST_SCALE = 0.5, 2.0
