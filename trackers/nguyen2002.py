@@ -272,23 +272,20 @@ class Nguyen2002(SharingTracker):
             factor = settings.delta / float(chdtr(d + 2, limit))
         most = round(settings.gamma / settings.minimal_speed, 9)  # 0.3 / 0.05 is less than 6
         patience = floor(most) + 1 if settings.outlier_rule == "exceeds" else ceil(most)
+        finest_step = 0.25 if settings.subpixel else 1.0
         return Noise(
             limit=limit,
             floor=FLOORS[settings.features],
             factor=factor,
             first_spread=settings.first_spread,
             trimmed=settings.first_covariance == "inliers",
-            grid_step=self._finest_step if settings.misregistration else 0.0,
+            grid_step=finest_step if settings.misregistration else 0.0,
             average=settings.average,
             full=settings.covariance == "full",
             adaptive=settings.adaptive_noise,
             gate=settings.gate,
             patience=patience if settings.rebootstrap else np.iinfo(np.int64).max,
         )
-
-    @property
-    def _finest_step(self) -> float:
-        return 0.25 if self.parameters.subpixel else 1.0
 
     def _advance(self, image: Image, frame: int, revised: dict[int, Box]) -> Pose:
         """See the next frame, or see it again after an occlusion has ended before it."""

@@ -13,8 +13,10 @@ from trackmark.bench.papers.wang2010.plain_maps import JointMaps, window_slices
 from trackmark.trackers.base.parameters import TrackerError
 from trackmark.trackers.base.sharing import SharedFrame
 from trackmark.trackers.maps.differences import first_frame, frame_after, moving_share
-from trackmark.trackers.maps.drift import (
+from trackmark.trackers.maps.joint_map import (
     Binning,
+    ColourMotionModel,
+    ModelParameters,
     Region,
     colour_bins,
     drift,
@@ -22,7 +24,6 @@ from trackmark.trackers.maps.drift import (
     weight_bits,
     window_at,
 )
-from trackmark.trackers.maps.joint_map import ColourMotionModel, ModelParameters
 
 pictures = arrays.arrays(
     np.uint8,

@@ -157,10 +157,7 @@ def summary(name: str) -> str:
 
 
 def in_file(name: str) -> tuple[Path, str] | None:
-    """File and class of `path/to/file.py:ClassName`; no class where none is named.
-
-    None for other names.
-    """
+    """Return file and class (if any) of `path/to/file.py:ClassName`; None for other names."""
     found = re.fullmatch(r"(.*?\.py)(?::(.*))?", name, re.DOTALL)
     return (Path(found[1]).expanduser(), found[2] or "") if found else None
 
@@ -240,10 +237,7 @@ def _load(name: str) -> tuple[type[TrackerPlugin], Path]:
 
 
 class _SourceLoader(SourceFileLoader):
-    """Loader that always compiles the file.
-
-    Python's bytecode cache misses an edit within the same second that keeps the file's size.
-    """
+    """Loader that ignores cached bytecode, which misses an edit within a second of equal size."""
 
     def get_code(self, fullname: str) -> CodeType:
         """See `importlib.abc.InspectLoader`."""

@@ -41,12 +41,7 @@ class ConstantVelocity:
         self.covariances = _TRANSITION @ self.covariances @ _TRANSITION.T + self._noise
 
     def correct(self, measured: Array, deviations: Array) -> Array:
-        """Take in a measured position, once after a prediction.
-
-        Measurement and its standard deviations, infinite where it says nothing, are of shape
-        (axes,) [pixels]; so are the gains that it gives: by which share of the way to the
-        measurement each position went.
-        """
+        """Correct by a measured position (axes,) once after a prediction; return the gains."""
         shared = self.covariances[:, :, 0]  # of position and velocity with the position
         gains = shared / (shared[:, :1] + deviations[:, np.newaxis] ** 2)
         self.means += gains * (measured - self.means[:, 0])[:, np.newaxis]

@@ -80,10 +80,7 @@ class ContourCue(ParticleCue):
     def weigh(
         self, observation: Observation, states: Array, attached: Attached, earlier: Earlier
     ) -> Weighed:
-        """See `Cue.weigh`; the cue before yields posteriors of the frame's colours.
-
-        The evidence is the difference itself, in [-1, 1].
-        """
+        """See `Cue.weigh`, after a cue of posteriors; the evidence is the difference itself."""
         if attached is None:
             raise ValueError("contours are judged on a posterior: a cue of colours comes before")
         cells = observation.cells

@@ -84,10 +84,7 @@ class Ellipses:
         return found._replace(totals=np.where(found.pixels >= least, found.totals, 0))
 
     def histogram(self, frame: SharedFrame, state: Array) -> Array | None:
-        """Normalised histogram of a state (7,); None where less than a quarter is inside.
-
-        Nummiaro et al. 2003, equations 3 and 4.
-        """
+        """Return the histogram of a state (7,); None if less than a quarter is inside."""
         found = self.counts(frame, state[np.newaxis], np.arange(self.colours.n_bins))
         if found.totals[0] == 0:
             return None
@@ -138,10 +135,9 @@ class TargetModel:
     ) -> float:
         """Mix in what was seen where that looks like the model (equations 11 and 12).
 
-        `histogram` (bins,) is that of the estimate, None where too little of it is in the image,
-        and `coefficient` that of it and the current model; `found` and `weights` (n,) are those of
-        the particles. What has a coefficient above `least` is mixed in. Gives the share of the
-        models that were updated, in [0, 1].
+        `histogram` (bins,) is that of the estimate (None: too little of it is inside),
+        `coefficient` its likeness; `found` and `weights` (n,) are the particles'. A coefficient
+        above `least` is needed. Gives the share of the models that were updated.
         """
         alpha = self._alpha
         if self.models is not None:
@@ -161,10 +157,7 @@ _AT_ONCE = 128  # positions
 
 
 def spacing_of(positions: int, half_axes: Array, image_size: tuple[int, int]) -> float:
-    """Spacing [pixels] of a grid of about so many ellipses that are whole inside an image.
-
-    Half axes Hx, Hy are of shape (2,) [pixels]; the image's size is width and height.
-    """
+    """Return the spacing of about so many ellipses that are whole inside an image [pixels]."""
     free = np.maximum(np.array(image_size) - 2 * half_axes, 1.0)
     return float(np.sqrt(free.prod() / positions))
 
@@ -214,11 +207,7 @@ class Background:
         return _sums(self._ends, self._bins, self._roots, np.sqrt(model))
 
     def threshold(self, model: Array) -> float:
-        """Coefficient above which something does not look like background, μ + 2 σ.
-
-        Nummiaro et al. 2003, equations 13 to 15; σ² is the mean square deviation over all
-        positions. 0 without a position.
-        """
+        """Return μ + 2 σ of the coefficients (equations 13 to 15); 0 without a position."""
         found = self.coefficients(model)
         return float(found.mean() + 2 * found.std()) if len(found) else 0.0
 
