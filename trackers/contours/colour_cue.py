@@ -43,7 +43,7 @@ class ColourDynamics:
     angle_spread: float  # of its first direction [radians]
 
     def propagated(self, states: Array, of_target: int, generator: np.random.Generator) -> Array:
-        """Draw the next frame's mixtures (components, 6); the first `of_target` are the target's."""
+        """Draw mixtures (components, 6) of the next frame; the target's come first."""
         count, components, _ = states.shape
         moved = states.copy()
         if self.colour_dynamics == "shared":
