@@ -36,22 +36,6 @@ def clean_sequence(n_frames=25):
     return images, np.array(boxes)
 
 
-def test_a_fixed_window_follows_a_clean_target_with_the_boxs_own_size():
-    images, boxes = clean_sequence()
-    found = np.array(
-        [estimate.box for estimate in track("camshift", images, boxes[0], stop_distance=0.1)]
-    )
-    assert np.abs(found[:, :2] - boxes[1:, :2]).max() < 1
-    np.testing.assert_array_equal(found[:, 2:], boxes[1:, 2:])
-
-
-def test_the_window_has_the_rounded_size_of_the_box():
-    image, _ = scene((60, 60))  # columns 48 to 72
-    (estimate,) = track("camshift", [image, image], [48, 42, 24.6, 35.5])
-    # 25 columns of 36 rows: one column is ground, whose hue has 36 pixels to red's 432.
-    assert estimate.confidence == pytest.approx((24 * 36 + 36 * 36 / 432) / (25 * 36), abs=1e-9)
-
-
 def test_the_centre_is_the_centroid_of_the_back_projection():
     # Of the red block that is two thirds of the target's colours, and of half its rows.
     template = np.full((40, 40, 3), GREEN, np.uint8)

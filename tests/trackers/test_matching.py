@@ -1,7 +1,5 @@
 """The search from coarse to fine against looking everywhere."""
 
-from math import inf, prod
-
 import cv2
 import numpy as np
 import pytest
@@ -66,38 +64,11 @@ def on_flat_ground(pose, search_range, subpixel, ties="ascending"):
     return search(whole(flat), *arguments).pose
 
 
-@pytest.mark.parametrize(("subpixel", "further"), [(False, 4), (True, 4.75)])
-@pytest.mark.parametrize(("search_range", "x", "y"), [(16, 44.5, 35.49), (26, 45.49, 34.5)])
-def test_of_equal_costs_the_first_wins_and_the_search_starts_at_whole_pixels(
-    subpixel, further, search_range, x, y
-):
-    pose = on_flat_ground(Pose(x, y, 1.0), search_range, subpixel)
-    assert (pose.x, pose.y) == (45 - search_range - further, 35 - search_range - further)
-    factors = (0.98, 0.99, 0.99, 0.995) if subpixel else (0.98, 0.99)
-    assert pose.scale == pytest.approx(prod(factors), abs=1e-15)
-    assert on_flat_ground(Pose(x, y, 1.1), search_range, subpixel, "unchanged").scale == 1.1
-
-
 @pytest.mark.parametrize(("scale", "limit"), [(0.5, 0.5), (0.4, 0.5), (2.3, 2.0)])
 def test_scales_stay_between_a_half_and_two(scale, limit):
     found = on_flat_ground(Pose(45, 35, scale), 16, False).scale
     assert 0.5 <= found <= 2.0
     assert found == pytest.approx(limit, rel=0.031)
-
-
-@pytest.mark.parametrize("error", [0.0, 1.0, CUTOFF - 1e-9, CUTOFF + 1e-9, 5.0, 40.0])
-def test_errors_cost_their_square_and_from_the_cutoff_on_what_they_are(error):
-    window = whole(np.full((ROWS, COLUMNS, 1), 7.0))
-    template = np.full((13, 10, 1), 7.0 - 2 * error)
-    place = Pose(45, 35, 1.0)
-    pixels = 6 * 5  # every second either way, from the second on
-    robust = search(window, template, np.array([[4.0]]), place, 8, CUTOFF, False).cost / pixels
-    if error < CUTOFF:
-        assert robust == pytest.approx(error**2 / 2)
-    else:
-        assert robust == pytest.approx(CUTOFF * error - CUTOFF**2 / 2)
-    square = search(window, template, np.array([[4.0]]), place, 8, inf, False).cost / pixels
-    assert square == pytest.approx(error**2 / 2)
 
 
 POSES = st.builds(

@@ -200,20 +200,6 @@ def test_the_confidence_is_the_likelihood_of_the_distance(clip):
         assert estimate.confidence == pytest.approx(exp(-(distance**2) / (2 * 0.2)))
 
 
-def test_the_box_is_the_weighted_mean_of_the_particles_in_the_first_boxs_shape(clip):
-    images, box = clip
-    for estimate in track("multipart", images, box):
-        particles, weights = estimate.arrays["particles"], estimate.arrays["weights"]
-        assert particles.shape == (200, 3)
-        assert weights.sum() == pytest.approx(1)
-        x, y, width, height = estimate.box
-        expected = weights @ particles
-        np.testing.assert_allclose([x + width / 2, y + height / 2, width * height], expected)
-        assert width / height == pytest.approx(12 / 20)
-        assert estimate.details["area_ratio"] == pytest.approx(expected[2] / 240)
-        assert estimate.details["effective_particles"] == pytest.approx(1 / (weights**2).sum())
-
-
 @pytest.mark.parametrize("threshold", [0.0, 0.4, 1.0])
 def test_adaptive_is_to_the_bit_the_representation_that_it_picks(clip, threshold):
     images, box = clip
@@ -291,14 +277,6 @@ def test_votes_are_those_of_opencvs_bytes(scheme):
     for row, column in np.ndindex(luv.shape[:2]):
         expected = slow_votes(tuple(luv[row, column].tolist()), scheme.binning, scheme.uv_range)
         assert votes[row, column].tolist() == expected, luv[row, column]
-
-
-def test_perez_takes_greys_for_greys_and_colours_for_colours():
-    image = np.array([[(0, 0, 0), (128, 128, 128), (255, 255, 255), (20, 20, 230)]], np.uint8)
-    scheme = LuvBins("perez")
-    votes = scheme.votes[scheme.codes(image)][0, :, 0].tolist()
-    assert votes[:3] == [100, 105, 109]
-    assert votes[3] < 100
 
 
 @given(st.integers(0, 99), st.integers(0, 18), st.integers(0, 22), st.integers(1, 23))
