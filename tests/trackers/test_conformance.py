@@ -54,12 +54,12 @@ def specification(request):
 
 @pytest.fixture(scope="module")
 def clip(moving_target):
-    return moving_target()
+    return moving_target(5)
 
 
 @pytest.fixture(scope="module")
 def other_clip(moving_target):
-    return moving_target(6, 71, 95, (16, 22), (50, 40), (-2, -1.5), seed=1)
+    return moving_target(4, 71, 95, (16, 22), (50, 40), (-2, -1.5), seed=1)
 
 
 def started(specification, clip, seed=SEED):
@@ -299,7 +299,7 @@ CRASHES = {("opencv-tld", "an image hardly larger than the target")}  # in OpenC
 
 @pytest.fixture(scope="module")
 def hard_clips(moving_target):
-    return {case: moving_target(4, **changes) for case, changes in HARD.items()}
+    return {case: moving_target(3, **changes) for case, changes in HARD.items()}
 
 
 def test_hard_cases_give_well_formed_boxes_or_a_refusal(specification, hard_clips):

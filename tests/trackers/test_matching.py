@@ -34,8 +34,7 @@ def costs(features, template, poses, bilinear=False, cutoff=CUTOFF):
     return np.array([plain.matching_cost(*arguments, pose, cutoff, **ways) for pose in poses])
 
 
-@pytest.mark.parametrize("seed", [0, 1])
-@pytest.mark.parametrize("scale", [1.0, 0.99, 1.02])
+@pytest.mark.parametrize(("seed", "scale"), [(0, 1.0), (1, 0.99), (0, 1.02)])
 def test_whole_pixels_are_those_of_an_exhaustive_search(seed, scale):
     random = np.random.default_rng(seed)
     features = texture(seed=seed)

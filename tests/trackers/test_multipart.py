@@ -182,8 +182,8 @@ READINGS = [
 @pytest.mark.parametrize("reading", READINGS, ids=str)
 def test_the_boxes_are_those_of_the_equations_in_plain_loops(clip, reading):
     images, box = clip
-    found = track("multipart", images, box, 3, particles=24, **reading)
-    expected, distances, part_distance = slow_track(images, box, 3, particles=24, **reading)
+    found = track("multipart", images, box, 3, particles=16, **reading)
+    expected, distances, part_distance = slow_track(images, box, 3, particles=16, **reading)
     np.testing.assert_allclose(boxes_of(found), expected, rtol=0, atol=1e-9)
     assert [e.details["distance"] for e in found] == pytest.approx(distances, abs=1e-9)
     assert found[0].details["part_distance"] == pytest.approx(part_distance, abs=1e-12)

@@ -105,9 +105,7 @@ def test_a_frame_of_another_size_is_refused():
 # The tracker of Nguyen & Smeulders through occlusions, and slow ones that it takes in.
 
 
-@pytest.mark.parametrize(
-    ("longest", "last"), [(5, 5), (6, 5), (7, 7), (18, 11), (34, 19), (35, 35)]
-)
+@pytest.mark.parametrize(("longest", "last"), [(6, 5), (34, 19), (35, 35)])
 @pytest.mark.parametrize("candidates", ["skipped", "all"])
 def test_candidates_are_farther_and_farther_apart_up_to_the_longest_occlusion(
     longest, last, candidates
