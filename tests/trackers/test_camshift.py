@@ -8,6 +8,7 @@ import pytest
 
 from tests.trackers.following import track
 from trackmark.trackers.base.parameters import TrackerError
+from trackmark.trackers.maps.back_projection import adapted_window
 
 # In the middle of a hue bin each, so that sensor noise moves no pixel to the next.
 RED, BLUE, GREEN = (20, 72, 200), (200, 56, 30), (60, 180, 40)
@@ -72,6 +73,7 @@ def test_bradskis_rule_sets_the_window_from_the_mass():
     assert estimate.box[2:] == pytest.approx(expected, abs=0.5)
     assert estimate.box[:2] + estimate.box[2:] / 2 == pytest.approx([60, 60], abs=1e-9)
     assert estimate.confidence == 1.0
+    assert adapted_window(100.0, 1.1, (500, 500)) == (21, 19)  # 2 √110 = 20.98, 2 √90.9 = 19.07
 
 
 def test_an_adaptive_window_stays_between_three_pixels_and_the_image():

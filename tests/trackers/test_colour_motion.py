@@ -86,6 +86,13 @@ def test_the_largest_differences_fit():
     assert motion.mean == 2 * motion.latest.mean()
 
 
+@pytest.mark.parametrize(("level", "changing"), [(7, 0.0), (8, 1.0)])
+def test_a_change_of_eight_grey_levels_is_noticed(level, changing):
+    black = first_frame(np.zeros((20, 20, 3), np.uint8))
+    grey = np.full((20, 20, 3), level, np.uint8)
+    assert frame_after(grey, black, 1, False).changing == changing
+
+
 @pytest.mark.parametrize("window", [(0, 0, 31, 24), (3, 5, 9, 6), (-4, -4, 40, 3)])
 def test_the_moving_share_counts_what_exceeds_the_threshold(window):
     motion = frame_after(random_image(1), first_frame(random_image(0)), 3, True)

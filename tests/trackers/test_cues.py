@@ -128,6 +128,7 @@ def test_axes_are_those_of_every_distance_written_out(k, exponent):
     second = second / np.linalg.norm(second)
     basis = discriminant_basis(target, background, k, exponent)
     np.testing.assert_allclose(np.abs(basis.T @ np.stack([first, second]).T), np.eye(2), atol=1e-9)
+    assert ((target.mean(axis=0) - background.mean(axis=0)) @ basis >= 0).all()
 
 
 def test_classes_of_one_colour_each_have_the_axis_between_them():
