@@ -51,21 +51,6 @@ def test_hypotheses_of_the_complete_density_have_its_exact_probabilities():
     np.testing.assert_allclose(measured, exact / exact.sum(), atol=0.006)
 
 
-def test_uniform_association_forgets_what_the_first_cue_saw():
-    _, (first, second) = two(association="uniform")
-    measured = np.zeros((3, 2))
-    np.add.at(measured, (first.states[second.attached], second.states), second.weights)
-    exact = np.array([[0.9, 0.1], [0.4, 0.6], [0.2, 0.3]])
-    np.testing.assert_allclose(measured, exact / exact.sum(), atol=0.006)
-
-
-def test_joint_feedback_gives_a_cue_its_marginal_of_the_complete_density():
-    chain, (_, second) = two(feedback="joint")
-    exact = np.array([0.2, 0.5 * 1.0, 0.3 * 0.5])  # of its state, and of all that the next may be
-    np.testing.assert_allclose(chain.cues[0].received[1], exact / exact.sum(), atol=0.006)
-    np.testing.assert_array_equal(chain.cues[1].received[1], second.weights)
-
-
 def test_a_hypothesis_that_no_other_was_attached_to_still_has_a_chance_in_the_next_frame():
     first, second = Listed([0, 1], [1.0, 0.0]), Listed([0, 1, 1], [[1.0, 1.0], [1.0, 1.0]])
     Chain([first, second], feedback="joint").step(None, np.random.default_rng(0))

@@ -12,7 +12,7 @@ from trackmark.bench.papers.wang2010 import plain_maps as plain
 from trackmark.bench.papers.wang2010.plain_maps import JointMaps
 from trackmark.trackers.base.parameters import TrackerError
 from trackmark.trackers.base.sharing import SharedFrame
-from trackmark.trackers.maps.differences import first_frame, frame_after, moving_share
+from trackmark.trackers.maps.differences import first_frame, frame_after
 from trackmark.trackers.maps.joint_map import (
     Binning,
     ColourMotionModel,
@@ -91,18 +91,6 @@ def test_a_change_of_eight_grey_levels_is_noticed(level, changing):
     black = first_frame(np.zeros((20, 20, 3), np.uint8))
     grey = np.full((20, 20, 3), level, np.uint8)
     assert frame_after(grey, black, 1, False).changing == changing
-
-
-@pytest.mark.parametrize("window", [(0, 0, 31, 24), (3, 5, 9, 6), (-4, -4, 40, 3)])
-def test_the_moving_share_counts_what_exceeds_the_threshold(window):
-    motion = frame_after(random_image(1), first_frame(random_image(0)), 3, True)
-    both = motion.latest.astype(int) + motion.earlier
-    threshold = float(np.median(both))  # some are equal to it, and do not exceed it
-    left, top, right, bottom = window
-    inside = both[max(top, 0) : bottom, max(left, 0) : right] > threshold
-    found = moving_share(motion.latest, motion.earlier, threshold, *window)
-    assert found == inside.mean()
-    assert moving_share(motion.latest, motion.earlier, threshold, 40, 0, 50, 9) == 0.0
 
 
 def test_a_centroid_that_rounding_put_beside_an_edge_is_on_it():

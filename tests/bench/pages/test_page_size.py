@@ -91,7 +91,7 @@ def stored(folder, sequences, repetitions):
     return results.folder
 
 
-@pytest.mark.slow
+@pytest.mark.weekly
 @pytest.mark.parametrize(("count", "length", "repetitions"), [(8, 400, 20), (100, 120, 2)])
 def test_a_page_of_many_runs_opens(tmp_path, evidence, count, length, repetitions):
     names = [f"plain/target:length={length}:width=640:height=480:scene={n}" for n in range(count)]
@@ -132,7 +132,7 @@ def test_a_page_of_many_runs_opens(tmp_path, evidence, count, length, repetition
         opened.close()
 
 
-@pytest.mark.slow
+@pytest.mark.weekly
 @browser.needs_browser
 def test_the_player_is_quick_with_frames_of_their_own_size(tmp_path, evidence):
     names = [f"plain/target:length=300:width=640:height=480:scene={n}" for n in range(2)]
