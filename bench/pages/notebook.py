@@ -107,24 +107,24 @@ def player(
     ResultsError
         Where there are no results, or they are damaged.
     """
-    from trackmark.bench.pages.player_runs import read_takes, scenes
+    from trackmark.bench.pages.player_runs import read_runs, scenes
     from trackmark.reports.page.content import Page, Place, Section
     from trackmark.reports.page.page import write_page
 
     folder = Path(results.folder if isinstance(results, Runs) else results)
     experiment, name = _holding(folder, sequence)
-    reading = read_takes(experiment, [], sequence=name)
-    if tracker is not None and tracker not in reading.shown:
-        there = ", ".join(reading.shown)
+    runs = read_runs(experiment, [], sequence=name)
+    if tracker is not None and tracker not in runs.shown:
+        there = ", ".join(runs.shown)
         raise ValueError(f"There is no run of {tracker!r} on {name!r}; there are {there}.")
-    (scene,) = scenes(reading, str(experiment), lambda *_: None)
+    (scene,) = scenes(runs, str(experiment), lambda *_: None)
     first = scene.first if frame is None else frame
     if not 0 <= first < scene.frames:
         raise ValueError(f"{name!r} has frames 0 to {scene.frames - 1}, and no {first}.")
-    page = Page(name, [Section("frames", "Sequence", scenes=True)], reading.shown, [scene])
+    page = Page(name, [Section("frames", "Sequence", scenes=True)], runs.shown, [scene])
     start = page.opening(scene, first)
     if tracker is not None:
-        start = page.address(Place(0, reading.shown.index(tracker), repetition, first))
+        start = page.address(Place(0, runs.shown.index(tracker), repetition, first))
     with TemporaryDirectory(prefix="trackmark-") as made:
         path, *_ = write_page(Path(made) / "page.html", replace(page, start=start), room=inf)
         return Player(path.read_text("utf-8"))

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from trackmark import datasets
 from trackmark.bench.pages.player_layers import mask_shapes
-from trackmark.bench.reporting.by_attribute import open_sequence
+from trackmark.bench.reporting.stored_runs import open_sequence
 from trackmark.reports.page.film import film
 
 Watch = Callable[[int, int | None], None]

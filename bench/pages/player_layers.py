@@ -1,7 +1,7 @@
 """What a run tells besides boxes, as the player draws it: outlines, particles, maps, numbers."""
 
-from collections.abc import Iterable, Mapping, Sequence
-from typing import Any, TypeAlias
+from collections.abc import Iterable, Mapping
+from typing import Any
 
 import cv2
 import numpy as np
@@ -9,12 +9,10 @@ from numpy.typing import NDArray
 
 from trackmark.bench.evaluation.recorder import MAP
 from trackmark.bench.evaluation.run_record import Run
-from trackmark.bench.reporting.pictures import mask_outlines
+from trackmark.bench.reporting.outlines import mask_outlines
 from trackmark.bench.store.truth import StoredTruth
+from trackmark.reports.page.content import Film
 from trackmark.reports.page.film import film
-
-Film: TypeAlias = Sequence[Sequence[bytes]]
-"""Frames in chunks; see `reports.page.film.film`."""
 
 _POINTS = 300
 """Particles that are shown of each frame."""

@@ -65,7 +65,8 @@ def _table(stages: dict[str, pa.Table], caption: str) -> Table:
         labelled = its.assign(tracker=[f"{name}, {stage}" for stage in its["stage"]])
         parts.append(summary_table(labelled, measures, "", PRESET))
         rows += [
-            [Cell(name), Cell(row[0].text.rpartition(" ")[2]), *row[1:]] for row in parts[-1].rows
+            [Cell(str(name)), Cell(str(stage)), *row[1:]]
+            for stage, row in zip(its["stage"].unique(), parts[-1].rows, strict=True)
         ]
     return replace(
         parts[0],

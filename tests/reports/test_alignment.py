@@ -5,9 +5,8 @@ import subprocess
 
 import pytest
 
-from trackmark.reports.alignment import number_in, texts_of
 from trackmark.reports.renderers import to_latex, to_markdown, to_text
-from trackmark.reports.tables import Cell, Table
+from trackmark.reports.tables import Cell, Table, number_in, texts_of
 
 SCORES = ["0.784 ±0.204", "0.103 [0.000, 0.210]", "0.929"]
 COUNTS = ["7 of 119", "118.7 ±0.6 of 119", "119 of 119"]
