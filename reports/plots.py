@@ -75,12 +75,15 @@ def _draw(axes: Axes, line: Line, kind: str, *, shaded: bool) -> None:
 
 
 def _limit(axes: Axes, chart: Chart) -> None:
-    """Let the abscissa begin where the lines do; single points lie between 0 and 1."""
+    """Let the abscissa begin and end where the lines do; single points lie between 0 and 1."""
     extents = [np.asarray(line.x, float) for line in chart.lines]
     if extents and all(len(x) == 1 for x in extents):
         axes.set_xlim(0, 1.02)
     elif extents:
-        axes.set_xlim(left=min(0.0, *(float(np.nanmin(x)) for x in extents)))
+        ends = np.concatenate(extents)
+        axes.set_xlim(left=min(0.0, float(np.nanmin(ends))))
+        if chart.kind == "line":
+            axes.set_xlim(right=float(np.nanmax(ends)))
 
 
 def logarithmic_axis(axes: Axes, digits: Sequence[int]) -> None:

@@ -67,8 +67,9 @@ def draw_figures(context: Context) -> list[Drawing]:
         if entry.is_drawn(context.effort.quick):
             words, plots = _draw(name, entry, context)
             drawings += [
-                Drawing(stem, figure_label(stem), entry.caption, words, _write(stem, plot, context))
+                Drawing(stem, figure_label(stem), caption, words, _write(stem, plot, context))
                 for stem, plot in plots.items()
+                for caption in (entry.caption_of(stem),)
             ]
     return drawings
 

@@ -6,7 +6,7 @@ from html.parser import HTMLParser
 from urllib.parse import urlencode
 
 from trackmark import datasets
-from trackmark.bench.pages.report import Said, write_report_page
+from trackmark.bench.pages.report import Commands, write_report_page
 from trackmark.bench.reporting.tables import tables
 
 
@@ -49,7 +49,7 @@ def data_of(text):
 
 def written(experiment, folder, **options):
     """The page of an experiment."""
-    said = Said(str(experiment))
+    said = Commands(str(experiment))
     made = tables(experiment)
     paths = write_report_page(
         experiment, folder / "report.html", made, "Trial", said, lambda *_: None, **options

@@ -15,7 +15,7 @@ from trackmark import bench, datasets
 from trackmark.bench.commands import show
 from trackmark.bench.experiments.experiment import Experiment, ExperimentError, SequenceSource
 from trackmark.bench.pages.live_page import write_live_page
-from trackmark.bench.reporting.pictures import scored_runs
+from trackmark.bench.reporting.stored_runs import one_pass_runs
 
 SEEING = '''
 """Tells all that can be told, of where the target was at first."""
@@ -162,7 +162,7 @@ def test_show_live_runs_another_repetition_and_says_which(trackmark, here, chrom
     trackmark(*run)
     stored = {
         row["repetition"]: run.boxes[2].tolist()
-        for row, run, _ in scored_runs(here / "results" / "mine")
+        for row, run, _ in one_pass_runs(here / "results" / "mine")
         if row["tracker"] == "knob.py:Knob"
     }
     for name, repetition in (("live.html", 0), ("second.html", 2)):

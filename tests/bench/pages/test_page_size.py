@@ -15,7 +15,7 @@ from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.execution.plan import make_plan
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 from trackmark.bench.experiments.tracker_spec import identify
-from trackmark.bench.pages.report import Said, write_report_page
+from trackmark.bench.pages.report import Commands, write_report_page
 from trackmark.bench.reporting.tables import tables
 from trackmark.bench.store.results import Results
 from trackmark.bench.store.truth import write_truth
@@ -99,7 +99,7 @@ def test_a_page_of_many_runs_opens(tmp_path, evidence, count, length, repetition
     made = tables(folder)
     began = time.monotonic(), time.process_time()
     page, *beside = write_report_page(
-        folder, tmp_path / "report.html", made, "Many", Said("many"), lambda *_: None
+        folder, tmp_path / "report.html", made, "Many", Commands("many"), lambda *_: None
     )
     seconds, cpu = time.monotonic() - began[0], time.process_time() - began[1]
     size = page.stat().st_size
@@ -138,7 +138,7 @@ def test_the_player_is_quick_with_frames_of_their_own_size(tmp_path, evidence):
     names = [f"plain/target:length=300:width=640:height=480:scene={n}" for n in range(2)]
     folder = stored(tmp_path, names, 2)
     page, *_ = write_report_page(
-        folder, tmp_path / "report.html", tables(folder), "Many", Said("many"), lambda *_: None,
+        folder, tmp_path / "report.html", tables(folder), "Many", Commands("many"), lambda *_: None,
         full=True,
     )  # fmt: skip
     assert len(list((tmp_path / "report-frames").glob("full-*.js"))) > 2

@@ -16,7 +16,7 @@ from trackmark import bench, datasets
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 from trackmark.bench.metrics.centre_error import centre_error, centre_inside
 from trackmark.bench.metrics.overlap import overlap
-from trackmark.bench.reporting.pictures import scored_runs
+from trackmark.bench.reporting.stored_runs import one_pass_runs
 from trackmark.reports.page import page as pages
 
 
@@ -49,7 +49,7 @@ def test_a_number_opens_its_worst_frame_and_the_copied_link_shows_the_same(shown
 @browser.needs_browser
 def test_boxes_are_drawn_where_they_are(shown, results):
     row, run, truth = next(
-        one for one in scored_runs(results) if one[0]["tracker_name"] == "camshift"
+        one for one in one_pass_runs(results) if one[0]["tracker_name"] == "camshift"
     )
     tracker = shown.run(f"data.labels.indexOf({json.dumps(row['tracker'])})")
     seen(shown, sequence=row["sequence"], tracker=row["tracker"], repetition=0, frame=30)
@@ -82,7 +82,7 @@ def test_keys_move_by_frames_to_failures_and_to_disagreements(shown, results):
         shown.key(key, shift=shift)
         assert shown.run("frame") == frame, key
     boxes, truth = {}, None
-    for row, run, stored in scored_runs(results, sequence=name):
+    for row, run, stored in one_pass_runs(results, sequence=name):
         if row["repetition"] == 1 or row["tracker"] not in boxes:
             boxes[row["tracker"]], truth = run.boxes, stored.boxes
     out = [~centre_inside(truth, its) for its in boxes.values()]
@@ -177,7 +177,7 @@ def test_who_uses_keys_alone_keeps_the_focus_and_does_one_thing_at_a_time(shown)
 def boxes_at_3(results, sequence, tracker):
     """Where a tracker's box of frame 3 begins, as it was said at once and in the end."""
     _, run, _ = next(
-        one for one in scored_runs(results, sequence=sequence) if one[0]["tracker"] == tracker
+        one for one in one_pass_runs(results, sequence=sequence) if one[0]["tracker"] == tracker
     )
     return run.boxes[3, 0], run.revised[3, 0]
 
@@ -336,7 +336,7 @@ def test_while_another_run_is_held_the_curves_scale_stays_and_the_numbers_are_it
     assert said[0] == before[0]
     runs = {
         row["repetition"]: (run.boxes, truth.boxes)
-        for row, run, truth in scored_runs(results, sequence=name)
+        for row, run, truth in one_pass_runs(results, sequence=name)
         if row["tracker"] == tracker
     }
     for repetition, told in enumerate((before[1], said[1])):

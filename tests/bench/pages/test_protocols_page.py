@@ -15,9 +15,9 @@ from trackmark import bench
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 from trackmark.bench.metrics.centre_error import centre_error
 from trackmark.bench.metrics.preset import State
-from trackmark.bench.pages.report import Said, write_report_page
+from trackmark.bench.pages.report import Commands, write_report_page
 from trackmark.bench.reporting.by_preset import beside_native, tables_by
-from trackmark.bench.reporting.pictures import judged_runs
+from trackmark.bench.reporting.stored_runs import judged_runs
 from trackmark.reports.page.film import ABSENT
 
 PROTOCOLS = (
@@ -43,7 +43,7 @@ def by_protocols(drifting, tmp_path_factory, without_processes):
         with without_processes():
             made = bench.run(asked, folder, jobs=1)
     scored = beside_native(made, ["native"])
-    said = Said(str(made))
+    said = Commands(str(made))
     path = folder / "report.html"
     tables = tables_by(made, ["native"], scored=scored)
     write_report_page(made, path, tables, "Trial", said, lambda *_: None)

@@ -16,7 +16,7 @@ from trackmark import bench
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 from trackmark.bench.metrics.centre_error import centre_error
 from trackmark.bench.metrics.overlap import overlap
-from trackmark.bench.reporting.pictures import scored_runs
+from trackmark.bench.reporting.stored_runs import one_pass_runs
 
 HOSTILE = "</script><script>alert('x')</script> \"q\" & ключ 跟踪"
 
@@ -132,7 +132,7 @@ def test_a_link_of_a_number_leads_to_the_worst_frame_of_the_worst_run(results, p
     }
     checked = 0
     worst = {}
-    for row, run, truth in scored_runs(results):
+    for row, run, truth in one_pass_runs(results):
         judged = np.arange(1, len(truth.boxes))
         overlaps = overlap(truth.boxes[1:], run.boxes[1:])
         errors = centre_error(truth.boxes[1:], run.boxes[1:])
@@ -279,7 +279,7 @@ def test_a_point_of_a_curve_opens_the_frame_nearest_to_its_threshold(results, pa
     data = data_of(page.read_text())
     charts = data["charts"]
     values = {0: {}, 1: {}}
-    for row, run, truth in scored_runs(results):
+    for row, run, truth in one_pass_runs(results):
         key = row["tracker"], row["sequence"], row["repetition"]
         values[0][key] = overlap(truth.boxes[1:], run.boxes[1:])
         values[1][key] = centre_error(truth.boxes[1:], run.boxes[1:])

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from trackmark.reports.colour_space import (
+from trackmark.bench.papers.moreno2005.colour_plots import (
     CLASSES,
     ColourModel,
     Gaussians,

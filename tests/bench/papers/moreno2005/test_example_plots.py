@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from trackmark.reports.densities import Densities, density_plot
+from trackmark.bench.papers.moreno2005.example_plots import Densities, density_plot
 
 GRIDS = np.linspace(0, 1, 11), np.linspace(-1, 1, 21)
 MARKS = {"true": (0.25, -0.5), "seen": (0.75, 0.5)}

@@ -2,7 +2,12 @@
 
 import numpy as np
 
-from trackmark.reports.samples import Surface, Track, surface_plot, trajectory_plot
+from trackmark.bench.papers.nummiaro2003.sample_plots import (
+    Surface,
+    Track,
+    surface_plot,
+    trajectory_plot,
+)
 
 GREY = np.full((120, 160, 3), 128, np.uint8)
 MEAN = np.array([60.5, 50.5, 8.0, 14.0])
