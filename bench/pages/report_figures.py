@@ -100,13 +100,13 @@ def _charts(page: Page, runs: PageRuns) -> Iterator[tuple[str, Figure]]:
 
 def _frame_plot(stage: SequenceRuns, trackers: Sequence[str], incomplete: set[str]) -> Figure:
     """Draw the scores of the runs on a sequence by frame."""
-    by_tracker = dict(finished_clips(stage))
-    scores = {
-        position: FrameScores(
-            np.stack([clip.overlaps for clip in clips]), np.stack([clip.errors for clip in clips])
-        )
-        for position, clips in by_tracker.items()
-    }
+    by_tracker, n = dict(finished_clips(stage)), len(stage.truth)
+    scores = {}
+    for position, name in enumerate(trackers):
+        clips = by_tracker.get(position, [])
+        if clips or name in incomplete:
+            values = [(clip.overlaps, clip.errors) for clip in clips]
+            scores[position] = FrameScores(*np.reshape(values, (-1, 2, n)).swapaxes(0, 1))
     revised = any(clip.take.revised is not None for clips in by_tracker.values() for clip in clips)
     title = f"{stage.name}, {TRACE_WORDS['online']}" if revised else stage.name
     return frame_plot(title, scores, trackers, incomplete)
