@@ -60,7 +60,7 @@ def write_figures(
         how = "warm" if clock == "warm_seconds" else "as decoded"
         figures["speed"] = speed_plot(_times(timing, clock), how, page.title, trackers)
     for scored in wanted.scored:
-        figures |= _preset_curves(scored, runs.trackers, wanted.tell)
+        figures |= preset_curves(scored, runs.trackers, wanted.tell)
     paths = [
         path
         for name, figure in figures.items()
@@ -124,7 +124,7 @@ def _times(timing: pd.DataFrame, clock: str) -> dict[str, tuple[float, float]]:
     }
 
 
-def _preset_curves(
+def preset_curves(
     scored: Scored, trackers: Sequence[str], tell: Callable[[str], None]
 ) -> Mapping[str, Figure]:
     """Draw the curves of a metrics preset."""
