@@ -79,10 +79,10 @@ class FigureEntry(Entry):
         """Return the caption of a file, as `figure-3-recommended`, by the start of its name."""
         if isinstance(self.caption, str):
             return self.caption
-        named = [text for name, text in self.caption.items() if f"{stem}-".startswith(f"{name}-")]
-        if not named:
+        names = [name for name in self.caption if f"{stem}-".startswith(f"{name}-")]
+        if not names:
             raise ExperimentError(f"{stem}: there is no caption of this figure in `caption`.")
-        return named[0]
+        return self.caption[max(names, key=len)]
 
     def is_drawn(self, quick: bool) -> bool:
         """Return whether a report, quick or not, has the figure; quick ones have no series."""
