@@ -8,7 +8,7 @@ count of what is missing. A failed run has the worst score.
 import math
 import re
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Literal, NamedTuple, TypeAlias
@@ -78,6 +78,20 @@ class Table:
     notes: list[str] = field(default_factory=list)  # beneath it: failures, what is missing
     data: pd.DataFrame = field(default_factory=pd.DataFrame)  # at full precision, a row a value
     ranks: list[int] = field(default_factory=list)  # of the columns of scores, see `Measure`
+
+
+def text_table(
+    name: str,
+    caption: str,
+    heads: Iterable[str],
+    rows: list[list[str]],
+    n_labels: int = 1,
+    notes: Iterable[str] = (),
+) -> Table:
+    """Return a table of texts, which are its data, too."""
+    cells = [[Cell(text) for text in row] for row in rows]
+    data = pd.DataFrame(rows, columns=[*heads])
+    return Table(name, caption, [*heads], n_labels, cells, [*notes], data)
 
 
 def complete(runs: pd.DataFrame) -> pd.DataFrame:

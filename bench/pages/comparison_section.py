@@ -1,6 +1,7 @@
 """Sections of a page on which tracker is better, in all and on parts of the sequences."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +20,7 @@ from trackmark.bench.reporting.tables import SUMMARY, not_repeatable
 from trackmark.bench.statistics.rules import MIN_UNITS, interval_or_none
 from trackmark.bench.statistics.units import Units, units_of
 from trackmark.reports.page.content import Place, Section, Sheet
-from trackmark.reports.tables import MISSING, Cell, Table
+from trackmark.reports.tables import MISSING, Table, text_table
 
 _NO_PARTS = (
     "These sequences have no parts to compare trackers on: names of none say a knob that others "
@@ -117,16 +118,13 @@ def parts(
         rows.append([f"{knob}={value}", str(len(here)), *cells])
         values.append([len(here), *(one["mean"] for one in data[-len(runs.trackers) :])])
         places.append([None, *(runs.worst_of(name, here, "overlap") for name in runs.trackers)])
-    table = Table(
-        "parts",
+    caption = (
         "Mean overlap (from 0 to 1) by knob and by attribute (of sequences in which it occurs): "
         f"means over n sequences of {repetitions(scored)} each. In brackets the 95 % interval "
-        f"{units.scope}, from {MIN_UNITS} {units.plural} on.",
-        ["part", "n", *runs.trackers],
-        1,
-        [[Cell(text) for text in row] for row in rows],
-        data=pd.DataFrame(data),
+        f"{units.scope}, from {MIN_UNITS} {units.plural} on."
     )
+    table = text_table("parts", caption, ["part", "n", *runs.trackers], rows)
+    table = replace(table, data=pd.DataFrame(data))
     title = "By knob and attribute"
     if not rows:
         return Section("parts", title, [_NO_PARTS] if len(sequences) > 1 else [])

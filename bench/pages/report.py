@@ -30,7 +30,7 @@ from trackmark.bench.store.truth import occurring_attributes
 from trackmark.datasets.spec_string import format_text
 from trackmark.reports.page.content import Page, Place, Section, Sheet
 from trackmark.reports.page.page import write_chunk, write_page
-from trackmark.reports.tables import MISSING, Cell, Table, complete
+from trackmark.reports.tables import MISSING, Table, complete, text_table
 
 if TYPE_CHECKING:
     from trackmark.bench.pages.report_figures import FigureFiles
@@ -226,12 +226,12 @@ class _Content:
             tracker = self.runs.shown[place.tracker]
             rows.append([tracker, name, str(place.repetition), str(place.frame), reason])
         left = len(failed) - len(rows)
-        table = _text_table(
+        table = text_table(
             "failed",
             f"{len(failed)} run{'s' * (len(failed) > 1)} failed; the last frame with a box opens.",
             ["tracker", "sequence", "repetition", "last box", "what went wrong"],
             rows,
-            [f"{left} more are listed by `trackmark results failures`."] if left else [],
+            notes=[f"{left} more are listed by `trackmark results failures`."] if left else [],
         )
         places = [[None, None, place, None] for place, _, _ in failed[:_MOST_FAILURES]]
         return Sheet(table, places=places)
@@ -269,7 +269,7 @@ class _Content:
             [self.runs.place(str(name), str(sequence), "overlap") for name in means.columns]
             for sequence in means.index
         ]
-        grid = _text_table(
+        grid = text_table(
             "heat",
             "Mean overlap (intersection over union with the truth's box, from 0 to 1) by sequence "
             f"and tracker: n = {len(means)} sequences, a mean over {repetitions(self.scored)} "
@@ -287,7 +287,7 @@ class _Content:
         trackers = runs.dropna(subset="tracker_version").drop_duplicates(["tracker", "version"])
         sequences = runs.dropna(subset="fingerprint").drop_duplicates(["sequence", "fingerprint"])
         tables = [
-            _text_table(
+            text_table(
                 "trackers",
                 "Trackers: parameters, and the digest of source and libraries.",
                 ["tracker", "parameters", "version"],
@@ -296,7 +296,7 @@ class _Content:
                     for row in trackers.drop_duplicates(["tracker", "tracker_version"]).itertuples()
                 ],
             ),
-            _text_table(
+            text_table(
                 "sequences-read",
                 "Sequences: where they were read, and their fingerprint.",
                 ["sequence", "source", "fingerprint", "frames"],
@@ -306,7 +306,7 @@ class _Content:
                     for row in sequences.itertuples()
                 ],
             ),
-            _text_table(
+            text_table(
                 "circumstances",
                 "Where and when runs were made.",
                 ["host", "date", "platform", "Python", "libraries"],
@@ -325,15 +325,6 @@ def _kind(measure: str) -> str:
     if measure == "first_loss":
         return "loss"
     return "centre_error" if measure.startswith(("centre_error", "precision")) else "overlap"
-
-
-def _text_table(
-    name: str, caption: str, heads: list[str], rows: list[list[str]], notes: Sequence[str] = ()
-) -> Table:
-    """Return a table of texts, the first of which names the row."""
-    cells = [[Cell(text) for text in row] for row in rows]
-    data = pd.DataFrame(rows, columns=heads)
-    return Table(name, caption, heads, 1, cells, list(notes), data)
 
 
 def _typed(parameters: str) -> str:

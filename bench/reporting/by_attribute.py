@@ -315,8 +315,7 @@ def write_plot(path: Path, curves: Sequence[Curve], measure: Measure, title: str
     panels: dict[str, list[Against]] = {}
     for curve in curves:
         points = [(bin_.centre, bin_.mean, bin_.low, bin_.high) for bin_ in curve.bins]
-        centres, *scores = np.array(points).reshape(-1, 4).T
-        dots, means, low, high = (part * measure.scale for part in (curve.scores, *scores))
-        drawn = Against(curve.label, curve.places, dots, centres, means, low, high)
+        bins = np.reshape(points, (-1, 4)) * [1.0, *[measure.scale] * 3]
+        drawn = Against(curve.label, curve.places, curve.scores * measure.scale, bins)
         panels.setdefault(attributes.of_name(curve.attribute).head, []).append(drawn)
     return write_for_papers(path, attribute_plot(panels, measure.head, title))
