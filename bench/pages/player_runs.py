@@ -7,7 +7,6 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from math import inf
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
@@ -25,7 +24,7 @@ from trackmark.bench.protocols import STORED_ONCE
 from trackmark.bench.reporting.outlines import is_round
 from trackmark.bench.reporting.stored_runs import StoredRun, judged_runs
 from trackmark.bench.store.truth import StoredTruth
-from trackmark.reports.page.content import Numbers, Place, Scene, Take
+from trackmark.reports.page.content import Place, Scene, Take
 
 _SUPERVISION = {
     State.SKIPPED: "not asked",
@@ -195,7 +194,7 @@ class _Part(NamedTuple):
     start: int = 0
     begun: str = ""
     marks: Sequence[int] = ()
-    numbers: Numbers = MappingProxyType({})
+    numbers: Mapping[str, Sequence[float | str | None]] = {}
 
 
 def _segments(run: Run, truth: Array) -> Iterator[_Part]:

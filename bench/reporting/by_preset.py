@@ -101,23 +101,23 @@ def preset_report(
         set(map(str, runs["protocol"].unique())) - {TIMING},
         key=lambda name: (name != STORED_ONCE, name),
     )
-    title, several = title or title_of(folder), set(stored_names) > {STORED_ONCE}
+    title = title or title_of(folder)
+    named = not set(stored_names) <= {STORED_ONCE}  # captions name the protocol
     scored: list[Scored] = []
     for stored in stored_names:
         presets = presets_for(names, stored)
         if stored == STORED_ONCE:
             presets = [name for name in presets if name != PRESET]
-        scored += score_runs(folder, presets, runs, _headed(title, stored, several), stored)
+        scored += score_runs(folder, presets, runs, _headed(title, stored, named), stored)
     made = [one.table for one in scored]
     if PRESET in names:
         place = names.index(PRESET) if STORED_ONCE in stored_names else 0
-        made[place:place] = tables(folder, cells, _headed(title, STORED_ONCE, several))
+        made[place:place] = tables(folder, cells, _headed(title, STORED_ONCE, named))
     return PresetReport(made, scored)
 
 
-def _headed(title: str, stored: str, several: bool) -> str:
-    """Return a title, with the protocol if there are runs by others than one-pass."""
-    return f"{title}, protocol {title_of_protocol(stored)}" if several else title
+def _headed(title: str, stored: str, named: bool) -> str:
+    return f"{title}, protocol {title_of_protocol(stored)}" if named else title
 
 
 def presets_for(names: Sequence[str], stored: str) -> list[str]:
