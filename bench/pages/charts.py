@@ -32,7 +32,7 @@ class _ShareChart(NamedTuple):
     thresholds: NDArray[np.float64]
     axes: tuple[str, str]
     words: str
-    told: str
+    figure: str  # number in parentheses behind the label
 
 
 _SUCCESS = _ShareChart(
@@ -68,9 +68,10 @@ def share_charts(runs: PageRuns, trackers: Sequence[str]) -> list[Chart]:
     )
     charts = []
     for one in (_SUCCESS, _PRECISION) if trackers and runs.stages else ():
-        figure, words = one.title.lower(), f"{one.words} {over}"
+        x, y = one.axes
         lines = [_share_line(runs, runs.trackers.index(name), one) for name in trackers]
-        chart = Chart(one.title, *one.axes, lines, words, top=1.0, figure=figure, told=one.told)
+        file, words = one.title.lower(), f"{one.words} {over}"
+        chart = Chart(one.title, x, y, lines, words, top=1.0, figure=file, told=one.figure)
         charts.append(chart)
     return charts
 
@@ -90,10 +91,12 @@ def _share_line(runs: PageRuns, tracker: int, chart: _ShareChart) -> Line:
     ]
     if not judged:
         return Line(runs.trackers[tracker], tracker, [np.nan], [np.nan])
-    known = [[clip.shares[curve].shares for clip in c if clip.shares] for c in by_sequence]
-    shares = np.mean([np.mean(values, axis=0) for values in known if values], axis=0)
+    curves = [[clip.shares[curve].shares for clip in c if clip.shares] for c in by_sequence]
+    shares = np.mean([np.mean(values, axis=0) for values in curves if values], axis=0)
     overlaps = [[-clip.worst["overlap", "online"][0] for clip in c] for c in by_sequence if c]
-    told = np.mean([np.mean(one) for one in overlaps]) if curve == "success" else shares[_AT_20]
+    figure = shares[_AT_20]
+    if curve == "success":
+        figure = np.mean([np.mean(values) for values in overlaps])
     judged.sort(key=lambda one: (-one[1].worst[chart.kind, "online"][0], one[0]))
     nearest = np.argmin([clip.shares[curve].distances for _, clip in judged], axis=0)
     places = []
@@ -101,7 +104,7 @@ def _share_line(runs: PageRuns, tracker: int, chart: _ShareChart) -> Line:
         frame = int(clip.shares[curve].frames[point])
         places.append(Place(position, tracker, clip.take.repetition, frame))
     label = runs.trackers[tracker]
-    return Line(label, tracker, chart.thresholds, shares, places=places, told=f"{told:.3f}")
+    return Line(label, tracker, chart.thresholds, shares, places=places, told=f"{figure:.3f}")
 
 
 def finished_clips(stage: SequenceRuns) -> Iterator[tuple[int, list[Clip]]]:

@@ -1,4 +1,4 @@
-"""Sections of a page on which tracker is better, in all and on parts of the sequences."""
+"""Sections of a page that compare trackers, on all sequences and on parts of them."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -33,7 +33,7 @@ def answers(
     folder: Path,
     runs: pd.DataFrame,
     occurring: Mapping[str, set[str]],
-    shown: PageRuns,
+    page_runs: PageRuns,
     command: str,
 ) -> tuple[Section, list[Sheet]]:
     """Return which tracker is better, or why that cannot be answered; and tables of parts.
@@ -55,7 +55,7 @@ def answers(
     except ComparisonError as error:
         return Section("answers", title, [f"No comparison: {error}"], command=command), []
     sheets = {
-        table.name: _sheet(table, comparison, shown)
+        table.name: _sheet(table, comparison, page_runs)
         for table in comparison_tables(comparison)
         if table.name != "comparison-sequences"
     }
@@ -64,10 +64,12 @@ def answers(
     return Section("answers", title, words, list(sheets.values()), command=command), differences
 
 
-def _sheet(table: Table, comparison: Comparison, shown: PageRuns) -> Sheet:
+def _sheet(table: Table, comparison: Comparison, page_runs: PageRuns) -> Sheet:
     """Return a table of a comparison; the cells of a row open the same frame."""
     columns = len(table.heads) - table.n_labels
-    places = [[_place(row, comparison, shown)] * columns for row in table.data.to_dict("records")]
+    places = [
+        [_place(row, comparison, page_runs)] * columns for row in table.data.to_dict("records")
+    ]
     return Sheet(table, places=places)
 
 

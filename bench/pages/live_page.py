@@ -1,4 +1,4 @@
-"""Trackers watched frame by frame: run once on a sequence, with all they tell, onto a page."""
+"""Page of trackers that are run once on a sequence, with everything that they return."""
 
 import tempfile
 from collections.abc import Sequence
@@ -27,13 +27,13 @@ def write_live_page(
 ) -> tuple[list[Path], list[str]]:
     """Run trackers on a sequence in supervised processes, and write a page that steps through it.
 
-    It shows boxes, masks, contours, particles, maps and the trackers' own numbers. `watch` is
-    told how many frames were shown to trackers, and then read. `repetition`: of those that draw
-    random numbers, as `run` would make it. Nothing of the runs is kept but the page. Gives its
-    files, and why runs failed, which shows as far as they got.
+    It shows boxes, masks, contours, particles, maps and the trackers' own numbers; failed runs to
+    their last frame. `watch` receives the number of frames that trackers have processed, then of
+    frames that were read for the page. `repetition`: of stochastic trackers, as `run` would make
+    it. Only the page is kept. Returns its files, and the reasons of failed runs.
 
-    Raises `TrackerError`, `SequenceError`, `ExperimentError` for what can't be run, and `OSError`
-    where the page can't be written.
+    Raises `TrackerError`, `SequenceError` or `ExperimentError` if something cannot be run, and
+    `OSError` if the page cannot be written.
     """
     with tempfile.TemporaryDirectory(prefix="trackmark-live-") as folder:
         count = repetition + 1
@@ -56,7 +56,7 @@ def write_live_page(
 
 
 def _page(runs: PageRuns, watch: Watch, repetition: int, drawing: bool) -> Page:
-    """The page; `drawing`: whether a tracker draws random numbers, so that it can be repeated."""
+    """Return the page; `drawing`: whether a tracker draws random numbers."""
     (scene,) = scenes(runs, "", watch, height=_HEIGHT)
     named = ", ".join(runs.trackers)
     words = [
@@ -71,6 +71,6 @@ def _page(runs: PageRuns, watch: Watch, repetition: int, drawing: bool) -> Page:
     sections = [Section("frames", "Frames", words, scenes=True)]
     page = Page(title, sections, runs.trackers, [scene])
     names = [name for take in scene.takes for name in take.maps][:1]
-    asked = {"tracker": runs.trackers[0]} | ({"map": names[0]} if names else {})
-    asked |= {"repetition": str(repetition)} if drawing and repetition else {}
-    return replace(page, start=page.opening(scene, None, **asked))
+    address = {"tracker": runs.trackers[0]} | ({"map": names[0]} if names else {})
+    address |= {"repetition": str(repetition)} if drawing and repetition else {}
+    return replace(page, start=page.opening(scene, None, **address))

@@ -20,7 +20,7 @@ from trackmark.reports.renderers import (
 from trackmark.reports.write import write_tables
 
 _MOST_FLOATS = 10
-"""Tables and figures after which LaTeX is told to put them: it keeps some fifty in mind."""
+"""Floats after which `\\clearpage` follows: LaTeX holds about fifty unplaced ones."""
 
 _FIGURE = r"""\begin{figure}[htbp]
 \centering
@@ -49,18 +49,18 @@ def _write(path: Path, text: str) -> Path:
 
 
 def _figures(section: Section, folder: Path, suffix: str) -> list[tuple[str, str]]:
-    """Files of a section's figures, of those that are there, with their captions."""
+    """Return the existing files of a section's figures, with their captions."""
     named = [
         (chart.figure, f"{chart.title}: {chart.words}".removeprefix(": "))
         for chart in section.charts
     ]
     named += [(sheet.table.name, sheet.table.caption) for sheet in section.sheets if sheet.heat]
-    found = [(f"{name}{suffix}", words) for name, words in named]
-    return [(name, words) for name, words in found if (folder / name).is_file()]
+    files = [(f"{name}{suffix}", words) for name, words in named]
+    return [(name, words) for name, words in files if (folder / name).is_file()]
 
 
 def _printed(page: Page) -> list[Section]:
-    """Parts of a page that are there without its frames."""
+    """Return the sections of a page that do not list frames."""
     return [section for section in page.sections if not section.scenes]
 
 
@@ -77,7 +77,7 @@ def _markdown(page: Page, folder: Path, suffix: str) -> str:
 
 
 def _named_for_latex(folder: Path, name: str) -> str:
-    """The name of a figure's file; of a copy, where not every TeX would find it by its own."""
+    """Return the name of a figure's file, or of a copy if the name is not ASCII."""
     if name.isascii():
         return name
     digest = hashlib.sha256(name.encode()).hexdigest()[:8]

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from math import inf
+from operator import itemgetter
 from pathlib import Path
 from typing import Any, Literal, NamedTuple, TypeAlias
 
@@ -40,7 +41,7 @@ ERRORS = np.linspace(0.0, 50.0, 51)
 Array: TypeAlias = NDArray[np.float64]
 Frames: TypeAlias = NDArray[np.int64]
 Layers: TypeAlias = Literal["none", "drawn", "all"]
-"""What is kept besides boxes: outlines, particles and maps are drawn; all has numbers, too."""
+"""Contents in addition to boxes: outlines, particles and maps are drawn; all has numbers, too."""
 
 
 class Share(NamedTuple):
@@ -88,7 +89,7 @@ class PageRuns:
     """All scored runs of an experiment."""
 
     trackers: Sequence[str]  # of one-pass runs
-    shown: Sequence[str]  # these, and those of runs by other protocols; see `name_on_page`
+    labels: Sequence[str]  # these, and those of runs by other protocols; see `name_on_page`
     stages: Sequence[SequenceRuns]
     circumstances: Sequence[Mapping[str, Any]]  # of all runs, without repetitions
 
@@ -97,18 +98,17 @@ class PageRuns:
     ) -> Place | None:
         """Return the worst frame of a tracker's worst run on one sequence, or on all.
 
-        `tracker`: name as in `shown`. `kind`: `overlap`, `centre_error` or `loss`. `trace`: of
+        `tracker`: one of `labels`. `kind`: `overlap`, `centre_error` or `loss`. `trace`: of
         boxes that were revised; runs without revised boxes have online boxes only.
         """
         traces = dict.fromkeys((trace, "online"))
-        found = (self._worst.get((tracker, sequence, kind, one)) for one in traces)
-        return next((place for _, place in filter(None, found)), None)
+        worst = (self._worst.get((tracker, sequence, kind, name)) for name in traces)
+        return next((place for _, place in filter(None, worst)), None)
 
     def worst_of(self, tracker: str, sequences: Iterable[str], kind: str) -> Place | None:
         """Return the same as `place`, of several sequences."""
-        found = [self._worst.get((tracker, one, kind, "online")) for one in sequences]
-        known = [one for one in found if one]
-        return max(known, key=lambda one: one[0])[1] if known else None
+        worst = [self._worst.get((tracker, name, kind, "online")) for name in sequences]
+        return max(filter(None, worst), key=itemgetter(0), default=(0.0, None))[1]
 
     @cached_property
     def _worst(self) -> dict[tuple[str, str | None, str, Trace], tuple[float, Place]]:
@@ -121,7 +121,7 @@ class PageRuns:
                     place = Place(position, take.tracker, take.repetition, frame)
                     place = place._replace(start=take.start, revised=trace == "revised")
                     for sequence in (stage.name, None):
-                        key = self.shown[take.tracker], sequence, kind, trace
+                        key = self.labels[take.tracker], sequence, kind, trace
                         if key not in worst or badness > worst[key][0]:
                             worst[key] = badness, place
         return worst
@@ -166,19 +166,19 @@ def collect_runs(
         about |= {"libraries": run.circumstances.get("libraries") or {}}
         about |= {"date": str(run.circumstances.get("date", ""))[:10]}
         circumstances[json.dumps(about, sort_keys=True, default=str)] = about
-    shown = list(names)
+    labels = list(names)
     for row, run in others:
         name = name_on_page(row["tracker"], row["protocol"])
-        if name not in shown:
-            shown.append(name)
-        stage, number = stages[row["sequence"]], shown.index(name)
+        if name not in labels:
+            labels.append(name)
+        stage, number = stages[row["sequence"]], labels.index(name)
         if run.segments:
             parts = _segments(run, stage.truth)
             stage.others += [_clip(stage.truth, part, row, number, "none") for part in parts]
         else:
             part = _whole(run, stage.truth)
             stage.others.append(_clip(stage.truth, part, row, number, layers))
-    return PageRuns(names, shown, list(stages.values()), list(circumstances.values()))
+    return PageRuns(names, labels, list(stages.values()), list(circumstances.values()))
 
 
 def _present(boxes: Array) -> NDArray[np.bool_]:
@@ -216,14 +216,15 @@ def _whole(run: Run, truth: Array) -> _Part:
     """Return a run over all frames by another protocol, with what the protocol did when."""
     judged, marks = np.ones(len(truth), bool), list[int]()
     judged[np.flatnonzero(_present(truth))[:1]] = False
-    told: dict[str, list[float | str | None]] = {}
+    numbers_by_name: dict[str, list[float | str | None]] = {}
     if run.answered is not None:
-        told["answer to frame"] = [None if one < 0 else one for one in run.answered.tolist()]
+        answered = [None if frame < 0 else frame for frame in run.answered.tolist()]
+        numbers_by_name["answer to frame"] = answered
     if run.states is not None:
         judged &= np.isin(run.states, (State.TRACKED, State.FAILED))
         marks = np.flatnonzero(run.states == State.INITIALISED).tolist()[1:]
-        told["supervision"] = [_SUPERVISION.get(one) for one in run.states.tolist()]
-    return _Part(run, judged, marks=marks, numbers=told)
+        numbers_by_name["supervision"] = [*map(_SUPERVISION.get, run.states.tolist())]
+    return _Part(run, judged, marks=marks, numbers=numbers_by_name)
 
 
 def _clip(truth: Array, part: _Part, row: Mapping[str, Any], tracker: int, layers: Layers) -> Clip:
@@ -243,8 +244,8 @@ def _clip(truth: Array, part: _Part, row: Mapping[str, Any], tracker: int, layer
         hits, near = np.nan_to_num(exact[0])[:, None], exact[1][:, None]
         shares["success"] = _share(hits, OVERLAPS, hits >= OVERLAPS, judged)
         shares["precision"] = _share(near, ERRORS, near <= ERRORS, judged)
-    there = np.flatnonzero(_present(run.boxes))
-    end = int(there[-1]) if len(there) else 0
+    boxes_at = np.flatnonzero(_present(run.boxes))
+    end = int(boxes_at[-1]) if len(boxes_at) else 0
     take = Take(
         tracker,
         int(row["repetition"]),
@@ -277,7 +278,7 @@ def _worst(
     if run.failure or not len(judged):
         return {(kind, "online"): (inf, end) for kind in kinds}
     traces: tuple[Trace, ...] = ("online",) if run.revised is None else ("online", "revised")
-    found: dict[tuple[str, Trace], tuple[float, int]] = {}
+    worst: dict[tuple[str, Trace], tuple[float, int]] = {}
     for trace in traces:
         boxes = run.boxes_in(trace)[judged]
         overlaps = np.nan_to_num(overlap(truth[judged], boxes))
@@ -287,10 +288,10 @@ def _worst(
         by_error = int(np.argmax(distance))
         first = row["scores"].get(f"{REVISED}first_loss" if trace == "revised" else "first_loss")
         first = len(run.boxes) if first is None else int(first)
-        found["overlap", trace] = -float(overlaps.mean()), int(judged[by_overlap])
-        found["centre_error", trace] = float(distance.mean()), int(judged[by_error])
-        found["loss", trace] = -float(first), min(first, int(judged[-1]))
-    return found
+        worst["overlap", trace] = -float(overlaps.mean()), int(judged[by_overlap])
+        worst["centre_error", trace] = float(distance.mean()), int(judged[by_error])
+        worst["loss", trace] = -float(first), min(first, int(judged[-1]))
+    return worst
 
 
 def _spans(flags: NDArray[np.bool_]) -> list[tuple[int, int]]:

@@ -55,8 +55,8 @@ class Commands:
     def text(self, name: str, *options: str) -> str:
         """Return a command on the results as it is typed."""
         option = ["--results"] if name == "compare" else []
-        given = [*option, self.results] if self.results else []
-        return shlex.join(["trackmark", name, *given, *self.others, *options])
+        results = [*option, self.results] if self.results else []
+        return shlex.join(["trackmark", name, *results, *self.others, *options])
 
 
 def write_report_page(
@@ -80,8 +80,8 @@ def write_report_page(
     content = _Content(experiment, tables, commands, "drawn")
     sections = content.sections(charts=True)
     keep = partial(write_chunk, path) if full else None
-    shown = list(scenes(content.runs, commands.results, watch, keep))
-    page = Page(title, sections, content.runs.shown, shown)
+    filmed = list(scenes(content.runs, commands.results, watch, keep))
+    page = Page(title, sections, content.runs.labels, filmed)
     paths = write_page(path, page)
     if figures:
         from trackmark.bench.pages.paper_export import write_paper  # imports Matplotlib
@@ -99,12 +99,12 @@ def further_tables(experiment: Path, tables: Sequence[Table], commands: Commands
     """Return the tables of the page that are not among the `tables` of a report."""
     names = {table.name for table in tables}
     sections = _Content(experiment, tables, commands, "none").sections(charts=False)
-    shown = [sheet.table for section in sections for sheet in section.sheets]
-    return [table for table in shown if table.name not in names]
+    every = [sheet.table for section in sections for sheet in section.sheets]
+    return [table for table in every if table.name not in names]
 
 
 class _Content:
-    """What the sections of a page are made from: runs, tables and commands."""
+    """Runs, tables and commands that the sections of a page are made from."""
 
     def __init__(
         self, experiment: Path, tables: Sequence[Table], commands: Commands, layers: Layers
@@ -128,9 +128,9 @@ class _Content:
         """Return the parts of the page that have contents, in their order."""
         command = self.commands.text("report", "--folder", "report")
         return [
-            replace(one, command=one.command or (command if one.charts or one.sheets else ""))
-            for one in self._all_sections(charts=charts)
-            if one.charts or one.sheets or one.words
+            replace(part, command=part.command or (command if part.charts or part.sheets else ""))
+            for part in self._all_sections(charts=charts)
+            if part.charts or part.sheets or part.words
         ]
 
     def _all_sections(self, *, charts: bool) -> Iterator[Section]:
@@ -223,7 +223,7 @@ class _Content:
         rows = []
         for place, name, clip in failed[:_MOST_FAILURES]:
             reason = clip.take.failure.partition("\n")[0]
-            tracker = self.runs.shown[place.tracker]
+            tracker = self.runs.labels[place.tracker]
             rows.append([tracker, name, str(place.repetition), str(place.frame), reason])
         left = len(failed) - len(rows)
         table = text_table(

@@ -48,7 +48,7 @@ def write_html_page(path: Path, report: Report, watch: Watch = lambda *_: None) 
     shown += [run for row in cells for run in row]
     footage = film_runs(shown, report.context, path.parent.parent, watch)
     sections = [one for one in _sections(report, scenes, cells, footage) if _has_content(one)]
-    page = Page(report.description.title, sections, footage.reading.shown, footage.scenes)
+    page = Page(report.description.title, sections, footage.reading.labels, footage.scenes)
     return write_page(path, page)
 
 

@@ -67,7 +67,7 @@ _MOST_NOTES = 3
 """Maximum number of notes on runs that cannot be judged."""
 
 Verdict = Judged | str
-"""What a preset makes of a run, or why it cannot judge the run."""
+"""Judgement of a run by a preset, or the reason why the preset cannot judge it."""
 
 
 @dataclass(frozen=True)
@@ -187,8 +187,8 @@ def scores_by(folder: Path, row: Mapping[str, Any], names: Sequence[str]) -> dic
 
 def summary_text(folder: Path, cells: Collection[Cell], metrics: Sequence[str] = (PRESET,)) -> str:
     """Return tables of some runs of an experiment for a terminal."""
-    given = "" if tuple(metrics) == (PRESET,) else f" --metrics {','.join(metrics)}"
-    more = f" (`trackmark report {folder}{given} --wide`)"
+    option = "" if tuple(metrics) == (PRESET,) else f" --metrics {','.join(metrics)}"
+    more = f" (`trackmark report {folder}{option} --wide`)"
     made = preset_report(folder, metrics, cells).tables
     return "\n".join(on_terminal(table, to_text, more) for table in made)
 
@@ -224,8 +224,8 @@ def _judge_run(run: Run, truth: StoredTruth, name: str) -> Verdict:
         return str(error)
     if run.answered is None:
         return judged
-    asked = np.flatnonzero(run.answered >= 0)[1:]
-    late = float(np.mean(run.answered[asked] != asked)) if len(asked) else nan
+    frames = np.flatnonzero(run.answered >= 0)[1:]
+    late = float(np.mean(run.answered[frames] != frames)) if len(frames) else nan
     return replace(judged, scores={**judged.scores, LATE.name: late})
 
 

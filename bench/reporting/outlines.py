@@ -27,8 +27,8 @@ def is_round(run: Run) -> bool:
 def mask_outlines(mask: NDArray[Any]) -> list[NDArray[np.float64]]:
     """Return outlines of a mask's parts and holes, (points, 2); pixel centres lie at halves."""
     whole = np.ascontiguousarray(mask, np.uint8)
-    found, _ = cv2.findContours(whole, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_SIMPLE)
-    return [np.asarray(outline[:, 0] + 0.5, np.float64) for outline in found]
+    contours, _ = cv2.findContours(whole, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_SIMPLE)
+    return [np.asarray(points[:, 0] + 0.5, np.float64) for points in contours]
 
 
 def outlines_of_run(run: Run) -> Outlines:
