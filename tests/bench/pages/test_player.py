@@ -363,20 +363,6 @@ def test_frames_are_kept_in_order_and_small(page):
             assert np.abs(got.astype(int) - wanted).mean() < 14  # of noise, too
 
 
-def test_next_frames_are_decoded_ahead_without_delay(shown):
-    seen(shown, sequence=named(FIRST), frame=3)
-    ready = "scene.films.thumbnails.images.get(number) instanceof ImageBitmap"
-    shown.wait(f"[3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13].every((number) => {ready})")
-    shown.run(
-        "window.decoded = 0; { const before = createImageBitmap; window.createImageBitmap ="
-        " (...given) => { decoded += 1; return before(...given); }; } 0"
-    )
-    shown.run("(async () => { for (const number of [50, 20, 40, 30]) await seek(number); })()")
-    assert shown.run("decoded") <= 8  # each, and at most one more beside it
-    shown.run("seek(29)")
-    shown.wait(f"[28, 27, 26, 25].every((number) => {ready})")  # backwards, too
-
-
 def test_absent_failures_and_disagreements_are_stated(shown):
     trackers = shown.run("data.labels")
     seen(shown, sequence=named(FIRST), frame=3)

@@ -69,20 +69,6 @@ def test_what_rises_with_an_attribute_is_seen_and_the_others_are_not():
     assert found.interval == pytest.approx(corrected)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("n", [5, 8, 12, 30])
-def test_chance_is_taken_for_more_in_five_cases_of_a_hundred_whatever_number_is_looked_at(n):
-    generator = np.random.default_rng(n)
-    alarms = 0
-    for _ in range(400):
-        half_lost = np.where(generator.random(n) < 0.5, 0.0, generator.random(n))
-        common = generator.random(n)  # attributes go together
-        measured = {f"a{k}": common + generator.random(n) for k in range(10)}
-        curves = against({"x": half_lost}, measured)
-        alarms += any(curve.interval.low > 0 or curve.interval.high < 0 for curve in curves)
-    assert alarms / 400 <= 0.075  # three deviations above
-
-
 def test_sequences_without_the_attribute_are_left_out():
     measured = {"visibility": [np.nan] * 5, "size": [1, 2, np.nan, 4, 5], "one": [1] + [np.nan] * 4}
     (curve,) = against({"a": [0.1, 0.2, 0.3, 0.4, np.nan]}, measured)
