@@ -383,14 +383,14 @@ def _write(answers: "Comparison", experiment: Path, folder: Path) -> list[str]:
     from trackmark.bench.comparing.figures import write_figures
     from trackmark.bench.comparing.summary_text import paragraph
     from trackmark.bench.comparing.tables import files
-    from trackmark.bench.reporting.pictures import write_strips
+    from trackmark.bench.reporting.film_strips import write_strips
     from trackmark.reports.files import write_file
     from trackmark.reports.write import what_was_written, write_tables
 
     paths = [*write_tables(folder, files(answers)), *write_figures(answers, folder)]
     tell = functools.partial(click.echo, err=True)
     different = answers.most_different(STRIPS)
-    paths += write_strips(experiment, folder, tell, different, list(answers.scores))
+    paths += write_strips(experiment, folder, tell, list(answers.scores), different)
     words = folder / "paragraph.txt"
     text = f"{paragraph(answers)}\n"
     paths.append(write_file(words, lambda file: file.write_text(text, encoding="utf-8")))

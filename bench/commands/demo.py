@@ -27,9 +27,10 @@ def command(output: Path, jobs: int | None) -> int:
 
     What it runs is the experiment `demo`: bench/experiments/demo.toml.
     """
-    from trackmark.bench.pages.report import Said, write_report_page
-    from trackmark.bench.reporting.pictures import write_report
+    from trackmark.bench.pages.report import Commands, write_report_page
+    from trackmark.bench.pages.report_figures import FigureFiles
     from trackmark.bench.reporting.tables import tables, title_of
+    from trackmark.reports.write import write_tables
 
     experiment = read_experiment("demo")
     click.echo(
@@ -47,11 +48,13 @@ def command(output: Path, jobs: int | None) -> int:
         return status
     folder = output / "demo"
     made = tables(results)
-    write_report(results, folder, functools.partial(click.echo, err=True), made)
+    write_tables(folder, made)
+    figures = FigureFiles(".png", functools.partial(click.echo, err=True))
     page = folder / "report.html"
     with progress_bar(None, "frame") as progress:
-        said = Said(str(results))
-        write_report_page(results, page, made, title_of(results), said, progress, plots=".png")
+        named = Commands(str(results))
+        title = title_of(results)
+        write_report_page(results, page, made, title, named, progress, figures=figures)
     click.echo(
         f"\nOpen {page}: every number there leads to the frames behind it.\n"
         "Beside it are tables, plots and film strips."

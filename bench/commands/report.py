@@ -21,8 +21,10 @@ if TYPE_CHECKING:
     import pandas as pd
     from numpy.typing import NDArray
 
-    from trackmark.bench.reporting.by_attribute import Shown
-    from trackmark.bench.reporting.by_preset import Scored
+    from trackmark.bench.pages.report import Commands
+    from trackmark.bench.pages.report_figures import FigureFiles
+    from trackmark.bench.reporting.by_attribute import AttributeReport
+    from trackmark.bench.reporting.by_preset import PresetReport, Scored
     from trackmark.reports.tables import Table
 
 TEXTS = ("text", "markdown", "csv", "latex")
@@ -78,9 +80,9 @@ def command(
     by other definitions; nothing is run again. With --results-of others' results on the same
     sequences stand in the same tables. Exit status 1 if every run of a tracker failed.
     """
-    from trackmark.bench.reporting.pictures import write_report
     from trackmark.bench.reporting.tables import title_of
     from trackmark.bench.store.layout import experiment_folders
+    from trackmark.reports.write import write_tables
 
     if results is None and not (results_of and sequences):
         raise click.UsageError("Give RESULTS, or --results-of and --sequences.")
@@ -102,19 +104,19 @@ def command(
             made, scored = _tables(experiment, metrics, title)
             against = _against(experiment, metrics, made) if by_attribute else []
             kept = experiments[number] if experiments else None
-            said = "" if kept is None else str(kept), others
-            extra = _further(experiment, made, said) if as_json else []
+            commands = _commands(kept, others)
+            extra = _further(experiment, made, commands) if as_json else []
             _print(made + extra, form, wide=wide, as_json=as_json)
-            target, files = kept or Path("report"), list[Path]()
+            target, files, figures = kept or Path("report"), list[Path](), None
             if folder is not None:
                 target = folder / experiment.name if len(shown) > 1 else folder
-                pictures = None if no_pictures else form if form in FIGURES else "png"
-                about = made, title, pictures, scored, against
-                files += write_report(experiment, target, _tell, *about)
+                files += write_tables(target, made)
+                if not no_pictures:
+                    suffix = f".{form}" if form in FIGURES else ".png"
+                    figures = _figure_files(suffix, scored, against)
             if paged:
-                plots = "" if folder is None else f".{pictures}"
                 page = target / "report.html"
-                files += _write_page(experiment, page, made, title, said, full=frames, plots=plots)
+                files += _write_page(experiment, page, made, title, commands, frames, figures)
             _sum_up(files)
         return _tell_left_out(shown)
 
@@ -145,7 +147,23 @@ def _sum_up(written: list[Path]) -> None:
     _tell(*what_was_written(written))
 
 
-def _against(experiment: Path, metrics: list[str], made: "list[Table]") -> "list[Shown]":
+def _commands(results: Path | None, others: Sequence[str]) -> "Commands":
+    """Return how the page names its results, and others' next to them, in commands."""
+    from trackmark.bench.pages.report import Commands
+
+    return Commands("" if results is None else str(results), others)
+
+
+def _figure_files(
+    suffix: str, scored: "list[Scored]", against: "list[AttributeReport]"
+) -> "FigureFiles":
+    """Return the figures that are written next to the page."""
+    from trackmark.bench.pages.report_figures import FigureFiles
+
+    return FigureFiles(suffix, _tell, scored, against)
+
+
+def _against(experiment: Path, metrics: list[str], made: "list[Table]") -> "list[AttributeReport]":
     """Add and return tables of scores by attribute of the sequences, measured if needed."""
     from trackmark.bench.reporting.by_attribute import attribute_report, attributes_of
 
@@ -158,20 +176,19 @@ def _against(experiment: Path, metrics: list[str], made: "list[Table]") -> "list
     return against
 
 
-def _tables(experiment: Path, metrics: list[str], title: str) -> "tuple[list[Table], list[Scored]]":
-    """Tables of an experiment, and its runs as presets score them."""
-    from trackmark.bench.reporting.by_preset import beside_native, tables_by
+def _tables(experiment: Path, metrics: list[str], title: str) -> "PresetReport":
+    """Return tables of an experiment, and its runs as presets score them."""
+    from trackmark.bench.reporting.by_preset import preset_report
 
     with patience("Scoring runs"):
-        scored = beside_native(experiment, metrics, title=title)
-    return tables_by(experiment, metrics, title=title, scored=scored), scored
+        return preset_report(experiment, metrics, title=title)
 
 
-def _further(experiment: Path, made: "list[Table]", said: tuple[str, list[str]]) -> "list[Table]":
-    """All other tables of the page, whether it is written or not."""
-    from trackmark.bench.pages.report import Said, further_tables
+def _further(experiment: Path, made: "list[Table]", commands: "Commands") -> "list[Table]":
+    """Return all other tables of the page, whether it is written or not."""
+    from trackmark.bench.pages.report import further_tables
 
-    return further_tables(experiment, made, Said(*said))
+    return further_tables(experiment, made, commands)
 
 
 def _print(made: "list[Table]", form: str | None, *, wide: bool, as_json: bool) -> None:
@@ -193,22 +210,18 @@ def _write_page(
     path: Path,
     made: "list[Table]",
     title: str,
-    said: tuple[str, list[str]],
-    *,
+    commands: "Commands",
     full: bool,
-    plots: str,
+    figures: "FigureFiles | None",
 ) -> list[Path]:
-    """Write the page, and give its files.
-
-    `said`: how the results, and others' beside them, are given to commands.
-    """
-    from trackmark.bench.pages.report import Said, write_report_page
+    """Write the page and the figures next to it; return the files."""
+    from trackmark.bench.pages.report import write_report_page
     from trackmark.bench.store.files import ResultsError
 
     try:
         with progress_bar(None, "frame") as progress:
             return write_report_page(
-                experiment, path, made, title, Said(*said), progress, full=full, plots=plots
+                experiment, path, made, title, commands, progress, full=full, figures=figures
             )
     except OSError as error:
         raise ResultsError(

@@ -269,11 +269,11 @@ def _print_row(row: Mapping[str, Any], folder: Path, metrics: Sequence[str]) -> 
     told = for_json(row)
     if list(metrics) != ["native"] or row["protocol"] not in ("accuracy", "timing"):
         from trackmark.bench.reporting.by_preset import (  # brings what makes tables
-            fitting,
+            presets_for,
             scores_by,
         )
 
-        fit = fitting(metrics, row["protocol"])
+        fit = presets_for(metrics, row["protocol"])
         if others := [name for name in fit if name != "native"]:
             told["metrics"] = scores_by(folder, row, others)
     click.echo(json.dumps(told, allow_nan=False))

@@ -141,11 +141,11 @@ def _said(
 ) -> tuple[dict[str, Any], dict[str, Any]]:
     import numpy as np
 
-    from trackmark.bench.reporting.pictures import said_on
+    from trackmark.bench.reporting.film_strips import boxes_on
     from trackmark.bench.store.files import ResultsError
     from trackmark.reports.overlay import TRUTH
 
-    found, outlines = said_on(results, sequence.name, repetition, trace)
+    found, outlines = boxes_on(results, sequence.name, repetition, trace)
     if not found:
         raise ResultsError(f"{results}: there are no runs on {sequence.name}.")
     known = sequence.present.any()
@@ -167,7 +167,7 @@ def _draw(
     output: Path,
     count: int,
 ) -> None:
-    from trackmark.bench.reporting.pictures import outlines_on
+    from trackmark.bench.reporting.outlines import outlines_on
     from trackmark.reports.film_strip import evenly_spaced, film_strip, write_film_strip
 
     if output.suffix == ".png":

@@ -159,7 +159,7 @@ def test_a_report_draws_strips_of_recorded_data_and_only_while_they_are_the_same
     truth = here / "data" / "Small" / "groundtruth_rect.txt"
     truth.write_text(truth.read_text().replace("5,6,10,12", "5,6,10,13", 1))
     monkeypatch.setattr(
-        "trackmark.bench.reporting.pictures.write_plots", lambda *_, **__: []
+        "trackmark.bench.pages.report_figures.write_for_papers", lambda *_: []
     )  # as before
     said = trackmark("report", "results/mine", "--folder", "second").stderr
     assert "Small: no film strip" in said
