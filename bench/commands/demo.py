@@ -1,6 +1,5 @@
 """Run four trackers on a synthetic and two recorded sequences, with a page and tables."""
 
-import functools
 import os
 import sys
 from dataclasses import replace
@@ -8,7 +7,9 @@ from pathlib import Path
 
 import click
 
-from trackmark.bench.commands._options import jobs_option, progress_bar
+from trackmark.bench.commands._execution import plan_experiment
+from trackmark.bench.commands._options import Engine, jobs_option
+from trackmark.bench.commands._progress import print_message, progress_bar
 from trackmark.bench.commands.run import execute
 from trackmark.bench.experiments.experiment import read_experiment
 
@@ -25,8 +26,9 @@ from trackmark.bench.experiments.experiment import read_experiment
 def command(output: Path, jobs: int | None) -> int:
     """Show what trackmark does, in about a minute, without a download.
 
-    What it runs is the experiment `demo`: bench/experiments/demo.toml.
+    It runs the experiment `demo`: bench/experiments/demo.toml.
     """
+    from trackmark.bench.engine.unit import Limits
     from trackmark.bench.pages.report import Said, write_report_page
     from trackmark.bench.reporting.pictures import write_report
     from trackmark.bench.reporting.tables import tables, title_of
@@ -38,27 +40,24 @@ def command(output: Path, jobs: int | None) -> int:
         "idle cores, half a\nminute more the first time, when kernels are compiled."
     )
     results = output / "results" / experiment.name
+    engine = Engine(jobs, "local", None, Limits())
     # Times first, so that the table of scores has them.
     timed = replace(experiment, timing=True, repetitions=1)
-    status = execute(timed, results.parent, jobs, metrics=()) or execute(
-        experiment, results.parent, jobs
-    )
-    if status:
-        return status
+    for runs, metrics in ((timed, []), (experiment, ["native"])):
+        if status := execute(plan_experiment(runs, results.parent, engine), metrics):
+            return status
     folder = output / "demo"
-    made = tables(results)
-    write_report(results, folder, functools.partial(click.echo, err=True), made)
+    report_tables = tables(results)
+    write_report(results, folder, print_message, report_tables)
     page = folder / "report.html"
     with progress_bar(None, "frame") as progress:
-        said = Said(str(results))
-        write_report_page(results, page, made, title_of(results), said, progress, plots=".png")
+        title, source = title_of(results), Said(str(results))
+        write_report_page(results, page, report_tables, title, source, progress, plots=".png")
+    program = os.path.relpath(sys.argv[0])
     click.echo(
         f"\nOpen {page}: every number there leads to the frames behind it.\n"
-        "Beside it are tables, plots and film strips."
-    )
-    command_path = os.path.relpath(sys.argv[0])
-    click.echo(
-        f"\nNext: `{command_path} list`, `{command_path} describe camshift`,\nor your own video: "
-        f"`{command_path} annotate --help`."
+        "The folder also holds tables, plots and film strips.\n"
+        f"\nNext: `{program} list`, `{program} describe camshift`,\nor your own video: "
+        f"`{program} annotate --help`."
     )
     return 0

@@ -1,4 +1,4 @@
-"""Look after stored results: list, log, remove, check, merge, import, export."""
+"""Manage stored results: list, log, remove, check, merge, import, export."""
 
 import json
 from collections import Counter
@@ -12,25 +12,24 @@ from urllib.parse import unquote
 import click
 
 from trackmark.bench.commands import EXIT_ANSWER_IS_NO
-from trackmark.bench.commands._imported_results import guests_of, imported
+from trackmark.bench.commands._imported_results import guests_of, import_guests
 from trackmark.bench.commands._options import (
-    DEFAULT_OUTPUT,
     json_option,
+    only_experiment,
     output_option,
-    progress_bar,
     protocol_option,
-    say,
     trace_option,
 )
+from trackmark.bench.commands._progress import print_message, progress_bar
 
 folder_argument = click.argument(
-    "folder", type=click.Path(path_type=Path), default=DEFAULT_OUTPUT, required=False
+    "folder", type=click.Path(path_type=Path), default=Path("results"), required=False
 )
 
 
 @click.group("results")
 def command() -> None:
-    """Look after stored results."""
+    """Manage stored results."""
 
 
 @command.command("list")
@@ -39,8 +38,7 @@ def command() -> None:
 def list_results(folder: Path, as_json: bool) -> None:
     """List the runs in FOLDER, counted by tracker and sequence.
 
-    Unfinished runs, whose frames are kept to see how far they got, are listed after them.
-    With --json a line a run, with its scores.
+    Unfinished runs are listed after them. With --json, one line per run with its scores.
     """
     from trackmark.bench.store.index import for_json, index_rows, read_table
     from trackmark.bench.store.layout import experiment_folders
@@ -59,12 +57,12 @@ def list_results(folder: Path, as_json: bool) -> None:
         grouped = table.group_by(keys).aggregate([([], "count_all")]).to_pylist()
         counts: dict[tuple[str, ...], Counter[str]] = {}
         for group in grouped:
-            *place, status = (group[key] for key in keys)
-            counts.setdefault(tuple(place), Counter())[status] += group["count_all"]
+            *key, status = (group[name] for name in keys)
+            counts.setdefault(tuple(key), Counter())[status] += group["count_all"]
         for (tracker, sequence, protocol), number in sorted(counts.items()):
-            how = "" if protocol == "accuracy" else f" ({protocol})"
+            suffix = "" if protocol == "accuracy" else f" ({protocol})"
             failed = f", {number['failed']} failed" if number["failed"] else ""
-            click.echo(f"  {tracker} on {sequence}{how}: {number.total()}{failed}")
+            click.echo(f"  {tracker} on {sequence}{suffix}: {number.total()}{failed}")
         for file, reached, frames in unfinished_runs(experiment):
             click.echo(
                 f"  unfinished, {reached} of {frames} frames: {file.relative_to(experiment)}"
@@ -75,9 +73,9 @@ def list_results(folder: Path, as_json: bool) -> None:
 @folder_argument
 @json_option
 def failures(folder: Path, as_json: bool) -> None:
-    """Print why runs in FOLDER failed, where they got to, and what they printed last.
+    """Print why runs in FOLDER failed, at which frame, and their last output.
 
-    With --json a line a failed run.
+    With --json, one line per failed run.
     """
     import numpy as np
 
@@ -93,9 +91,9 @@ def failures(folder: Path, as_json: bool) -> None:
             run = results.read(experiment / row["path"])
             reached = int(np.isfinite(run.boxes[:, 0]).sum())
             if as_json:
-                told = {key: row[key] for key in ("tracker", "sequence", "repetition", "failure")}
-                more = {"frames": len(run.boxes), "reached": reached, "output": run.output}
-                click.echo(json.dumps({"experiment": experiment.name, **told, **more}))
+                data = {key: row[key] for key in ("tracker", "sequence", "repetition", "failure")}
+                data |= {"frames": len(run.boxes), "reached": reached, "output": run.output}
+                click.echo(json.dumps({"experiment": experiment.name, **data}))
                 continue
             click.echo(
                 f"{row['tracker']} on {row['sequence']}, repetition {row['repetition']}: boxes of "
@@ -103,7 +101,7 @@ def failures(folder: Path, as_json: bool) -> None:
             )
             click.echo(indent(run.failure.strip(), "  "))
             if run.output:
-                click.echo("  It printed last:")
+                click.echo("  Last output:")
                 click.echo(indent(run.output.rstrip(), "  | "))
 
 
@@ -111,9 +109,9 @@ def failures(folder: Path, as_json: bool) -> None:
 @folder_argument
 @json_option
 def log(folder: Path, as_json: bool) -> None:
-    """Print what was done in FOLDER, when, where, and what it cost.
+    """Print the executions in FOLDER: when, where, and at what cost.
 
-    With --json a line an event.
+    With --json, one line per event.
     """
     from trackmark.bench.store.layout import experiment_folders
     from trackmark.bench.store.log import log_files, read_log
@@ -131,7 +129,7 @@ def log(folder: Path, as_json: bool) -> None:
 
 
 def _event_lines(event: Mapping[str, Any]) -> list[str]:
-    """An event for people."""
+    """Return the lines of text on an event."""
     moment = f"  {event['date'][:19].replace('T', ' ')}"
     if event["event"] == "start":
         states = ", ".join(
@@ -161,39 +159,39 @@ def _event_lines(event: Mapping[str, Any]) -> list[str]:
 
 @command.command("remove")
 @folder_argument
-@click.option("--tracker", default="*", help="Only trackers that match; * and ? are wild.")
-@click.option("--sequence", default="*", help="Only sequences that match; * and ? are wild.")
+@click.option("--tracker", default="*", help="Only trackers that match this pattern.")
+@click.option("--sequence", default="*", help="Only sequences that match this pattern.")
 @click.option("--failed", is_flag=True, help="Only runs that failed.")
-@click.option("--yes", is_flag=True, help="Do not ask.")
+@click.option("--yes", is_flag=True, help="Do not ask for confirmation.")
 def remove(folder: Path, tracker: str, sequence: str, failed: bool, yes: bool) -> None:
-    """Remove runs from FOLDER, and the frames of unfinished ones."""
+    """Remove runs from FOLDER, and unfinished runs."""
     from trackmark.bench.store.index import read_index
     from trackmark.bench.store.layout import experiment_folders, run_of
     from trackmark.bench.store.results import Results
     from trackmark.bench.store.unfinished import unfinished_runs
 
     def matches(file: Path) -> bool:
-        its_tracker, its_sequence = map(unquote, file.parts[-3:-1])
-        label = its_tracker.partition(":protocol=")[0]
-        return fnmatchcase(label, tracker) and fnmatchcase(its_sequence, sequence)
+        run_tracker, run_sequence = map(unquote, file.parts[-3:-1])
+        label = run_tracker.partition(":protocol=")[0]
+        return fnmatchcase(label, tracker) and fnmatchcase(run_sequence, sequence)
 
-    chosen: dict[Path, list[str]] = {}
+    selected: dict[Path, list[str]] = {}
     for experiment in experiment_folders(folder):
         results = Results(experiment)
-        # By the names of folders: what is damaged can be removed, too.
+        # Selected by folder names, so that damaged files can be removed, too.
         files = [*results.files(), *(file for file, _, _ in unfinished_runs(experiment))]
         paths = {str(run_of(file.relative_to(experiment))) for file in files if matches(file)}
         if failed:
             paths &= {row["path"] for row in read_index(results) if row["status"] == "failed"}
-        chosen[experiment] = sorted(paths)
-    number = sum(len(paths) for paths in chosen.values())
+        selected[experiment] = sorted(paths)
+    number = sum(len(paths) for paths in selected.values())
     if not number:
         click.echo("No run matches; nothing was removed.")
         return
     if not yes:
         click.confirm(f"Remove {number} runs from {folder}?", abort=True)
-    for experiment, gone in chosen.items():
-        Results(experiment).remove(gone)
+    for experiment, run_paths in selected.items():
+        Results(experiment).remove(run_paths)
     click.echo(f"Removed {number} runs.")
 
 
@@ -201,30 +199,30 @@ def remove(folder: Path, tracker: str, sequence: str, failed: bool, yes: bool) -
 @folder_argument
 @json_option
 def check_results(folder: Path, as_json: bool) -> int:
-    """Read every file in FOLDER, and tell which is not what was written.
+    """Read every file in FOLDER, and name the files that are damaged or missing.
 
-    Exit status 1 where there is one. With --json a line an experiment.
+    With --json, one line per experiment. Exit codes: 0 success; 1 a file is damaged or missing.
     """
     from trackmark.bench.store.layout import experiment_folders
     from trackmark.bench.store.upkeep import checks, damage
 
-    found = 0
+    total = 0
     for experiment in experiment_folders(folder):
         todo = checks(experiment)
-        told: dict[str, None] = {}
+        damages: dict[str, None] = {}
         with progress_bar(len(todo), "file") as progress:
             for number, check in enumerate(todo, 1):
-                told |= dict.fromkeys(filter(None, [damage(check)]))
+                damages |= dict.fromkeys(filter(None, [damage(check)]))
                 progress(number)
-        found += len(told)
+        total += len(damages)
         if as_json:
-            told_of = {"experiment": experiment.name, "files": len(todo), "damages": list(told)}
-            click.echo(json.dumps(told_of))
+            data = {"experiment": experiment.name, "files": len(todo), "damages": list(damages)}
+            click.echo(json.dumps(data))
             continue
-        for sentence in told:
-            click.echo(sentence, err=True)
-        click.echo(f"{experiment}: {len(todo)} files, {len(told) or 'none'} damaged or missing")
-    return EXIT_ANSWER_IS_NO if found else 0
+        for message in damages:
+            print_message(message)
+        click.echo(f"{experiment}: {len(todo)} files, {len(damages) or 'none'} damaged or missing")
+    return EXIT_ANSWER_IS_NO if total else 0
 
 
 @command.command("merge")
@@ -233,18 +231,17 @@ def check_results(folder: Path, as_json: bool) -> int:
 def merge(sources: tuple[Path, ...], target: Path) -> int:
     """Copy the runs of the experiments SOURCES into the experiment TARGET.
 
-    A run that is there already, with the same identity, is left alone. One that is there
-    with another identity (another version of its tracker, say) is a conflict: nothing is
-    copied then, and the conflicts are listed.
+    Runs that are there already stay. A run that is there by another version of its tracker or
+    sequence is a conflict: the conflicts are listed and nothing is copied (exit status 1).
     """
     from trackmark.bench.store.upkeep import merge_results
 
     copied, conflicts = merge_results(list(sources), target)
     for conflict in conflicts:
-        click.echo(f"conflict: {conflict}", err=True)
+        print_message(f"conflict: {conflict}")
     if conflicts:
-        click.echo(f"{len(conflicts)} conflicts; nothing was copied.", err=True)
-        return 1
+        print_message(f"{len(conflicts)} conflicts; nothing was copied.")
+        return EXIT_ANSWER_IS_NO
     click.echo(f"Copied {copied} runs to {target}.")
     return 0
 
@@ -252,15 +249,15 @@ def merge(sources: tuple[Path, ...], target: Path) -> int:
 @command.command("import")
 @click.argument("guests", nargs=-1, required=True, metavar="NAME=PATH...")
 @click.option("--sequences", required=True, help="Comma-separated names or paths, as for `run`.")
-@click.option("--name", default="published", show_default=True, help="Of the results' folder.")
+@click.option("--name", default="published", show_default=True, help="Name of the results folder.")
 @output_option
-def import_others(guests: tuple[str, ...], sequences: str, name: str, output: Path) -> None:
-    """Keep others' results of trackers, NAME=PATH or NAME=LAYOUT:PATH, as runs.
+def import_results(guests: tuple[str, ...], sequences: str, name: str, output: Path) -> None:
+    """Store results of other toolkits, NAME=PATH or NAME=FORMAT:PATH, as runs.
 
-    PATH is a tracker's folder, in the layout of OTB, GOT-10k, VOT, pysot or pytracking. Any preset
-    scores them on --sequences, on all of which there must be results.
+    PATH is a tracker's folder in the format of OTB, GOT-10k, VOT, pysot or pytracking. It must have
+    results on all --sequences.
     """
-    number = imported(guests_of(guests), sequences, output / name)
+    number = import_guests(guests_of(guests), sequences, output / name)
     click.echo(f"{number} runs are in {output / name}.")
 
 
@@ -270,15 +267,15 @@ def import_others(guests: tuple[str, ...], sequences: str, name: str, output: Pa
 @click.option(
     "--as", "layout", required=True, help="otb, otb-json, got10k, vot, pysot, pytracking."
 )
-@click.option("--tracker", default="*", help="Only trackers that match; * and ? are wild.")
-@click.option("--sequence", default="*", help="Only sequences that match; * and ? are wild.")
+@click.option("--tracker", default="*", help="Only trackers that match this pattern.")
+@click.option("--sequence", default="*", help="Only sequences that match this pattern.")
 @click.option(
     "--from",
     "origin",
     type=click.IntRange(0, 1),
-    help="Number of the first pixel.  [default: the layout's]",
+    help="Number of the first pixel.  [default: that of the format]",
 )
-@click.option("--force", is_flag=True, help="Replace files that are there.")
+@click.option("--force", is_flag=True, help="Replace existing files.")
 @protocol_option
 @trace_option
 def export(
@@ -292,19 +289,14 @@ def export(
     protocol: str | None,
     trace: Any,
 ) -> None:
-    """Write the runs of EXPERIMENT into FOLDER, for others' tools: a folder a tracker."""
+    """Write the runs of EXPERIMENT to FOLDER for other toolkits, one folder per tracker."""
     from trackmark.bench.exchange.exporting import export_results
-    from trackmark.bench.store.layout import experiment_folders
 
-    found = experiment_folders(experiment)
-    if len(found) > 1:
-        names = ", ".join(path.name for path in found)
-        raise click.UsageError(f"{experiment} holds several experiments ({names}): name one.")
     written = export_results(
-        found[0],
+        only_experiment(experiment),
         layout,
         folder,
-        say,
+        print_message,
         tracker=tracker,
         sequence=sequence,
         origin=origin,

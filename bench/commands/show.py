@@ -1,4 +1,4 @@
-"""Show a sequence and what trackers say of it: film strip, video, or a page to step through."""
+"""Show a sequence and boxes of trackers: film strip, video, or a page to step through."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -6,31 +6,23 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from trackmark.bench.commands import EXIT_ANSWER_IS_NO
-from trackmark.bench.commands._options import (
-    patience,
-    progress_bar,
-    split_list,
-    trace_option,
-    truth_option,
-)
+from trackmark.bench.commands._options import split_list, trace_option, truth_option
+from trackmark.bench.commands._progress import patience, progress_bar
 from trackmark.bench.commands._terminal import complain
 
 if TYPE_CHECKING:
     from trackmark.bench.evaluation.run_record import Trace
+    from trackmark.datasets import Sequence
 
 
 @click.command("show")
 @click.argument("sequence")
 @truth_option
-@click.option(
-    "--results",
-    type=click.Path(path_type=Path),
-    help="Draw what the runs in this folder said, too.",
-)
+@click.option("--results", type=click.Path(path_type=Path), help="Draw boxes of stored runs, too.")
 @click.option(
     "--live",
     metavar="TRACKER[,TRACKER]…",
-    help="Run them on SEQUENCE, and write a page that steps through what they see.",
+    help="Run trackers on SEQUENCE and write a page with their internal data.",
 )
 @trace_option
 @click.option(
@@ -38,12 +30,12 @@ if TYPE_CHECKING:
     type=click.IntRange(0),
     default=0,
     show_default=True,
-    help="Which one is drawn, or run, of trackers that draw random numbers.",
+    help="Repetition of stochastic trackers that is drawn or run.",
 )
 @click.option(
     "--output",
     type=click.Path(path_type=Path, dir_okay=False),
-    help="A .png is a film strip, an .mp4 a video (H.264).  [--live: live.html]",
+    help="Film strip (.png) or video (.mp4, H.264).  [--live: live.html]",
 )
 @click.option(
     "--frames",
@@ -51,10 +43,10 @@ if TYPE_CHECKING:
     type=click.IntRange(1),
     default=10,
     show_default=True,
-    help="Frames on a film strip.",
+    help="Number of frames of a film strip.",
 )
-@click.option("--first", type=click.IntRange(0), default=0, help="First frame shown.")
-@click.option("--last", type=click.IntRange(0), help="Last frame shown.")
+@click.option("--first", type=click.IntRange(0), default=0, help="First frame that is drawn.")
+@click.option("--last", type=click.IntRange(0), help="Last frame that is drawn.")
 def command(
     sequence: str,
     truth: Path | None,
@@ -67,26 +59,25 @@ def command(
     first: int,
     last: int | None,
 ) -> int:
-    """Show SEQUENCE (a name or a path), its truth, and with --results what trackers said.
+    """Draw SEQUENCE (a name or a path) with its ground truth and boxes of stored runs.
 
-    With --live trackers are run on it, and a page in one file steps through boxes, masks,
-    contours, particles, maps of what pixels weigh, and the trackers' own numbers. Exit status 1
-    where one failed.
+    With --live, trackers are run on it. A page in one file then steps through boxes, masks,
+    contours, particles, weight maps and the trackers' own numbers.
+
+    Exit codes: 0 success; 1 a tracker of --live failed; 2 invalid usage or input.
     """
     from trackmark import datasets
     from trackmark.reports.overlay import TRUTH
 
     if live is not None:
-        where = output or Path("live.html")
-        return _live(sequence, truth, split_list(live), where, repetition)
+        path = output or Path("live.html")
+        return _live(sequence, truth, split_list(live), path, repetition)
     if output is None:
         raise click.UsageError("Give --output, a .png or an .mp4 file, or --live.")
     if output.suffix not in (".png", ".mp4"):
         raise click.BadParameter(f"{output} is neither .png nor .mp4.", param_hint="--output")
     if results is None and trace != "online":
-        raise click.BadParameter(
-            "it chooses among the boxes of --results; give both.", param_hint="--trace"
-        )
+        raise click.BadParameter("it selects boxes of --results: give both.", param_hint="--trace")
     with patience(f"Opening {sequence}"):
         opened = datasets.load(sequence, truth=truth)
     source = Path(sequence).resolve()
@@ -99,13 +90,11 @@ def command(
         raise click.BadParameter(
             f"frames {first} to {end} are not among 0 to {len(opened) - 1}.", param_hint="--last"
         )
-    boxes: dict[str, Any] = {}
+    boxes: dict[str, Any] = {TRUTH: opened.boxes} if opened.present.any() else {}
     outlines: dict[str, Any] = {}
-    if opened.present.any():
-        boxes[TRUTH] = opened.boxes
     if results is not None:
-        found, outlines = _said(results, opened, repetition, trace)
-        boxes |= found
+        stored, outlines = _stored(results, opened, repetition, trace)
+        boxes |= stored
     _draw(opened, range(first, end + 1), boxes, outlines, output, count)
     click.echo(str(output))
     return 0
@@ -114,17 +103,17 @@ def command(
 def _live(
     sequence: str, truth: Path | None, trackers: list[str], output: Path, repetition: int
 ) -> int:
+    """Run trackers, write the page, and return the exit status."""
     from trackmark.bench.experiments.experiment import SequenceSource
     from trackmark.bench.pages.live_page import write_live_page
 
     context = click.get_current_context()
-    given = click.core.ParameterSource.COMMANDLINE
     for name in ("results", "trace", "count", "first", "last"):
-        if context.get_parameter_source(name) == given:
+        if context.get_parameter_source(name) == click.core.ParameterSource.COMMANDLINE:
             option = "--frames" if name == "count" else f"--{name}"
             raise click.UsageError(f"{option} and --live exclude each other.")
     if output.suffix != ".html":
-        raise click.BadParameter(f"{output} is no .html file.", param_hint="--output")
+        raise click.BadParameter(f"{output} is not an .html file.", param_hint="--output")
     if not trackers:
         raise click.BadParameter("it names no tracker.", param_hint="--live")
     source = SequenceSource(sequence, truth)
@@ -136,58 +125,53 @@ def _live(
     return EXIT_ANSWER_IS_NO if failures else 0
 
 
-def _said(
-    results: Path, sequence: Any, repetition: int, trace: "Trace"
+def _stored(
+    results: Path, sequence: "Sequence", repetition: int, trace: "Trace"
 ) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return boxes and outlines of stored runs on a sequence, by tracker."""
     import numpy as np
 
     from trackmark.bench.reporting.pictures import said_on
     from trackmark.bench.store.files import ResultsError
     from trackmark.reports.overlay import TRUTH
 
-    found, outlines = said_on(results, sequence.name, repetition, trace)
-    if not found:
+    boxes, outlines = said_on(results, sequence.name, repetition, trace)
+    if not boxes:
         raise ResultsError(f"{results}: there are no runs on {sequence.name}.")
-    known = sequence.present.any()
-    if len(found[TRUTH]) != len(sequence) or (
-        known and not np.array_equal(found[TRUTH], sequence.boxes, equal_nan=True)
+    if len(boxes[TRUTH]) != len(sequence) or (
+        sequence.present.any() and not np.array_equal(boxes[TRUTH], sequence.boxes, equal_nan=True)
     ):
         raise ResultsError(
             f"{results}: the runs on {sequence.name} were made on another version of it. "
-            "Run them again on the sequence as it is."
+            "Run them again on the current sequence."
         )
-    return found, outlines
+    return boxes, outlines
 
 
 def _draw(
-    sequence: Any,
-    shown: range,
+    sequence: "Sequence",
+    frames: range,
     boxes: dict[str, Any],
     outlines: dict[str, Any],
     output: Path,
     count: int,
 ) -> None:
+    """Write a film strip of `count` frames, or a video of all of them."""
     from trackmark.bench.reporting.pictures import outlines_on
     from trackmark.reports.film_strip import evenly_spaced, film_strip, write_film_strip
-
-    if output.suffix == ".png":
-        numbers = evenly_spaced(shown.start, shown.stop - 1, count)
-        strip = film_strip(
-            sequence.__getitem__,
-            numbers,
-            boxes,
-            sequence.name,
-            lines_of=outlines_on(sequence, outlines),
-        )
-        write_film_strip(output, strip)
-        return
     from trackmark.reports.video import write_video
 
-    with progress_bar(len(shown), "frame") as progress:
+    lines = outlines_on(sequence, outlines)
+    if output.suffix == ".png":
+        numbers = evenly_spaced(frames.start, frames.stop - 1, count)
+        image = sequence.__getitem__
+        write_film_strip(output, film_strip(image, numbers, boxes, sequence.name, lines_of=lines))
+        return
+    with progress_bar(len(frames), "frame") as progress:
 
         def images() -> Any:
-            for done, number in enumerate(shown):
+            for done, number in enumerate(frames):
                 progress(done)
                 yield number, sequence[number]
 
-        write_video(output, images(), boxes, sequence.fps, outlines_on(sequence, outlines))
+        write_video(output, images(), boxes, sequence.fps, lines)

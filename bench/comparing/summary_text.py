@@ -154,12 +154,15 @@ def _summary(comparison: Comparison) -> list[str]:
         if interval is not None and pair.answer.reason:
             details += f", {pair.answer.reason}"
         groups.setdefault(label, []).append(f"{other} ({details})")
-    return [
+    sentences = [
         f"{comparison.main} {verb} {'; '.join(groups[label])}"
         f"{' was inconclusive' * (verb == COMPARED)}."
         for label, verb in VERBS.items()
         if label in groups
     ]
+    if others := len(comparison.pairs) - len(comparison.main_pairs):
+        sentences.append(f"The other {others} pairs are in the table of pairs.")
+    return sentences
 
 
 def _difference_text(

@@ -111,6 +111,11 @@ class Contestant:
         source = f"{source}-{self.class_name}" if self.class_name else source
         return {"source": source, "libraries": libraries}
 
+    @property
+    def version_digest(self) -> str:
+        """Digest of the version; equal to `Identity.tracker_digest` of its runs."""
+        return _digest(self.version)
+
 
 def contestant(tracker: str | TrackerMaker) -> Contestant:
     """Settle a tracker from its text form, or from a callable that makes it.

@@ -203,7 +203,7 @@ def test_show_live_says_what_is_wrong(trackmark, given, said):
 
 
 def test_arrays_are_kept_of_new_runs_in_one_pass(here, trackmark, monkeypatch):
-    said = show._said
+    stored = show._stored
     (here / "seeing.py").write_text(SEEING)
     run = ("run", "--trackers", "seeing.py:Seeing", "--sequences", "data/Small", "--name", "mine")
     trackmark(*run, "--arrays")
@@ -213,7 +213,7 @@ def test_arrays_are_kept_of_new_runs_in_one_pass(here, trackmark, monkeypatch):
     drawn = ("show", "data/Small", "--frames", 2, "--output")
     trackmark(*drawn, "outlined.png", "--results", "results/mine")
     strips = [cv2.imread(str(here / "outlined.png"))]
-    monkeypatch.setattr("trackmark.bench.commands.show._said", lambda *given: (said(*given)[0], {}))
+    monkeypatch.setattr(show, "_stored", lambda *arguments: (stored(*arguments)[0], {}))
     trackmark(*drawn, "boxes.png", "--results", "results/mine")
     strips.append(cv2.imread(str(here / "boxes.png")))
     assert (strips[0] != strips[1]).any(axis=2).sum() > 50  # the contour's pixels
