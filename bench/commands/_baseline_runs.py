@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from trackmark.bench.commands._execution import execute_runs, plan_experiment
-from trackmark.bench.commands._options import Engine
+from trackmark.bench.commands._options import EngineOptions
 from trackmark.bench.commands._progress import print_message
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 
@@ -27,24 +27,22 @@ class CellRunner:
     name: str  # of the experiment
     texts: Mapping[str, str]  # specifications of the trackers, by label
     sources: Mapping[str, SequenceSource]  # by name of the sequence
-    output: Path
-    engine: Engine
+    options: EngineOptions
     digests: Mapping[str, str] = field(default_factory=dict)  # expected, by name of the sequence
     known: "KnownSequences" = field(default_factory=dict)
 
     @property
     def folder(self) -> Path:
         """Folder of the experiment."""
-        return self.output / self.name
+        return self.options.output / self.name
 
     def repeat(self, cells: Mapping[str, Sequence[str]]) -> "Cells":
         """Run seed 0 in fresh processes of this machine that hash texts in another order."""
         if not cells:
             return {}
-        engine = replace(self.engine, engine="local", address=None)
         with tempfile.TemporaryDirectory(prefix="trackmark-") as folder, _other_hash_seed():
-            runner = replace(self, output=Path(folder), engine=engine)
-            return runner.run(cells, 1, temporary=True)
+            local = replace(self.options, output=Path(folder), engine="local", address=None)
+            return replace(self, options=local).run(cells, 1, temporary=True)
 
     def run(
         self, cells: Mapping[str, Sequence[str]], seeds: int, *, temporary: bool = False
@@ -69,7 +67,7 @@ class CellRunner:
                 repetitions=seeds,
             )
             execution = plan_experiment(
-                experiment, self.output, self.engine, retry_failed=True, known=self.known
+                experiment, self.options, retry_failed=True, known=self.known
             )
             self._check_plan(execution.plan, labels, names)
             execute_runs(execution, temporary=temporary)

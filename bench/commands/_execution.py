@@ -2,10 +2,9 @@
 
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from trackmark.bench.commands._options import Engine
+from trackmark.bench.commands._options import EngineOptions
 from trackmark.bench.commands._progress import patience, print_message, progress_bar, refresh_index
 from trackmark.bench.experiments.experiment import Experiment
 
@@ -18,27 +17,26 @@ if TYPE_CHECKING:
 
 def plan_experiment(
     experiment: Experiment,
-    output: Path,
-    engine: Engine,
+    options: EngineOptions,
     *,
     retry_failed: bool = False,
     known: "KnownSequences | None" = None,
 ) -> "Execution":
-    """Plan an experiment in a results folder.
+    """Plan an experiment in the results folder of the options.
 
     `known`: opened sequences, to which others are added.
     """
     from trackmark.bench.execution.executor import Execution
 
-    refresh_index(output / experiment.name)
+    refresh_index(options.output / experiment.name)
     with patience("Opening sequences") as opened:
         return Execution(
             experiment,
-            output,
+            options.output,
             retry_failed=retry_failed,
             known={} if known is None else known,
             opened=opened,
-            **vars(engine),
+            **options.engine_settings,
         )
 
 
@@ -74,12 +72,11 @@ def execute_runs(
 
 def run_experiment(
     experiment: Experiment,
-    output: Path,
-    engine: Engine,
+    options: EngineOptions,
     known: "KnownSequences | None" = None,
 ) -> "Execution":
     """Plan an experiment and execute its missing runs; see `execute_runs`."""
-    execution = plan_experiment(experiment, output, engine, known=known)
+    execution = plan_experiment(experiment, options, known=known)
     execute_runs(execution)
     return execution
 

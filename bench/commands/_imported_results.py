@@ -4,11 +4,11 @@ from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from trackmark.bench.commands._options import matching_sequences
+from trackmark.bench.commands._options import matching_sequences, option
 from trackmark.bench.commands._progress import print_message, refresh_index
 
 if TYPE_CHECKING:
@@ -17,13 +17,13 @@ if TYPE_CHECKING:
 ALONE = "published"
 """Name of an experiment that holds imported results only."""
 
-imported_option = click.option(
-    "--results-of",
-    "results_of",
-    multiple=True,
-    metavar="NAME=PATH",
-    help="Imported results of a tracker, as NAME=PATH or NAME=FORMAT:PATH; may be repeated.",
-)
+
+def imported_option() -> Any:
+    """Return the field of --results-of."""
+    return option(
+        "Imported results of a tracker, as NAME=PATH or NAME=FORMAT:PATH; may be repeated.",
+        metavar="NAME=PATH",
+    )
 
 
 def guests_of(texts: Sequence[str]) -> "list[Guest]":

@@ -1,7 +1,11 @@
-"""Options that several commands share, and the types of their values."""
+"""Options of commands as dataclasses: the fields are click's arguments and options."""
 
+import dataclasses
 import functools
+import inspect
 import re
+import types
+import typing
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,35 +18,82 @@ from trackmark.bench.experiments.experiment import ExperimentError, SequenceSour
 from trackmark.datasets.decoding import brief
 
 if TYPE_CHECKING:
-    from trackmark.bench.engine.unit import Limits
+    from _typeshed import DataclassInstance
 
-Options = TypeVar("Options")
+Options = TypeVar("Options", bound="DataclassInstance")
 
-output_option = click.option(
-    "--output",
-    type=click.Path(path_type=Path, file_okay=True),
-    default=Path("results"),
-    show_default=True,
-    help="Results folder; each experiment gets a subfolder.",
-)
-json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON for scripts.")
-trace_option = click.option(
-    "--trace",
-    type=click.Choice(["online", "revised"]),
-    default="online",
-    show_default=True,
-    help="Boxes returned frame by frame, or boxes revised later.",
-)
-protocol_option = click.option(
-    "--protocol",
-    metavar="NAME[:PARAMETER=VALUE]…",
-    help="Evaluation protocol (`trackmark list protocols`).  [default: one-pass]",
-)
-truth_option = click.option(
-    "--truth",
-    type=click.Path(path_type=Path, exists=True, dir_okay=False),
-    help="Ground truth of a recorded sequence without its own: CSV frame,x,y,width,height.",
-)
+EXISTING_FILE = click.Path(path_type=Path, exists=True, dir_okay=False)
+
+
+def argument(*, required: bool = True, **settings: Any) -> Any:
+    """Return the field of an argument of a command."""
+    return dataclasses.field(metadata={"required": required, **settings})
+
+
+def option(
+    help: str,  # noqa: A002  # as click calls it
+    *names: str,
+    default: Any = dataclasses.MISSING,
+    minimum: float | None = None,
+    choices: Any = (),
+    type: Any = None,  # noqa: A002  # as click calls it
+    **settings: Any,
+) -> Any:
+    """Return the field of an option of a command; its type is that of the field.
+
+    `names`: as typed; by default that of the field. `default`: shown in the help text. `minimum`:
+    least number. `choices`: all valid texts. `type`: of click, or a function of the text.
+    """
+    if choices:
+        type = click.Choice(choices)  # noqa: A001
+    if default is not dataclasses.MISSING:
+        settings |= {"default": default, "show_default": True}
+    metadata = {"names": names, "help": help, "minimum": minimum, "type": type, **settings}
+    return dataclasses.field(default=settings.get("default"), metadata=metadata)
+
+
+def with_options(
+    kind: type[Options],
+) -> Callable[[Callable[[Options], Any]], Callable[..., Any]]:
+    """Make a command's function of one dataclass a function of click's arguments and options.
+
+    Options of base classes are listed after those of the class.
+    """
+    own = inspect.get_annotations(kind)
+    fields = sorted(dataclasses.fields(kind), key=lambda field: field.name not in own)
+
+    def decorate(function: Callable[[Options], Any]) -> Callable[..., Any]:
+        @functools.wraps(function)
+        def command(**values: Any) -> Any:
+            return function(kind(**values))
+
+        for field in reversed(fields):
+            command = _parameter(field)(command)
+        return command
+
+    return decorate
+
+
+def _parameter(field: "dataclasses.Field[Any]") -> Callable[[Any], Any]:
+    """Return click's decorator for a field."""
+    settings = dict(field.metadata)
+    names, minimum, kind = (settings.pop(key, None) for key in ("names", "minimum", "type"))
+    args = typing.get_args(field.type)
+    annotation = args[0] if args else field.type
+    if minimum is not None:
+        kind = click.IntRange(minimum) if annotation is int else click.FloatRange(minimum)
+    elif kind is None:
+        kind = click.Path(path_type=Path) if annotation is Path else annotation
+    if "help" not in settings:
+        return click.argument(field.name, type=kind, **settings)
+    if annotation is bool:
+        settings["is_flag"] = True
+    elif typing.get_origin(field.type) is tuple:
+        settings["multiple"] = True
+    elif types.NoneType not in args and "default" not in settings:
+        settings["required"] = True
+    name = f"--{field.name.replace('_', '-')}"
+    return click.option(*(names or [name]), field.name, type=kind, **settings)
 
 
 def _presets(context: click.Context, parameter: click.Parameter, text: str) -> list[str]:
@@ -56,36 +107,39 @@ def _presets(context: click.Context, parameter: click.Parameter, text: str) -> l
         raise click.BadParameter(str(error)) from error
 
 
-metrics_option = click.option(
-    "--metrics",
-    default="native",
-    show_default=True,
-    callback=_presets,
-    help="Comma-separated metrics presets (`trackmark list metrics`).",
-)
+def metrics_option() -> Any:
+    """Return the field of --metrics: canonical names of presets."""
+    return option(
+        "Comma-separated metrics presets (`trackmark list metrics`).",
+        default="native",
+        type=str,
+        callback=_presets,
+    )
 
 
-def with_options(kind: type[Options]) -> Callable[[Callable[[Options], Any]], Callable[..., Any]]:
-    """Pass the options of a command to its function as one instance of a dataclass."""
-
-    def decorate(function: Callable[[Options], Any]) -> Callable[..., Any]:
-        @functools.wraps(function)
-        def command(**values: Any) -> Any:
-            return function(kind(**values))
-
-        return command
-
-    return decorate
+def protocol_option() -> Any:
+    """Return the field of --protocol."""
+    return option(
+        "Evaluation protocol (`trackmark list protocols`).  [default: one-pass]",
+        metavar="NAME[:PARAMETER=VALUE]…",
+    )
 
 
-@dataclass(frozen=True)
-class Engine:
-    """Options of the engine that executes runs; fields are those of `Execution`."""
+def trace_option() -> Any:
+    """Return the field of --trace."""
+    return option(
+        "Boxes returned frame by frame, or boxes revised later.",
+        default="online",
+        choices=["online", "revised"],
+    )
 
-    jobs: int | None
-    engine: str
-    address: str | None
-    limits: "Limits"
+
+def truth_option() -> Any:
+    """Return the field of --truth."""
+    return option(
+        "Ground truth of a recorded sequence without its own: CSV frame,x,y,width,height.",
+        type=EXISTING_FILE,
+    )
 
 
 def memory_size(text: str) -> int:
@@ -98,67 +152,54 @@ def memory_size(text: str) -> int:
     return int(float(number) * (1024 if binary else 1000) ** power)
 
 
-jobs_option = click.option(
-    "--jobs", type=click.IntRange(1), help="Worker processes.  [default: one per core]"
-)
-_ENGINE_OPTIONS = (
-    jobs_option,
-    click.option(
-        "--engine",
-        default="local",
-        show_default=True,
-        metavar="local|dask",
-        help="Execute on this machine or on a Dask cluster.",
-    ),
-    click.option("--address", help="Scheduler of a running Dask cluster."),
-    click.option(
-        "--frame-limit",
-        type=float,
-        metavar="SECONDS",
-        help="Time limit of a tracker per frame.  [default: 60]",
-    ),
-    click.option(
-        "--run-limit",
-        type=float,
-        metavar="SECONDS",
-        help="Time limit of a tracker per run.  [default: 21600]",
-    ),
-    click.option(
-        "--memory-limit",
-        type=memory_size,
+@dataclass(frozen=True, kw_only=True)
+class JsonOptions:
+    """Option of commands that print JSON."""
+
+    as_json: bool = option("Print JSON for scripts.", "--json")
+
+
+@dataclass(frozen=True, kw_only=True)
+class EngineOptions:
+    """Options of commands that execute runs."""
+
+    output: Path = option(
+        "Results folder; each experiment gets a subfolder.", default=Path("results")
+    )
+    jobs: int | None = option("Worker processes.  [default: one per core]", minimum=1)
+    engine: str = option(
+        "Execute on this machine or on a Dask cluster.", default="local", metavar="local|dask"
+    )
+    address: str | None = option("Scheduler of a running Dask cluster.")
+    frame_limit: float | None = option(
+        "Time limit of a tracker per frame.  [default: 60]", metavar="SECONDS"
+    )
+    run_limit: float | None = option(
+        "Time limit of a tracker per run.  [default: 21600]", metavar="SECONDS"
+    )
+    memory_limit: int | None = option(
+        "Memory limit of a worker process, as 4GB.  [default: a core's share]",
         metavar="SIZE",
-        help="Memory limit of a worker process, as 4GB.  [default: a core's share]",
-    ),
-)
+        type=memory_size,
+    )
 
-
-def engine_options(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Add the options of the engine; the command gets them as `engine`."""
-
-    @functools.wraps(command)
-    def collected(
-        *,
-        jobs: int | None,
-        engine: str,
-        address: str | None,
-        frame_limit: float | None,
-        run_limit: float | None,
-        memory_limit: int | None,
-        **others: Any,
-    ) -> Any:
+    @property
+    def engine_settings(self) -> dict[str, Any]:
+        """Settings of the engine for `Execution`."""
         from trackmark.bench.engine.unit import Limits
 
-        values: dict[str, Any] = {
-            "frame_seconds": frame_limit,
-            "run_seconds": run_limit,
-            "memory_bytes": memory_limit,
+        limits = {
+            "frame_seconds": self.frame_limit,
+            "run_seconds": self.run_limit,
+            "memory_bytes": self.memory_limit,
         }
-        limits = Limits(**{name: value for name, value in values.items() if value is not None})
-        return command(engine=Engine(jobs, engine, address, limits), **others)
-
-    for option in reversed(_ENGINE_OPTIONS):
-        collected = option(collected)
-    return collected
+        values: dict[str, Any] = {key: value for key, value in limits.items() if value is not None}
+        return {
+            "jobs": self.jobs,
+            "engine": self.engine,
+            "address": self.address,
+            "limits": Limits(**values),
+        }
 
 
 def utf8_text(context: click.Context, parameter: click.Parameter, text: str | None) -> str | None:

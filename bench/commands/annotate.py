@@ -1,10 +1,12 @@
 """Write the ground truth of a video from boxes marked on some of its frames."""
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
+from trackmark.bench.commands._options import EXISTING_FILE, argument, option, with_options
 from trackmark.bench.commands._progress import patience
 from trackmark.bench.experiments.experiment import ExperimentError
 
@@ -19,44 +21,34 @@ if TYPE_CHECKING:
 STRIP_FRAMES = 24
 
 
+@dataclass(frozen=True, kw_only=True)
+class AnnotateOptions:
+    """Options of the command."""
+
+    video: Path = argument(type=click.Path(path_type=Path, exists=True))
+    boxes: tuple[str, ...] = option(
+        "Box on a key frame [pixels]; frames count from 0. Repeat for every key frame.",
+        "--box",
+        metavar="FRAME:X,Y,WIDTH,HEIGHT",
+    )
+    keys: Path | None = option(
+        "CSV frame,x,y,width,height with more key frames.", type=EXISTING_FILE
+    )
+    absent: tuple[str, ...] = option(
+        "Frames, both included, in which the target is absent or covered.", metavar="FIRST-LAST"
+    )
+    output: Path | None = option(
+        "Ground-truth file.  [default: next to the video, its name with .csv, for `run`]",
+        type=click.Path(path_type=Path, dir_okay=False),
+    )
+    pick: bool = option("Draw boxes on a page in the browser.")
+    note: str | None = option("Line for the file's head: who marked what, and how.")
+    force: bool = option("Replace an existing file.")
+
+
 @click.command("annotate")
-@click.argument("video", type=click.Path(path_type=Path, exists=True))
-@click.option(
-    "--box",
-    "boxes",
-    multiple=True,
-    metavar="FRAME:X,Y,WIDTH,HEIGHT",
-    help="Box on a key frame [pixels]; frames count from 0. Repeat for every key frame.",
-)
-@click.option(
-    "--keys",
-    type=click.Path(path_type=Path, exists=True, dir_okay=False),
-    help="CSV frame,x,y,width,height with more key frames.",
-)
-@click.option(
-    "--absent",
-    multiple=True,
-    metavar="FIRST-LAST",
-    help="Frames, both included, in which the target is absent or covered.",
-)
-@click.option(
-    "--output",
-    type=click.Path(path_type=Path, dir_okay=False),
-    help="Ground-truth file.  [default: next to the video, its name with .csv, for `run`]",
-)
-@click.option("--pick", is_flag=True, help="Draw boxes on a page in the browser.")
-@click.option("--note", help="Line for the file's head: who marked what, and how.")
-@click.option("--force", is_flag=True, help="Replace an existing file.")
-def command(
-    video: Path,
-    boxes: tuple[str, ...],
-    keys: Path | None,
-    absent: tuple[str, ...],
-    output: Path | None,
-    pick: bool,
-    note: str | None,
-    force: bool,
-) -> None:
+@with_options(AnnotateOptions)
+def command(options: AnnotateOptions) -> None:
     """Write the ground truth of VIDEO (a video file or a folder of images).
 
     Boxes between key frames are interpolated linearly, and marked so in the file. Frames
@@ -73,15 +65,17 @@ def command(
     from trackmark.reports.files import write_file
     from trackmark.reports.film_strip import write_film_strip
 
-    marked = _marked(boxes, keys)
+    video = options.video
+    marked = _marked(options.boxes, options.keys)
     with patience(f"Opening {video}"):
         loaded = datasets.load(video)
     # An existing truth file must not hide the images that follow its last row.
     sequence = datasets.Sequence(loaded.name, loaded.frames, fingerprint="")
-    target = output or (video / "truth.csv" if video.is_dir() else video.with_suffix(".csv"))
-    _check_target(target, force=force)
-    ranges = [_frame_range(text) for text in absent]
-    if pick:
+    default = video / "truth.csv" if video.is_dir() else video.with_suffix(".csv")
+    target = options.output or default
+    _check_target(target, force=options.force)
+    ranges = [_frame_range(text) for text in options.absent]
+    if options.pick:
         from trackmark.bench.commands._box_picker import pick_boxes
 
         marked = pick_boxes(sequence, marked, lambda boxes: _truth(sequence, boxes, ranges))
@@ -90,7 +84,7 @@ def command(
         f"Truth of {video.name}, {len(truth.boxes)} frames. Boxes marked by hand on {len(marked)} "
         "key frames,",
         "interpolated linearly between them; the column source tells which is which.",
-        *([note] if note else []),
+        *([options.note] if options.note else []),
     ]
     strip = target.with_name(f"{target.stem}-check.png")
     if target.resolve().parent == video.resolve():  # among the images it would be one of them

@@ -1,6 +1,6 @@
 """Write what trackers score to a baseline for `trackmark check`."""
 
-from pathlib import Path
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import click
@@ -8,11 +8,12 @@ import click
 from trackmark.bench.commands import EXIT_ANSWER_IS_NO
 from trackmark.bench.commands._baseline_runs import CellRunner, are_baseline_cells, first_cells
 from trackmark.bench.commands._options import (
-    Engine,
-    engine_options,
+    EngineOptions,
+    argument,
     matching_sequences,
-    output_option,
+    option,
     split_list,
+    with_options,
 )
 from trackmark.bench.experiments.experiment import Experiment
 
@@ -20,37 +21,29 @@ if TYPE_CHECKING:
     from trackmark.bench.comparing.baseline import Baseline
 
 
+@dataclass(frozen=True, kw_only=True)
+class BaselineOptions(EngineOptions):
+    """Options of the command."""
+
+    name: str = argument()
+    trackers: str = option("Comma-separated, as for `run`.")
+    sequences: str = option("Comma-separated names or paths, as for `run`.")
+    seeds: int = option(
+        "Runs per sequence of trackers that declare randomness; others run once.",
+        default=20,
+        type=click.IntRange(6, 10_000),
+    )
+    detect: float = option(
+        "Drop of the mean overlap on one sequence that must not be missed.",
+        default=0.05,
+        type=click.FloatRange(0, 1, min_open=True),
+    )
+    force: bool = option("Replace an existing baseline.")
+
+
 @click.command("baseline")
-@click.argument("name")
-@click.option("--trackers", required=True, help="Comma-separated, as for `run`.")
-@click.option("--sequences", required=True, help="Comma-separated names or paths, as for `run`.")
-@click.option(
-    "--seeds",
-    type=click.IntRange(6, 10_000),
-    default=20,
-    show_default=True,
-    help="Runs per sequence of trackers that declare randomness; others run once.",
-)
-@click.option(
-    "--detect",
-    type=click.FloatRange(0, 1, min_open=True),
-    default=0.05,
-    show_default=True,
-    help="Drop of the mean overlap on one sequence that must not be missed.",
-)
-@click.option("--force", is_flag=True, help="Replace an existing baseline.")
-@output_option
-@engine_options
-def command(
-    name: str,
-    trackers: str,
-    sequences: str,
-    seeds: int,
-    detect: float,
-    force: bool,
-    output: Path,
-    engine: Engine,
-) -> int:
+@with_options(BaselineOptions)
+def command(options: BaselineOptions) -> int:
     """Write the baseline NAME (baselines/NAME.toml, or a path that ends in .toml).
 
     It is a small text file to be committed: a line per tracker and sequence, with score and digest
@@ -68,24 +61,25 @@ def command(
     from trackmark.bench.execution.plan import make_plan
     from trackmark.bench.store.results import Results
 
-    path = baseline_path(name)
-    if path.exists() and not force:
+    name, path = options.name, baseline_path(options.name)
+    if path.exists() and not options.force:
         raise click.UsageError(
             f"{path} exists. `trackmark check {name} --accept TRACKER` replaces the scores of one "
             "tracker; --force replaces the file and forgets accepted changes."
         )
     experiment = f"baseline-{path.stem}"
-    requested = Experiment(experiment, tuple(split_list(trackers)), matching_sequences(sequences))
-    plan = make_plan(requested, Results(output / experiment), {})
+    trackers, sequences = split_list(options.trackers), matching_sequences(options.sequences)
+    requested = Experiment(experiment, tuple(trackers), sequences)
+    plan = make_plan(requested, Results(options.output / experiment), {})
     texts = {spec.label: text for text, spec in plan.trackers.items()}
     sources = {sequence.name: sequence.source for sequence in plan.sequences}
-    runner = CellRunner(experiment, texts, sources, output, engine)
+    runner = CellRunner(experiment, texts, sources, options)
     names = {label: list(sources) for label in texts}
-    cells = runner.run(names, seeds)
+    cells = runner.run(names, options.seeds)
     repeated = runner.repeat(first_cells(names))
     if not are_baseline_cells(cells, repeated, f"{path} is not written: runs failed."):
         return EXIT_ANSWER_IS_NO
-    baseline = Baseline(cells, texts, seeds, detect, surroundings())
+    baseline = Baseline(cells, texts, options.seeds, options.detect, surroundings())
     write_baseline(baseline, path)
     runs = sum(len(cell.overlap) for row in cells.values() for cell in row.values())
     click.echo(

@@ -20,11 +20,11 @@ from trackmark.bench.commands._baseline_runs import (
     with_failures,
 )
 from trackmark.bench.commands._options import (
-    Engine,
-    engine_options,
-    json_option,
+    EngineOptions,
+    JsonOptions,
+    argument,
     metrics_option,
-    output_option,
+    option,
     split_list,
     utf8_text,
     with_options,
@@ -40,7 +40,10 @@ if TYPE_CHECKING:
 EXIT_INCONCLUSIVE = 3
 
 
-def _seconds(context: click.Context, parameter: click.Parameter, text: str) -> float:
+_FILE = click.Path(path_type=Path, dir_okay=False)
+
+
+def _seconds(text: str) -> float:
     match = re.fullmatch(r"(\d+(?:\.\d+)?) ?(s|min|h)", text.strip())
     if match is None:
         raise click.BadParameter(
@@ -49,62 +52,38 @@ def _seconds(context: click.Context, parameter: click.Parameter, text: str) -> f
     return float(match[1]) * {"s": 1, "min": 60, "h": 3600}[match[2]]
 
 
-@dataclass(frozen=True)
-class CheckOptions:
+@dataclass(frozen=True, kw_only=True)
+class CheckOptions(JsonOptions, EngineOptions):
     """Options of the command."""
 
-    name: str
-    trackers: str
-    sequences: str
-    seeds: int | None
-    strict: bool
-    accept: str | None
-    because: str | None
-    whole: bool
-    markdown: Path | None
-    junit: Path | None
-    timed: bool
-    against: str | None
-    budget: float
-    metrics: list[str]
-    output: Path
-    engine: Engine
-    as_json: bool
+    name: str = argument()
+    trackers: str = option("Check only these trackers: names or patterns.", default="*")
+    sequences: str = option("Check only these sequences: names or patterns.", default="*")
+    seeds: int | None = option(
+        "Use only the first seeds of the baseline.  [default: all]", minimum=6
+    )
+    strict: bool = option("Exit status 3 if an answer is inconclusive.")
+    accept: str | None = option(
+        "Replace its scores in the baseline by new ones.", metavar="TRACKER"
+    )
+    because: str | None = option(
+        "Reason for --accept; written into the baseline.", callback=utf8_text
+    )
+    whole: bool = option("Show identical sequences, too.")
+    markdown: Path | None = option("File for a pull request.", type=_FILE)
+    junit: Path | None = option("File in JUnit's XML.", type=_FILE)
+    timed: bool = option("Check the trackers' speed, too.", "--time")
+    against: str | None = option("With --time: git revision to compare with.", metavar="REVISION")
+    budget: float = option(
+        "With --time: time after which no sessions are added, as 90s, 10min or 2h.",
+        default="10min",
+        type=_seconds,
+        metavar="TIME",
+    )
+    metrics: list[str] = metrics_option()
 
 
 @click.command("check")
-@click.argument("name")
-@click.option("--trackers", default="*", help="Check only these trackers: names or patterns.")
-@click.option("--sequences", default="*", help="Check only these sequences: names or patterns.")
-@click.option(
-    "--seeds",
-    type=click.IntRange(6),
-    help="Use only the first seeds of the baseline.  [default: all]",
-)
-@click.option("--strict", is_flag=True, help="Exit status 3 if an answer is inconclusive.")
-@click.option("--accept", metavar="TRACKER", help="Replace its scores in the baseline by new ones.")
-@click.option(
-    "--because", callback=utf8_text, help="Reason for --accept; written into the baseline."
-)
-@click.option("--whole", is_flag=True, help="Show identical sequences, too.")
-@click.option(
-    "--markdown", type=click.Path(path_type=Path, dir_okay=False), help="For a pull request."
-)
-@click.option("--junit", type=click.Path(path_type=Path, dir_okay=False), help="JUnit's XML.")
-@click.option("--time", "timed", is_flag=True, help="Check the trackers' speed, too.")
-@click.option("--against", metavar="REVISION", help="With --time: git revision to compare with.")
-@click.option(
-    "--budget",
-    callback=_seconds,
-    metavar="TIME",
-    default="10min",
-    show_default=True,
-    help="With --time: time after which no sessions are added, as 90s, 10min or 2h.",
-)
-@metrics_option
-@output_option
-@engine_options
-@json_option
 @with_options(CheckOptions)
 def command(options: CheckOptions) -> int:
     """Compare what trackers score now with the baseline NAME.
@@ -134,8 +113,7 @@ def command(options: CheckOptions) -> int:
         f"check-{path.stem}",
         before.texts,
         {name: cell.source for name, cell in cells.items()},
-        options.output,
-        options.engine,
+        options,
         {name: cell.sequence for name, cell in cells.items()},
     )
     now = runner.run({tracker: list(row) for tracker, row in before.cells.items()}, before.seeds)

@@ -14,13 +14,14 @@ from trackmark.bench.commands import EXIT_ANSWER_IS_NO
 from trackmark.bench.commands._execution import run_experiment
 from trackmark.bench.commands._imported_results import guests_of, imported_option, with_imported
 from trackmark.bench.commands._options import (
-    Engine,
-    engine_options,
-    json_option,
+    EXISTING_FILE,
+    EngineOptions,
+    JsonOptions,
+    argument,
     matching_sequences,
     metrics_option,
     only_experiment,
-    output_option,
+    option,
     protocol_option,
     split_list,
     with_options,
@@ -44,66 +45,39 @@ STRIPS = 3
 """Number of sequences drawn as film strips: those on which two trackers differ most."""
 
 
-@dataclass(frozen=True)
-class CompareOptions:
+@dataclass(frozen=True, kw_only=True)
+class CompareOptions(JsonOptions, EngineOptions):
     """Options of the command."""
 
-    trackers: tuple[str, ...]
-    sequences: str | None
-    results: Path | None
-    results_of: tuple[str, ...]
-    protocol: str | None
-    metrics: list[str]
-    metric: str | None
-    margin: float | None
-    against: str | None
-    unit: str | None
-    seeds: int | None
-    name: str | None
-    published: Path | None
-    folder: Path | None
-    output: Path
-    engine: Engine
-    as_json: bool
+    trackers: tuple[str, ...] = argument(nargs=-1, required=False)
+    sequences: str | None = option(
+        "Comma-separated names, paths or patterns with * and ?. Missing runs are executed."
+    )
+    results: Path | None = option("Results folder to compare.")
+    results_of: tuple[str, ...] = imported_option()
+    protocol: str | None = protocol_option()
+    metrics: list[str] = metrics_option()
+    metric: str | None = option(
+        f"Score to compare: {', '.join(MARGINS)} of `native`, or a column of --metrics.  "
+        "[default: mean_overlap, or the first column of the preset]"
+    )
+    margin: float | None = option("Equivalence margin.", minimum=0)
+    against: str | None = option("Compare this tracker with each other tracker.", metavar="NAME")
+    unit: str | None = option(
+        "Use scenes as units; answers then hold for new scenes of these families only.",
+        choices=["scene"],
+    )
+    seeds: int | None = option("Repetitions of stochastic trackers.", minimum=1)
+    name: str | None = option("Name of the results folder; as in `run`.")
+    published: Path | None = option(
+        "Published scores: CSV with tracker,sequence,METRIC.", type=EXISTING_FILE
+    )
+    folder: Path | None = option(
+        "Write tables, figures and a paragraph for a paper to this folder."
+    )
 
 
 @click.command("compare")
-@click.argument("trackers", nargs=-1)
-@click.option(
-    "--sequences",
-    help="Comma-separated names, paths or patterns with * and ?. Missing runs are executed.",
-)
-@click.option("--results", type=click.Path(path_type=Path), help="Results folder to compare.")
-@imported_option
-@protocol_option
-@metrics_option
-@click.option(
-    "--metric",
-    help=f"Score to compare: {', '.join(MARGINS)} of `native`, or a column of --metrics.  "
-    "[default: mean_overlap, or the first column of the preset]",
-)
-@click.option("--margin", type=click.FloatRange(0), help="Equivalence margin.")
-@click.option("--against", metavar="NAME", help="Compare this tracker with each other tracker.")
-@click.option(
-    "--unit",
-    type=click.Choice(["scene"]),
-    help="Use scenes as units; answers then hold for new scenes of these families only.",
-)
-@click.option("--seeds", type=click.IntRange(1), help="Repetitions of stochastic trackers.")
-@click.option("--name", help="Name of the results folder; as in `run`.")
-@click.option(
-    "--published",
-    type=click.Path(path_type=Path, exists=True, dir_okay=False),
-    help="Published scores: CSV with tracker,sequence,METRIC.",
-)
-@click.option(
-    "--folder",
-    type=click.Path(path_type=Path),
-    help="Write tables, figures and a paragraph for a paper to this folder.",
-)
-@output_option
-@engine_options
-@json_option
 @with_options(CompareOptions)
 def command(options: CompareOptions) -> int:
     """Compare TRACKERS pairwise on the same sequences.
@@ -246,7 +220,7 @@ def _specs(texts: Iterable[str]) -> "dict[str, Contestant]":
     from trackmark.bench.experiments.tracker_files import settled
     from trackmark.trackers import TrackerError
 
-    specs = {}
+    specs: dict[str, Contestant] = {}
     for text in texts:
         try:
             specs |= settled([text])
@@ -267,7 +241,7 @@ def _run(
         repetitions=options.seeds or Experiment.repetitions,
         protocol=options.protocol or Experiment.protocol,
     )
-    execution = run_experiment(experiment, options.output, options.engine)
+    execution = run_experiment(experiment, options)
     print_message(f"Runs are in {execution.folder}.")
     labels = [spec.label for spec in execution.plan.trackers.values()]
     return execution.folder, labels, execution.plan.asked().cells

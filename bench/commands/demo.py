@@ -2,33 +2,33 @@
 
 import os
 import sys
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import click
 
 from trackmark.bench.commands._execution import plan_experiment
-from trackmark.bench.commands._options import Engine, jobs_option
+from trackmark.bench.commands._options import EngineOptions, option, with_options
 from trackmark.bench.commands._progress import print_message, progress_bar
 from trackmark.bench.commands.run import execute
 from trackmark.bench.experiments.experiment import read_experiment
 
 
+@dataclass(frozen=True, kw_only=True)
+class DemoOptions:
+    """Options of the command."""
+
+    output: Path = option("Folder for results and report.", default=Path("out"))
+    jobs: int | None = option("Worker processes.  [default: one per core]", minimum=1)
+
+
 @click.command("demo")
-@click.option(
-    "--output",
-    type=click.Path(path_type=Path),
-    default=Path("out"),
-    show_default=True,
-    help="Folder for results and report.",
-)
-@jobs_option
-def command(output: Path, jobs: int | None) -> int:
+@with_options(DemoOptions)
+def command(options: DemoOptions) -> int:
     """Show what trackmark does, in about a minute, without a download.
 
     It runs the experiment `demo`: bench/experiments/demo.toml.
     """
-    from trackmark.bench.engine.unit import Limits
     from trackmark.bench.pages.report import Said, write_report_page
     from trackmark.bench.reporting.pictures import write_report
     from trackmark.bench.reporting.tables import tables, title_of
@@ -39,14 +39,14 @@ def command(output: Path, jobs: int | None) -> int:
         "timing them, then\nwriting a page, tables, plots and film strips: about a minute on two "
         "idle cores, half a\nminute more the first time, when kernels are compiled."
     )
-    results = output / "results" / experiment.name
-    engine = Engine(jobs, "local", None, Limits())
+    results = options.output / "results" / experiment.name
+    engine_options = EngineOptions(output=results.parent, jobs=options.jobs)
     # Times first, so that the table of scores has them.
     timed = replace(experiment, timing=True, repetitions=1)
     for runs, metrics in ((timed, []), (experiment, ["native"])):
-        if status := execute(plan_experiment(runs, results.parent, engine), metrics):
+        if status := execute(plan_experiment(runs, engine_options), metrics):
             return status
-    folder = output / "demo"
+    folder = options.output / "demo"
     report_tables = tables(results)
     write_report(results, folder, print_message, report_tables)
     page = folder / "report.html"

@@ -2,39 +2,50 @@
 
 import ast
 import json
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from math import isfinite
 from pathlib import Path
 from typing import Any
 
 import click
 
-from trackmark.bench.commands._options import json_option, truth_option
+from trackmark.bench.commands._options import (
+    JsonOptions,
+    argument,
+    option,
+    truth_option,
+    with_options,
+)
 from trackmark.bench.commands._progress import patience, progress_bar
 from trackmark.reports.printable import wrapped
 
 
+@dataclass(frozen=True, kw_only=True)
+class DescribeOptions(JsonOptions):
+    """Options of the command."""
+
+    name: str = argument()
+    truth: Path | None = truth_option()
+    measure: bool = option(
+        "Also the measured attributes of a sequence; its frames are read once.", "--attributes"
+    )
+
+
 @click.command("describe")
-@click.argument("name")
-@truth_option
-@click.option(
-    "--attributes",
-    "measure",
-    is_flag=True,
-    help="Also the measured attributes of a sequence; its frames are read once.",
-)
-@json_option
-def command(name: str, truth: Path | None, measure: bool, as_json: bool) -> None:
+@with_options(DescribeOptions)
+def command(options: DescribeOptions) -> None:
     """Describe NAME: a tracker, sequence (built-in or a path), preset, attribute or protocol.
 
     Of a folder of sequences or a pattern, the sequences are listed. Presets are those of metrics,
     attributes those that are measured of sequences (`trackmark list`).
     """
+    name, truth = options.name, options.truth
     if not name.strip():
         raise click.UsageError("NAME is empty: give what is to be described (`trackmark list`).")
     description = _tracker(name) or (_named(name) if truth is None else None)
-    data, lines = description or _sequence(name, truth, measure=measure)
-    click.echo(json.dumps(data, indent=1, default=str) if as_json else wrapped("\n".join(lines)))
+    data, lines = description or _sequence(name, truth, measure=options.measure)
+    as_json = json.dumps(data, indent=1, default=str) if options.as_json else ""
+    click.echo(as_json or wrapped("\n".join(lines)))
 
 
 Description = tuple[dict[str, Any], list[str]]

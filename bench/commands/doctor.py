@@ -12,7 +12,7 @@ from typing import Any
 import click
 
 from trackmark.bench.commands import EXIT_ANSWER_IS_NO
-from trackmark.bench.commands._options import json_option
+from trackmark.bench.commands._options import JsonOptions, with_options
 from trackmark.reports.printable import wrapped
 
 LIBRARIES = ("numpy", "numba", "pandas", "pyarrow", "matplotlib", "av", "scikit-video")
@@ -21,8 +21,8 @@ MISSING = "not installed"
 
 
 @click.command("doctor")
-@json_option
-def command(as_json: bool) -> int:
+@with_options(JsonOptions)
+def command(options: JsonOptions) -> int:
     """Check this installation.
 
     Exit codes: 0 success; 1 there is a problem.
@@ -41,7 +41,7 @@ def command(as_json: bool) -> int:
         "trackers": _trackers(),
         "problems": _library_problems(versions) + _data_problems(),
     }
-    if as_json:
+    if options.as_json:
         click.echo(json.dumps(data, indent=1))
     else:
         for heading, items in data.items():

@@ -1,10 +1,11 @@
 """List trackers, sequences, experiments, metrics presets, attributes, protocols and formats."""
 
 import json
+from dataclasses import dataclass
 
 import click
 
-from trackmark.bench.commands._options import json_option
+from trackmark.bench.commands._options import JsonOptions, argument, with_options
 from trackmark.reports.printable import wrapped
 
 KINDS = (
@@ -18,23 +19,29 @@ KINDS = (
 )
 
 
+@dataclass(frozen=True, kw_only=True)
+class ListOptions(JsonOptions):
+    """Options of the command."""
+
+    kind: str | None = argument(metavar="[KIND]", type=click.Choice(KINDS), required=False)
+
+
 @click.command("list")
-@click.argument("kind", metavar="[KIND]", type=click.Choice(KINDS), required=False)
-@json_option
-def command(kind: str | None, as_json: bool) -> None:
+@with_options(ListOptions)
+def command(options: ListOptions) -> None:
     """List everything that is available, or one KIND of it.
 
     Kinds are trackers, sequences (built-in ones), experiments, metrics (presets), attributes,
     protocols, and formats of recorded data. Trackers whose libraries are not installed are listed,
     too; `describe` names what they need.
     """
-    data = {name: _summaries(name) for name in ((kind,) if kind else KINDS)}
-    if as_json:
+    data = {name: _summaries(name) for name in ((options.kind,) if options.kind else KINDS)}
+    if options.as_json:
         click.echo(json.dumps(data, indent=1))
         return
     width = max(len(name) for summaries in data.values() for name in summaries)
     for position, (heading, summaries) in enumerate(data.items()):
-        if kind is None:
+        if options.kind is None:
             click.echo(("\n" if position else "") + heading)
         for name, summary in summaries.items():
             click.echo(wrapped(f"  {name:{width}}  {summary}".rstrip()))

@@ -10,7 +10,13 @@ import click
 
 from trackmark.bench.commands import EXIT_ANSWER_IS_NO
 from trackmark.bench.commands._imported_results import guests_of, imported_option, with_imported
-from trackmark.bench.commands._options import json_option, metrics_option, with_options
+from trackmark.bench.commands._options import (
+    JsonOptions,
+    argument,
+    metrics_option,
+    option,
+    with_options,
+)
 from trackmark.bench.commands._progress import patience, print_message, progress_bar
 
 if TYPE_CHECKING:
@@ -26,21 +32,29 @@ TEXTS = ("text", "markdown", "csv", "latex")
 FIGURES = ("png", "svg", "pdf")
 
 
-@dataclass(frozen=True)
-class ReportOptions:
+@dataclass(frozen=True, kw_only=True)
+class ReportOptions(JsonOptions):
     """Options of the command."""
 
-    results: Path | None
-    form: str | None
-    folder: Path | None
-    frames: bool
-    results_of: tuple[str, ...]
-    sequences: str | None
-    metrics: list[str]
-    by_attribute: bool
-    wide: bool
-    no_pictures: bool
-    as_json: bool
+    results: Path | None = argument(required=False)
+    form: str | None = option(
+        "Format of the printed tables; or, with --folder, of the plots.",
+        "--format",
+        choices=TEXTS + FIGURES,
+    )
+    folder: Path | None = option(
+        "Write the page, tables in every format, plots and film strips to this folder.  "
+        "[default: the page alone, to RESULTS]"
+    )
+    frames: bool = option("Write frames in full size next to the page.")
+    results_of: tuple[str, ...] = imported_option()
+    sequences: str | None = option("Sequences of --results-of without RESULTS; as for `run`.")
+    metrics: list[str] = metrics_option()
+    by_attribute: bool = option(
+        "Add scores by attribute of the sequences (docs/attributes.md), measured if needed."
+    )
+    wide: bool = option("Print all columns of the tables.")
+    no_pictures: bool = option("Print tables only: no page, no plots.")
 
     @property
     def has_page(self) -> bool:
@@ -49,31 +63,6 @@ class ReportOptions:
 
 
 @click.command("report")
-@click.argument("results", type=click.Path(path_type=Path), required=False)
-@click.option(
-    "--format",
-    "form",
-    type=click.Choice(TEXTS + FIGURES),
-    help="Format of the printed tables; or, with --folder, of the plots.",
-)
-@click.option(
-    "--folder",
-    type=click.Path(path_type=Path),
-    help="Write the page, tables in every format, plots and film strips to this folder.  "
-    "[default: the page alone, to RESULTS]",
-)
-@click.option("--frames", is_flag=True, help="Write frames in full size next to the page.")
-@imported_option
-@click.option("--sequences", help="Sequences of --results-of without RESULTS; as for `run`.")
-@metrics_option
-@click.option(
-    "--by-attribute",
-    is_flag=True,
-    help="Add scores by attribute of the sequences (docs/attributes.md), measured if needed.",
-)
-@click.option("--wide", is_flag=True, help="Print all columns of the tables.")
-@click.option("--no-pictures", is_flag=True, help="Print tables only: no page, no plots.")
-@json_option
 @with_options(ReportOptions)
 def command(options: ReportOptions) -> int:
     """Report on RESULTS (the folder of an experiment, or one that holds several).

@@ -3,6 +3,7 @@
 import json
 import time
 from collections.abc import Collection, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -10,7 +11,13 @@ import click
 
 from trackmark.bench.commands import EXIT_ANSWER_IS_NO
 from trackmark.bench.commands._execution import execute_runs, plan_experiment
-from trackmark.bench.commands._options import Engine, engine_options, json_option, output_option
+from trackmark.bench.commands._options import (
+    EngineOptions,
+    JsonOptions,
+    argument,
+    option,
+    with_options,
+)
 from trackmark.bench.commands._progress import print_message, progress_bar
 
 if TYPE_CHECKING:
@@ -20,35 +27,25 @@ if TYPE_CHECKING:
     from trackmark.bench.store.layout import Cell
 
 
+@dataclass(frozen=True, kw_only=True)
+class ReproduceOptions(JsonOptions, EngineOptions):
+    """Options of the command."""
+
+    paper: str | None = argument(required=False)
+    all_papers: bool = option("Every paper, and one page for all of them.")
+    quick: bool = option("Main table and figure strips in a minute; no verdicts.")
+    everything: bool = option("Also the sensitivity table.", "--all")
+    seeds: int | None = option("Largest number of repetitions.", minimum=1)
+    page: Path | None = option(
+        "Markdown file to write the paper's page to.",
+        type=click.Path(path_type=Path, dir_okay=False),
+    )
+    strict: bool = option("Exit with 1 if a claim does not hold as recommended.")
+
+
 @click.command("reproduce")
-@click.argument("paper", required=False)
-@click.option("--all-papers", is_flag=True, help="Every paper, and one page for all of them.")
-@click.option(
-    "--quick", is_flag=True, help="Main table and figure strips in a minute; no verdicts."
-)
-@click.option("--all", "everything", is_flag=True, help="Also the sensitivity table.")
-@click.option("--seeds", type=click.IntRange(1), help="Largest number of repetitions.")
-@click.option(
-    "--page",
-    type=click.Path(path_type=Path, dir_okay=False),
-    help="Markdown file to write the paper's page to.",
-)
-@click.option("--strict", is_flag=True, help="Exit with 1 if a claim does not hold as recommended.")
-@output_option
-@engine_options
-@json_option
-def command(
-    paper: str | None,
-    all_papers: bool,
-    quick: bool,
-    everything: bool,
-    seeds: int | None,
-    page: Path | None,
-    strict: bool,
-    output: Path,
-    engine: Engine,
-    as_json: bool,
-) -> int:
+@with_options(ReproduceOptions)
+def command(options: ReproduceOptions) -> int:
     """Reproduce PAPER on synthetic sequences: its main table next to ours, and verdicts.
 
     Every claim is judged in two settings: `as-written` takes the paper literally, `recommended`
@@ -59,49 +56,50 @@ def command(
     from trackmark.bench.papers.markdown_page import write_page
     from trackmark.bench.papers.reproduction import Reproduction
 
-    if (paper is None) != all_papers:
+    page, quick = options.page, options.quick
+    if (options.paper is None) != options.all_papers:
         names = ", ".join(paper_names())
         raise click.UsageError(f"Give one PAPER ({names}) or --all-papers.")
-    if page is not None and (all_papers or quick):
+    if page is not None and (options.all_papers or quick):
         raise click.UsageError("--page needs one PAPER, and a report with verdicts (no --quick).")
-    if quick and everything:
+    if quick and options.everything:
         raise click.UsageError("Give --quick or --all, not both.")
-    effort = Effort(quick=quick, everything=everything, seeds=seeds, jobs=engine.jobs)
+    effort = Effort(
+        quick=quick, everything=options.everything, seeds=options.seeds, jobs=options.jobs
+    )
     fails = False
-    for name in paper_names() if paper is None else [paper]:
-        report = _reproduce(Reproduction(name), effort, output, engine, as_json=as_json)
+    for name in paper_names() if options.paper is None else [options.paper]:
+        report = _reproduce(Reproduction(name), effort, options)
         if page is not None:
             write_page(page, report)
-        if all_papers:
+        if options.all_papers:
             from trackmark.bench.papers.index_page import write_front_page
 
-            print_message(f"All papers: {write_front_page(output)}")
+            print_message(f"All papers: {write_front_page(options.output)}")
         verdicts = [row.verdicts["recommended"].verdict for row in report.verdicts]
         fails |= "does not hold" in verdicts
     if quick:
         print_message("--quick judges no claims. Omit it to get verdicts.")
-    return EXIT_ANSWER_IS_NO if strict and fails else 0
+    return EXIT_ANSWER_IS_NO if options.strict and fails else 0
 
 
-def _reproduce(
-    paper: "Reproduction", effort: "Effort", output: Path, engine: Engine, *, as_json: bool
-) -> "Report":
+def _reproduce(paper: "Reproduction", effort: "Effort", options: ReproduceOptions) -> "Report":
     """Run, report and print a paper."""
     from trackmark.bench.papers.reproduction import document
     from trackmark.bench.papers.terminal_report import screen
 
-    started_at, folder = time.monotonic(), output / paper.name
+    started_at, folder = time.monotonic(), options.output / paper.name
     requested: dict[str, Collection[Cell]] = {}
     known: KnownSequences = {}
     for experiment in paper.experiments(effort):
-        execution = plan_experiment(experiment, output, engine, known=known)
+        execution = plan_experiment(experiment, options, known=known)
         print_message(f"{experiment.title}: {len(execution.plan)} runs")
         execute_runs(execution)
         requested[experiment.name] = execution.plan.asked().cells
-    report = paper.report(output, folder, effort, requested)
+    report = paper.report(options.output, folder, effort, requested)
     content = document(report, time.monotonic() - started_at)
     _write(report, content, folder)
-    click.echo(json.dumps(content, allow_nan=False) if as_json else screen(report, folder))
+    click.echo(json.dumps(content, allow_nan=False) if options.as_json else screen(report, folder))
     return report
 
 

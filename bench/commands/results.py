@@ -3,10 +3,11 @@
 import json
 from collections import Counter
 from collections.abc import Mapping
+from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from pathlib import Path
 from textwrap import indent
-from typing import Any
+from typing import TYPE_CHECKING, Any
 from urllib.parse import unquote
 
 import click
@@ -14,17 +15,25 @@ import click
 from trackmark.bench.commands import EXIT_ANSWER_IS_NO
 from trackmark.bench.commands._imported_results import guests_of, import_guests
 from trackmark.bench.commands._options import (
-    json_option,
+    JsonOptions,
+    argument,
     only_experiment,
-    output_option,
+    option,
     protocol_option,
     trace_option,
+    with_options,
 )
 from trackmark.bench.commands._progress import print_message, progress_bar
 
-folder_argument = click.argument(
-    "folder", type=click.Path(path_type=Path), default=Path("results"), required=False
-)
+if TYPE_CHECKING:
+    from trackmark.bench.evaluation.run_record import Trace
+
+
+@dataclass(frozen=True, kw_only=True)
+class FolderOptions(JsonOptions):
+    """Options of commands that read a results folder."""
+
+    folder: Path = argument(default=Path("results"), required=False)
 
 
 @click.group("results")
@@ -33,9 +42,8 @@ def command() -> None:
 
 
 @command.command("list")
-@folder_argument
-@json_option
-def list_results(folder: Path, as_json: bool) -> None:
+@with_options(FolderOptions)
+def list_results(options: FolderOptions) -> None:
     """List the runs in FOLDER, counted by tracker and sequence.
 
     Unfinished runs are listed after them. With --json, one line per run with its scores.
@@ -45,10 +53,10 @@ def list_results(folder: Path, as_json: bool) -> None:
     from trackmark.bench.store.results import Results
     from trackmark.bench.store.unfinished import unfinished_runs
 
-    for experiment in experiment_folders(folder):
+    for experiment in experiment_folders(options.folder):
         with progress_bar(None, "file") as progress:
             table = read_table(Results(experiment), progress)
-        if as_json:
+        if options.as_json:
             for row in index_rows(table):
                 click.echo(json.dumps({"experiment": experiment.name, **for_json(row)}))
             continue
@@ -70,9 +78,8 @@ def list_results(folder: Path, as_json: bool) -> None:
 
 
 @command.command("failures")
-@folder_argument
-@json_option
-def failures(folder: Path, as_json: bool) -> None:
+@with_options(FolderOptions)
+def failures(options: FolderOptions) -> None:
     """Print why runs in FOLDER failed, at which frame, and their last output.
 
     With --json, one line per failed run.
@@ -83,14 +90,14 @@ def failures(folder: Path, as_json: bool) -> None:
     from trackmark.bench.store.layout import experiment_folders
     from trackmark.bench.store.results import Results
 
-    for experiment in experiment_folders(folder):
+    for experiment in experiment_folders(options.folder):
         results = Results(experiment)
         for row in read_index(results):
             if row["status"] != "failed":
                 continue
             run = results.read(experiment / row["path"])
             reached = int(np.isfinite(run.boxes[:, 0]).sum())
-            if as_json:
+            if options.as_json:
                 data = {key: row[key] for key in ("tracker", "sequence", "repetition", "failure")}
                 data |= {"frames": len(run.boxes), "reached": reached, "output": run.output}
                 click.echo(json.dumps({"experiment": experiment.name, **data}))
@@ -106,9 +113,8 @@ def failures(folder: Path, as_json: bool) -> None:
 
 
 @command.command("log")
-@folder_argument
-@json_option
-def log(folder: Path, as_json: bool) -> None:
+@with_options(FolderOptions)
+def log(options: FolderOptions) -> None:
     """Print the executions in FOLDER: when, where, and at what cost.
 
     With --json, one line per event.
@@ -116,12 +122,12 @@ def log(folder: Path, as_json: bool) -> None:
     from trackmark.bench.store.layout import experiment_folders
     from trackmark.bench.store.log import log_files, read_log
 
-    for experiment in experiment_folders(folder):
+    for experiment in experiment_folders(options.folder):
         for file in log_files(experiment):
-            if not as_json:
+            if not options.as_json:
                 click.echo(file.stem)
             for event in read_log(file):
-                if as_json:
+                if options.as_json:
                     click.echo(json.dumps({"log": file.stem, **event}))
                 else:
                     for line in _event_lines(event):
@@ -157,13 +163,20 @@ def _event_lines(event: Mapping[str, Any]) -> list[str]:
     return [f"{moment}  {event['outcome']} after {event['seconds']:.1f} s"]
 
 
+@dataclass(frozen=True, kw_only=True)
+class RemoveOptions:
+    """Options of `remove`."""
+
+    folder: Path = argument(default=Path("results"), required=False)
+    tracker: str = option("Only trackers that match this pattern.", default="*")
+    sequence: str = option("Only sequences that match this pattern.", default="*")
+    failed: bool = option("Only runs that failed.")
+    yes: bool = option("Do not ask for confirmation.")
+
+
 @command.command("remove")
-@folder_argument
-@click.option("--tracker", default="*", help="Only trackers that match this pattern.")
-@click.option("--sequence", default="*", help="Only sequences that match this pattern.")
-@click.option("--failed", is_flag=True, help="Only runs that failed.")
-@click.option("--yes", is_flag=True, help="Do not ask for confirmation.")
-def remove(folder: Path, tracker: str, sequence: str, failed: bool, yes: bool) -> None:
+@with_options(RemoveOptions)
+def remove(options: RemoveOptions) -> None:
     """Remove runs from FOLDER, and unfinished runs."""
     from trackmark.bench.store.index import read_index
     from trackmark.bench.store.layout import experiment_folders, run_of
@@ -173,32 +186,31 @@ def remove(folder: Path, tracker: str, sequence: str, failed: bool, yes: bool) -
     def matches(file: Path) -> bool:
         run_tracker, run_sequence = map(unquote, file.parts[-3:-1])
         label = run_tracker.partition(":protocol=")[0]
-        return fnmatchcase(label, tracker) and fnmatchcase(run_sequence, sequence)
+        return fnmatchcase(label, options.tracker) and fnmatchcase(run_sequence, options.sequence)
 
     selected: dict[Path, list[str]] = {}
-    for experiment in experiment_folders(folder):
+    for experiment in experiment_folders(options.folder):
         results = Results(experiment)
         # Selected by folder names, so that damaged files can be removed, too.
         files = [*results.files(), *(file for file, _, _ in unfinished_runs(experiment))]
         paths = {str(run_of(file.relative_to(experiment))) for file in files if matches(file)}
-        if failed:
+        if options.failed:
             paths &= {row["path"] for row in read_index(results) if row["status"] == "failed"}
         selected[experiment] = sorted(paths)
     number = sum(len(paths) for paths in selected.values())
     if not number:
         click.echo("No run matches; nothing was removed.")
         return
-    if not yes:
-        click.confirm(f"Remove {number} runs from {folder}?", abort=True)
+    if not options.yes:
+        click.confirm(f"Remove {number} runs from {options.folder}?", abort=True)
     for experiment, run_paths in selected.items():
         Results(experiment).remove(run_paths)
     click.echo(f"Removed {number} runs.")
 
 
 @command.command("check")
-@folder_argument
-@json_option
-def check_results(folder: Path, as_json: bool) -> int:
+@with_options(FolderOptions)
+def check_results(options: FolderOptions) -> int:
     """Read every file in FOLDER, and name the files that are damaged or missing.
 
     With --json, one line per experiment. Exit codes: 0 success; 1 a file is damaged or missing.
@@ -207,7 +219,7 @@ def check_results(folder: Path, as_json: bool) -> int:
     from trackmark.bench.store.upkeep import checks, damage
 
     total = 0
-    for experiment in experiment_folders(folder):
+    for experiment in experiment_folders(options.folder):
         todo = checks(experiment)
         damages: dict[str, None] = {}
         with progress_bar(len(todo), "file") as progress:
@@ -215,7 +227,7 @@ def check_results(folder: Path, as_json: bool) -> int:
                 damages |= dict.fromkeys(filter(None, [damage(check)]))
                 progress(number)
         total += len(damages)
-        if as_json:
+        if options.as_json:
             data = {"experiment": experiment.name, "files": len(todo), "damages": list(damages)}
             click.echo(json.dumps(data))
             continue
@@ -246,62 +258,64 @@ def merge(sources: tuple[Path, ...], target: Path) -> int:
     return 0
 
 
+@dataclass(frozen=True, kw_only=True)
+class ImportOptions:
+    """Options of `import`."""
+
+    guests: tuple[str, ...] = argument(nargs=-1, metavar="NAME=PATH...")
+    sequences: str = option("Comma-separated names or paths, as for `run`.")
+    name: str = option("Name of the results folder.", default="published")
+    output: Path = option("Folder of the results folder.", default=Path("results"))
+
+
 @command.command("import")
-@click.argument("guests", nargs=-1, required=True, metavar="NAME=PATH...")
-@click.option("--sequences", required=True, help="Comma-separated names or paths, as for `run`.")
-@click.option("--name", default="published", show_default=True, help="Name of the results folder.")
-@output_option
-def import_results(guests: tuple[str, ...], sequences: str, name: str, output: Path) -> None:
+@with_options(ImportOptions)
+def import_results(options: ImportOptions) -> None:
     """Store results of other toolkits, NAME=PATH or NAME=FORMAT:PATH, as runs.
 
     PATH is a tracker's folder in the format of OTB, GOT-10k, VOT, pysot or pytracking. It must have
     results on all --sequences.
     """
-    number = import_guests(guests_of(guests), sequences, output / name)
-    click.echo(f"{number} runs are in {output / name}.")
+    folder = options.output / options.name
+    number = import_guests(guests_of(options.guests), options.sequences, folder)
+    click.echo(f"{number} runs are in {folder}.")
+
+
+@dataclass(frozen=True, kw_only=True)
+class ExportOptions:
+    """Options of `export`."""
+
+    experiment: Path = argument()
+    folder: Path = argument()
+    format: str = option("otb, otb-json, got10k, vot, pysot, pytracking.", "--as")
+    tracker: str = option("Only trackers that match this pattern.", default="*")
+    sequence: str = option("Only sequences that match this pattern.", default="*")
+    origin: int | None = option(
+        "Number of the first pixel.  [default: that of the format]",
+        "--from",
+        type=click.IntRange(0, 1),
+    )
+    force: bool = option("Replace existing files.")
+    protocol: str | None = protocol_option()
+    trace: "Trace" = trace_option()
 
 
 @command.command("export")
-@click.argument("experiment", type=click.Path(path_type=Path))
-@click.argument("folder", type=click.Path(path_type=Path))
-@click.option(
-    "--as", "layout", required=True, help="otb, otb-json, got10k, vot, pysot, pytracking."
-)
-@click.option("--tracker", default="*", help="Only trackers that match this pattern.")
-@click.option("--sequence", default="*", help="Only sequences that match this pattern.")
-@click.option(
-    "--from",
-    "origin",
-    type=click.IntRange(0, 1),
-    help="Number of the first pixel.  [default: that of the format]",
-)
-@click.option("--force", is_flag=True, help="Replace existing files.")
-@protocol_option
-@trace_option
-def export(
-    experiment: Path,
-    folder: Path,
-    layout: str,
-    tracker: str,
-    sequence: str,
-    origin: int | None,
-    force: bool,
-    protocol: str | None,
-    trace: Any,
-) -> None:
+@with_options(ExportOptions)
+def export(options: ExportOptions) -> None:
     """Write the runs of EXPERIMENT to FOLDER for other toolkits, one folder per tracker."""
     from trackmark.bench.exchange.exporting import export_results
 
-    written = export_results(
-        only_experiment(experiment),
-        layout,
-        folder,
+    files = export_results(
+        only_experiment(options.experiment),
+        options.format,
+        options.folder,
         print_message,
-        tracker=tracker,
-        sequence=sequence,
-        origin=origin,
-        force=force,
-        trace=trace,
-        protocol=protocol or "one-pass",
+        tracker=options.tracker,
+        sequence=options.sequence,
+        origin=options.origin,
+        force=options.force,
+        trace=options.trace,
+        protocol=options.protocol or "one-pass",
     )
-    click.echo(f"{len(written)} files are in {folder}.")
+    click.echo(f"{len(files)} files are in {options.folder}.")

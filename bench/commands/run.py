@@ -16,12 +16,12 @@ import click
 from trackmark.bench.commands import EXIT_ANSWER_IS_NO, EXIT_WRONG_INPUT
 from trackmark.bench.commands._execution import execute_runs, plan_experiment, stored_runs
 from trackmark.bench.commands._options import (
-    Engine,
-    engine_options,
-    json_option,
+    EngineOptions,
+    JsonOptions,
+    argument,
     matching_sequences,
     metrics_option,
-    output_option,
+    option,
     protocol_option,
     split_list,
     truth_option,
@@ -43,56 +43,34 @@ if TYPE_CHECKING:
 _MAX_NAME = 24  # characters of a tracker or a sequence in the name of a folder
 
 
-@dataclass(frozen=True)
-class RunOptions:
+@dataclass(frozen=True, kw_only=True)
+class RunOptions(JsonOptions, EngineOptions):
     """Options of the command."""
 
-    experiment: tuple[str, ...]
-    trackers: str | None
-    sequences: str | None
-    truth: Path | None
-    seeds: int | None
-    protocol: str | None
-    timing: bool
-    arrays: bool
-    name: str | None
-    keep: bool
-    retry_failed: bool
-    dry_run: bool
-    output: Path
-    metrics: list[str]
-    engine: Engine
-    as_json: bool
+    experiment: tuple[str, ...] = argument(nargs=-1, required=False, metavar="[EXPERIMENT]")
+    trackers: str | None = option(
+        "Comma-separated: NAME[:preset=PRESET][:PARAMETER=VALUE]…, or path/to/file.py[:CLASS]."
+    )
+    sequences: str | None = option(
+        "Comma-separated names, paths, folders or patterns with * and ?."
+    )
+    truth: Path | None = truth_option()
+    seeds: int | None = option("Repetitions of stochastic trackers.", minimum=1)
+    protocol: str | None = protocol_option()
+    timing: bool = option("Time the trackers, one by one, instead.")
+    arrays: bool = option(
+        "Store masks, contours, particles and maps of new runs for the report's player."
+    )
+    name: str | None = option("Name of the results folder.  [default: made from the options]")
+    keep: bool = option(
+        "Replace no stored run of another version: use the folder NAME-2, NAME-3, …"
+    )
+    retry_failed: bool = option("Also repeat runs that failed.")
+    dry_run: bool = option("Execute nothing; print the plan.")
+    metrics: list[str] = metrics_option()
 
 
 @click.command("run")
-@click.argument("experiment", nargs=-1, metavar="[EXPERIMENT]")
-@click.option(
-    "--trackers",
-    help="Comma-separated: NAME[:preset=PRESET][:PARAMETER=VALUE]…, or path/to/file.py[:CLASS].",
-)
-@click.option("--sequences", help="Comma-separated names, paths, folders or patterns with * and ?.")
-@truth_option
-@click.option("--seeds", type=click.IntRange(1), help="Repetitions of stochastic trackers.")
-@protocol_option
-@click.option("--timing", is_flag=True, help="Time the trackers, one by one, instead.")
-@click.option(
-    "--arrays",
-    is_flag=True,
-    help="Store masks, contours, particles and maps of new runs for the report's player.",
-)
-@click.option("--name", help="Name of the results folder.  [default: made from the options]")
-@click.option(
-    "--keep",
-    is_flag=True,
-    help="Replace no stored run of another version: use the folder NAME-2, NAME-3, …",
-)
-@click.option("--retry-failed", is_flag=True, help="Also repeat runs that failed.")
-@click.option("--dry-run", is_flag=True, help="Execute nothing; print the plan.")
-@output_option
-@metrics_option
-@engine_options
-@json_option
 @with_options(RunOptions)
 def command(options: RunOptions) -> int:
     """Run EXPERIMENT (a name or a .toml file), or --trackers on --sequences.
@@ -106,9 +84,7 @@ def command(options: RunOptions) -> int:
     known: KnownSequences = {}
     if options.keep:
         experiment = _without_stale_runs(experiment, options.output, known)
-    execution = plan_experiment(
-        experiment, options.output, options.engine, retry_failed=options.retry_failed, known=known
-    )
+    execution = plan_experiment(experiment, options, retry_failed=options.retry_failed, known=known)
     if options.dry_run:
         _print_plan(execution, as_json=options.as_json)
         return 0

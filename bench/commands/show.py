@@ -1,12 +1,20 @@
 """Show a sequence and boxes of trackers: film strip, video, or a page to step through."""
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from trackmark.bench.commands import EXIT_ANSWER_IS_NO
-from trackmark.bench.commands._options import split_list, trace_option, truth_option
+from trackmark.bench.commands._options import (
+    argument,
+    option,
+    split_list,
+    trace_option,
+    truth_option,
+    with_options,
+)
 from trackmark.bench.commands._progress import patience, progress_bar
 from trackmark.bench.commands._terminal import complain
 
@@ -15,50 +23,33 @@ if TYPE_CHECKING:
     from trackmark.datasets import Sequence
 
 
+@dataclass(frozen=True, kw_only=True)
+class ShowOptions:
+    """Options of the command."""
+
+    sequence: str = argument()
+    truth: Path | None = truth_option()
+    results: Path | None = option("Draw boxes of stored runs, too.")
+    live: str | None = option(
+        "Run trackers on SEQUENCE and write a page with their internal data.",
+        metavar="TRACKER[,TRACKER]…",
+    )
+    trace: "Trace" = trace_option()
+    repetition: int = option(
+        "Repetition of stochastic trackers that is drawn or run.", default=0, minimum=0
+    )
+    output: Path | None = option(
+        "Film strip (.png) or video (.mp4, H.264).  [--live: live.html]",
+        type=click.Path(path_type=Path, dir_okay=False),
+    )
+    count: int = option("Number of frames of a film strip.", "--frames", default=10, minimum=1)
+    first: int = option("First frame that is drawn.", default=0, minimum=0)
+    last: int | None = option("Last frame that is drawn.  [default: the last one]", minimum=0)
+
+
 @click.command("show")
-@click.argument("sequence")
-@truth_option
-@click.option("--results", type=click.Path(path_type=Path), help="Draw boxes of stored runs, too.")
-@click.option(
-    "--live",
-    metavar="TRACKER[,TRACKER]…",
-    help="Run trackers on SEQUENCE and write a page with their internal data.",
-)
-@trace_option
-@click.option(
-    "--repetition",
-    type=click.IntRange(0),
-    default=0,
-    show_default=True,
-    help="Repetition of stochastic trackers that is drawn or run.",
-)
-@click.option(
-    "--output",
-    type=click.Path(path_type=Path, dir_okay=False),
-    help="Film strip (.png) or video (.mp4, H.264).  [--live: live.html]",
-)
-@click.option(
-    "--frames",
-    "count",
-    type=click.IntRange(1),
-    default=10,
-    show_default=True,
-    help="Number of frames of a film strip.",
-)
-@click.option("--first", type=click.IntRange(0), default=0, help="First frame that is drawn.")
-@click.option("--last", type=click.IntRange(0), help="Last frame that is drawn.")
-def command(
-    sequence: str,
-    truth: Path | None,
-    results: Path | None,
-    live: str | None,
-    trace: "Trace",
-    repetition: int,
-    output: Path | None,
-    count: int,
-    first: int,
-    last: int | None,
-) -> int:
+@with_options(ShowOptions)
+def command(options: ShowOptions) -> int:
     """Draw SEQUENCE (a name or a path) with its ground truth and boxes of stored runs.
 
     With --live, trackers are run on it. A page in one file then steps through boxes, masks,
@@ -69,17 +60,18 @@ def command(
     from trackmark import datasets
     from trackmark.reports.overlay import TRUTH
 
-    if live is not None:
-        path = output or Path("live.html")
-        return _live(sequence, truth, split_list(live), path, repetition)
+    if options.live is not None:
+        return _live(options, split_list(options.live))
+    sequence, output, results = options.sequence, options.output, options.results
+    first, last = options.first, options.last
     if output is None:
         raise click.UsageError("Give --output, a .png or an .mp4 file, or --live.")
     if output.suffix not in (".png", ".mp4"):
         raise click.BadParameter(f"{output} is neither .png nor .mp4.", param_hint="--output")
-    if results is None and trace != "online":
+    if results is None and options.trace != "online":
         raise click.BadParameter("it selects boxes of --results: give both.", param_hint="--trace")
     with patience(f"Opening {sequence}"):
-        opened = datasets.load(sequence, truth=truth)
+        opened = datasets.load(sequence, truth=options.truth)
     source = Path(sequence).resolve()
     if output.exists() and source in (output.resolve(), *output.resolve().parents):
         raise click.BadParameter(
@@ -93,20 +85,19 @@ def command(
     boxes: dict[str, Any] = {TRUTH: opened.boxes} if opened.present.any() else {}
     outlines: dict[str, Any] = {}
     if results is not None:
-        stored, outlines = _stored(results, opened, repetition, trace)
+        stored, outlines = _stored(results, opened, options.repetition, options.trace)
         boxes |= stored
-    _draw(opened, range(first, end + 1), boxes, outlines, output, count)
+    _draw(opened, range(first, end + 1), boxes, outlines, output, options.count)
     click.echo(str(output))
     return 0
 
 
-def _live(
-    sequence: str, truth: Path | None, trackers: list[str], output: Path, repetition: int
-) -> int:
+def _live(options: ShowOptions, trackers: list[str]) -> int:
     """Run trackers, write the page, and return the exit status."""
     from trackmark.bench.experiments.experiment import SequenceSource
     from trackmark.bench.pages.live_page import write_live_page
 
+    output = options.output or Path("live.html")
     context = click.get_current_context()
     for name in ("results", "trace", "count", "first", "last"):
         if context.get_parameter_source(name) == click.core.ParameterSource.COMMANDLINE:
@@ -116,9 +107,9 @@ def _live(
         raise click.BadParameter(f"{output} is not an .html file.", param_hint="--output")
     if not trackers:
         raise click.BadParameter("it names no tracker.", param_hint="--live")
-    source = SequenceSource(sequence, truth)
+    source = SequenceSource(options.sequence, options.truth)
     with progress_bar(None, "frame") as progress:
-        paths, failures = write_live_page(trackers, source, output, progress, repetition)
+        paths, failures = write_live_page(trackers, source, output, progress, options.repetition)
     for failure in failures:
         complain(failure.partition("\n")[0])
     click.echo(str(paths[0]))

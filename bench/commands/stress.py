@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -10,11 +10,11 @@ import click
 
 from trackmark.bench.commands._execution import run_experiment
 from trackmark.bench.commands._options import (
-    Engine,
-    engine_options,
-    json_option,
+    EngineOptions,
+    JsonOptions,
+    argument,
     matching_sequences,
-    output_option,
+    option,
     split_list,
     with_options,
 )
@@ -31,57 +31,28 @@ REPETITIONS = 3
 """Repetitions of stochastic trackers on --recorded sequences."""
 
 
-@dataclass(frozen=True)
-class StressOptions:
+@dataclass(frozen=True, kw_only=True)
+class StressOptions(JsonOptions, EngineOptions):
     """Options of the command."""
 
-    trackers: tuple[str, ...]
-    knobs: str
-    sequences: str
-    runs: int
-    against: str
-    recorded: str | None
-    name: str
-    folder: Path | None
-    output: Path
-    engine: Engine
-    as_json: bool
-    known: "KnownSequences" = field(default_factory=dict)  # sequences that are open
+    trackers: tuple[str, ...] = argument(nargs=-1, required=True)
+    knobs: str = option(
+        "Comma-separated filters (noise, blur, gain, size, motion, step, occlusion, similarity, "
+        "box_error) or parameters of the scenes; NAME=FROM..TO sets the range, from easy to hard.",
+        "--knob",
+    )
+    sequences: str = option(
+        "Comma-separated names, paths or patterns; scenes vary unless one is named.",
+        default="plain/target",
+    )
+    runs: int = option("Maximum number of runs of a tracker under a knob.", default=100, minimum=20)
+    against: str = option("Baseline of the factors.", default="camshift")
+    recorded: str | None = option("Correlate breaking points with the overlap on these sequences.")
+    name: str = option("Name of the results folder.", default="stress")
+    folder: Path | None = option("Write tables, curves and all runs to this folder.")
 
 
 @click.command("stress")
-@click.argument("trackers", nargs=-1, required=True)
-@click.option(
-    "--knob",
-    "knobs",
-    required=True,
-    help="Comma-separated filters (noise, blur, gain, size, motion, step, occlusion, similarity, "
-    "box_error) or parameters of the scenes; NAME=FROM..TO sets the range, from easy to hard.",
-)
-@click.option(
-    "--sequences",
-    default="plain/target",
-    show_default=True,
-    help="Comma-separated names, paths or patterns; scenes vary unless one is named.",
-)
-@click.option(
-    "--runs",
-    type=click.IntRange(20),
-    default=100,
-    show_default=True,
-    help="Maximum number of runs of a tracker under a knob.",
-)
-@click.option("--against", default="camshift", show_default=True, help="Baseline of the factors.")
-@click.option("--recorded", help="Correlate breaking points with the overlap on these sequences.")
-@click.option("--name", default="stress", show_default=True, help="Name of the results folder.")
-@click.option(
-    "--folder",
-    type=click.Path(path_type=Path),
-    help="Write tables, curves and all runs to this folder.",
-)
-@output_option
-@engine_options
-@json_option
 @with_options(StressOptions)
 def command(options: StressOptions) -> int:
     """Increase one difficulty after another until TRACKERS lose the target.
@@ -109,13 +80,14 @@ def command(options: StressOptions) -> int:
         text for texts in (*options.trackers, options.against) for text in split_list(texts)
     )
     texts = {spec.label: text for text, spec in specs.items()}
+    known: KnownSequences = {}
     sequences = RunSequences([source.text for source in matching_sequences(options.sequences)])
     knobs = {knob_of(text, sequences.sequences): None for text in knob_texts}
     if len({knob.name for knob in knobs}) < len(knobs):
         raise click.UsageError("--knob names one twice, with different ranges.")
     series = [Series(label, knob, sequences, options.runs) for knob in knobs for label in texts]
-    series = _execute_series(options, texts, series)
-    scores = _recorded_scores(options, texts)
+    series = _execute_series(options, known, texts, series)
+    scores = _recorded_scores(options, known, texts)
     result = BreakingPoints(series, specs[options.against].label, scores)
     if options.as_json:
         click.echo(json.dumps(as_data(result), allow_nan=False))
@@ -128,7 +100,10 @@ def command(options: StressOptions) -> int:
 
 
 def _execute_series(
-    options: StressOptions, texts: Mapping[str, str], series: "Sequence[Series]"
+    options: StressOptions,
+    known: "KnownSequences",
+    texts: Mapping[str, str],
+    series: "Sequence[Series]",
 ) -> "list[Series]":
     """Return the completed series; in each round all of them get a batch of runs.
 
@@ -143,7 +118,8 @@ def _execute_series(
         outcomes: dict[str, dict[str, tuple[bool, str]]] = {}
         for sequences, labels in labels_by_runs.items():
             if sequences:
-                outcomes |= _outcomes(options, {label: texts[label] for label in labels}, sequences)
+                trackers = [texts[label] for label in labels]
+                outcomes |= _outcomes(options, known, trackers, sequences)
         current = [
             entry.with_outcomes(outcomes[entry.tracker]) if entry.next_runs() else entry
             for entry in current
@@ -155,25 +131,30 @@ def _execute_series(
 
 
 def _outcomes(
-    options: StressOptions, texts: Mapping[str, str], sequences: Sequence[str]
+    options: StressOptions,
+    known: "KnownSequences",
+    trackers: Sequence[str],
+    sequences: Sequence[str],
 ) -> dict[str, dict[str, tuple[bool, str]]]:
     """Return by tracker and sequence whether the run survived, and why it failed."""
-    sources = [SequenceSource(text) for text in sequences]
-    runs = _runs(options, list(texts.values()), sources)
-    by_name = {options.known[source].name: source.text for source in sources}
-    outcomes: dict[str, dict[str, tuple[bool, str]]] = {label: {} for label in texts}
+    runs, texts = _runs(options, known, trackers, [SequenceSource(text) for text in sequences])
+    outcomes: dict[str, dict[str, tuple[bool, str]]] = {}
     columns = ["tracker", "sequence", "status", "failure", "first_loss", "frames"]
     for label, name, status, failure, loss, frames in runs[columns].itertuples(index=False):
         survived = status == "finished" and loss >= frames
-        outcomes[label][by_name[name]] = bool(survived), "" if status == "finished" else failure
+        reason = "" if status == "finished" else str(failure)
+        outcomes.setdefault(label, {})[texts[name]] = bool(survived), reason
     return outcomes
 
 
-def _recorded_scores(options: StressOptions, texts: Mapping[str, str]) -> dict[str, list[float]]:
+def _recorded_scores(
+    options: StressOptions, known: "KnownSequences", texts: Mapping[str, str]
+) -> dict[str, list[float]]:
     """Return the mean overlap by tracker and recorded sequence; a failed run counts as 0."""
     if not options.recorded:
         return {}
-    runs = _runs(options, list(texts.values()), matching_sequences(options.recorded), REPETITIONS)
+    sequences = matching_sequences(options.recorded)
+    runs, _ = _runs(options, known, list(texts.values()), sequences, REPETITIONS)
     runs["mean_overlap"] = runs["mean_overlap"].mask(runs["status"] == "failed", 0.0)
     cells = runs.groupby(["tracker", "sequence"], observed=True, sort=False)["mean_overlap"].mean()
     return {label: cells[label].tolist() for label in texts}
@@ -181,15 +162,17 @@ def _recorded_scores(options: StressOptions, texts: Mapping[str, str]) -> dict[s
 
 def _runs(
     options: StressOptions,
+    known: "KnownSequences",
     trackers: Sequence[str],
     sequences: Sequence[SequenceSource],
     repetitions: int = 1,
-) -> "pd.DataFrame":
-    """Execute missing runs; return all of them as `load_results` gives them."""
+) -> "tuple[pd.DataFrame, dict[str, str]]":
+    """Execute missing runs; return all of them, and the texts of the sequences by name."""
     from trackmark.bench.store.loading import load_results
 
     experiment = Experiment(
         options.name, tuple(trackers), tuple(sequences), repetitions, title="Breaking points"
     )
-    execution = run_experiment(experiment, options.output, options.engine, known=options.known)
-    return load_results(execution.folder, execution.plan.asked().cells)
+    execution = run_experiment(experiment, options, known)
+    texts = {sequence.name: sequence.source.text for sequence in execution.plan.sequences}
+    return load_results(execution.folder, execution.plan.asked().cells), texts
