@@ -10,6 +10,7 @@ import urllib.error
 import urllib.request
 from urllib.parse import urlsplit
 
+import click
 import cv2
 import numpy as np
 import pytest
@@ -42,28 +43,6 @@ def test_annotating_again_reaches_beyond_the_last_row_of_the_old_truth(trackmark
     assert (source.parent / "img-check.png").is_file()
 
 
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (("--box", "0:1,2,3"), "FRAME:X,Y,WIDTH,HEIGHT"),
-        (("--box", "x"), "FRAME:X,Y,WIDTH,HEIGHT"),
-        (("--box", "0:1,2,3,4"), "at least two"),
-        (("--box", "0:1,2,3,4", "--box", "1:1,2,3,4", "--output", "a.jpg"), ".csv"),
-        (("--box", "0:1,2,3,4", "--box", "9:1,2,3,4"), "frame 9"),
-        (("--box", "0:1,2,3,0", "--box", "1:1,2,3,4"), "frame 0"),
-        (("--box", "0:50,2,3,4", "--box", "1:1,2,3,4"), "frame 0: [50.0, 2.0, 3.0, 4.0] lies out"),
-        (("--box", "0:1,2,3,4", "--box", "4:1,-4,3,4"), "outside the image (50x40)"),
-        (("--box", "0:1,2,1e300,4", "--box", "4:1,4,3,4"), "frame 0"),
-        (("--box", "0:1,2,3,4", "--box", "1:1,2,3,4", "--absent", "x"), "FIRST-LAST"),
-        ((), "key frames"),
-    ],
-)
-def test_annotate_names_what_is_wrong(trackmark, here, arguments, words):
-    said = trackmark("annotate", here / "data" / "Small" / "img", *arguments, status=2).stderr
-    assert words in said
-    assert not (here / "data" / "Small" / "img" / "truth.csv").exists()
-
-
 def test_an_image_of_another_size_is_told_before_a_file_is_written(trackmark, one_line, here):
     source = here / "data" / "Small" / "img"
     cv2.imwrite(str(source / "0003.png"), np.zeros((20, 30, 3), np.uint8))
@@ -76,7 +55,7 @@ def test_an_image_of_another_size_is_told_before_a_file_is_written(trackmark, on
 def user(monkeypatch):
     """Does something with the page in a thread, as soon as its address is printed."""
     threads, failures = [], queue.Queue()
-    echo = _box_picker.click.echo
+    echo = click.echo
 
     def start(act):
         def acted(url):
@@ -93,7 +72,7 @@ def user(monkeypatch):
                 threads.append(threading.Thread(target=acted, args=(url,)))
                 threads[-1].start()
 
-        monkeypatch.setattr(_box_picker.click, "echo", heard)
+        monkeypatch.setattr(click, "echo", heard)
 
     monkeypatch.delenv("DISPLAY", raising=False)
     monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
@@ -145,7 +124,13 @@ def test_boxes_drawn_on_the_page_become_the_truth(trackmark, here, user):
     assert seen["stranger"] == 404
     assert [status for status, _ in seen["refused"]] == [400] * 5
     told = b" | ".join(content for _, content in seen["refused"])
-    for words in (b"at least two", b"frame 4: [90.0", b"four numbers", b"of a frame", b"by frame"):
+    for words in (
+        b"two frames or more",
+        b"frame 4: [90.0",
+        b"four numbers",
+        b"of a frame",
+        b"by frame",
+    ):
         assert words in told
     assert seen["kept"] == 200
     rows = (here / "truth.csv").read_text().splitlines()

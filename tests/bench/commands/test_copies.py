@@ -110,7 +110,7 @@ def test_polygons_of_vot_are_scored_as_such_from_what_is_stored(trackmark, here,
     said = run(trackmark, "vot2016", "native,vot").stdout
     assert "bolt" in said
     assert "racing" in said
-    assert "taken for a folder with groundtruth.txt and images or color/ (VOT)." in said
+    assert "read as a folder with groundtruth.txt and images or color/ (VOT)." in said
     shutil.rmtree(vot2016)
     report(trackmark, "native,vot")
     scores = overall(here, "vot-supervised")

@@ -83,25 +83,6 @@ def test_trackers_are_compared_with_others_by_any_preset(trackmark, theirs):
     assert "SOMEBODY" in results.stdout
 
 
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        (("--metric", "nonsense"), "is not one of mean_overlap"),
-        (("--metrics", "otb", "--metric", "centre_error"), "otb has no 'centre_error'"),
-        (("--metrics", "vot", "--metric", "failures"), "--margin"),
-        (("--results-of", "SOMEBODY=theirs"), "names SOMEBODY twice"),
-    ],
-)
-def test_what_cannot_be_compared_is_a_line(trackmark, theirs, options, words):
-    others = ("--results-of", f"SOMEBODY={theirs}", "--sequences", TWO)
-    assert words in trackmark("compare", "static", *others, *options, status=2).stderr
-
-
-@pytest.mark.parametrize("arguments", [(), ("--results-of", "A=theirs"), ("--sequences", TWO)])
-def test_a_report_needs_something_to_report_on(trackmark, theirs, arguments):
-    assert "Give RESULTS" in trackmark("report", *arguments, status=2).stderr
-
-
 def test_a_damaged_file_of_others_is_one_line(trackmark, here, theirs, one_line):
     (here / theirs / "Small.txt").write_text("5,6,10,12\n" * 4)
     asked = ("report", "--results-of", f"SOMEBODY={theirs}", "--sequences", TWO)

@@ -122,29 +122,6 @@ def test_an_experiment_names_its_protocol(trackmark, here):
     assert run.mean_overlap == 1
 
 
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        (("--protocol", "supervise"), "Did you mean 'supervised'?"),
-        (("--protocol", "tre:starts=none"), "parameter starts=none"),
-        (("--protocol", "sre", "--timing"), "timing runs are in one pass"),
-    ],
-)
-def test_a_protocol_that_cannot_be_is_a_line(trackmark, one_line, options, words):
-    assert words in one_line(trackmark(*ASKED, *options, status=2))
-
-
-def test_list_and_describe_know_protocols(trackmark):
-    assert "  supervised " in trackmark("list", "protocols").stdout
-    said = trackmark("describe", "supervised").stdout
-    assert "skip=5" in said
-    assert "the metrics preset vot-supervised" in said
-    said = trackmark("describe", "long-term").stdout  # two have this name
-    assert "harmonic mean" in said
-    assert "protocol long-term" in said
-    assert max(map(len, trackmark("list", "protocols").stdout.splitlines())) <= 100
-
-
 def test_supervised_runs_go_to_vots_layout_and_come_back_as_they_were(trackmark, here, otb):
     otb(here / "data" / "Other", 12)
     knob = (here / "knob.py").read_text()

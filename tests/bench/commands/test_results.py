@@ -2,11 +2,13 @@
 
 import json
 import shutil
+from collections import Counter
 
 import cv2
 import pytest
 
 from trackmark import bench
+from trackmark.bench.store import results
 
 SMALL = ("--sequences", "data/Small")
 MINE = ("run", "--name", "mine", "--trackers")
@@ -217,3 +219,55 @@ def test_show_never_overwrites_what_it_shows(trackmark, here):
     assert (here / "mine.mp4").read_bytes() == whole
     image = "data/Small/img/0001.png"
     assert "overwritten" in trackmark("show", "data/Small", "--output", image, status=2).stderr
+
+
+@pytest.mark.parametrize("command", [("report", "--by-attribute"), ("compare", "--results")])
+def test_command_reads_each_run_once(trackmark, here, monkeypatch, command):
+    stored = here / "results" / "stored"
+    where = ("--sequences", "data/Small", "--seeds", 2, "--name", "stored")
+    trackmark("run", "--trackers", "static,camshift,knob.py:Knob", *where)
+    (stored / "index.arrow").unlink()
+    reads, decode = Counter(), results._run
+    monkeypatch.setattr(results, "_run", lambda *of: reads.update(of[:1]) or decode(*of))
+    trackmark(*command, stored, "--metrics", "native,otb", "--folder", "out")
+    assert sorted(reads.values()) == [1] * 4
+    data = *command, stored, "--metrics", "native,otb,lasot", "--json"
+    first = trackmark(*data).stdout
+    monkeypatch.setattr(results.KeptRuns, "free", 0)
+    reads.clear()
+    assert trackmark(*data).stdout == first
+    assert min(reads.values()) > 1
+
+
+@pytest.fixture
+def twelve(trackmark, here, otb):
+    """Store results on twelve sequences with targets of rising speed."""
+    for speed in range(12):
+        folder = otb(here / "twelve" / f"s{speed}", 4)
+        rows = [f"{5 + speed * frame},6,10,12\n" for frame in range(4)]
+        (folder / "groundtruth_rect.txt").write_text("".join(rows))
+    trackmark("run", "--trackers", "static,camshift", "--sequences", "twelve", "--name", "twelve")
+    return here / "cache" / "attributes"
+
+
+def test_report_by_attribute_measures_each_sequence_once(trackmark, here, twelve):
+    command = ("report", "results/twelve", "--by-attribute", "--metrics", "native,otb")
+    first = trackmark(*command, "--folder", "paper").stdout
+    assert first.count("against attributes of the sequences") == 2
+    assert (here / "paper" / "attributes.png").is_file()
+    assert (here / "paper" / "attributes-otb.md").is_file()
+    times = sorted(file.stat().st_mtime_ns for file in twelve.iterdir())
+    assert len(times) == 12
+    assert trackmark(*command).stdout == first
+    assert sorted(file.stat().st_mtime_ns for file in twelve.iterdir()) == times
+    frame = bench.by_attribute(here / "results" / "twelve")
+    assert set(frame["tracker"]) == {"static", "camshift"}
+    assert set(frame["bin_sequences"].dropna()) == {6}
+
+
+def test_report_by_attribute_names_a_missing_sequence(trackmark, here, otb):
+    folders = [otb(here / name, frames) for name, frames in (("one", 4), ("two", 5))]
+    trackmark("run", "--trackers", "static", "--sequences", "one,two", "--name", "gone")
+    shutil.rmtree(folders[1])
+    done = trackmark("report", "results/gone", "--by-attribute")
+    assert "its attributes are not known" in done.stderr

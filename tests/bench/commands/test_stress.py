@@ -40,21 +40,3 @@ def test_a_tracker_that_fails_breaks_and_recorded_scores_are_correlated(trackmar
     assert "too fragile" in said
     assert "Rank correlation over 2 trackers" in said
     assert "-1.00 to 1.00" in said
-
-
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (("--knob", ""), "names none"),
-        (("--knob", "noise,noise=0..9"), "names one twice"),
-        (("--knob", "nois"), "Did you mean 'noise'"),
-        (("--knob", "noise", "--sequences", "nowhere"), "nowhere"),
-        (("--knob", "occlusion"), "is too long for it"),
-        (("--knob", "noise=0..900"), "give a number from 0 to 255"),
-        (("--knob", "noise", "--runs", "3"), "20"),
-    ],
-)
-def test_what_it_cannot_do_is_a_line(trackmark, arguments, words):
-    said = trackmark(*STRESS, *arguments, status=2)
-    assert words in said.stderr
-    assert "Traceback" not in said.stderr
