@@ -3,7 +3,7 @@
 import json
 import math
 import textwrap
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -35,7 +35,6 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from trackmark.bench.comparing.comparison import Comparison
-    from trackmark.bench.experiments.tracker_spec import Contestant
     from trackmark.bench.store.layout import Cell
     from trackmark.reports.tables import Measure
 
@@ -211,22 +210,13 @@ def _trackers(
 
 def _label(text: str) -> str:
     """Return the label of a tracker; a text that names no tracker is its own label."""
-    spec = _specs([text]).get(text)
-    return text if spec is None else spec.label  # results may be stored without the tracker
-
-
-def _specs(texts: Iterable[str]) -> "dict[str, Contestant]":
-    """Return the trackers of texts that name one."""
     from trackmark.bench.experiments.tracker_files import settled
     from trackmark.trackers import TrackerError
 
-    specs: dict[str, Contestant] = {}
-    for text in texts:
-        try:
-            specs |= settled([text])
-        except TrackerError:
-            continue
-    return specs
+    try:
+        return settled([text])[text].label
+    except TrackerError:
+        return text  # the results may be stored without the tracker
 
 
 def _run(
@@ -316,16 +306,18 @@ def _compare(
 
 def _report_older_versions(runs: "pd.DataFrame") -> None:
     """Print which trackers have stored runs of another version than the current one."""
-    stored = runs.dropna(subset="tracker_version")
-    labels = stored["tracker"].astype(str)
-    specs = _specs(labels.unique())
-    current = labels.map({label: spec.version_digest for label, spec in specs.items()})
-    older = current.notna() & (current != stored["tracker_version"].astype(str))
-    for label, count in labels[older].value_counts(sort=False).items():
-        print_message(
-            f"{label}: {count} of {(labels == label).sum()} runs are of another version of the "
-            "tracker than the current one. --sequences repeats them."
-        )
+    from trackmark.bench.experiments.tracker_spec import built_in_digest
+
+    stored = runs.dropna(subset="tracker_version").astype({"tracker": str, "tracker_name": str})
+    current = {name: built_in_digest(name) for name in stored["tracker_name"].unique()}
+    digests = stored["tracker_name"].map(current)
+    older = digests.notna() & (digests != stored["tracker_version"].astype(str))
+    for label, is_older in older.groupby(stored["tracker"], sort=False):
+        if count := int(is_older.sum()):
+            print_message(
+                f"{label}: {count} of {len(is_older)} stored runs are of another version of the "
+                "tracker than the current one. --sequences repeats them."
+            )
 
 
 def _report(compared: "dict[str, Comparison]", experiment: Path, options: CompareOptions) -> int:

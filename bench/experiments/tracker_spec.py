@@ -98,20 +98,29 @@ class Contestant:
     @cached_property
     def version(self) -> dict[str, Any]:
         """Sealed version or digest of the source, and versions of libraries; see `Identity`."""
-        if self.file is None:
-            return {"source": "unknown", "libraries": {}}
-        source, libraries = source_digest(self.file, PACKAGE)
-        seal = seal_of(self.name, GOLDEN) if self.file.parent == PACKAGE else None
-        if seal is not None:
-            source = "-".join(map(str, seal.named(source)))
-            libraries = library_versions(set(seal.libraries))
-        source = f"{source}-{self.class_name}" if self.class_name else source
-        return {"source": source, "libraries": libraries}
+        return tracker_version(self.name, self.file, self.class_name)
 
-    @property
-    def version_digest(self) -> str:
-        """Digest of the version; equal to `Identity.tracker_digest` of its runs."""
-        return _digest(self.version)
+
+def tracker_version(name: str, file: Path | None, class_name: str = "") -> dict[str, Any]:
+    """Return the version of a tracker by its source file; see `Identity.tracker_version`."""
+    if file is None:
+        return {"source": "unknown", "libraries": {}}
+    source, libraries = source_digest(file, PACKAGE)
+    seal = seal_of(name, GOLDEN) if file.parent == PACKAGE else None
+    if seal is not None:
+        source = "-".join(map(str, seal.named(source)))
+        libraries = library_versions(set(seal.libraries))
+    source = f"{source}-{class_name}" if class_name else source
+    return {"source": source, "libraries": libraries}
+
+
+def built_in_digest(name: str) -> str | None:
+    """Return `Identity.tracker_digest` of a tracker's current version; None for an outside one.
+
+    The tracker is not imported.
+    """
+    file = PACKAGE / f"{name.replace('-', '_')}.py"
+    return _digest(tracker_version(name, file)) if file.is_file() else None
 
 
 def contestant(tracker: str | TrackerMaker) -> Contestant:

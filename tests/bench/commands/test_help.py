@@ -30,7 +30,7 @@ def test_every_command_is_listed_and_has_help(trackmark):
     ("arguments", "heavy"),
     [
         (["--help"], {"numpy", "cv2", "numba", "pandas", "pyarrow", "matplotlib"}),
-        (["run", "--help"], {"numpy", "cv2", "numba", "pandas", "pyarrow", "matplotlib"}),
+        (["compare", "--help"], {"cv2", "numba", "pandas", "pyarrow", "matplotlib"}),
         (["list"], {"numba", "pandas", "pyarrow", "matplotlib", "av", "scipy"}),
         (["describe", "multipart/1"], {"numba", "pandas", "pyarrow", "matplotlib", "av"}),
     ],
