@@ -322,8 +322,7 @@ def _report_older_versions(runs: "pd.DataFrame") -> None:
 
 def _report(compared: "dict[str, Comparison]", experiment: Path, options: CompareOptions) -> int:
     """Print and write the comparisons by all presets; return the exit status."""
-    from trackmark.bench.comparing.summary_text import paragraph
-    from trackmark.bench.comparing.tables import as_data, screen
+    from trackmark.bench.comparing.tables import as_data, paragraph, screen
     from trackmark.reports.printable import width
     from trackmark.reports.renderers import to_text
     from trackmark.reports.table_width import on_terminal
@@ -349,8 +348,7 @@ def _report(compared: "dict[str, Comparison]", experiment: Path, options: Compar
 def _write(comparison: "Comparison", experiment: Path, folder: Path) -> list[str]:
     """Write tables, figures, film strips and the paragraph; return lines that list the files."""
     from trackmark.bench.comparing.figures import write_figures
-    from trackmark.bench.comparing.summary_text import paragraph
-    from trackmark.bench.comparing.tables import files
+    from trackmark.bench.comparing.tables import files, paragraph
     from trackmark.bench.reporting.pictures import write_strips
     from trackmark.reports.files import write_file
     from trackmark.reports.write import what_was_written, write_tables

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.stats import kstwo
 
 from trackmark.bench.comparing.comparison import Comparison
-from trackmark.bench.comparing.summary_text import shown_pairs
+from trackmark.bench.comparing.tables import shown_pairs
 from trackmark.bench.statistics.survival import kaplan_meier
 from trackmark.reports.comparison import (
     Point,
