@@ -274,7 +274,7 @@ def _parts(comparison: Comparison) -> Table:
         ]
         rows.append([pair.label, f"{knob}={value}", str(n), *texts])
         part = {"first": pair.first, "second": pair.second, "knob": knob, "value": value}
-        data.append({**part, "sequences": n, "difference": mean, **_ends(interval)})
+        data.append(part | {"sequences": n, "difference": mean, **_ends(interval)})
     return Table(
         name="comparison-parts",
         caption=(
