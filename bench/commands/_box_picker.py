@@ -9,7 +9,9 @@ import webbrowser
 from collections.abc import Callable, Mapping
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
+
+from pydantic import Field, TypeAdapter, ValidationError
 
 from trackmark import datasets
 from trackmark.bench.commands._progress import print_message
@@ -19,6 +21,9 @@ Boxes = dict[int, list[float]]
 
 PAGE = Path(__file__).with_name("_box_picker.html")
 
+_Frame = Annotated[int, Field(ge=0, lt=10**9)]
+_Box = Annotated[list[float], Field(min_length=4, max_length=4)]
+_BOXES = TypeAdapter(dict[_Frame, _Box])
 _MAX_BYTES = 10_000_000  # of posted boxes: a hundred thousand frames
 _TEXT = "text/plain; charset=utf-8"
 
@@ -90,9 +95,12 @@ class _Handler(BaseHTTPRequestHandler):
             self._answer(413, _TEXT, b"These are too many boxes.")
         else:
             try:
-                boxes = _boxes(json.loads(self.rfile.read(int(length))))
+                boxes = _BOXES.validate_json(self.rfile.read(int(length)))
                 self.server.check(boxes)
-            except (ValueError, RecursionError) as error:
+            except ValidationError:
+                self._answer(400, _TEXT, b"Expected are boxes [x, y, width, height] by frame.")
+                return
+            except ValueError as error:
                 self._answer(400, _TEXT, str(error).encode())
                 return
             self.server.picked = boxes
@@ -119,16 +127,3 @@ class _Handler(BaseHTTPRequestHandler):
 
     def log_message(self, format: str, *arguments: Any) -> None:  # noqa: A002  # name of the base
         """Print nothing."""
-
-
-def _boxes(data: Any) -> Boxes:
-    """Return the boxes that the page sent; raise `ValueError` if they are malformed."""
-    if not isinstance(data, dict):
-        raise ValueError("boxes by frame are expected.")  # noqa: TRY004  # an error of the sender
-    boxes: Boxes = {}
-    for frame, box in data.items():
-        numbers = isinstance(box, list) and all(type(value) in (int, float) for value in box)
-        if not (frame.isdecimal() and len(frame) < 10 and numbers and len(box) == 4):
-            raise ValueError("a box is four numbers, x y width height, of a frame.")
-        boxes[int(frame)] = [float(value) for value in box]
-    return boxes
