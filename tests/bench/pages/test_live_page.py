@@ -192,7 +192,7 @@ def test_show_live_runs_another_repetition_and_says_which(trackmark, here, chrom
         (("--live", "statik", "data/Small"), "static"),
         (("--live", "static", "data/Smal"), "data/Smal"),
         (("--live", "", "data/Small"), "names no tracker"),
-        (("--live", "static", "data/Small", "--output", "a.png"), "no .html"),
+        (("--live", "static", "data/Small", "--output", "a.png"), "not an .html"),
         (("--live", "static", "data/Small", "--frames", 3), "--frames and --live"),
         (("--live", "static", "data/Small/img"), "truth"),
         (("data/Small",), "--output"),
