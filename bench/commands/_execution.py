@@ -4,6 +4,8 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
+import click
+
 from trackmark.bench.commands._options import EngineOptions
 from trackmark.bench.commands._progress import patience, print_message, progress_bar, refresh_index
 from trackmark.bench.experiments.experiment import Experiment
@@ -65,7 +67,7 @@ def execute_runs(
             if not temporary:
                 _, _, state = stored_runs(execution)
                 print_message(f"Stopped: {state} The same command continues from there.")
-            raise
+            raise click.Abort from None  # click prints an empty line for KeyboardInterrupt
     if execution.errors and not keep_errors:
         raise SequenceError("\n".join(execution.errors))
 
