@@ -349,13 +349,13 @@ def _write(comparison: "Comparison", experiment: Path, folder: Path) -> list[str
     """Write tables, figures, film strips and the paragraph; return lines that list the files."""
     from trackmark.bench.comparing.figures import write_figures
     from trackmark.bench.comparing.tables import files, paragraph
-    from trackmark.bench.reporting.pictures import write_strips
+    from trackmark.bench.reporting.film_strips import write_strips
     from trackmark.reports.files import write_file
     from trackmark.reports.write import what_was_written, write_tables
 
     paths = [*write_tables(folder, files(comparison)), *write_figures(comparison, folder)]
     sequences = comparison.most_different(STRIPS)
-    paths += write_strips(experiment, folder, print_message, sequences, list(comparison.scores))
+    paths += write_strips(experiment, folder, print_message, list(comparison.scores), sequences)
     file = folder / "paragraph.txt"
     text = f"{paragraph(comparison)}\n"
     paths.append(write_file(file, lambda path: path.write_text(text, encoding="utf-8")))

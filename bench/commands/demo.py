@@ -29,9 +29,10 @@ def command(options: DemoOptions) -> int:
 
     It runs the experiment `demo`: bench/experiments/demo.toml.
     """
-    from trackmark.bench.pages.report import Said, write_report_page
-    from trackmark.bench.reporting.pictures import write_report
+    from trackmark.bench.pages.report import Commands, write_report_page
+    from trackmark.bench.pages.report_figures import FigureFiles
     from trackmark.bench.reporting.tables import tables, title_of
+    from trackmark.reports.write import write_tables
 
     experiment = read_experiment("demo")
     click.echo(
@@ -48,11 +49,12 @@ def command(options: DemoOptions) -> int:
             return status
     folder = options.output / "demo"
     report_tables = tables(results)
-    write_report(results, folder, print_message, report_tables)
+    write_tables(folder, report_tables)
+    figures = FigureFiles(".png", print_message)
     page = folder / "report.html"
     with progress_bar(None, "frame") as progress:
-        title, source = title_of(results), Said(str(results))
-        write_report_page(results, page, report_tables, title, source, progress, plots=".png")
+        title, names = title_of(results), Commands(str(results))
+        write_report_page(results, page, report_tables, title, names, progress, figures=figures)
     program = os.path.relpath(sys.argv[0])
     click.echo(
         f"\nOpen {page}: every number there leads to the frames behind it.\n"

@@ -24,8 +24,9 @@ if TYPE_CHECKING:
     import pandas as pd
     from numpy.typing import NDArray
 
-    from trackmark.bench.pages.report import Said
-    from trackmark.bench.reporting.by_attribute import Shown
+    from trackmark.bench.pages.report import Commands
+    from trackmark.bench.pages.report_figures import FigureFiles
+    from trackmark.bench.reporting.by_attribute import AttributeReport
     from trackmark.reports.tables import Table
 
 TEXTS = ("text", "markdown", "csv", "latex")
@@ -99,39 +100,37 @@ def _report(experiment: Path, stored: Path | None, options: ReportOptions, sever
 
     `experiment`: folder with imported results. `stored`: folder of the stored results, if any.
     """
-    from trackmark.bench.pages.report import Said, further_tables
-    from trackmark.bench.reporting.by_preset import beside_native, tables_by
-    from trackmark.bench.reporting.pictures import write_report
+    from trackmark.bench.pages.report import Commands, further_tables
+    from trackmark.bench.pages.report_figures import FigureFiles
+    from trackmark.bench.reporting.by_preset import preset_report
     from trackmark.bench.reporting.tables import title_of
-    from trackmark.reports.write import what_was_written
+    from trackmark.reports.write import what_was_written, write_tables
 
     metrics, folder = options.metrics, options.folder
     title = title_of(experiment, named=several)
     with patience("Scoring runs"):
-        scored = beside_native(experiment, metrics, title=title)
-    tables = tables_by(experiment, metrics, title=title, scored=scored)
+        tables, scored = preset_report(experiment, metrics, title=title)
     curves = _curves(experiment, metrics, tables) if options.by_attribute else []
     arguments = [text for path in options.results_of for text in ("--results-of", path)]
     arguments += [] if options.sequences is None else ["--sequences", options.sequences]
-    source = Said("" if stored is None else str(stored), arguments)
-    further = further_tables(experiment, tables, source) if options.as_json else []
+    commands = Commands("" if stored is None else str(stored), arguments)
+    further = further_tables(experiment, tables, commands) if options.as_json else []
     _print(tables + further, options)
     target, files = stored or Path("report"), list[Path]()
-    plots = None if options.no_pictures else options.form if options.form in FIGURES else "png"
+    figures = None
     if folder is not None:
         target = folder / experiment.name if several else folder
-        files += write_report(
-            experiment, target, print_message, tables, title, plots, scored, curves
-        )
+        files += write_tables(target, tables)
+        suffix = f".{options.form}" if options.form in FIGURES else ".png"
+        figures = FigureFiles(suffix, print_message, scored, curves)
     if options.has_page:
-        suffix = "" if folder is None else f".{plots}"
         page = target / "report.html"
-        files += _write_page(experiment, page, tables, title, source, options.frames, suffix)
+        files += _write_page(experiment, page, tables, title, commands, options.frames, figures)
     for line in what_was_written(files):
         print_message(line)
 
 
-def _curves(experiment: Path, metrics: list[str], tables: "list[Table]") -> "list[Shown]":
+def _curves(experiment: Path, metrics: list[str], tables: "list[Table]") -> "list[AttributeReport]":
     """Return scores by attribute of the sequences, and add their tables."""
     from trackmark.bench.reporting.by_attribute import attribute_report, attributes_of
 
@@ -164,9 +163,9 @@ def _write_page(
     path: Path,
     tables: "list[Table]",
     title: str,
-    source: "Said",
+    commands: "Commands",
     full: bool,
-    plots: str,
+    figures: "FigureFiles | None",
 ) -> list[Path]:
     """Write the page and return its files."""
     from trackmark.bench.pages.report import write_report_page
@@ -175,7 +174,7 @@ def _write_page(
     try:
         with progress_bar(None, "frame") as progress:
             return write_report_page(
-                experiment, path, tables, title, source, progress, full=full, plots=plots
+                experiment, path, tables, title, commands, progress, full=full, figures=figures
             )
     except OSError as error:
         raise ResultsError(

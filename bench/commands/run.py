@@ -222,9 +222,9 @@ def _print_row(row: Mapping[str, Any], folder: Path, metrics: Sequence[str]) -> 
     data = for_json(row)
     if list(metrics) != ["native"] or row["protocol"] not in ("accuracy", "timing"):
         # Imports the table renderers.
-        from trackmark.bench.reporting.by_preset import fitting, scores_by
+        from trackmark.bench.reporting.by_preset import presets_for, scores_by
 
-        presets = fitting(metrics, row["protocol"])
+        presets = presets_for(metrics, row["protocol"])
         if others := [name for name in presets if name != "native"]:
             data["metrics"] = scores_by(folder, row, others)
     click.echo(json.dumps(data, allow_nan=False))

@@ -122,11 +122,11 @@ def _stored(
     """Return boxes and outlines of stored runs on a sequence, by tracker."""
     import numpy as np
 
-    from trackmark.bench.reporting.pictures import said_on
+    from trackmark.bench.reporting.film_strips import boxes_on
     from trackmark.bench.store.files import ResultsError
     from trackmark.reports.overlay import TRUTH
 
-    boxes, outlines = said_on(results, sequence.name, repetition, trace)
+    boxes, outlines = boxes_on(results, sequence.name, repetition, trace)
     if not boxes:
         raise ResultsError(f"{results}: there are no runs on {sequence.name}.")
     if len(boxes[TRUTH]) != len(sequence) or (
@@ -148,7 +148,7 @@ def _draw(
     count: int,
 ) -> None:
     """Write a film strip of `count` frames, or a video of all of them."""
-    from trackmark.bench.reporting.pictures import outlines_on
+    from trackmark.bench.reporting.outlines import outlines_on
     from trackmark.reports.film_strip import evenly_spaced, film_strip, write_film_strip
     from trackmark.reports.video import write_video
 

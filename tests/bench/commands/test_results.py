@@ -146,7 +146,7 @@ def test_film_strips_are_drawn_of_unchanged_data_only(trackmark, one_line, here,
     assert (here / "first" / "strip-samples-face.png").is_file()
     truth = here / "data" / "Small" / "groundtruth_rect.txt"
     truth.write_text(truth.read_text().replace("5,6,10,12", "5,6,10,13", 1))
-    monkeypatch.setattr("trackmark.bench.reporting.pictures.write_plots", lambda *_, **__: [])
+    monkeypatch.setattr("trackmark.bench.pages.report_figures.write_for_papers", lambda *_: [])
     errors = trackmark("report", "results/mine", "--folder", "second").stderr
     assert "Small: no film strip" in errors
     assert not (here / "second" / "strip-Small.png").exists()

@@ -20,10 +20,8 @@ from trackmark.bench.statistics.intervals import mean_interval
 from trackmark.bench.statistics.rules import decide
 from trackmark.reports.comparison import (
     Breaks,
-    Point,
     breaking_plot,
     difference_plot,
-    speed_accuracy_plot,
 )
 from trackmark.reports.palette import colour
 from trackmark.reports.renderers import to_csv, to_text
@@ -292,17 +290,6 @@ def test_figures_are_drawn_if_the_numbers_allow_them(make_runs, tmp_path):
     comparison = compare(make_runs(ladder()), OVERLAP)
     drawn = {path.stem for path in write_figures(comparison, tmp_path)}
     assert drawn == {"differences", "profiles", "survival", "speed-accuracy"}
-
-
-def test_speed_accuracy_plot_colours_trackers_by_order():
-    points = {
-        name: Point(milliseconds, 0.5, 0.4, 0.6) for name, milliseconds in (("a", 1), ("b", 2))
-    }
-    lines = speed_accuracy_plot(points, "", "").axes[0].lines
-    assert {line.get_label(): line.get_color() for line in lines} == {
-        "a": colour(0),
-        "b": colour(1),
-    }
 
 
 @pytest.mark.parametrize(("sequences", "named"), [(12, True), (250, False)])

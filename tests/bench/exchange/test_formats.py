@@ -171,7 +171,7 @@ def test_damaged_files_are_one_line_that_names_file_and_line(kind, harm, words, 
 
 
 @pytest.mark.parametrize("kind", exchange.names())
-@pytest.mark.parametrize("tries", [300, pytest.param(10_000, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("tries", [300, pytest.param(10_000, marks=pytest.mark.weekly)])
 def test_of_damaged_bytes_there_are_boxes_or_a_line(kind, tries, tmp_path):
     (file, *_) = written(kind, tmp_path, Said(walked()))
     whole, random = file.read_bytes(), np.random.default_rng(0)
