@@ -89,6 +89,8 @@ def _message_of(error: Exception) -> str | None:
         reason = error.strerror or str(error)
         return f"{reason}." if error.filename is None else f"{error.filename}: {reason}."
     if isinstance(error, RuntimeError):
+        if "no locator available" in str(error):  # Numba's
+            return f"{error}. Set NUMBA_CACHE_DIR to a folder that can be written."
         # `Path.resolve` raises it before Python 3.13, for symbolic links that form a loop.
         return f"{error}." if str(error).startswith("Symlink loop") else None
     if isinstance(error, ImportError):

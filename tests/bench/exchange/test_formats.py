@@ -155,7 +155,7 @@ def test_damaged_file_is_reported_by_name_and_line(kind, harm, words, tmp_path):
 
 
 @every_layout
-@pytest.mark.parametrize("tries", [300, pytest.param(10_000, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("tries", [300, pytest.param(10_000, marks=pytest.mark.weekly)])
 def test_damaged_bytes_give_boxes_or_an_error(kind, tries, tmp_path):
     (file, *_) = written(kind, tmp_path, Said(walked()))
     whole, random = file.read_bytes(), np.random.default_rng(0)

@@ -18,7 +18,7 @@ from trackmark.bench.execution.scheduling import left_of
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 from trackmark.bench.experiments.tracker_spec import contestant
 from trackmark.bench.protocols import STORED_ONCE, ProtocolError, protocol
-from trackmark.bench.reporting.by_preset import tables_by
+from trackmark.bench.reporting.by_preset import preset_report
 from trackmark.bench.store.asked import Asked
 from trackmark.bench.store.index import read_index
 from trackmark.bench.store.results import Results
@@ -189,7 +189,7 @@ def test_runs_by_a_protocol_that_is_not_known_here_are_read_and_not_judged(seque
     results.write(strange)
     (row,) = read_index(results)
     assert (row["protocol"], row["scores"]) == ("of-tomorrow:knob=1", {})
-    (table,) = tables_by(results.folder, ["native"])
+    (table,) = preset_report(results.folder, ["native"]).tables
     assert any("native judges no runs by the protocol of-tomorrow" in note for note in table.notes)
 
 
