@@ -155,7 +155,7 @@ def test_work_continues_after_ctrl_c_and_a_kill(
     evidence("Ctrl-C and a kill cost nothing that was finished")
 
 
-@pytest.mark.slow
+@pytest.mark.weekly
 @pytest.mark.parametrize("seed", range(1, 6))
 def test_200_kills_cost_no_finished_run(ground, start, undisturbed, contents, evidence, seed):
     """Commands are killed at random moments, one after another, until one ends."""
