@@ -72,6 +72,7 @@ def run_units(units, limits=LIMITS):
     """Return the runs of each unit by class."""
     with closing(Pool(limits)) as pool:
         outcomes = dict(pool.perform(units))
+    assert [str(outcome) for outcome in outcomes.values() if isinstance(outcome, Exception)] == []
     return [
         {run.identity.tracker.rpartition(":")[2]: run for run in outcomes[unit].runs}
         for unit in units
