@@ -6,7 +6,7 @@ import numpy as np
 from scipy.stats import kstwo
 
 from trackmark.bench.comparing.comparison import Comparison
-from trackmark.bench.comparing.summary_text import shown_pairs
+from trackmark.bench.comparing.tables import shown_pairs
 from trackmark.bench.reporting.shared_charts import speed_chart, survival_chart, survival_line
 from trackmark.reports.comparison import difference_plot
 from trackmark.reports.figures import write_figure

@@ -9,11 +9,10 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from trackmark.bench.comparing.comparable_runs import ComparisonError
+from trackmark.bench.comparing.comparable_runs import ComparisonError, same_boxes
 from trackmark.bench.comparing.comparison import Comparison, compare, means_in_part, parts_of
-from trackmark.bench.comparing.stored_boxes import same_boxes
-from trackmark.bench.comparing.summary_text import paragraph
 from trackmark.bench.comparing.tables import files as comparison_tables
+from trackmark.bench.comparing.tables import paragraph
 from trackmark.bench.pages.player_runs import PageRuns
 from trackmark.bench.protocols import STORED_ONCE
 from trackmark.bench.reporting.tables import SUMMARY, not_repeatable

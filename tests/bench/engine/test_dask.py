@@ -113,7 +113,7 @@ def wait_until(condition, seconds=600):
         time.sleep(0.1)
 
 
-@pytest.mark.slow
+@pytest.mark.weekly
 def test_results_of_two_workers_equal_the_local_engine(data, contents):
     status, _, said = perform(data, "local", 1, "", "results/local")
     assert status == 0, said
@@ -129,7 +129,7 @@ def test_results_of_two_workers_equal_the_local_engine(data, contents):
     assert not list((data / "results/dask").glob(".*command-*"))
 
 
-@pytest.mark.slow
+@pytest.mark.weekly
 def test_crash_of_a_tracker_does_not_reach_the_worker(data):
     source = (data / "knob.py").read_text()
     death = "import os; os._exit(3)\n        return Estimate"
@@ -147,7 +147,7 @@ def test_crash_of_a_tracker_does_not_reach_the_worker(data):
     assert "lost" not in out
 
 
-@pytest.mark.slow
+@pytest.mark.weekly
 def test_unit_of_a_lost_worker_runs_on_another(data):
     """A sequence's pass kills the first worker that performs it, as a lost machine would."""
     killer = """import os, pathlib, signal
@@ -170,7 +170,7 @@ def test_unit_of_a_lost_worker_runs_on_another(data):
     assert not [run.failure for run in stored if run.failure]
 
 
-@pytest.mark.slow
+@pytest.mark.weekly
 @pytest.mark.parametrize("end", [signal.SIGINT, signal.SIGKILL])
 def test_all_processes_end_after_the_command(data, end):
     source = (data / "knob.py").read_text()
@@ -228,7 +228,7 @@ def wait_for_workers(address):
     subprocess.run([sys.executable, "-c", code], check=True, stderr=subprocess.DEVNULL)
 
 
-@pytest.mark.slow
+@pytest.mark.weekly
 def test_worker_in_another_folder_resolves_relative_paths(data, scheduler, contents):
     address, _ = scheduler
     wait_for_workers(address)
@@ -239,7 +239,7 @@ def test_worker_in_another_folder_resolves_relative_paths(data, scheduler, conte
     assert contents(data / "results/far") == contents(data / "results/local")
 
 
-@pytest.mark.slow
+@pytest.mark.weekly
 def test_lost_scheduler_is_reported_in_one_line(data, scheduler):
     address, processes = scheduler
     wait_for_workers(address)

@@ -242,7 +242,7 @@ def test_what_ctrl_c_and_a_kill_leave_is_gone_on_with(
     evidence("Ctrl-C and a kill cost nothing that was finished")
 
 
-@pytest.mark.slow
+@pytest.mark.weekly
 @pytest.mark.parametrize("seed", range(1, 6))
 def test_200_kills_cost_nothing_that_was_finished(kill_and_resume, evidence, seed):
     kills = kill_and_resume(kills=40, seed=seed)
@@ -286,7 +286,7 @@ def test_a_command_that_came_late_leaves_no_frames_behind(paused):
     assert list(folder.rglob(f"*{UNFINISHED}")) == []
 
 
-@pytest.mark.slow
+@pytest.mark.weekly
 def test_two_commands_at_once_in_one_folder_lose_nothing_and_do_nothing_twice(
     ground, trackmark_run, undisturbed
 ):

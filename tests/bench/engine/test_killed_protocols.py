@@ -54,7 +54,7 @@ OTHERS = ["anchors:spacing=7", "long-term", "real-time:seconds=0.05/0.01", "sre"
 
 
 @pytest.mark.parametrize(
-    "protocol", [EVERYDAY, *(pytest.param(one, marks=pytest.mark.slow) for one in OTHERS)]
+    "protocol", [EVERYDAY, *(pytest.param(one, marks=pytest.mark.weekly) for one in OTHERS)]
 )
 def test_what_a_kill_leaves_is_gone_on_with(
     protocol, tmp_path, otb, begin, wait_until, contents, without_processes

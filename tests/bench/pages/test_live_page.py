@@ -198,7 +198,7 @@ def test_show_live_writes_a_page_of_a_failed_run(trackmark, spoil, here):
         (("--live", "statik", "data/Small"), "static"),
         (("--live", "static", "data/Smal"), "data/Smal"),
         (("--live", "", "data/Small"), "names no tracker"),
-        (("--live", "static", "data/Small", "--output", "a.png"), "no .html"),
+        (("--live", "static", "data/Small", "--output", "a.png"), "not an .html"),
         (("--live", "static", "data/Small", "--frames", 3), "--frames and --live"),
         (("--live", "static", "data/Small/img"), "truth"),
         (("data/Small",), "--output"),
@@ -214,11 +214,11 @@ def test_arrays_are_stored_for_new_one_pass_runs(here, trackmark, monkeypatch):
     trackmark(*run, "--arrays")
     trackmark("report", "results/mine")
     assert '"left"' in (here / "results" / "mine" / "report.html").read_text()
-    drawn, read, strips = ("show", "data/Small", "--frames", 2, "--output"), show._said, []
+    drawn, read, strips = ("show", "data/Small", "--frames", 2, "--output"), show._stored, []
     for name in ("outlined.png", "boxes.png"):
         trackmark(*drawn, name, "--results", "results/mine")
         strips.append(cv2.imread(str(here / name)))
-        monkeypatch.setattr(show, "_said", lambda *given: (read(*given)[0], {}))
+        monkeypatch.setattr(show, "_stored", lambda *given: (read(*given)[0], {}))
     assert (strips[0] != strips[1]).any(axis=2).sum() > 50  # the contour's pixels
     with pytest.raises(ExperimentError, match="one pass"):
         Experiment("a", ("static",), (SequenceSource("b"),), arrays=True, protocol="tre")

@@ -41,7 +41,7 @@ def stored(folder, sequences, repetitions):
     return results.folder
 
 
-@pytest.mark.slow
+@pytest.mark.weekly
 @pytest.mark.parametrize(("count", "length", "repetitions"), [(8, 400, 20), (100, 120, 2)])
 def test_page_of_many_runs_opens(tmp_path, evidence, count, length, repetitions):
     names = [f"plain/target:length={length}:width=640:height=480:scene={n}" for n in range(count)]

@@ -123,22 +123,15 @@ def test_rows_are_those_of_the_segments_and_each_begins_with_a_given_box(name, s
 
 
 @every_protocol
-def test_the_same_run_again_alone_and_beside_others_to_the_bit(name, sequence):
+def test_run_is_repeatable_alone_and_next_to_others(name, sequence):
     (run,) = by(name, sequence, Sure)
     _, beside, _ = by(name, sequence, lambda seed: Sure(seed), Sure, Walker)
     (other,) = by(name, sequence, Walker)
-    np.testing.assert_array_equal(run.boxes, beside.boxes)
-    np.testing.assert_array_equal(run.details["brightness"], beside.details["brightness"])
-    assert run.identity == beside.identity
-    assert run.identity != other.identity
-
-
-@every_protocol
-def test_evaluate_is_the_same_run(name, sequence):
-    (run,) = by(name, sequence, Sure)
     evaluated = bench.evaluate(Sure, sequence, protocol=text_of(name))
-    np.testing.assert_array_equal(run.boxes, evaluated.boxes)
-    assert evaluated.identity == run.identity
+    for again in (beside, evaluated):
+        np.testing.assert_array_equal(run.boxes, again.boxes)
+        assert run.identity == again.identity != other.identity
+    np.testing.assert_array_equal(run.details["brightness"], beside.details["brightness"])
 
 
 @every_protocol

@@ -341,6 +341,6 @@ def test_any_order_of_doings_ends_like_undisturbed_ones(experiment):
     assert min(counted[status] for status in ("missing", "stale", "failed", "finished")) > 0
 
 
-@pytest.mark.slow
+@pytest.mark.weekly
 def test_many_orders_of_doings_end_like_undisturbed_ones(experiment):
     assert experiment(examples=80, steps=20)["kills"] > 100
