@@ -186,7 +186,7 @@ class EngineOptions:
     @property
     def engine_settings(self) -> dict[str, Any]:
         """Settings of the engine for `Execution`."""
-        from trackmark.bench.engine.unit import Limits
+        from trackmark.bench.engine.work_unit import Limits
 
         limits = {
             "frame_seconds": self.frame_limit,

@@ -13,7 +13,7 @@ import pytest
 
 from trackmark import bench
 from trackmark.bench.commands._options import memory_size
-from trackmark.bench.engine.unit import Limits
+from trackmark.bench.engine.work_unit import Limits
 
 SMALL = ("--sequences", "data/Small")
 MINE = ("run", "--name", "mine", "--trackers")
