@@ -21,9 +21,9 @@ MODULE = "trackmark.datasets.synthetic.moreno2005"
 SUITE = Suite(
     Path(__file__).parent,
     [
-        Entry("moreno2005/ellipse", EllipseKnobs, f"{MODULE}.ellipse.scene", 100, (320, 240)),
+        Entry("moreno2005/ellipse", EllipseKnobs, f"{MODULE}.ellipse", 100, (320, 240)),
         Entry("moreno2005/octopus", OctopusKnobs, f"{MODULE}.octopus.scene", 100, (320, 240)),
         Entry("moreno2005/book", BookKnobs, f"{MODULE}.book.scene", 100, (320, 240)),
-        Entry("moreno2005/leaf", LeafKnobs, f"{MODULE}.leaf.scene", 100, (320, 240)),
+        Entry("moreno2005/leaf", LeafKnobs, f"{MODULE}.leaf", 100, (320, 240)),
     ],
 )

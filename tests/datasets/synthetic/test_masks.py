@@ -14,7 +14,7 @@ from tests.datasets.synthetic.scenes import grown
 from trackmark import datasets
 from trackmark.datasets.synthetic.nummiaro2003.driving.shape import SHADOW
 from trackmark.datasets.synthetic.render.figure.head import ROWS
-from trackmark.datasets.synthetic.wang2010.hand.cones import BLUE, MATERIAL, SKIN
+from trackmark.datasets.synthetic.wang2010.hand.setting import BLUE, MATERIAL, SKIN
 
 
 @cache

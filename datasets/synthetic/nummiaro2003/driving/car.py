@@ -7,18 +7,24 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from trackmark.datasets.synthetic.nummiaro2003.driving.facets import (
+from trackmark.datasets.synthetic.nummiaro2003.driving.laying import lay_facets, sprite_of
+from trackmark.datasets.synthetic.nummiaro2003.driving.paintwork import BGR, painted
+from trackmark.datasets.synthetic.nummiaro2003.driving.shape import (
     Facets,
     Lens,
     Pictures,
     Pose,
+    Shape,
+    any_shape,
     blank,
 )
-from trackmark.datasets.synthetic.nummiaro2003.driving.laying import lay_facets, sprite_of
-from trackmark.datasets.synthetic.nummiaro2003.driving.paintwork import BGR, painted
-from trackmark.datasets.synthetic.nummiaro2003.driving.shape import Shape, any_shape
-from trackmark.datasets.synthetic.nummiaro2003.driving.things import NEAREST, Window
-from trackmark.datasets.synthetic.nummiaro2003.driving.view import View, extents, posed
+from trackmark.datasets.synthetic.nummiaro2003.driving.view import (
+    NEAREST_DRAWN,
+    View,
+    Window,
+    extents,
+    posed,
+)
 from trackmark.datasets.synthetic.render.prop import Coverage
 from trackmark.datasets.synthetic.render.sprite import blend_sprite
 
@@ -82,7 +88,7 @@ class CarAt:
     def window(self, view: View) -> Window | None:
         """See `Thing.window`."""
         low_x, high_x, low_y, high_y, nearest = self._extents(self.car.facets, view)
-        if nearest < NEAREST / 2:
+        if nearest < NEAREST_DRAWN / 2:
             return None
         x, y = (math.ceil(abs(shift) / 2) + 1 for shift in self.motion)
         return (

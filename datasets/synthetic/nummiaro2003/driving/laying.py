@@ -10,7 +10,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from trackmark.datasets.synthetic.nummiaro2003.driving.facets import (
+from trackmark.datasets.synthetic.nummiaro2003.driving.shape import (
     MOST,
     Facets,
     Lens,

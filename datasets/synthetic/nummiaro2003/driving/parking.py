@@ -11,7 +11,6 @@ from functools import lru_cache
 import numpy as np
 
 from trackmark.datasets.synthetic.nummiaro2003.driving.car import TARGETS, CarAt, any_car, unlike
-from trackmark.datasets.synthetic.nummiaro2003.driving.house import House, any_house
 from trackmark.datasets.synthetic.nummiaro2003.driving.paintwork import BGR
 from trackmark.datasets.synthetic.nummiaro2003.driving.plan import (
     FRAMES_PER_SECOND,
@@ -23,9 +22,15 @@ from trackmark.datasets.synthetic.nummiaro2003.driving.plan import (
     car_at,
 )
 from trackmark.datasets.synthetic.nummiaro2003.driving.scene import DrivingScene
-from trackmark.datasets.synthetic.nummiaro2003.driving.things import meet
-from trackmark.datasets.synthetic.nummiaro2003.driving.view import View
-from trackmark.datasets.synthetic.nummiaro2003.driving.world import Layout, Plant, Strip, dashes
+from trackmark.datasets.synthetic.nummiaro2003.driving.view import View, meet
+from trackmark.datasets.synthetic.nummiaro2003.driving.world import (
+    House,
+    Layout,
+    Plant,
+    Strip,
+    any_house,
+    dashes,
+)
 from trackmark.datasets.synthetic.nummiaro2003.knobs import DrivingKnobs
 from trackmark.datasets.synthetic.render.path import spaced
 from trackmark.datasets.synthetic.scene import part_generator

@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from trackmark.datasets.synthetic.nummiaro2003.driving.car import Car, CarAt
-from trackmark.datasets.synthetic.nummiaro2003.driving.things import meet
-from trackmark.datasets.synthetic.nummiaro2003.driving.view import View
+from trackmark.datasets.synthetic.nummiaro2003.driving.view import View, meet
 from trackmark.datasets.synthetic.nummiaro2003.driving.world import Layout
 from trackmark.datasets.synthetic.render.prop import Coverage, visible
 from trackmark.datasets.synthetic.render.sprite import instants

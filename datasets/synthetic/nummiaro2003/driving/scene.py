@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from trackmark.datasets.interface import Image, Mask
 from trackmark.datasets.synthetic.nummiaro2003.driving.plan import FRAMES_PER_SECOND, SIZE, Plan
-from trackmark.datasets.synthetic.nummiaro2003.driving.things import Thing, Window, from_far, meet
+from trackmark.datasets.synthetic.nummiaro2003.driving.view import Thing, Window, from_far, meet
 from trackmark.datasets.synthetic.nummiaro2003.driving.world import World
 from trackmark.datasets.synthetic.render.attributes import occluded, out_of_view, rescaled, turning
 from trackmark.datasets.synthetic.render.camera import Camera, slow_exposure

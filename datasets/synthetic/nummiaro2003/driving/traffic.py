@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackmark.datasets.synthetic.nummiaro2003.driving.car import TARGETS, CarAt, any_car, unlike
-from trackmark.datasets.synthetic.nummiaro2003.driving.house import House, any_house
 from trackmark.datasets.synthetic.nummiaro2003.driving.paintwork import BGR
 from trackmark.datasets.synthetic.nummiaro2003.driving.plan import (
     FRAMES_PER_SECOND,
@@ -25,7 +24,14 @@ from trackmark.datasets.synthetic.nummiaro2003.driving.plan import (
 )
 from trackmark.datasets.synthetic.nummiaro2003.driving.scene import DrivingScene
 from trackmark.datasets.synthetic.nummiaro2003.driving.view import View
-from trackmark.datasets.synthetic.nummiaro2003.driving.world import Layout, Plant, Strip, dashes
+from trackmark.datasets.synthetic.nummiaro2003.driving.world import (
+    House,
+    Layout,
+    Plant,
+    Strip,
+    any_house,
+    dashes,
+)
 from trackmark.datasets.synthetic.nummiaro2003.knobs import DrivingKnobs
 from trackmark.datasets.synthetic.render.path import smooth_step, spaced
 from trackmark.datasets.synthetic.render.views import QUICK, SLOW, wandering

@@ -3,6 +3,11 @@
 The paper says: an own recording, 80 frames of 108 x 85, a cup. At frame 36 the target is
 disturbed by surroundings of almost its colour and partly hidden by something of almost its
 colour; colour can't be relied upon there, while the motion stays good. All the rest is ours.
+
+When what happens where: the cup's way, and where the things of its colour stand on it.
+
+The paper's frame 36 is `EVENT` here. Before it the cup comes down towards the thing behind it
+and the box before it; after it the cup rises and leaves both.
 """
 
 from functools import lru_cache
@@ -14,8 +19,7 @@ from numpy.typing import NDArray
 from trackmark.datasets.interface import Image, Mask
 from trackmark.datasets.synthetic.render.camera import Camera
 from trackmark.datasets.synthetic.scene import Scene, Truth
-from trackmark.datasets.synthetic.wang2010.cup.plan import FRAMES, SIZE, WALL
-from trackmark.datasets.synthetic.wang2010.cup.setting import Setting
+from trackmark.datasets.synthetic.wang2010.cup.setting import FRAMES, SIZE, WALL, Setting
 from trackmark.datasets.synthetic.wang2010.knobs import CupKnobs
 
 Array = NDArray[np.float64]

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from trackmark.datasets.synthetic.render.path import quantised
 from trackmark.datasets.synthetic.render.texture import fractal
 from trackmark.datasets.synthetic.render.views import wandering
-from trackmark.datasets.synthetic.wang2010.hand.cones import BLUE, CLOTH, COLUMNS, CREASE, SKIN
+from trackmark.datasets.synthetic.wang2010.hand.setting import BLUE, CLOTH, COLUMNS, CREASE, SKIN
 
 Array = NDArray[np.float64]
 

@@ -18,7 +18,7 @@ from trackmark.datasets.synthetic.render.figure.look import Look
 from trackmark.datasets.synthetic.render.sprite import Sprite
 from trackmark.datasets.synthetic.render.views import wandering
 from trackmark.datasets.synthetic.scene import Scene, Truth, part_generator
-from trackmark.datasets.synthetic.wang2010.hand import cones, setting
+from trackmark.datasets.synthetic.wang2010.hand import setting
 from trackmark.datasets.synthetic.wang2010.hand.hand import (
     CENTRED,
     FRAMES,
@@ -81,18 +81,18 @@ class HandScene(Scene):
         canvas = self._room.copy()
         self._portrait.draw(canvas, self._sway[frame][None], 1 / setting.FINE)
         poses, frames = self._exposed(frame)
-        cones.paint(canvas, poses, frames, self._textures, _lamp(self._seed) * [1, -1, -1, 1])
+        setting.paint(canvas, poses, frames, self._textures, _lamp(self._seed) * [1, -1, -1, 1])
         return CAMERA.exposed(canvas, self._seed, frame, self._exposure[frame])
 
     def mask(self, frame: int) -> Mask:
         """See `Scene.mask`."""
-        samples = cones.cover(self.hand.cones[frame], cones.SKIN, *SIZE[::-1])
-        return np.asarray(2 * samples >= cones.FINE**2)
+        samples = setting.cover(self.hand.cones[frame], setting.SKIN, *SIZE[::-1])
+        return np.asarray(2 * samples >= setting.FINE**2)
 
     def _exposed(self, frame: int) -> tuple[Array, Array]:
         """Cones and their textures' places at the moments of the exposure."""
         around = max(frame - 1, 0), min(frame + 1, FRAMES - 1)
-        moments = ((np.arange(cones.FINE) + 0.5) / cones.FINE - 0.5) * EXPOSURE
+        moments = ((np.arange(setting.FINE) + 0.5) / setting.FINE - 0.5) * EXPOSURE
         both = []
         for values in (self.hand.cones, self.hand.frames):
             rate = (values[around[1]] - values[around[0]]) / (around[1] - around[0])

@@ -6,9 +6,8 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from tests.datasets.synthetic.scenes import SEEDS, covered_by, scenes_of
-from trackmark.datasets.synthetic.moreno2005.book.book import self_shadow
-from trackmark.datasets.synthetic.moreno2005.book.setting import Setting
-from trackmark.datasets.synthetic.moreno2005.book.sheet import Bending, bent, unshaded
+from trackmark.datasets.synthetic.moreno2005.book.book import Bending, bent, self_shadow, unshaded
+from trackmark.datasets.synthetic.moreno2005.book.scene import Setting
 from trackmark.datasets.synthetic.render.triangles import grid
 
 FRAMES = 100

@@ -8,7 +8,7 @@ from shapely import affinity, contains_xy
 from shapely.geometry import Point, Polygon
 
 from tests.datasets.synthetic.scenes import SEEDS, grown, scenes_of
-from trackmark.datasets.synthetic.moreno2005.ellipse.plan import HALF_AXES, drawn_plan
+from trackmark.datasets.synthetic.moreno2005.ellipse import HALF_AXES, drawn_plan
 
 FRAMES = 100
 opened, image = scenes_of("moreno2005/ellipse")

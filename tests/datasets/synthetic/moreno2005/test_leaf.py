@@ -5,9 +5,13 @@ import pytest
 from hypothesis import given, settings
 
 from tests.datasets.synthetic.scenes import SEEDS, covered_by, grown, scenes_of
-from trackmark.datasets.synthetic.moreno2005.leaf.blade import Shape, drawn_blade, placed
-from trackmark.datasets.synthetic.moreno2005.leaf.plan import drawn_shapes
-from trackmark.datasets.synthetic.moreno2005.leaf.setting import fallen
+from trackmark.datasets.synthetic.moreno2005.leaf import (
+    Shape,
+    drawn_blade,
+    drawn_shapes,
+    fallen,
+    placed,
+)
 
 FRAMES = 100
 opened, image = scenes_of("moreno2005/leaf")

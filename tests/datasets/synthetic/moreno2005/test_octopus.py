@@ -8,9 +8,8 @@ from shapely import contains_xy, unary_union
 from shapely.geometry import Point
 
 from tests.datasets.synthetic.scenes import SEEDS, scenes_of
-from trackmark.datasets.synthetic.moreno2005.octopus.looks import FLOOR_KINDS, SKINS, painted
-from trackmark.datasets.synthetic.moreno2005.octopus.plan import OWN, drawn_plan
-from trackmark.datasets.synthetic.moreno2005.octopus.relief import lit
+from trackmark.datasets.synthetic.moreno2005.octopus.body import FLOOR_KINDS, SKINS, lit, painted
+from trackmark.datasets.synthetic.moreno2005.octopus.scene import OWN, drawn_plan
 
 FRAMES = 100
 opened, image = scenes_of("moreno2005/octopus")

@@ -9,8 +9,8 @@ from tests.datasets.synthetic.scenes import SEEDS
 from trackmark import datasets
 from trackmark.datasets.synthetic.nummiaro2003.driving.parking import parking_plan
 from trackmark.datasets.synthetic.nummiaro2003.driving.scene import driving_truth
-from trackmark.datasets.synthetic.nummiaro2003.driving.things import from_far
 from trackmark.datasets.synthetic.nummiaro2003.driving.traffic import traffic_plan
+from trackmark.datasets.synthetic.nummiaro2003.driving.view import from_far
 
 NAMES = ("nummiaro2003/car", "nummiaro2003/traffic")
 PLANS = {"nummiaro2003/car": parking_plan, "nummiaro2003/traffic": traffic_plan}

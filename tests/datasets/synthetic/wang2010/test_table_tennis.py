@@ -9,8 +9,8 @@ from trackmark import datasets
 from trackmark.datasets.synthetic.render.sprite import blend_sprite
 from trackmark.datasets.synthetic.wang2010.knobs import TableTennisKnobs
 from trackmark.datasets.synthetic.wang2010.table_tennis import scene as table_tennis
-from trackmark.datasets.synthetic.wang2010.table_tennis.play import CATCH, Play
 from trackmark.datasets.synthetic.wang2010.table_tennis.player import blend_swung
+from trackmark.datasets.synthetic.wang2010.table_tennis.scene import CATCH, Play
 
 NAME = "wang2010/table-tennis"
 STROKE = 11  # the paper's frame 12
