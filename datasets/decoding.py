@@ -27,10 +27,7 @@ def brief(text: str) -> str:
 def check_name(path: Path) -> None:
     """Refuse a name that is no text: results and messages could not hold it.
 
-    Raises
-    ------
-    SequenceError
-        For a name that is not UTF-8 or contains a NUL character.
+    Raises `SequenceError` for a name that is not UTF-8 or contains a NUL character.
     """
     if "\0" in str(path):
         raise SequenceError(f"{brief(str(path))}: a path cannot contain a NUL character.")
@@ -63,10 +60,7 @@ def decoding(what: str, advice: str = "Get the file anew.") -> Iterator[None]:
 def pixel_limit(most: int | None = None) -> int:
     """Pixels of the largest image that is decoded: so many, or what holds where none is given.
 
-    Raises
-    ------
-    SequenceError
-        Where `$TRACKMARK_MOST_PIXELS` is no number.
+    Raises `SequenceError` where `$TRACKMARK_MOST_PIXELS` is no number.
     """
     if most is not None:
         return most
@@ -81,10 +75,7 @@ def check_pixels(width: int, height: int, most: int | None = None) -> None:
 
     `width` and `height` are what its header says [pixels]; `most` is as for `pixel_limit`.
 
-    Raises
-    ------
-    ValueError
-        For a larger image.
+    Raises `ValueError` for a larger image.
     """
     most = pixel_limit(most)
     if width * height > most:

@@ -36,10 +36,7 @@ def file_digests(files: SequenceOf[Path]) -> list[str]:
     A file is read only when its size or time of change differs from the remembered ones. A
     cache that is damaged is made anew, one that can't be written only costs time.
 
-    Raises
-    ------
-    SequenceError
-        For a file that can't be read.
+    Raises `SequenceError` for a file that can't be read.
     """
     # Not `Path.resolve`: it raises RuntimeError if symbolic links form a loop. Each folder is
     # resolved once, as it can hold thousands of files.

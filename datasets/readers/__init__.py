@@ -41,25 +41,13 @@ _NAMED = 4
 
 
 class Reader(Protocol):
-    """What a module in this folder defines.
+    """What a module in this folder defines."""
 
-    Attributes
-    ----------
-    EXPECTS : str
-        What the format looks like on disk, for messages.
-    GENERAL : bool
-        Whether the reader takes what others know better; such readers are asked last.
-    MARKS : tuple of str
-        Patterns of what lies in a sequence's folder and shows this format, those of folders with a
-        `/` behind them; `NAME` is the folder's own name. A folder that has any, and that no reader
-        knows, is a sequence that isn't whole.
-
-    A module may also have `CITATION`, the paper of a benchmark, and `LICENCE`, what its makers say
-    of its use: both become fields of the sequences (`Origin`).
-    """
-
-    EXPECTS: str
-    GENERAL: bool
+    EXPECTS: str  # what the format looks like on disk, for messages
+    GENERAL: bool  # whether the reader takes what others know better; such readers are asked last
+    # patterns of what lies in a sequence's folder and shows this format, those of folders with a
+    # `/` behind them; `NAME` is the folder's own name. A folder that has any, and that no reader
+    # knows, is a sequence that isn't whole
     MARKS: tuple[str, ...]
 
     def recognises(self, path: Path) -> bool:
@@ -138,18 +126,10 @@ def sequences_in(folder: Path, pattern: str = "*") -> list[Path]:
     There are none within a sequence, nor where names begin with a dot. Where sequences lie beside a
     `list.txt`, only those that it names belong.
 
-    Parameters
-    ----------
-    folder : Path
-        What is no sequence itself; in a file there are none.
-    pattern : str, optional
-        Of names, with `*` and `?`: other sequences are left out.
-
-    Raises
-    ------
-    SequenceError
-        For what can't be read, for a sequence that isn't whole, and where `list.txt` names one that
-        isn't there: none is left out in silence.
+    `folder`: What is no sequence itself; in a file there are none. `pattern`: Of names, with `*`
+    and `?`: other sequences are left out. Raises `SequenceError` for what can't be read, for a
+    sequence that isn't whole, and where `list.txt` names one that isn't there: none is left out in
+    silence.
     """
     with _looking(folder):
         if _marked(folder):
@@ -245,10 +225,7 @@ def _inside(folder: Path) -> list[Path]:
 def options(path: Path) -> list[dict[str, Any]]:
     """What can be chosen of recorded data, as `datasets.options` tells it.
 
-    Raises
-    ------
-    SequenceError
-        Where the data can't be read.
+    Raises `SequenceError` where the data can't be read.
     """
     reader = _reader(path)
     with _looking(path):
@@ -260,19 +237,9 @@ def read(
 ) -> Sequence:
     """Open recorded data with the reader that knows it.
 
-    Parameters
-    ----------
-    path : Path
-        A file or folder, or what a reader knows as a name.
-    truth : Path, optional
-        Truth file (CSV) that wins over the data's own truth.
-    chosen : mapping of str to str, optional
-        Some of the `options` and their values.
-
-    Raises
-    ------
-    SequenceError
-        Where no reader knows the path or an option, or the one that does can't read it.
+    `path`: A file or folder, or what a reader knows as a name. `truth`: Truth file (CSV) that wins
+    over the data's own truth. `chosen`: Some of the `options` and their values. Raises
+    `SequenceError` where no reader knows the path or an option, or the one that does can't read it.
     """
     reader = _reader(path)
     if reader is None:

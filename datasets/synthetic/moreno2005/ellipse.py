@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackmark.datasets.interface import Image, Mask
-from trackmark.datasets.synthetic.moreno2005.knobs import EllipseKnobs
+from trackmark.datasets.synthetic.knobs import SceneKnobs
 from trackmark.datasets.synthetic.render.camera import Camera
 from trackmark.datasets.synthetic.render.path import quantised
 from trackmark.datasets.synthetic.render.texture import fractal, ramp
@@ -86,11 +86,7 @@ class Plan:
     def reach(self, frame: int, direction: float) -> float:
         """How far its outline is from its centre in a direction [pixels].
 
-        Parameters
-        ----------
-        frame : int
-        direction : float
-            From x towards y [radians].
+        `direction`: From x towards y [radians].
         """
         towards = np.array([np.cos(direction), np.sin(direction)])
         return float(1 / np.linalg.norm(self.inwards(frame, self.centre[frame] + towards)))
@@ -329,7 +325,7 @@ SHADING = 0.78, 0.34
 LIGHT_SLANT = 0.9  # of the light that falls on it: angle from the line of sight [radians]
 
 
-def scene(knobs: EllipseKnobs) -> "EllipseScene":
+def scene(knobs: SceneKnobs) -> "EllipseScene":
     """Renderer and truth; nothing is drawn yet."""
     return EllipseScene(knobs.scene)
 

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from trackmark.datasets.interface import Image, Mask
-from trackmark.datasets.synthetic.moreno2005.knobs import LeafKnobs
+from trackmark.datasets.synthetic.knobs import SceneKnobs
 from trackmark.datasets.synthetic.render.camera import Camera, developed
 from trackmark.datasets.synthetic.render.colours import any_of, varied
 from trackmark.datasets.synthetic.render.lamp import light_left
@@ -406,7 +406,7 @@ OFF, SOFTNESS, DARKNESS = 26.0, 5.0, (0.02, 0.6)  # under cloud, in sunshine
 CAMERA = Camera(SIZE, noise=2.2, fall=(0.05, 0.05))
 
 
-def scene(knobs: LeafKnobs) -> "LeafScene":
+def scene(knobs: SceneKnobs) -> "LeafScene":
     """Renderer and truth; nothing is drawn yet."""
     return LeafScene(knobs.scene)
 

@@ -22,20 +22,11 @@ COLUMNS = 256  # columns by which the silhouette's area is measured
 class TargetMotion:
     """Motion, size and light of a target's scene.
 
-    Attributes
-    ----------
-    power : int
-        The silhouette is the superellipse of this power.
-    half_size : ndarray of float64, shape (2,)
-        Half width and half height of the target in the first frame, in pixels.
-    occlusion_frame : int
-        When the board hides the most.
-    board_width : float
-        In pixels; 0 without occlusion.
-    pan : ndarray of float64, shape (2,)
-        Velocity of the window over the ground [pixels/frame].
-    distractors : list of Loop
-        Paths of the distractors' centres.
+    `power`: The silhouette is the superellipse of this power. `half_size`: Half width and half
+    height of the target in the first frame, in pixels; shape (2,). `occlusion_frame`: When the
+    board hides the most. `board_width`: In pixels; 0 without occlusion. `pan`: Velocity of the
+    window over the ground [pixels/frame]; shape (2,). `distractors`: Paths of the distractors'
+    centres.
     """
 
     def __init__(self, knobs: TargetKnobs) -> None:

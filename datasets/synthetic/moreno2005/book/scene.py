@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackmark.datasets.interface import Image, Mask
+from trackmark.datasets.synthetic.knobs import SceneKnobs
 from trackmark.datasets.synthetic.moreno2005.book.book import (
     FRAMES,
     SIZE,
@@ -23,7 +24,6 @@ from trackmark.datasets.synthetic.moreno2005.book.book import (
     drawn_plan,
     self_shadow,
 )
-from trackmark.datasets.synthetic.moreno2005.knobs import BookKnobs
 from trackmark.datasets.synthetic.render.camera import Camera, developed
 from trackmark.datasets.synthetic.render.colours import CLOTHES, one_of
 from trackmark.datasets.synthetic.render.desk import seen_room
@@ -192,7 +192,7 @@ SOFTNESS, DARKNESS = 9.0, 0.7  # of the shadow: see `light_left`
 CAMERA = Camera(SIZE, noise=2.0, fall=(0.05, 0.05))
 
 
-def scene(knobs: BookKnobs) -> "BookScene":
+def scene(knobs: SceneKnobs) -> "BookScene":
     """Renderer and truth; nothing is drawn yet."""
     return BookScene(knobs.scene)
 

@@ -158,16 +158,10 @@ def mould(
 ) -> None:
     """Find the highest surface at samples.
 
-    Parameters
-    ----------
-    balls : ndarray of float64, shape (k, 5)
-        Middle (x, y), radius, height of the middle, half height as a part of the radius.
-    left, top, step : float
-        Sample (row i, column j) lies at ``(left + (j + 0.5) * step, top + (i + 0.5) * step)``.
-    height : ndarray of float32, shape (rows, columns)
-        Of what is there already; raised in place.
-    owner : ndarray of int32, shape (rows, columns)
-        Set where a ball is highest, to its number.
+    `balls`: Middle (x, y), radius, height of the middle, half height as a part of the radius; shape
+    (k, 5). `left, top, step`: Sample (row i, column j) lies at ``(left + (j + 0.5) * step, top + (i
+    + 0.5) * step)``. `height`: Of what is there already; raised in place; shape (rows, columns).
+    `owner`: Set where a ball is highest, to its number; shape (rows, columns).
     """
     rows, columns = height.shape
     for k in range(len(balls)):
@@ -207,24 +201,12 @@ def colour_skin(
 ) -> None:
     """Give samples of a skin the colours of two looks, of each where its time has come.
 
-    Parameters
-    ----------
-    owner, left, top, step
-        See `mould`.
-    to_rest : ndarray of float64, shape (k, 2, 3)
-        From the picture to where that part of the skin is in the textures, by ball.
-    before, after : ndarray of float32, shape (side, side, 3)
-        The looks; they repeat, and `side` is a power of two.
-    order : ndarray of float32, shape (side, side)
-        When a place changes, in [0, 1].
-    share : float
-        How far all has come, in [0, 1].
-    soft : float
-        How long a place takes, as a part of the whole change.
-    light : ndarray of float32, shape (rows, columns)
-        That falls on the samples.
-    out : ndarray of float32, shape (rows, columns, 4)
-        Colour with coverage, zeros; written where there is skin.
+    `owner, left, top, step`: See `mould`. `to_rest`: From the picture to where that part of the
+    skin is in the textures, by ball; shape (k, 2, 3). `before, after`: The looks; they repeat, and
+    `side` is a power of two; shape (side, side, 3). `order`: When a place changes, in [0, 1]; shape
+    (side, side). `share`: How far all has come, in [0, 1]. `soft`: How long a place takes, as a
+    part of the whole change. `light`: That falls on the samples; shape (rows, columns). `out`:
+    Colour with coverage, zeros; written where there is skin; shape (rows, columns, 4).
     """
     rows, columns = owner.shape
     last = order.shape[0] - 1

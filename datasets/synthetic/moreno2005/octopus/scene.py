@@ -22,7 +22,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from trackmark.datasets.interface import Image, Mask
-from trackmark.datasets.synthetic.moreno2005.knobs import OctopusKnobs
+from trackmark.datasets.synthetic.knobs import SceneKnobs
 from trackmark.datasets.synthetic.moreno2005.octopus.body import (
     FLOOR_KINDS,
     SIDE,
@@ -349,7 +349,7 @@ MARGIN = 14  # around the octopus, for its shadow [pixels]
 SHADOW = (4, 5), 3.0, 0.45  # of the octopus: where it falls, softness [pixels], and what it takes
 
 
-def scene(knobs: OctopusKnobs) -> "OctopusScene":
+def scene(knobs: SceneKnobs) -> "OctopusScene":
     """Renderer and truth; nothing is drawn yet."""
     return OctopusScene(knobs.scene)
 

@@ -9,6 +9,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from trackmark.datasets.synthetic.knobs import SceneKnobs
 from trackmark.datasets.synthetic.multipart.plan import Person
 from trackmark.datasets.synthetic.nummiaro2003.campus.scene import VisitPlan, VisitScene, bystander
 from trackmark.datasets.synthetic.nummiaro2003.campus.scene import target as target_person
@@ -20,7 +21,6 @@ from trackmark.datasets.synthetic.nummiaro2003.campus.setting import (
     entrance,
     parked_cars,
 )
-from trackmark.datasets.synthetic.nummiaro2003.knobs import WalkingKnobs
 from trackmark.datasets.synthetic.render.prop import Prop
 from trackmark.datasets.synthetic.render.views import SIZE, Viewpoint, Views, straight, walk
 from trackmark.datasets.synthetic.scene import part_generator
@@ -41,7 +41,7 @@ ELBOW_ROOM = 0.5
 """Nobody walks nearer to another [metres]."""
 
 
-def scene(knobs: WalkingKnobs) -> VisitScene:
+def scene(knobs: SceneKnobs) -> VisitScene:
     """Return renderer and ground truth; nothing is drawn yet."""
     return VisitScene(_plan(knobs.scene), "even")
 

@@ -11,12 +11,12 @@ from functools import lru_cache
 
 import numpy as np
 
+from trackmark.datasets.synthetic.knobs import SceneKnobs
 from trackmark.datasets.synthetic.multipart import routes
 from trackmark.datasets.synthetic.multipart.plan import Person
 from trackmark.datasets.synthetic.nummiaro2003.campus.scene import VisitPlan, VisitScene, bystander
 from trackmark.datasets.synthetic.nummiaro2003.campus.scene import target as target_person
 from trackmark.datasets.synthetic.nummiaro2003.campus.setting import old_tree
-from trackmark.datasets.synthetic.nummiaro2003.knobs import WalkingKnobs
 from trackmark.datasets.synthetic.render.path import smooth_step
 from trackmark.datasets.synthetic.render.views import SIZE, Course, Views, fixed, straight
 from trackmark.datasets.synthetic.scene import part_generator
@@ -40,7 +40,7 @@ CLEAR = 0.65
 OTHERS_BEHIND = 5
 
 
-def scene(knobs: WalkingKnobs) -> VisitScene:
+def scene(knobs: SceneKnobs) -> VisitScene:
     """Return renderer and ground truth; nothing is drawn yet."""
     return VisitScene(_plan(knobs.scene), "even")
 

@@ -10,6 +10,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from trackmark.datasets.synthetic.knobs import SceneKnobs
 from trackmark.datasets.synthetic.nummiaro2003.driving.car import TARGETS, CarAt, any_car, unlike
 from trackmark.datasets.synthetic.nummiaro2003.driving.paintwork import BGR
 from trackmark.datasets.synthetic.nummiaro2003.driving.plan import (
@@ -31,7 +32,6 @@ from trackmark.datasets.synthetic.nummiaro2003.driving.world import (
     any_house,
     dashes,
 )
-from trackmark.datasets.synthetic.nummiaro2003.knobs import DrivingKnobs
 from trackmark.datasets.synthetic.render.path import spaced
 from trackmark.datasets.synthetic.scene import part_generator
 
@@ -53,7 +53,7 @@ FIRST, LAST = 7.0, 41.0
 """Where the rows of bays begin and end, from the road's middle [metres]."""
 
 
-def scene(knobs: DrivingKnobs) -> DrivingScene:
+def scene(knobs: SceneKnobs) -> DrivingScene:
     """Return renderer and ground truth; nothing is painted yet."""
     return DrivingScene(parking_plan(knobs.scene), still=True)
 

@@ -12,6 +12,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from trackmark.datasets.synthetic.knobs import SceneKnobs
 from trackmark.datasets.synthetic.nummiaro2003.driving.car import TARGETS, CarAt, any_car, unlike
 from trackmark.datasets.synthetic.nummiaro2003.driving.paintwork import BGR
 from trackmark.datasets.synthetic.nummiaro2003.driving.plan import (
@@ -32,7 +33,6 @@ from trackmark.datasets.synthetic.nummiaro2003.driving.world import (
     any_house,
     dashes,
 )
-from trackmark.datasets.synthetic.nummiaro2003.knobs import DrivingKnobs
 from trackmark.datasets.synthetic.render.path import smooth_step, spaced
 from trackmark.datasets.synthetic.render.views import QUICK, SLOW, wandering
 from trackmark.datasets.synthetic.scene import part_generator
@@ -57,7 +57,7 @@ FREE = 0.2
 """Share of the target's angle from the car's axis that the turn leaves, where it is small."""
 
 
-def scene(knobs: DrivingKnobs) -> DrivingScene:
+def scene(knobs: SceneKnobs) -> DrivingScene:
     """Return renderer and ground truth; nothing is painted yet."""
     return DrivingScene(traffic_plan(knobs.scene), still=False)
 

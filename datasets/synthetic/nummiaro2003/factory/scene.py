@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackmark.datasets.interface import Image, Mask
+from trackmark.datasets.synthetic.knobs import SceneKnobs
 from trackmark.datasets.synthetic.nummiaro2003.factory.hall import hall
-from trackmark.datasets.synthetic.nummiaro2003.knobs import HeadKnobs
 from trackmark.datasets.synthetic.render.attributes import occluded
 from trackmark.datasets.synthetic.render.camera import Camera, slow_exposure
 from trackmark.datasets.synthetic.render.figure.look import drawn_look
@@ -52,7 +52,7 @@ FAST = 0.1
 """A head is fast that moves by this part of its width in a frame."""
 
 
-def scene(knobs: HeadKnobs) -> "HeadScene":
+def scene(knobs: SceneKnobs) -> "HeadScene":
     """Return renderer and ground truth; nothing is drawn yet."""
     return HeadScene(knobs.scene)
 

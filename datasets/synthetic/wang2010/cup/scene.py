@@ -17,10 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackmark.datasets.interface import Image, Mask
+from trackmark.datasets.synthetic.knobs import SceneKnobs
 from trackmark.datasets.synthetic.render.camera import Camera
 from trackmark.datasets.synthetic.scene import Scene, Truth
 from trackmark.datasets.synthetic.wang2010.cup.setting import FRAMES, SIZE, WALL, Setting
-from trackmark.datasets.synthetic.wang2010.knobs import CupKnobs
 
 Array = NDArray[np.float64]
 
@@ -36,7 +36,7 @@ NOTICED = 0.1
 """Part of the cup that must be hidden, or before something of its colour, to be worth a word."""
 
 
-def scene(knobs: CupKnobs) -> "CupScene":
+def scene(knobs: SceneKnobs) -> "CupScene":
     """Renderer and truth; nothing is drawn yet."""
     return CupScene(knobs.scene)
 

@@ -49,6 +49,8 @@ from trackmark.datasets.synthetic.render.solids import (
 )
 from trackmark.datasets.synthetic.scene import part_generator
 
+Array = NDArray[np.float64]
+
 FRAMES = 80
 SIZE = 108, 85
 EVENT = 35
@@ -387,8 +389,6 @@ def _knitted(random: np.random.Generator, slope: float) -> Pattern:
 
     return gain
 
-
-Array = NDArray[np.float64]
 
 FINE = 4
 """Samples a pixel of the picture, in either direction."""

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackmark.datasets.interface import Image, Mask
+from trackmark.datasets.synthetic.knobs import SceneKnobs
 from trackmark.datasets.synthetic.render.camera import Camera, slow_exposure
 from trackmark.datasets.synthetic.render.figure.look import Look
 from trackmark.datasets.synthetic.render.sprite import Sprite
@@ -28,7 +29,6 @@ from trackmark.datasets.synthetic.wang2010.hand.hand import (
     hand_in_motion,
     textures,
 )
-from trackmark.datasets.synthetic.wang2010.knobs import HandKnobs
 
 Array = NDArray[np.float64]
 
@@ -49,7 +49,7 @@ SWAY = 0.25
 """Standard deviation of somebody's place who sits still [pixels]."""
 
 
-def scene(knobs: HandKnobs) -> "HandScene":
+def scene(knobs: SceneKnobs) -> "HandScene":
     """Renderer and truth; nothing is drawn yet."""
     return HandScene(knobs.scene)
 

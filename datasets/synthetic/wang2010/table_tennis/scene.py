@@ -26,12 +26,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from trackmark.datasets.interface import Image, Mask
+from trackmark.datasets.synthetic.knobs import SceneKnobs
 from trackmark.datasets.synthetic.render.camera import Camera
 from trackmark.datasets.synthetic.render.path import quantised, smooth_step
 from trackmark.datasets.synthetic.render.sprite import Sprite
 from trackmark.datasets.synthetic.render.texture import fractal, noise
 from trackmark.datasets.synthetic.scene import Scene, Truth, part_generator
-from trackmark.datasets.synthetic.wang2010.knobs import TableTennisKnobs
 from trackmark.datasets.synthetic.wang2010.table_tennis.player import BALL_FINE, LIGHT, Player, ball
 
 Array = NDArray[np.float64]
@@ -108,16 +108,9 @@ FLICK = 0.2
 class Play:
     """Play with bat and ball in an image of `width` and `height` [pixels].
 
-    Attributes
-    ----------
-    diameter : float
-        Diameter of the ball [pixels].
-    gravity : float
-        Acceleration of the ball in flight [pixels/frame²].
-    flights : ndarray of float64, shape (k, 2)
-        Start and end of each flight [frames].
-    side : int
-        -1 if the arm comes from the left, 1 if it comes from the right.
+    `diameter`: Diameter of the ball [pixels]. `gravity`: Acceleration of the ball in flight
+    [pixels/frame²]. `flights`: Start and end of each flight [frames]; shape (k, 2). `side`: -1 if
+    the arm comes from the left, 1 if it comes from the right.
     """
 
     def __init__(self, seed: int, width: int, height: int) -> None:
@@ -207,7 +200,7 @@ WALL = 16.0
 CAMERA = Camera(SIZE, noise=3.0, fall=(0.1, 0.1))
 
 
-def scene(knobs: TableTennisKnobs) -> "TableTennisScene":
+def scene(knobs: SceneKnobs) -> "TableTennisScene":
     """Renderer and truth; nothing is painted yet."""
     return TableTennisScene(knobs.scene)
 
