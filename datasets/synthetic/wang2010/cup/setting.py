@@ -49,8 +49,6 @@ from trackmark.datasets.synthetic.render.solids import (
 )
 from trackmark.datasets.synthetic.scene import part_generator
 
-Array = NDArray[np.float64]
-
 FRAMES = 80
 SIZE = 108, 85
 EVENT = 35
