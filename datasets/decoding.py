@@ -8,8 +8,8 @@ from reprlib import Repr
 
 from trackmark.datasets.interface import SequenceError
 
-MOST_PIXELS = 100_000_000
-"""Pixels of the largest image that is decoded; `$TRACKMARK_MOST_PIXELS` sets another number."""
+LIMIT, MOST_PIXELS = "TRACKMARK_MOST_PIXELS", 100_000_000
+"""Pixels of the largest image that is decoded, and the environment variable that overrides it."""
 
 PROGRAMMING_ERRORS = (AssertionError, AttributeError, ImportError, NameError, TypeError)
 """Exceptions that show a defect of our code or of a library, not of the file."""
@@ -64,9 +64,9 @@ def pixel_limit(most: int | None = None) -> int:
     """
     if most is not None:
         return most
-    own = os.environ.get("TRACKMARK_MOST_PIXELS", str(MOST_PIXELS))
+    own = os.environ.get(LIMIT, str(MOST_PIXELS))
     if not (own.isdecimal() and len(own) < 20):
-        raise SequenceError(f"TRACKMARK_MOST_PIXELS is {brief(own)}; give a number of pixels.")
+        raise SequenceError(f"{LIMIT} is {brief(own)}; give a number of pixels.")
     return int(own)
 
 
@@ -81,5 +81,5 @@ def check_pixels(width: int, height: int, most: int | None = None) -> None:
     if width * height > most:
         raise ValueError(
             f"it claims {width}x{height} pixels, more than the {most} that are decoded; "
-            "TRACKMARK_MOST_PIXELS sets another limit"
+            f"{LIMIT} sets another limit"
         )

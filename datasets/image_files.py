@@ -61,15 +61,15 @@ class ImageFiles:
     """
 
     def __init__(self, files: SequenceOf[Path], most_pixels: int | None = None) -> None:
-        self._files = files
+        self.files = files
         self._most_pixels = most_pixels
 
     def __len__(self) -> int:
-        return len(self._files)
+        return len(self.files)
 
     def __getitem__(self, frame: int) -> Image:
         """See `Frames`."""
-        file = self._files[frame]
+        file = self.files[frame]
         advice = "Get the file anew, or end the truth before this frame."
         with decoding(f"{file}: frame {frame} can't be read", advice):
             return decode_image(file.read_bytes(), self._most_pixels)

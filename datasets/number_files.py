@@ -40,9 +40,9 @@ def read_rows(
 ) -> NDArray[np.float64]:
     """Read rows of numbers, separated by commas, tabs or spaces; all rows have equally many.
 
-    `path`: Of the file. `counts`: How many numbers a row may have. `expected, what`: What a row
-    holds, for messages. Returns
-    shape (n, k): a row a line, at least one; NaN where the file says so. Raises `SequenceError` naming file and line.
+    `counts`: How many numbers a row may have. `expected, what`: What a row holds, for messages.
+    The result has shape (n, k), a row a line, at least one; NaN where the file says so. Raises
+    `SequenceError` naming file and line.
     """
     rows: list[list[float]] = []
     for number, line in enumerate(read_text(path).rstrip().splitlines(), 1):

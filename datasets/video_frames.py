@@ -43,6 +43,13 @@ class VideoFrames:
         with decoding(f"{file}: this can't be read as video"):
             self._index()
 
+    def __copy__(self) -> "VideoFrames":
+        """Return frames of the same file with a position of their own; the index is shared."""
+        other = object.__new__(type(self))
+        other.__dict__ |= self.__dict__
+        other._next, other._decoding, other._converter = 0, iter(()), VideoReformatter()
+        return other
+
     def __len__(self) -> int:
         return self._count
 

@@ -1,16 +1,21 @@
 """Readers of recorded data: a file here is a format."""
 
 import importlib
+import os
+import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from copy import copy
 from dataclasses import replace
 from fnmatch import fnmatchcase
 from functools import cache
 from glob import escape
 from pathlib import Path
-from typing import Any, Protocol, cast, runtime_checkable
+from typing import Any, NamedTuple, Protocol, cast, runtime_checkable
 
-from trackmark.datasets.decoding import brief
+from trackmark.datasets.decoding import LIMIT, brief
+from trackmark.datasets.file_digest import TICK_NS
+from trackmark.datasets.image_files import ImageFiles
 from trackmark.datasets.interface import Sequence, SequenceError
 from trackmark.datasets.spec_string import natural_order
 from trackmark.datasets.truth_file import read_text
@@ -235,12 +240,58 @@ def options(path: Path) -> list[dict[str, Any]]:
 def read(
     path: Path, truth: Path | None = None, chosen: Mapping[str, str] | None = None
 ) -> Sequence:
-    """Open recorded data with the reader that knows it.
+    """Open recorded data with the reader that knows it; once while its files do not change.
 
     `path`: A file or folder, or what a reader knows as a name. `truth`: Truth file (CSV) that wins
     over the data's own truth. `chosen`: Some of the `options` and their values. Raises
     `SequenceError` where no reader knows the path or an option, or the one that does can't read it.
     """
+    options = tuple(sorted((chosen or {}).items()))
+    key = (Path.cwd(), path, truth, options, os.environ.get(LIMIT))
+    kept = _KEPT.get(key)
+    if kept is None or kept.stamps != _stamps(kept.sequence, path):
+        _KEPT.pop(key, None)
+        started = time.time_ns()
+        sequence = _read(path, truth, chosen)
+        kept = _Kept(sequence, _stamps(sequence, path))
+        if max(changed for _, changed in kept.stamps.values()) < started - TICK_NS:
+            _KEPT[key] = kept
+            if len(_KEPT) > _MOST_KEPT:
+                del _KEPT[next(iter(_KEPT))]
+    sequence = copy(kept.sequence)  # callers replace frames, and a video's frames hold a position
+    sequence.frames = copy(sequence.frames)
+    return sequence
+
+
+class _Kept(NamedTuple):
+    """Sequence that was opened, and what its files were like then."""
+
+    sequence: Sequence
+    stamps: dict[str, tuple[int, int]]  # size and time of change [ns] by path
+
+
+_KEPT: dict[tuple[object, ...], _Kept] = {}
+_MOST_KEPT = 64
+
+
+def _stamps(sequence: Sequence, path: Path) -> dict[str, tuple[int, int]]:
+    """Return size and time of change of all that a sequence was read from, folders' entries too."""
+    places = [path, Path(sequence.truth_source)]
+    if path.is_file():
+        places += list(path.parent.glob(f"{escape(path.stem)}.*"))
+    if isinstance(sequence.frames, ImageFiles):
+        places.append(sequence.frames.files[0].parent)
+    stamps = {}
+    with _looking(path):
+        for place in {place for place in places if place.exists()}:
+            found = [place, *(os.scandir(place) if place.is_dir() else ())]
+            for entry in found:
+                status = entry.stat()
+                stamps[os.fspath(entry)] = status.st_size, status.st_mtime_ns
+    return stamps
+
+
+def _read(path: Path, truth: Path | None, chosen: Mapping[str, str] | None) -> Sequence:
     reader = _reader(path)
     if reader is None:
         raise SequenceError(_unknown(path))

@@ -6,8 +6,8 @@ from hypothesis import given, settings
 
 from tests.datasets.synthetic.scenes import SEEDS
 from trackmark import datasets
+from trackmark.datasets.synthetic.knobs import SceneKnobs
 from trackmark.datasets.synthetic.render.sprite import blend_sprite
-from trackmark.datasets.synthetic.wang2010.knobs import TableTennisKnobs
 from trackmark.datasets.synthetic.wang2010.table_tennis import scene as table_tennis
 from trackmark.datasets.synthetic.wang2010.table_tennis.player import blend_swung
 from trackmark.datasets.synthetic.wang2010.table_tennis.scene import CATCH, Play
@@ -110,7 +110,7 @@ def test_a_box_holds_the_mask_and_no_more(seed):
 @pytest.fixture(scope="module")
 def pair():
     """A scene, and the same with a black ball."""
-    one, other = (table_tennis.scene(TableTennisKnobs(scene=2)) for _ in range(2))
+    one, other = (table_tennis.scene(SceneKnobs(scene=2)) for _ in range(2))
     other._ball = one._ball.silhouette(0)
     for part in ("_ball_shadow", "_player", "_wall"):
         setattr(other, part, getattr(one, part))
@@ -155,7 +155,7 @@ def swung(sprite, left, top, swings, shares):
 
 @pytest.fixture(scope="module")
 def limb():
-    return table_tennis.scene(TableTennisKnobs(scene=3))._ball.levels[1]
+    return table_tennis.scene(SceneKnobs(scene=3))._ball.levels[1]
 
 
 @pytest.mark.parametrize("count", [1, 4])
@@ -174,7 +174,7 @@ def test_columns_go_along_with_the_swing_by_their_share(limb, count):
 @pytest.mark.parametrize(("seed", "side", "border"), [(3, 1, 141), (1, -1, 0)])
 def test_the_hand_goes_with_the_bat_and_the_arm_less_towards_the_elbow(seed, side, border):
     """Where the sleeve's upper edge is, at the border; where the thumb's is, at the blade."""
-    one = table_tennis.scene(TableTennisKnobs(scene=seed))
+    one = table_tennis.scene(SceneKnobs(scene=seed))
     assert one.play.side == side
     at = one.play.bat(25)
     tops = []
