@@ -4,10 +4,12 @@ from functools import lru_cache
 
 import cv2
 import numpy as np
+import pytest
 from hypothesis import strategies as st
 from shapely import area, box, intersection, intersects, polygons, prepare, union_all
 
 from trackmark.datasets.synthetic.suite import suites
+from trackmark.datasets.versioning import seal_of
 
 SEEDS = st.integers(0, 2**32 - 1)
 
@@ -26,6 +28,17 @@ def scenes_of(name):
         return opened(seed, **knobs).render(frame).astype(float)
 
     return opened, image
+
+
+def unless_sealed(name):
+    """Return marks of tests of a scene: slow while its source is the one that was sealed.
+
+    Its pixels and truth are then those for which the tests passed (`datasets.versioning`).
+    """
+    (suite,) = (suite for suite in suites() if name in suite.names())
+    seal = seal_of(name, suite.golden)
+    is_sealed = seal is not None and seal.tree == suite.tree(name)
+    return [pytest.mark.slow] if is_sealed else []
 
 
 def runs(flags):
