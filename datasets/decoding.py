@@ -8,12 +8,10 @@ from reprlib import Repr
 
 from trackmark.datasets.interface import SequenceError
 
+# Pixels of the largest image that is decoded, and the environment variable that overrides it.
 LIMIT, MOST_PIXELS = "TRACKMARK_MOST_PIXELS", 100_000_000
-"""Pixels of the largest image that is decoded, and the environment variable that overrides it."""
-
+# Exceptions that show a defect of our code or of a library, not of the file.
 PROGRAMMING_ERRORS = (AssertionError, AttributeError, ImportError, NameError, TypeError)
-"""Exceptions that show a defect of our code or of a library, not of the file."""
-
 _LONGEST_REASON = 300
 _BRIEF = Repr()
 _BRIEF.maxstring = 200

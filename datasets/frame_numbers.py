@@ -11,8 +11,7 @@ from pathlib import Path
 from trackmark.datasets.interface import SequenceError
 from trackmark.datasets.spec_string import natural_order
 
-_Number = tuple[str | int, ...]
-"""Name of an image up to its last number: text and numbers in turn."""
+_Number = tuple[str | int, ...]  # name of an image up to its last number: text and numbers in turn
 
 
 def check_frame_numbers(images: SequenceOf[Path]) -> None:

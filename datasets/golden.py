@@ -6,8 +6,7 @@ import numpy as np
 
 from trackmark.datasets.interface import Image, Sequence
 
-TILES = 4
-"""Tiles across and down of which a look keeps the mean colours."""
+TILES = 4  # tiles across and down of which a look keeps the mean colours
 
 
 def golden_digests(sequence: Sequence) -> dict[str, str]:

@@ -31,15 +31,10 @@ SUFFIXES = (".jpg", ".jpeg", ".png", ".bmp", ".ppm", ".tif", ".tiff")
 
 _JPEG_START, _PNG_START, _TIFF_STARTS = b"\xff\xd8", b"\x89PNG", (b"II", b"MM")
 
-_MOST_BYTES = 6
-"""A pixel, where there are as many as may be: of a PPM file of 16 bits."""
-
+_MOST_BYTES = 6  # a pixel, where there are as many as may be: of a PPM file of 16 bits
+# Numbers of the TIFF format: a version, a tag and a type of values.
 _BIG_TIFF, _ORIENTATION, _SHORT = 43, 274, 3
-"""Numbers of the TIFF format: a version, a tag and a type of values."""
-
-_TIFF_BYTES = 32
-"""A pixel, at most: four numbers in double precision."""
-
+_TIFF_BYTES = 32  # a pixel, at most: four numbers in double precision
 # What reads no more than a header, by how a file begins.
 _HEADERS: Mapping[bytes, Callable[[BytesIO], ImageFile]] = {
     _PNG_START: PngImageFile,

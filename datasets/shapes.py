@@ -7,8 +7,8 @@ from typing import TypeAlias, overload
 import numpy as np
 from numpy.typing import NDArray
 
+# A polygon, shape (k, 2), a mask, bool of shape (height, width), or None where the box is all.
 Shape: TypeAlias = NDArray[np.float64] | NDArray[np.bool_] | None
-"""A polygon, shape (k, 2), a mask, bool of shape (height, width), or None where the box is all."""
 
 
 @dataclass(frozen=True)

@@ -11,9 +11,7 @@ from numpy.typing import ArrayLike
 
 from trackmark.datasets.attributes.view import View
 
-Over = Literal["mean", "5 %", "95 %"]
-"""How a sequence's value comes from those of its frames."""
-
+Over = Literal["mean", "5 %", "95 %"]  # how a sequence's value comes from those of its frames
 _QUANTILES: dict[Over, float] = {"5 %": 0.05, "95 %": 0.95}
 
 

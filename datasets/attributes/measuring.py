@@ -20,8 +20,8 @@ from trackmark.datasets.interface import Sequence
 from trackmark.datasets.source_digest import tree_digest
 from trackmark.datasets.spec_string import close_match
 
+# Values by attribute, (n,): a number a frame, NaN where there is none.
 Series = dict[str, NDArray[np.float64]]
-"""Values by attribute, (n,): a number a frame, NaN where there is none."""
 
 
 @cache

@@ -16,8 +16,8 @@ from trackmark.datasets.spec_string import close_match, format_text
 
 PREFIX = "filter."
 
+# Which of many equal draws a filter takes (its noise, its direction): a whole number, else 0.
 DRAW = "draw"
-"""Which of many equal draws a filter takes (its noise, its direction): a whole number, else 0."""
 
 
 @dataclass(frozen=True)
@@ -57,8 +57,8 @@ docs/stress.md says what their values mean.
 """
 
 
+# Filters under which polygons and masks of a truth stay true; under others its boxes count.
 IN_PLACE = frozenset({"occlusion", "similarity", "gain", "blur", "noise", "box_error"})
-"""Filters under which polygons and masks of a truth stay true; under others its boxes count."""
 
 
 def split_filters(text: str) -> tuple[str, dict[str, float]]:

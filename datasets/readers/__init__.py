@@ -35,14 +35,10 @@ __all__ = [
     "taken_for",
 ]
 
+# Names of the sequences that belong to a data set, as VOT and GOT-10k have it in its folder.
 LIST = "list.txt"
-"""Names of the sequences that belong to a data set, as VOT and GOT-10k have it in its folder."""
-
-_DEPTH = 3
-"""Levels of folders in which sequences are looked for: of `LaSOT/dog/dog-1` two."""
-
-_NAMED = 4
-"""Files of an unknown layout that are named."""
+_DEPTH = 3  # levels of folders in which sequences are looked for: of `LaSOT/dog/dog-1` two
+_NAMED = 4  # files of an unknown layout that are named
 
 
 class Reader(Protocol):

@@ -38,8 +38,8 @@ CITATION = (
     "CVPR 2016; Pont-Tuset et al., The 2017 DAVIS challenge, arXiv:1704.00675"
 )
 
+# Belongs to no object where objects are numbered; where nothing else is, it is the object.
 _VOID = 255
-"""Belongs to no object where objects are numbered; where nothing else is, it is the object."""
 
 
 def recognises(path: Path) -> bool:

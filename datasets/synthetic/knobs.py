@@ -9,8 +9,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model
 from trackmark.datasets.interface import SequenceError
 from trackmark.datasets.spec_string import format_text
 
-Seed = Annotated[int, Field(ge=0, lt=2**32)]
-"""Type of the knob `scene`, which every scene has."""
+Seed = Annotated[int, Field(ge=0, lt=2**32)]  # type of the knob `scene`, which every scene has
 
 
 def seed(of: str) -> Any:

@@ -349,13 +349,11 @@ class EllipseScene(Scene):
         return Truth(self.plan.boxes, np.ones(FRAMES), {"similar patch": touching})
 
     def render(self, frame: int) -> Image:
-        """See `Scene.render`."""
         canvas = self._backdrop.copy()
         self._lay_ellipse(canvas, frame)
         return CAMERA.exposed(canvas, self._seed, frame)
 
     def mask(self, frame: int) -> Mask:
-        """See `Scene.mask`."""
         return self.plan.covers(frame)
 
     def _lay_ellipse(self, canvas: Image, frame: int) -> None:

@@ -303,7 +303,6 @@ class Setting:
 
     @cached_property
     def sway(self) -> Array:
-        """See `plan.drawn_sway`."""
         return drawn_sway(self._random("sway"))
 
     def points(self, frame: int) -> tuple[Array, Array]:
@@ -431,7 +430,6 @@ class LeafScene(Scene):
         return Truth(boxes, np.ones(FRAMES), {"light change": change})
 
     def render(self, frame: int) -> Image:
-        """See `Scene.render`."""
         light = self.setting.light(frame)
         still, swaying = self._foliage[light is SUNSHINE]
         shift = self.setting.sway[frame] - MARGIN
@@ -446,7 +444,6 @@ class LeafScene(Scene):
         return CAMERA.exposed(developed(picture), self._seed, frame)
 
     def mask(self, frame: int) -> Mask:
-        """See `Scene.mask`."""
         return np.asarray(self.setting.seen(frame).coverage(SIZE) >= 0.5)
 
     @cached_property
@@ -460,6 +457,4 @@ class LeafScene(Scene):
         )
 
 
-@lru_cache(maxsize=4)
-def _setting(seed: int) -> Setting:
-    return Setting(seed)
+_setting = lru_cache(maxsize=4)(Setting)

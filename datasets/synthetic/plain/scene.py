@@ -353,11 +353,9 @@ class TargetScene(Scene):
         self.length, self.size = knobs.length, (knobs.width, knobs.height)
 
     def truth(self) -> Truth:
-        """See `Scene.truth`."""
         return target_truth(self.motion)
 
     def render(self, frame: int) -> Image:
-        """See `Scene.render`."""
         knobs, motion = self.knobs, self.motion
         side = len(self._ground) - knobs.height - 1
         x, y = (np.round(motion.window(frame) * 64).astype(np.int64) % (side * 64)).tolist()
@@ -373,7 +371,6 @@ class TargetScene(Scene):
         return self._camera.exposed(canvas, knobs.scene, frame, sun)
 
     def mask(self, frame: int) -> Mask:
-        """See `Scene.mask`."""
         motion = self.motion
         canvas = np.zeros((self.knobs.height, self.knobs.width, 3), np.uint8)
         scale = float(motion.scale(frame)) / self._target.oversize

@@ -14,7 +14,7 @@ from trackmark import datasets
 from trackmark.datasets import SequenceError
 from trackmark.datasets.image_files import SUFFIXES
 
-EVERYDAY, ALL = 16, 1000
+EVERYDAY, ALL = 40, 1000
 
 # Numbers of the images that the truth begins with, where it goes by numbers.
 FIRSTS = {"trackingnet": 0, "tcolor128": 4, "images": None, "davis": None, "mp4": None, "avi": None}

@@ -12,7 +12,7 @@ from tests.datasets.readers.layouts import LAYOUTS
 from trackmark import datasets
 from trackmark.datasets import SequenceError
 
-EVERYDAY, ALL, LARGEST = 20, 10_000, 1e7
+EVERYDAY, ALL, LARGEST = 50, 10_000, 1e7
 BOXES = "frame,x,y,width,height,visibility,source\n0,1,2,8,9,0.5,marked\n1,2,2,8,9,,\n2,,,,,,\n"
 STRAY = [
     b"\0",

@@ -137,6 +137,11 @@ FACTS = {
         ("bottom", ANY, 0, 237),
         ("step", ANY, 0, 7),
         ("mean step", ANY, 1.5, 6.5),
+        ("similar patch", np.s_[:5], 0, 0),
+        ("most similar patch", np.s_[10:40], 1, 1),
+        ("most similar patch", np.s_[40:70], 1, 1),
+        ("most similar patch", np.s_[70:], 1, 1),
+        ("mean similar patch", ANY, 0.03, 0.5),
     ],
     "moreno2005/octopus": [
         ("left", ANY, 2, INF),
@@ -148,6 +153,8 @@ FACTS = {
         ("camouflaged", np.s_[:8], 0, 0),
     ],
     "moreno2005/book": [
+        ("least visibility", ANY, 0.94, 1),  # the thumb hides a little
+        ("most visibility", ANY, 0.94, 0.9999),
         ("left", ANY, 0, INF),
         ("top", ANY, 0, INF),
         ("right", ANY, 0, 320),

@@ -217,7 +217,6 @@ class BookScene(Scene):
         return Truth(boxes, visibility, {"self-shadow": shadow >= CONSIDERABLE})
 
     def render(self, frame: int) -> Image:
-        """See `Scene.render`."""
         setting = self.setting
         book = setting.seen(frame)
         hand = setting.hand(frame)
@@ -231,11 +230,8 @@ class BookScene(Scene):
         return CAMERA.exposed(developed(picture), self._seed, frame)
 
     def mask(self, frame: int) -> Mask:
-        """See `Scene.mask`."""
         book = self.setting.seen(frame).coverage(SIZE)
         return np.asarray(book * (1 - self.setting.hand(frame)[..., 3]) >= 0.5)
 
 
-@lru_cache(maxsize=4)
-def _setting(seed: int) -> Setting:
-    return Setting(seed)
+_setting = lru_cache(maxsize=4)(Setting)

@@ -374,14 +374,12 @@ class OctopusScene(Scene):
         return Truth(plan.boxes, np.ones(FRAMES), {"camouflaged": plan.camouflaged})
 
     def render(self, frame: int) -> Image:
-        """See `Scene.render`."""
         picture = self._floor.copy()
         self._lay_octopus(picture, frame)
         canvas = self._water.over(picture, frame)
         return CAMERA.exposed(canvas, self._seed, frame)
 
     def mask(self, frame: int) -> Mask:
-        """See `Scene.mask`."""
         balls = self.plan.posture(frame).balls
         return np.asarray(moulded(balls, (0.0, 0.0), 1.0, SIZE[::-1], ground=-1.0)[1] >= 0)
 
@@ -428,6 +426,4 @@ class OctopusScene(Scene):
         return part_generator(self._seed, f"moreno2005/octopus {part}")
 
 
-@lru_cache(maxsize=4)
-def _plan(seed: int) -> Plan:
-    return drawn_plan(seed)
+_plan = lru_cache(maxsize=4)(drawn_plan)

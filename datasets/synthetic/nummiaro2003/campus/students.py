@@ -22,21 +22,14 @@ from trackmark.datasets.synthetic.render.views import SIZE, Course, Views, fixed
 from trackmark.datasets.synthetic.scene import part_generator
 
 LENGTH = 242
+# Frames: the first with the target, that in which the tree hides him most, the first without.
 COMES, HIDDEN, GONE = 20, 121, 232
-"""Frames: the first with the target, that in which the tree hides him most, the first without."""
-
+# Time for which less than 0.3 of him is seen: he is lost for a short time only [frames].
 BEHIND_THE_TREE = 8, 11
-"""Time for which less than 0.3 of him is seen: he is lost for a short time only [frames]."""
-
+# He gains so much on a steady pace at the tree [pixels], within this time of it [frames].
 HURRY, HURRIED = 45.0, 25
-"""He gains so much on a steady pace at the tree [pixels], within this time of it [frames]."""
-
-PASSED = 181, 202
-"""Frames in which others pass before him, give or take two."""
-
-CLEAR = 0.65
-"""Others pass the target at this distance, in depth, at least [metres]."""
-
+PASSED = 181, 202  # frames in which others pass before him, give or take two
+CLEAR = 0.65  # others pass the target at this distance, in depth, at least [metres]
 OTHERS_BEHIND = 5
 
 

@@ -77,8 +77,7 @@ class CarAt:
     # parts of it at which it is drawn; their number is a power of two
     moments: tuple[float, ...] = (0.0,)
 
-    reach = 3.0
-    """See `Thing.reach`."""
+    reach = 3.0  # See `Thing.reach`
 
     def box(self, view: View) -> Array:
         """Extents [x, y, width, height] of the whole car in the picture [pixels]."""
@@ -86,7 +85,6 @@ class CarAt:
         return np.array([left, top, right - left, bottom - top])
 
     def window(self, view: View) -> Window | None:
-        """See `Thing.window`."""
         low_x, high_x, low_y, high_y, nearest = self._extents(self.car.facets, view)
         if nearest < NEAREST_DRAWN / 2:
             return None
@@ -160,11 +158,9 @@ PAINTS: tuple[BGR, ...] = (
     (128, 156, 172),  # beige
 )
 
+# Paints of targets: not that of the road.
 TARGETS = tuple(paint for paint in PAINTS if paint != (94, 94, 94))
-"""Paints of targets: not that of the road."""
-
-CLEAR = 60.0
-"""Paints that differ by this much in some channel differ clearly [grey levels]."""
+CLEAR = 60.0  # paints that differ by this much in some channel differ clearly [grey levels]
 
 
 def paint(random: np.random.Generator, choice: tuple[BGR, ...] = PAINTS) -> BGR:

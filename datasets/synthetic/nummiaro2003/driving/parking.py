@@ -37,20 +37,11 @@ from trackmark.datasets.synthetic.scene import part_generator
 
 FRAMES = 400
 
-LANES = 6.5
-"""The two lanes of the parking place lie this far left and right of its middle [metres]."""
-
-ROAD = 3.3
-"""Half the width of the road before it [metres]."""
-
-BAY = 2.6
-"""Width of a bay; five metres long [metres]."""
-
-ROWS = (-12.0, 0.0, 12.0)
-"""Rows of bays, beside the lanes and between them [metres]."""
-
-FIRST, LAST = 7.0, 41.0
-"""Where the rows of bays begin and end, from the road's middle [metres]."""
+LANES = 6.5  # the two lanes of the parking place lie this far left and right of its middle [metres]
+ROAD = 3.3  # half the width of the road before it [metres]
+BAY = 2.6  # width of a bay; five metres long [metres]
+ROWS = (-12.0, 0.0, 12.0)  # rows of bays, beside the lanes and between them [metres]
+FIRST, LAST = 7.0, 41.0  # where the rows of bays begin and end, from the road's middle [metres]
 
 
 def scene(knobs: SceneKnobs) -> DrivingScene:

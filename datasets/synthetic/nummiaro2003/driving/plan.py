@@ -20,11 +20,8 @@ Array = NDArray[np.float64]
 _STEP = 0.05  # along a way [metres]
 _EASE = 3.0  # way in which the steering wheel is turned [metres]
 
-SIDEWAYS = 2.2
-"""Acceleration in bends that drivers take [metres/second²]."""
-
-BRAKING = 1.6
-"""Acceleration along the way that they take [metres/second²]."""
+SIDEWAYS = 2.2  # acceleration in bends that drivers take [metres/second²]
+BRAKING = 1.6  # acceleration along the way that they take [metres/second²]
 
 
 @dataclass(frozen=True)
@@ -123,13 +120,10 @@ class Course:
         return cls(*(np.broadcast_to(column, frames) for column in columns))
 
 
-SIZE = 640, 480
-"""Width and height of the images [pixels]."""
-
+SIZE = 640, 480  # width and height of the images [pixels]
 FRAMES_PER_SECOND = 25.0
 
-EXPOSURE = 0.4
-"""Part of the time between two frames for which the shutter is open."""
+EXPOSURE = 0.4  # part of the time between two frames for which the shutter is open
 
 
 @dataclass(frozen=True)

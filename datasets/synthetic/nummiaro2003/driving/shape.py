@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-MOST = 8
-"""Corners of a facet."""
+MOST = 8  # corners of a facet
 
 
 class Facets(NamedTuple):
@@ -171,27 +170,15 @@ def assembled(faces: Sequence[Face], projections: Array) -> Facets:
     )
 
 
+# Pictures of a car: elevations, a plan, and the shadow below.
 SIDE, FRONT, REAR, TOP, SHADOW = range(5)
-"""Pictures of a car: elevations, a plan, and the shadow below."""
-
-REACH = 2.56
-"""Side and plan show this much before and behind the middle [metres]."""
-
-WIDE = 1.28
-"""Front, rear and plan show this much on either side of the middle [metres]."""
-
-TALL = 1.92
-"""Elevations show this much above the ground [metres]."""
-
+REACH = 2.56  # side and plan show this much before and behind the middle [metres]
+WIDE = 1.28  # front, rear and plan show this much on either side of the middle [metres]
+TALL = 1.92  # elevations show this much above the ground [metres]
+# Width and height of the pictures [pixels].
 SIZES = {SIDE: (512, 128), FRONT: (256, 128), REAR: (256, 128), TOP: (256, 128), SHADOW: (64, 64)}
-"""Width and height of the pictures [pixels]."""
-
-BELT = 0.93
-"""Height of the lower edge of the windows, without that of the sills [metres]."""
-
-TYRE = 0.31
-"""Radius of a tyre, and height of its hub [metres]."""
-
+BELT = 0.93  # height of the lower edge of the windows, without that of the sills [metres]
+TYRE = 0.31  # radius of a tyre, and height of its hub [metres]
 _CUT = 0.16, 0.24  # corners of the body, across and along [metres]
 _DARK = 0.55  # reach of the shadow beyond the body [metres]
 

@@ -41,20 +41,12 @@ Array = NDArray[np.float64]
 
 FRAMES = 330
 
-LANE = 1.75
-"""From the road's middle to that of a lane [metres]."""
-
-EDGE = 4.4
-"""Half the width of a road, parking along the kerb not counted [metres]."""
-
-PAVED = 7.2
-"""Where the pavement ends, from the road's middle [metres]."""
-
-ROOM = 0.24
-"""The camera is turned so that the target stays this near to the axis [radians]."""
-
+LANE = 1.75  # from the road's middle to that of a lane [metres]
+EDGE = 4.4  # half the width of a road, parking along the kerb not counted [metres]
+PAVED = 7.2  # where the pavement ends, from the road's middle [metres]
+ROOM = 0.24  # the camera is turned so that the target stays this near to the axis [radians]
+# Share of the target's angle from the car's axis that the turn leaves, where it is small.
 FREE = 0.2
-"""Share of the target's angle from the car's axis that the turn leaves, where it is small."""
 
 
 def scene(knobs: SceneKnobs) -> DrivingScene:

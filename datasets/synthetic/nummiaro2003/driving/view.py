@@ -99,15 +99,9 @@ def _direction(angle: float) -> tuple[float, float]:
     return cos, sin
 
 
-NEAREST_SOLID = 0.6
-"""Solids that come nearer to the camera than this have no extents [metres]."""
-
-STAINS_SIDE = 512
-"""Side of the picture of stains on the ground [pixels]."""
-
-STAINS_PERIOD = 16.0
-"""The picture of stains covers this side of the ground [metres]."""
-
+NEAREST_SOLID = 0.6  # solids that come nearer to the camera than this have no extents [metres]
+STAINS_SIDE = 512  # side of the picture of stains on the ground [pixels]
+STAINS_PERIOD = 16.0  # the picture of stains covers this side of the ground [metres]
 _SKY = np.array([-0.05, 0.23, -0.08, 0.8])  # brightest above, and somewhat to the left
 _DENSITY = STAINS_SIDE / STAINS_PERIOD * np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
 
@@ -183,11 +177,9 @@ def extents(facets: Facets, pose: Pose, lens: Lens) -> tuple[float, float, float
     return left, right, top, bottom, nearest
 
 
+# Left, top, right and bottom of some pixels, the last two excluded.
 Window = tuple[int, int, int, int]
-"""Left, top, right and bottom of some pixels, the last two excluded."""
-
-NEAREST_DRAWN = 2.0
-"""Things nearer to the camera than this are not drawn [metres]."""
+NEAREST_DRAWN = 2.0  # things nearer to the camera than this are not drawn [metres]
 
 
 class Thing(Protocol):
@@ -233,8 +225,7 @@ def meet(one: Window, other: Window) -> bool:
     return one[0] < other[2] and other[0] < one[2] and one[1] < other[3] and other[1] < one[3]
 
 
-METRE = 40.0
-"""Pixels a metre of the pictures."""
+METRE = 40.0  # pixels a metre of the pictures
 
 
 @dataclass(frozen=True)
@@ -257,11 +248,9 @@ class Standing:
 
     @property
     def reach(self) -> float:
-        """See `Thing.reach`."""
         return float(self.cutout.sprite.width / 2 * self.size / METRE)
 
     def window(self, view: View) -> Window | None:
-        """See `Thing.window`."""
         column, row, depth = view.place_of(self.x, self.z)
         if depth < NEAREST_DRAWN:
             return None
@@ -275,7 +264,6 @@ class Standing:
         )
 
     def draw(self, canvas: NDArray[np.uint8], view: View) -> None:
-        """See `Thing.draw`."""
         column, row, depth = view.place_of(self.x, self.z)
         if depth >= NEAREST_DRAWN:
             scale = view.focal / depth * self.size / METRE

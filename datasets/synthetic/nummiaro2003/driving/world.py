@@ -38,15 +38,9 @@ from trackmark.datasets.synthetic.render.texture import fractal, grass, noise, p
 from trackmark.datasets.synthetic.scene import part_generator
 
 Array = NDArray[np.float64]
-Box = tuple[float, float, float, float]
-"""Left, top, right and bottom [metres]."""
-
-LOOKS = 6
-"""Kinds of walls and roofs in a place."""
-
-STOREY = 2.9
-"""Height of a storey [metres]."""
-
+Box = tuple[float, float, float, float]  # left, top, right and bottom [metres]
+LOOKS = 6  # kinds of walls and roofs in a place
+STOREY = 2.9  # height of a storey [metres]
 _WALLS = (
     (72, 84, 150),  # brick
     (62, 70, 122),  # dark brick
@@ -260,9 +254,8 @@ def _with_trees(
     return np.asarray(picture + (green - picture) * cover[..., None]).astype(np.uint8)
 
 
+# What the ground is made of, and how many pixels its picture has a metre.
 GROUND = {"asphalt": 96.0, "paving": 128.0, "grass": 64.0, "kerb": 64.0, "paint": 64.0}
-"""What the ground is made of, and how many pixels its picture has a metre."""
-
 _SIZE = 512
 
 
@@ -314,13 +307,10 @@ def surfaces(random: np.random.Generator) -> Pictures:
                    * np.ones(3)])  # fmt: skip
 
 
-KINDS = {"tree": tree, "bush": bush, "post": post, "sign": sign}
-"""What can stand about."""
-
+KINDS = {"tree": tree, "bush": bush, "post": post, "sign": sign}  # what can stand about
 _UNSHADED = blank()
 
-VARIETIES = 3
-"""Of each kind."""
+VARIETIES = 3  # of each kind
 
 
 @dataclass(frozen=True)

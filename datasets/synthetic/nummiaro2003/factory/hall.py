@@ -363,18 +363,14 @@ def _notices(wall: Painting, random: np.random.Generator, width: float, height: 
     wall.plate(x - 0.03, y - 0.12, 0.06, 0.06, DARK, 0.008)
 
 
-FINE = 2
-"""It is painted larger by this."""
-
+FINE = 2  # it is painted larger by this
 WALLS = ((176, 184, 186), (150, 178, 190), (168, 182, 160), (120, 140, 170), (150, 150, 148))
 
-FADED = 0.22
-"""Of the colours' strength."""
-
+FADED = 0.22  # of the colours' strength
 CABLES = (DARK,) * 6 + (STEEL,) * 4
 
+# What stands along the wall, each once before any comes again.
 UNITS = (cabinet, machine_tool, _shelf, _tools, wiring, _notices)
-"""What stands along the wall, each once before any comes again."""
 
 
 def hall(random: np.random.Generator, width: int, height: int, scale: float) -> NDArray[np.uint8]:

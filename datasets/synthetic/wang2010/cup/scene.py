@@ -24,16 +24,13 @@ from trackmark.datasets.synthetic.wang2010.cup.setting import FRAMES, SIZE, WALL
 
 Array = NDArray[np.float64]
 
-EXPOSURE = 0.5
-"""Part of the time between two frames for which the shutter is open."""
-
+EXPOSURE = 0.5  # part of the time between two frames for which the shutter is open
 CAMERA = Camera(SIZE, noise=2.2)
 
+# How much light the shadow on the wall takes, and its softness [pixels].
 SHADOW, SOFTNESS = 0.3, 2.2
-"""How much light the shadow on the wall takes, and its softness [pixels]."""
-
+# Part of the cup that must be hidden, or before something of its colour, to be worth a word.
 NOTICED = 0.1
-"""Part of the cup that must be hidden, or before something of its colour, to be worth a word."""
 
 
 def scene(knobs: SceneKnobs) -> "CupScene":
@@ -61,7 +58,6 @@ class CupScene(Scene):
         return _truth(self._seed)
 
     def render(self, frame: int) -> Image:
-        """See `Scene.render`."""
         behind, box = self.setting.still
         instants = frame + EXPOSURE * np.array([-0.25, 0.25])
         carried = np.mean([self.setting.carried.at(*self._pose(t)) for t in instants], axis=0)
@@ -74,7 +70,6 @@ class CupScene(Scene):
         return CAMERA.exposed(canvas, self._seed, frame)
 
     def mask(self, frame: int) -> Mask:
-        """See `Scene.mask`."""
         mask = self.seen(frame)[1] >= 0.5
         return np.asarray(mask[:, ::-1] if self.plan.mirrored else mask)
 
@@ -95,9 +90,7 @@ class CupScene(Scene):
         return np.asarray(SHADOW * cv2.GaussianBlur(thrown, (0, 0), SOFTNESS))
 
 
-@lru_cache(maxsize=4)
-def _setting(seed: int) -> Setting:
-    return Setting(seed)
+_setting = lru_cache(maxsize=4)(Setting)
 
 
 @lru_cache(maxsize=4)

@@ -53,14 +53,10 @@ FRAMES = 80
 SIZE = 108, 85
 EVENT = 35
 
-WALL = -45.0
-"""Where the wall stands [pixels towards the camera, from the cup]."""
-
-DOWN, UP = (12.0, 32.0), (45.0, 72.0)
-"""Frames in which the cup comes down and rises again."""
-
+WALL = -45.0  # where the wall stands [pixels towards the camera, from the cup]
+DOWN, UP = (12.0, 32.0), (45.0, 72.0)  # frames in which the cup comes down and rises again
+# Frames in which the cup goes faster to the side: past the border of the thing behind it.
 HASTE = 12.0, 40.0
-"""Frames in which the cup goes faster to the side: past the border of the thing behind it."""
 
 
 @dataclass(frozen=True)
@@ -160,8 +156,7 @@ def drawn_plan(random: np.random.Generator) -> Plan:
     )
 
 
-BOX_DEPTH = 20.0
-"""How far before the cup's way the box stands [pixels]."""
+BOX_DEPTH = 20.0  # how far before the cup's way the box stands [pixels]
 
 
 def bare_room(random: np.random.Generator, cup: Array, tiled: bool) -> list[Thing]:
@@ -321,8 +316,7 @@ def _holder(
     ]
 
 
-THICK = 1.1
-"""Of the cup [pixels]."""
+THICK = 1.1  # of the cup [pixels]
 
 
 def held_cup(cup: Cup, colour: Array, random: np.random.Generator) -> list[Thing]:
@@ -388,8 +382,7 @@ def _knitted(random: np.random.Generator, slope: float) -> Pattern:
     return gain
 
 
-FINE = 4
-"""Samples a pixel of the picture, in either direction."""
+FINE = 4  # samples a pixel of the picture, in either direction
 
 
 class Layer:
@@ -440,14 +433,11 @@ def smaller(picture: NDArray[Any], fine: int = FINE) -> NDArray[np.float64]:
 
 Corner: TypeAlias = tuple[float, float]
 
-STILL_FINE = 3
-"""Samples a pixel of what stands still, in either direction."""
-
+STILL_FINE = 3  # samples a pixel of what stands still, in either direction
+# What holds the cup: left top from its middle, and size [pixels].
 CUP_CORNER, CUP_SIZE = (-14, -13), (28, 26)
-"""What holds the cup: left top from its middle, and size [pixels]."""
-
+# What holds the cup with hand and arm; it begins a little above the cup [pixels].
 ARM_SIZE = 112, 66
-"""What holds the cup with hand and arm; it begins a little above the cup [pixels]."""
 
 
 class Setting:

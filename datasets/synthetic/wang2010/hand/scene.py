@@ -34,19 +34,14 @@ Array = NDArray[np.float64]
 
 SIZE = 160, 120
 
+# Size of what is drawn around the face's middle: it reaches below the picture [pixels].
 PORTRAIT = 160, 144
-"""Size of what is drawn around the face's middle: it reaches below the picture [pixels]."""
-
-EXPOSURE = 0.5
-"""Part of the time between two frames for which the shutter is open."""
-
+EXPOSURE = 0.5  # part of the time between two frames for which the shutter is open
 CAMERA = Camera(SIZE, noise=2.2)
 
+# Width and height of the face without hair and ears [heights of the head].
 FACE = np.array([0.66, 0.74])
-"""Width and height of the face without hair and ears [heights of the head]."""
-
-SWAY = 0.25
-"""Standard deviation of somebody's place who sits still [pixels]."""
+SWAY = 0.25  # standard deviation of somebody's place who sits still [pixels]
 
 
 def scene(knobs: SceneKnobs) -> "HandScene":
@@ -77,7 +72,6 @@ class HandScene(Scene):
         return Truth(boxes, np.ones(FRAMES), {"on the face": before})
 
     def render(self, frame: int) -> Image:
-        """See `Scene.render`."""
         canvas = self._room.copy()
         self._portrait.draw(canvas, self._sway[frame][None], 1 / setting.FINE)
         poses, frames = self._exposed(frame)
@@ -85,7 +79,6 @@ class HandScene(Scene):
         return CAMERA.exposed(canvas, self._seed, frame, self._exposure[frame])
 
     def mask(self, frame: int) -> Mask:
-        """See `Scene.mask`."""
         samples = setting.cover(self.hand.cones[frame], setting.SKIN, *SIZE[::-1])
         return np.asarray(2 * samples >= setting.FINE**2)
 

@@ -35,14 +35,9 @@ material (`SKIN` or `CLOTH`: what lies beside one another of the same flows toge
 
 SKIN, CLOTH = 0, 1
 
-GRID = 4
-"""Samples a pixel, in either direction."""
-
-TRAVEL = 1.5
-"""What moves farther than this during the exposure is cut off [pixels]."""
-
-MELT = 1.1
-"""Depth over which surfaces of one material flow together [pixels]."""
+GRID = 4  # samples a pixel, in either direction
+TRAVEL = 1.5  # what moves farther than this during the exposure is cut off [pixels]
+MELT = 1.1  # depth over which surfaces of one material flow together [pixels]
 
 
 @njit(cache=True, error_model="numpy")
@@ -211,12 +206,8 @@ def _add(
 
 Array = NDArray[np.float64]
 
-FINE = 4
-"""Pixels that are painted for one, in either direction."""
-
-SCALE = 110.0
-"""[pixels/metre] on the wall."""
-
+FINE = 4  # pixels that are painted for one, in either direction
+SCALE = 110.0  # [pixels/metre] on the wall
 SIDE = 512
 
 WALLS = ((196, 186, 168), (176, 184, 164), (192, 176, 170), (204, 190, 172), (168, 166, 152))
@@ -372,18 +363,10 @@ def _pinboard(painting: Painting, random: np.random.Generator, x: float, y: floa
                 )  # fmt: skip
 
 
-DISTANCE = 1.6
-"""From the camera [metres]."""
-
-HEAD = 0.222
-"""From chin to crown [metres]."""
-
-CROWN = 0.118
-"""Above the middle of the head [metres]."""
-
-BELOW = 0.022
-"""The face's middle lies so far below the head's [metres]."""
-
+DISTANCE = 1.6  # from the camera [metres]
+HEAD = 0.222  # from chin to crown [metres]
+CROWN = 0.118  # above the middle of the head [metres]
+BELOW = 0.022  # the face's middle lies so far below the head's [metres]
 CLOTHES: tuple[BGR, ...] = (
     (84, 52, 38),  # navy
     (120, 78, 48),  # blue

@@ -36,12 +36,8 @@ from trackmark.datasets.synthetic.wang2010.table_tennis.player import BALL_FINE,
 
 Array = NDArray[np.float64]
 
-FINE = 3
-"""Painted pixels per pixel of the picture."""
-
-SIDE = 512
-"""Of the textures [painted pixels]."""
-
+FINE = 3  # painted pixels per pixel of the picture
+SIDE = 512  # of the textures [painted pixels]
 TABLES = ((92, 74, 34), (66, 84, 30), (110, 66, 40))
 
 
@@ -89,20 +85,11 @@ def _put_table(random: np.random.Generator, picture: Array, y: Array, height: in
 FRAMES = 50
 FRAMES_PER_SECOND = 30.0
 
-STROKE = 11
-"""First frame that shows the ball struck: the paper's frame 12."""
-
-LIFTED = 7.0
-"""Time at which the bat begins to lift the ball evenly, until the stroke [frames]."""
-
-CATCH = 3.0
-"""Deceleration of the ball on the bat [pixels/frame²]."""
-
-STEPS = 64
-"""Steps of the integration per frame."""
-
-FLICK = 0.2
-"""Time in which the bat loses most of its speed when the ball has left it [frames]."""
+STROKE = 11  # first frame that shows the ball struck: the paper's frame 12
+LIFTED = 7.0  # time at which the bat begins to lift the ball evenly, until the stroke [frames]
+CATCH = 3.0  # deceleration of the ball on the bat [pixels/frame²]
+STEPS = 64  # steps of the integration per frame
+FLICK = 0.2  # time in which the bat loses most of its speed when the ball has left it [frames]
 
 
 class Play:
@@ -188,15 +175,9 @@ def _eased(times: Array, speed: float) -> Array:
 
 SIZE = 142, 115
 
-EXPOSURE = 0.45
-"""Part of the time between two frames for which the shutter is open."""
-
-INSTANTS = 8
-"""Of an exposure: things move by at most a pixel and a half between two of them."""
-
-WALL = 16.0
-"""How far shadows fall from what they belong to [pixels]."""
-
+EXPOSURE = 0.45  # part of the time between two frames for which the shutter is open
+INSTANTS = 8  # of an exposure: things move by at most a pixel and a half between two of them
+WALL = 16.0  # how far shadows fall from what they belong to [pixels]
 CAMERA = Camera(SIZE, noise=3.0, fall=(0.1, 0.1))
 
 
@@ -233,7 +214,6 @@ class TableTennisScene(Scene):
         )
 
     def render(self, frame: int) -> Image:
-        """See `Scene.render`."""
         canvas = self._wall.copy()
         moments = frame + EXPOSURE * ((np.arange(INSTANTS) + 0.5) / INSTANTS - 0.5)
         at_bat, at_ball = self.play.bat(moments), self.play.ball(moments)
@@ -247,7 +227,6 @@ class TableTennisScene(Scene):
         return CAMERA.exposed(canvas, self._seed, frame, 1 + 0.14 * fall)
 
     def mask(self, frame: int) -> Mask:
-        """See `Scene.mask`."""
         canvas = np.zeros((*SIZE[::-1], 3), np.uint8)
         self._ball.silhouette(255).draw(canvas, self.play.ball([frame]), 1 / BALL_FINE)
         return np.asarray(canvas[:, :, 0] >= 128)

@@ -4,8 +4,6 @@ import cv2
 import numpy as np
 import pytest
 from hypothesis import given, settings
-from shapely import contains_xy, unary_union
-from shapely.geometry import Point
 
 from tests.datasets.synthetic.scenes import SEEDS, scenes_of, unless_sealed
 from trackmark.datasets.synthetic.moreno2005.octopus.body import FLOOR_KINDS, SKINS, lit, painted
@@ -54,22 +52,6 @@ def test_outline_changes_little_beyond_an_affine_map(seed):
     assert 0.1 < np.sqrt((rest**2).mean()) < 1.5
     moved = plan.posture(40).balls[:, :2] - plan.posture(39).balls[:, :2]
     assert np.linalg.norm(moved, axis=1).max() < 7
-
-
-@pytest.mark.parametrize("seed", range(2))
-def test_masks_and_boxes_are_those_of_the_body_as_another_library_has_it(seed):
-    one = opened(seed)
-    rows, columns = np.indices((240, 320)) + 0.5
-    for frame in (0, 37, 99):
-        balls = one.plan.posture(frame).balls
-        whole = unary_union([Point(x, y).buffer(r, quad_segs=64) for x, y, r, *_ in balls])
-        assert whole.geom_type == "Polygon"  # all in one piece
-        mask = one.mask(frame)
-        assert (mask != contains_xy(whole, columns, rows)).sum() <= 2  # chords cut corners
-        x, y, width, height = one.plan.boxes[frame]
-        assert [x, y, x + width, y + height] == pytest.approx(whole.bounds, abs=1e-2)
-        assert mask.sum() == pytest.approx(whole.area, rel=0.02)
-        assert 2500 < mask.sum() < 8000
 
 
 def test_it_throws_a_shadow_on_the_floor_away_from_the_light():
