@@ -6,7 +6,6 @@ import cv2
 import numpy as np
 import pytest
 from hypothesis import strategies as st
-from shapely import area, box, intersection, intersects, polygons, prepare, union_all
 
 from trackmark.datasets.synthetic.suite import suites
 from trackmark.datasets.versioning import seal_of
@@ -49,15 +48,3 @@ def runs(flags):
 def grown(mask, by):
     """A mask with all pixels that are so near in either direction."""
     return cv2.dilate(mask.astype(np.uint8), np.ones((2 * by + 1, 2 * by + 1))) > 0
-
-
-def covered_by(points, triangles, size=(320, 240)):
-    """Part of each pixel that triangles cover, as another library has it."""
-    outline = union_all(polygons(points[:, :2][triangles]))
-    columns, rows = np.meshgrid(*map(np.arange, size))
-    pixels = box(columns, rows, columns + 1, rows + 1)
-    rim = outline.boundary
-    prepare([outline, rim])
-    covered, edge = intersects(outline, pixels).astype(float), intersects(rim, pixels)
-    covered[edge] = area(intersection(outline, pixels[edge]))
-    return covered
