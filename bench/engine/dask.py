@@ -1,28 +1,29 @@
 """Dask engine: runs work units on a Dask cluster.
 
 The cluster is either started on this machine or found by the address of its scheduler. Dask gives
-a unit to another worker if a worker is lost. A worker runs a unit only if it sees the command's
-results folder and has the command's source.
+a unit to another worker if a worker is lost. A worker runs a unit only if it has the command's
+source. Runs come back to the command, which stores them.
 """
 
 import hashlib
 import os
 import socket
+import threading
 import time
 import uuid
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, wait
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
 from functools import cache, partial
 from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
-from trackmark.bench.engine import Engine, Job
-from trackmark.bench.engine.performing import Outcome
-from trackmark.bench.engine.unit import Unit
-from trackmark.bench.store.files import ResultsError, remove_file, temporary_name, write_atomically
+from trackmark.bench.engine import Engine
+from trackmark.bench.engine.pool import Pool
+from trackmark.bench.engine.work_unit import Limits, Outcome, Unit
+from trackmark.bench.store.files import ResultsError
 from trackmark.datasets import SequenceError
 from trackmark.trackers.base.catalogue import in_file
 
@@ -62,38 +63,37 @@ def connect(jobs: int | None, address: str | None) -> Engine:
         ) from None
     if address is None:
         workers = jobs or os.cpu_count() or 1
-        return _Dask("the local Dask cluster", workers, 2 * workers, partial(_start, workers))
-    name = f"the Dask cluster at {address}"
-    with _connect_to(address) as client:
+        return _Dask(None, workers, 2 * workers)
+    with _open_client(address, 0) as client:
         threads = _count_threads(client)
     if not threads:
-        raise ClusterError(f"{name} has no worker yet. Start one, and run the same command again.")
+        raise ClusterError(
+            f"the Dask cluster at {address} has no worker yet. Start one, and run the same command "
+            "again."
+        )
     workers = jobs or threads
     # A cluster with more threads than `jobs` would start waiting units at once.
-    queued = 2 * workers if workers >= threads else workers
-    return _Dask(name, workers, queued, partial(_connect_to, address))
+    return _Dask(address, workers, 2 * workers if workers >= threads else workers)
 
 
 @dataclass(frozen=True)
 class _Dask:
     """Implementation of `bench.engine.Engine`."""
 
-    name: str  # of the cluster in messages
+    address: str | None  # of the scheduler; None for a cluster on this machine
     workers: int  # maximum number of units that run at a time
     queued: int  # maximum number of units in the cluster, including waiting ones
-    open_client: Callable[[], "AbstractContextManager[Client]"]
 
     def perform(
-        self, units: Iterable[Unit], job: Job, progress: Callable[[int], None]
+        self, units: Iterable[Unit], limits: Limits, progress: Callable[[int], None]
     ) -> Iterator[tuple[Unit, Outcome | Exception]]:
         """See `bench.engine.Engine.perform`.
 
         Raises `ClusterError` if workers can't do the work, or if no worker is left.
         """
-        job = replace(job, folder=job.folder.absolute())
-        with _marked(job.folder) as mark, self.open_client() as client:
+        with _open_client(self.address, self.workers) as client:
             executor = client.get_executor(pure=False)
-            task = partial(_perform_unit, job, mark, source_digest())
+            task = partial(_perform_unit, uuid.uuid4().hex, limits, source_digest())
             remaining = iter(units)
             running: dict[Future[_Result], Unit] = {}
             done = 0
@@ -109,7 +109,7 @@ class _Dask:
                         last_contact = time.monotonic()
                     elif time.monotonic() - last_contact > _NO_WORKER_SECONDS:
                         raise ClusterError(
-                            f"{self.name} has had no worker for {_NO_WORKER_SECONDS:.0f} s. "
+                            f"the Dask cluster has had no worker for {_NO_WORKER_SECONDS:.0f} s. "
                             "Finished runs are kept. Start workers, and run the same command "
                             "again to continue."
                         )
@@ -123,29 +123,34 @@ class _Dask:
                 executor.shutdown(wait=False)  # cancels units that have not started
 
 
-def _perform_unit(job: Job, mark: str, source: str, unit: Unit) -> _Result:
+_pools = threading.local()
+"""Pool of a thread of a Dask worker, with the command and the limits that it is for."""
+
+
+def _perform_unit(command: str, limits: Limits, source: str, unit: Unit) -> _Result:
     """Perform a unit on a worker.
 
-    Errors of the sequence and of the results are returned, since Dask logs what is raised.
-    `mark`: name of a file that the command keeps in the job's folder. `source`: the command's
-    `source_digest`.
+    Errors of the sequence and of the worker are returned, since Dask logs what is raised.
+    `command`: Dask workers outlive it, their processes with its trackers must not. `source`: the
+    command's `source_digest`.
     """
     try:
-        if not (job.folder / mark).is_file():
-            raise ClusterError(
-                f"the worker on {socket.gethostname()} does not see the command's folder "
-                f"{job.folder}. Choose one with --output that all machines share, under the same "
-                "path."
-            )
         if source_digest() != source:
             raise ClusterError(
                 f"the worker on {socket.gethostname()} runs another source of trackmark than this "
                 f"command, from {_HOME}. Install the same one there; restart workers that were "
                 "started before a change."
             )
-        return job(unit)
-    except (SequenceError, ResultsError) as error:
+        key = command, limits
+        if getattr(_pools, "key", None) != key:
+            if hasattr(_pools, "pool"):
+                _pools.pool.close()
+            _pools.key, _pools.pool = key, Pool(limits)
+        result: _Result
+        ((_, result),) = _pools.pool.perform([unit])
+    except ResultsError as error:
         return error
+    return result
 
 
 @cache
@@ -212,47 +217,28 @@ def _lost_scheduler(reason: str) -> ClusterError:
 
 
 @contextmanager
-def _start(workers: int) -> "Iterator[Client]":
-    """Start a cluster on this machine."""
+def _open_client(address: str | None, workers: int) -> "Iterator[Client]":
+    """Connect to a running scheduler, or start a cluster on this machine."""
     from dask import config
     from distributed import Client, LocalCluster
-
-    # A unit is one thread. Its memory is limited in the child process that performs it.
-    with (
-        config.set(_CONFIG),
-        LocalCluster(
-            n_workers=workers, threads_per_worker=1, memory_limit=0, dashboard_address=None
-        ) as cluster,
-        Client(cluster, set_as_default=False) as client,
-    ):
-        yield client
-
-
-@contextmanager
-def _connect_to(address: str) -> "Iterator[Client]":
-    """Connect to a running scheduler."""
-    from dask import config
-    from distributed import Client
     from distributed.comm import get_address_host
 
-    try:
-        get_address_host(address)  # a client with an address of unknown kind never closes
-        with config.set(_CONFIG):
-            client = Client(address, timeout=_CONNECT_SECONDS, set_as_default=False)
-    except (OSError, ValueError) as error:
-        raise ClusterError(
-            f"no Dask scheduler answers at {address} ({error}). Start one, or correct --address."
-        ) from error
-    with client:
-        yield client
-
-
-@contextmanager
-def _marked(folder: Path) -> Iterator[str]:
-    """Keep a file in the folder by which workers recognise it."""
-    mark = temporary_name(f"command-{uuid.uuid4().hex}")
-    write_atomically(folder / mark, b"Workers look for this file while a command runs.\n")
-    try:
-        yield mark
-    finally:
-        remove_file(folder / mark)
+    with ExitStack() as stack:
+        stack.enter_context(config.set(_CONFIG))
+        if address is None:
+            # A unit is one thread. Its memory is limited in the process that performs it.
+            cluster = LocalCluster(
+                n_workers=workers, threads_per_worker=1, memory_limit=0, dashboard_address=None
+            )
+            stack.enter_context(cluster)
+            client = Client(cluster, set_as_default=False)
+        else:
+            try:
+                get_address_host(address)  # a client with an address of unknown kind never closes
+                client = Client(address, timeout=_CONNECT_SECONDS, set_as_default=False)
+            except (OSError, ValueError) as error:
+                raise ClusterError(
+                    f"no Dask scheduler answers at {address} ({error}). Start one, or correct "
+                    "--address."
+                ) from error
+        yield stack.enter_context(client)

@@ -1,4 +1,4 @@
-"""What becomes of the scores of runs that are replaced, as by a changed tracker's."""
+"""Scores of runs before and after they are replaced, for example of a changed tracker."""
 
 from dataclasses import replace
 
@@ -25,12 +25,12 @@ class Replaced:
         self._stale = plan.states.ravel() == State.STALE
 
     def before(self, caption: str) -> str:
-        """Means of their scores, as text."""
+        """Return means of their scores as text."""
         stages = {"before": self._rows(self._index, self._stale)}
         return on_terminal(_table(stages, caption), to_text)
 
     def compared(self, now: Plan, index: pa.Table) -> str:
-        """Means of the scores before and after, of those that are replaced by now; '' for none.
+        """Return mean scores before and after, of runs that are replaced by now; '' for none.
 
         `now`: the plan with the states by now. `index`: as it is now.
         """
@@ -40,7 +40,7 @@ class Replaced:
         stages = {"before": self._rows(self._index, gone), "after": self._rows(index, gone)}
         runs = "1 run that was" if gone.sum() == 1 else f"{gone.sum()} runs that were"
         table = _table(stages, f"What became of the scores of {runs} replaced:")
-        # Notes on the runs of before were told with them, those of now stand in their own table.
+        # The notes were printed before; those of the new runs follow in their own table.
         return on_terminal(replace(table, notes=[]), to_text)
 
     def _rows(self, index: pa.Table, chosen: NDArray[np.bool_]) -> pa.Table:
@@ -49,15 +49,17 @@ class Replaced:
 
 
 def _table(stages: dict[str, pa.Table], caption: str) -> Table:
-    """Trackers before and after, each by its own runs: not all need have been replaced."""
+    """Return trackers before and after, each over its own replaced runs."""
     tables = [
         rows.append_column("stage", coded([stage], np.zeros(len(rows))))
         for stage, rows in stages.items()
     ]
     runs = pa.concat_tables(tables, promote_options="default").unify_dictionaries().to_pandas()
     masks = [one for one in MASKS if one.name in runs and runs[one.name].notna().any()]
-    lacking = [one.name for one in SUMMARY if one.name not in runs]  # of runs begun again, say
-    runs = runs.assign(**dict.fromkeys(lacking, np.nan))
+    missing = [
+        one.name for one in SUMMARY if one.name not in runs
+    ]  # for example of supervised runs
+    runs = runs.assign(**dict.fromkeys(missing, np.nan))
     measures = TIMES if (runs["protocol"] == "timing").any() else (*SUMMARY, *masks)
     parts: list[Table] = []
     rows: list[list[Cell]] = []
@@ -65,7 +67,8 @@ def _table(stages: dict[str, pa.Table], caption: str) -> Table:
         labelled = its.assign(tracker=[f"{name}, {stage}" for stage in its["stage"]])
         parts.append(summary_table(labelled, measures, "", PRESET))
         rows += [
-            [Cell(name), Cell(row[0].text.rpartition(" ")[2]), *row[1:]] for row in parts[-1].rows
+            [Cell(str(name)), Cell(str(stage)), *row[1:]]
+            for stage, row in zip(its["stage"].unique(), parts[-1].rows, strict=True)
         ]
     return replace(
         parts[0],

@@ -1,15 +1,13 @@
-"""Masks that trackers give: compared with the true ones, kept, scored, and shown."""
+"""Masks of trackers: compared with the true ones, stored, scored and shown."""
 
 import json
 from dataclasses import replace
 
 import numpy as np
-import pyarrow.parquet as parquet
 import pytest
 
 from trackmark import bench, datasets
 from trackmark.bench.evaluation.loop import run_protocol
-from trackmark.bench.evaluation.run_record import RESERVED_COLUMNS
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 from trackmark.bench.experiments.tracker_spec import contestant
 from trackmark.bench.metrics.regions import (
@@ -20,8 +18,6 @@ from trackmark.bench.metrics.regions import (
 )
 from trackmark.bench.protocols import TIMING
 from trackmark.bench.reporting.tables import tables
-from trackmark.bench.store.checksum import PLACEHOLDER, SEAL_KEY, sealed
-from trackmark.bench.store.layout import METADATA_KEY
 from trackmark.bench.store.loading import load_results
 from trackmark.bench.store.results import Results
 from trackmark.trackers import Estimate
@@ -84,7 +80,7 @@ def make(make_sequence):
     return with_masks
 
 
-def test_every_frame_after_the_first_is_compared(make):
+def test_frames_after_the_first_are_compared(make):
     sequence, _ = make(n=7, absent=(0,))
     found = bench.evaluate(segmenting(lambda call: square(3 + call)), sequence).segmentation
     expected = [region_similarity(square(3 + call), square(4)) for call in range(1, 6)]
@@ -97,7 +93,7 @@ def test_every_frame_after_the_first_is_compared(make):
     assert expected[0] == accuracy[0] == 1.0
 
 
-def test_a_true_mask_is_read_once_for_all_trackers_and_only_where_one_segments(make):
+def test_true_mask_is_read_once_and_only_if_needed(make):
     sequence, masks = make(n=4)
     bench.evaluate("static", sequence)
     assert masks.asked == [0]
@@ -109,7 +105,7 @@ def test_a_true_mask_is_read_once_for_all_trackers_and_only_where_one_segments(m
     assert [run.segmentation is None for run in runs] == [True, False, False, False]
 
 
-def test_an_empty_mask_and_none_after_others_have_lost_the_target(make):
+def test_empty_or_missing_mask_has_lost_the_target(make):
     said = {1: None, 2: square(4), 3: square(4, 0), 4: None, 5: square(4)}
     sequence, _ = make()
     run = bench.evaluate(segmenting(said.get), sequence)
@@ -118,7 +114,7 @@ def test_an_empty_mask_and_none_after_others_have_lost_the_target(make):
     assert bench.score(run, sequence)["mean_region_similarity"] == 0.5
 
 
-def test_where_no_true_mask_is_known_nothing_is_compared(make, make_sequence):
+def test_frame_without_true_mask_is_not_compared(make, make_sequence):
     maker = segmenting(lambda call: square(4))
     found = bench.evaluate(maker, make(unknown=(2, 4))[0]).segmentation
     np.testing.assert_array_equal(np.isnan(found.region_similarity), [1, 0, 1, 0, 1, 0])
@@ -128,30 +124,10 @@ def test_where_no_true_mask_is_known_nothing_is_compared(make, make_sequence):
     assert not set(NAMES) & bench.score(run, sequence).keys()
 
 
-def test_where_the_target_is_absent_an_empty_mask_is_right(make):
+def test_empty_mask_is_right_if_the_target_is_absent(make):
     sequence, _ = make(empty=(2, 3), absent=(2, 3))
     run = bench.evaluate(segmenting(lambda call: square(4, 8 * (call != 2))), sequence)
     np.testing.assert_array_equal(run.segmentation.region_similarity, [np.nan, 1, 1, 0, 1, 1])
-
-
-@pytest.mark.parametrize(
-    ("mask", "reason"),
-    [
-        (square(4)[:, :-1], r"the mask is bool of shape (24, 31), not bool of the image's shape"),
-        (square(4).astype(np.uint8), "the mask is uint8 of shape (24, 32), not bool"),
-        (square(4)[None], "the mask is bool of shape (1, 24, 32)"),
-        (square(4).tolist(), "the mask is list, not an array"),
-    ],
-)
-def test_a_mask_that_is_none_ends_the_run(make, mask, reason):
-    sequence, _ = make()
-    said = {1: square(4), 2: mask}
-    run = bench.evaluate(segmenting(lambda call: said.get(call, square(4))), sequence)
-    assert run.failure.startswith("frame 2: ")
-    assert reason in run.failure.splitlines()[0]
-    assert np.isnan(run.boxes[2:]).all()
-    found = run.segmentation.region_similarity
-    np.testing.assert_array_equal(found, [np.nan, 1] + [np.nan] * 4)
 
 
 def test_masks_are_never_compared_in_timing_runs(make):
@@ -163,38 +139,7 @@ def test_masks_are_never_compared_in_timing_runs(make):
     assert set(masks.asked) == {0}
 
 
-def test_an_array_that_a_tracker_goes_on_writing_to_is_compared_as_it_was(make):
-    own = square(4)
-
-    def say(call):
-        own[:] = square(3 + call)
-        return own
-
-    sequence, _ = make()
-    written = bench.evaluate(segmenting(say), sequence).segmentation
-    fresh = bench.evaluate(segmenting(lambda call: square(3 + call)), sequence).segmentation
-    np.testing.assert_array_equal(written.region_similarity, fresh.region_similarity)
-
-
-def test_the_names_of_its_columns_are_no_details(make):
-    assert {"region_similarity", "contour_accuracy"} <= RESERVED_COLUMNS
-    sequence, _ = make()
-
-    class Detailing(segmenting(lambda call: None)):
-        def update(self, image):
-            return Estimate(self.box, details={"contour_accuracy": 1.0})
-
-    assert "can't be called 'contour_accuracy'" in bench.evaluate(Detailing, sequence).failure
-
-
-def test_masks_do_not_change_which_run_it_is(make, make_sequence):
-    sequence, _ = make()
-    maker = segmenting(lambda call: square(4))
-    identity = bench.evaluate(maker, sequence).identity
-    assert identity == bench.evaluate(maker, make_sequence(n=6)).identity
-
-
-def test_the_scores_are_mean_recall_and_decay_after_the_first_frame():
+def test_scores_are_mean_recall_and_decay():
     values = np.array([np.nan, np.nan, 1.0, 0.8, 0.6, 0.4, 0.2])
     scores = segmentation_scores(Segmentation(values, 1 - values), 1)
     assert tuple(scores) == NAMES
@@ -206,44 +151,17 @@ def test_the_scores_are_mean_recall_and_decay_after_the_first_frame():
     assert scores["contour_decay"] == pytest.approx(0.1 - 0.7)
 
 
-class TestStored:
-    @pytest.fixture
-    def run(self, make):
-        sequence, _ = make()
-        return bench.evaluate(segmenting(lambda call: square(3 + call)), sequence)
-
-    def test_they_come_back_as_they_were_written(self, run, tmp_path):
-        results = Results(tmp_path)
-        assert results.write(run)
-        path = results.path(run.identity)
-        back = results.read(path).segmentation
-        for name, values in vars(run.segmentation).items():
-            np.testing.assert_array_equal(vars(back)[name], values)
-            np.testing.assert_array_equal(parquet.read_table(path)[name].to_numpy(), values)
-
-    def test_a_run_without_masks_has_no_such_columns(self, run, tmp_path):
-        results = Results(tmp_path)
-        assert results.write(replace(run, segmentation=None))
-        path = results.path(run.identity)
-        assert results.read(path).segmentation is None
-        names = parquet.read_table(path).column_names
-        assert not {"region_similarity", "contour_accuracy"} & set(names)
-
-    def test_a_file_from_before_there_were_masks_is_read(self, run, tmp_path):
-        results = Results(tmp_path)
-        assert results.write(replace(run, segmentation=None))
-        path = results.path(run.identity)
-        table = parquet.read_table(path)
-        metadata = json.loads(table.schema.metadata[METADATA_KEY])
-        del metadata["segmented"]
-        again = table.replace_schema_metadata(
-            {METADATA_KEY: json.dumps(metadata).encode(), SEAL_KEY: PLACEHOLDER.encode()}
-        )
-        parquet.write_table(again, path)
-        path.write_bytes(sealed(path.read_bytes()))
-        back = results.read(path)
-        assert back.segmentation is None
-        np.testing.assert_array_equal(back.boxes, run.boxes)
+def test_segmentation_is_stored_with_the_run(make, tmp_path):
+    run = bench.evaluate(segmenting(lambda call: square(3 + call)), make()[0])
+    for name, stored in (("with", run), ("without", replace(run, segmentation=None))):
+        results = Results(tmp_path / name)
+        assert results.write(stored)
+        back = results.read(results.path(run.identity)).segmentation
+        if stored.segmentation is None:
+            assert back is None
+        else:
+            for column, values in vars(run.segmentation).items():
+                np.testing.assert_array_equal(vars(back)[column], values)
 
 
 SEGMENTER = '''
@@ -274,7 +192,7 @@ def stored(tmp_path_factory, without_processes):
         return bench.run(Experiment("trial", trackers, sources), folder, jobs=1)
 
 
-def test_scores_are_those_of_the_synthetic_masks(stored):
+def test_stored_scores_are_those_of_the_masks(stored):
     runs = load_results(stored).set_index("tracker_name")
     assert runs.loc["static", list(NAMES)].isna().all(axis=None)
     segmented = runs.drop(index="static")
@@ -290,7 +208,7 @@ def test_scores_are_those_of_the_synthetic_masks(stored):
         assert row.contour_recall == pytest.approx((accuracy > 0.5).mean())
 
 
-def test_tables_show_them_beside_what_the_boxes_score(stored):
+def test_tables_have_columns_of_masks(stored):
     made = {table.name: table for table in tables(stored)}
     assert list(made) == ["summary", "sequences", "segmentation"]
     assert "DAVIS" in made["segmentation"].caption
@@ -308,7 +226,7 @@ def test_tables_show_them_beside_what_the_boxes_score(stored):
     assert last[-1].text == f"{scores['contour_decay'].iloc[1]:.3f}"
 
 
-def test_tables_of_runs_without_masks_say_nothing_of_them(stored):
+def test_tables_without_masks_have_no_such_columns(stored):
     sequences = load_results(stored)["sequence"].unique()
     cells = [("static", sequence, 0, "accuracy") for sequence in sequences]
     made = tables(stored, cells)
@@ -317,7 +235,7 @@ def test_tables_of_runs_without_masks_say_nothing_of_them(stored):
         assert not {"region similarity J", "contour accuracy F"} & set(table.heads)
 
 
-def test_as_a_user_types_it(trackmark, here):
+def test_commands_show_scores_of_masks(trackmark, here):
     (here / "segmenter.py").write_text(SEGMENTER)
     arguments = ("--trackers", "static,segmenter.py:Segmenter", "--sequences", SEQUENCES[0])
     lines = trackmark("run", *arguments, "--name", "mine", "--json").stdout.splitlines()
@@ -332,7 +250,3 @@ def test_as_a_user_types_it(trackmark, here):
     listed = trackmark("results", "list", "results/mine", "--json").stdout.splitlines()
     assert found in [json.loads(line)["scores"] for line in listed]
     trackmark("results", "check", "results/mine")
-    wrong = SEGMENTER.replace("mask=self.mask)", "mask=self.mask.astype(float))")
-    (here / "segmenter.py").write_text(wrong)
-    failed = trackmark("run", *arguments, status=1).stdout
-    assert "the mask is float64 of shape" in failed

@@ -44,6 +44,7 @@ def test_with_many_runs_it_is_that_of_the_likeliest_curve():
     found = threshold(places, survived)
     assert found.place == pytest.approx(best[0], abs=0.01)
     assert found.interval.low < best[0] < found.interval.high
+    assert found.interval == (found.quantile(0.025), found.quantile(0.975))
     assert found.half_width < 0.02
     expected = curve(np.array([0.1, 0.4, 0.8]), *best)
     np.testing.assert_allclose(found.survival([0.1, 0.4, 0.8]), expected, atol=0.03)

@@ -81,7 +81,7 @@ def test_a_flipped_bit_is_detected_and_the_file_named(stored, evidence, kind):
     evidence(f"{kind}: {len(bits)} of {len(bits)} flipped bits were detected")
 
 
-@pytest.mark.slow
+@pytest.mark.weekly
 @pytest.mark.parametrize("kind", [*KINDS, "log"])
 def test_each_single_bit_of_a_file_counts(stored, evidence, kind):
     file, read = file_and_reader(stored, kind)
@@ -106,7 +106,7 @@ def test_an_index_with_a_flipped_bit_is_made_anew(stored):
     rows_survive(stored, np.random.default_rng(0).choice(size, 60, replace=False).tolist())
 
 
-@pytest.mark.slow
+@pytest.mark.weekly
 def test_an_index_with_any_byte_changed_is_made_anew(stored):
     size = (stored.folder / "index.arrow").stat().st_size
     rows_survive(stored, [8 * byte + byte % 8 for byte in range(size)])

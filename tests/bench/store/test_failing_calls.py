@@ -121,7 +121,7 @@ def test_a_failing_call_leaves_old_or_new_and_can_be_made_again(failures, eviden
     check(name, failures, evidence, a_few)
 
 
-@pytest.mark.slow
+@pytest.mark.weekly
 @pytest.mark.parametrize("name", NAMES)
 def test_any_error_of_any_call_leaves_old_or_new(failures, evidence, name):
     check(name, failures, evidence, lambda *_: True)

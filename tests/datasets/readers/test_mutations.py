@@ -146,7 +146,7 @@ def check_all(path, plain):
 @pytest.mark.parametrize("make", READERS, ids=lambda make: make.__name__)
 @pytest.mark.parametrize(
     "numbers",
-    [range(EVERYDAY), pytest.param(range(EVERYDAY, ALL), marks=pytest.mark.slow)],
+    [range(EVERYDAY), pytest.param(range(EVERYDAY, ALL), marks=pytest.mark.weekly)],
     ids=["everyday", "all"],
 )
 def test_damaged_files_are_told_in_their_name_or_read_as_they_stand(
@@ -281,7 +281,7 @@ def check_frames(path, plain, first):
 @pytest.mark.parametrize("make", READERS, ids=lambda make: make.__name__)
 @pytest.mark.parametrize(
     "numbers",
-    [range(COPIES), pytest.param(range(COPIES, ALL_COPIES), marks=pytest.mark.slow)],
+    [range(COPIES), pytest.param(range(COPIES, ALL_COPIES), marks=pytest.mark.weekly)],
     ids=["everyday", "all"],
 )
 def test_a_copy_that_is_not_whole_is_told_or_read_as_it_stands(

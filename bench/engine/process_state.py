@@ -1,0 +1,93 @@
+"""State of a process: what all its trackers share, and its memory."""
+
+import os
+import random
+import resource
+import sys
+from collections.abc import Mapping
+from contextlib import suppress
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+_CONTROL_GROUP = Path("/sys/fs/cgroup/memory.max")
+_STATUS = Path("/proc/self/status")
+_FORGET = Path("/proc/self/clear_refs")
+
+
+class ProcessState(NamedTuple):
+    """State of a process that one tracker can change for another."""
+
+    numbers: tuple[Any, ...]  # of the global random generators
+    arithmetic: Mapping[str, Any]  # handling of floating-point errors
+    folder: str
+    environment: Mapping[str, str]
+    umask: int
+
+    @classmethod
+    def current(cls) -> "ProcessState":
+        """Return the present state."""
+        # Only the legacy interface has a state for the whole process.
+        name, keys, *rest = np.random.get_state(legacy=True)  # noqa: NPY002
+        numbers = (random.getstate(), name, np.asarray(keys).tobytes(), *rest)
+        folder = os.getcwd()  # noqa: PTH109  # compared, not used
+        umask = os.umask(0o077)  # it can't be read without being set
+        os.umask(umask)
+        return cls(numbers, np.geterr(), folder, dict(os.environ), umask)
+
+    def restore(self) -> None:
+        """Make this the present state."""
+        own, name, keys, *rest = self.numbers
+        random.setstate(own)
+        np.random.set_state((name, np.frombuffer(keys, np.uint32), *rest))  # noqa: NPY002  # as above
+        np.seterr(**self.arithmetic)
+        os.chdir(self.folder)
+        os.environ.clear()
+        os.environ.update(self.environment)
+        os.umask(self.umask)
+
+
+def can_open_files() -> bool:
+    """Return whether this process has a file descriptor left."""
+    try:
+        os.close(os.open(os.devnull, os.O_RDONLY))
+    except OSError:
+        return False
+    return True
+
+
+def machine_memory() -> int:
+    """Return the memory of this machine or container [bytes]."""
+    memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    if _CONTROL_GROUP.is_file():
+        allowed = _CONTROL_GROUP.read_text("utf-8").strip()
+        if allowed != "max":
+            memory = min(memory, int(allowed))
+    return memory
+
+
+def limit_memory(number: int) -> None:
+    """Limit the data of this process and of each of its children to a number of bytes.
+
+    A request for more raises `MemoryError`, or fails in the way of the library that makes it.
+    """
+    _, most = resource.getrlimit(resource.RLIMIT_DATA)
+    allowed = number if most == resource.RLIM_INFINITY else min(number, most)
+    resource.setrlimit(resource.RLIMIT_DATA, (allowed, most))
+
+
+def reset_peak() -> None:
+    """Forget earlier peaks of the memory, if the system can."""
+    with suppress(OSError):  # elsewhere the peak is that of the process's whole life
+        _FORGET.write_text("5", "ascii")
+
+
+def peak_memory() -> int:
+    """Return the maximum memory of this process since `reset_peak` [bytes]."""
+    if _STATUS.is_file():
+        for line in _STATUS.read_text("ascii", "replace").splitlines():
+            if line.startswith("VmHWM:"):
+                return int(line.split()[1]) * 1024
+    most = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return most if sys.platform == "darwin" else most * 1024

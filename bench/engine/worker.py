@@ -1,0 +1,282 @@
+"""Worker process: performs the units that its parent requests.
+
+Only `bench.engine.pool` starts it. `perform` runs a unit, from opening the sequence to the runs;
+the parent stores and scores them, where no tracker has run.
+"""
+
+import ctypes
+import faulthandler
+import os
+import pickle
+import resource
+import select
+import signal
+import socket
+import sys
+import threading
+import time
+import traceback
+from dataclasses import replace
+from math import nan
+from typing import Any
+
+import cv2
+import numpy as np
+
+from trackmark import datasets
+from trackmark.bench.engine.heartbeat import Heartbeat, NoRoomError
+from trackmark.bench.engine.process_state import (
+    ProcessState,
+    can_open_files,
+    limit_memory,
+    peak_memory,
+    reset_peak,
+)
+from trackmark.bench.engine.stack_trace import select_line
+from trackmark.bench.engine.work_unit import Failure, Outcome, Probed, Request, Unit
+from trackmark.bench.evaluation.ground_truth import reference
+from trackmark.bench.evaluation.loop import UNOBSERVED, Observer, run_protocol
+from trackmark.bench.evaluation.recorder import (
+    COLUMNS,
+    LONGEST_TRACEBACK,
+    NotAttributableError,
+    frames_of_segments,
+)
+from trackmark.bench.evaluation.run_record import Run
+from trackmark.bench.experiments.tracker_spec import Contestant, Identity, contestants, identify
+from trackmark.bench.numba_compilation import attend
+from trackmark.bench.protocols import TIMING
+from trackmark.datasets import Sequence, SequenceError
+from trackmark.trackers import Randomness, TrackerError
+
+_IDLE_SECONDS = 60.0  # a Dask worker outlives the command that it worked for
+_DEATH_SIGNAL = 1  # Linux: PR_SET_PDEATHSIG
+_SUBREAPER = 36  # Linux: PR_SET_CHILD_SUBREAPER
+_SHORTEST = 2  # frames of a pass
+_NO_MEMORY = "the memory is exhausted"
+_GLOBAL_NUMBERS = (
+    "it drew from the process's global random numbers (numpy.random or random), so that its boxes "
+    "can't be repeated. Use the seed that it is given, or declare Randomness.PROCESS."
+)
+
+
+def main() -> None:
+    """Perform requests until the parent is gone, or has none for a while.
+
+    The command line holds the descriptors of an inherited socket, of the file of the heartbeat and
+    of the file of stack traces, the process number of the parent, and a memory limit in bytes. Each
+    message in the file is followed by one byte through the socket.
+    """
+    channel, shared, trace, parent, memory = map(int, sys.argv[1:])
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the command's business
+    faulthandler.enable(trace, all_threads=False)
+    # The parent aborts a hung worker: do not write its memory to disk.
+    resource.setrlimit(resource.RLIMIT_CORE, (0, resource.getrlimit(resource.RLIMIT_CORE)[1]))
+    _end_with(parent)
+    cv2.setNumThreads(1)
+    # What was printed last must be in the file if the process dies.
+    sys.stdout.reconfigure(encoding="utf-8", errors="backslashreplace", line_buffering=True)  # type: ignore[union-attr]  # a file
+    heartbeat = Heartbeat(shared)
+    attend(heartbeat.compiling)
+    limit_memory(memory)
+    used = False
+    while select.select([channel], [], [], _IDLE_SECONDS)[0] and os.read(channel, 1):
+        request = pickle.loads(heartbeat.read_message())  # noqa: S301  # of the parent
+        threads = threading.active_count()
+        try:
+            answer = _answer(request, heartbeat, used)
+            worn = threading.active_count() > threads
+            heartbeat.write_message(answer | {"worn": worn})
+        except NoRoomError:
+            heartbeat.write_no_room()
+        used = True
+        os.write(channel, b".")
+
+
+def _answer(request: Request, heartbeat: Heartbeat, used: bool) -> dict[str, Any]:
+    """Return the result of a request, or what went wrong.
+
+    `harm` is the reason if a tracker may be the cause; `error` is wrong with the sequence; `defect`
+    is one of the harness. `used`: whether trackers were called in this process before.
+    """
+    try:
+        result = _perform_request(request, heartbeat)
+        sys.stdout.flush()
+    except (SequenceError, MemoryError) as error:
+        # A tracker that was called may hold the memory or the files that decoding lacks.
+        called = used or heartbeat.has_called
+        if isinstance(error, MemoryError) or (isinstance(error.__cause__, MemoryError) and called):
+            return {"harm": _NO_MEMORY}
+        if called and not can_open_files():
+            return {"harm": "it used up the files that its process may open"}
+        return {"error": str(error)}
+    except NotAttributableError as error:
+        return {"harm": str(error)}
+    except NoRoomError:
+        raise
+    except Exception as error:  # noqa: BLE001  # trackers' errors are caught where they are called
+        if heartbeat.has_called or request.unit.owner:  # a tracker may have changed the harness
+            text = "".join(traceback.format_exception_only(error)).strip()[:LONGEST_TRACEBACK]
+            return {"harm": f"the harness fails after it: {text}"}
+        return {"defect": traceback.format_exc()}
+    except BaseException as error:  # noqa: BLE001  # raised by a tracker to end the process
+        return {"harm": f"it raised {type(error).__name__}"}
+    return {"result": result}
+
+
+def _perform_request(request: Request, observer: Observer) -> Outcome | Probed:
+    if request.failure:
+        return record_failure(request.unit, request.failure)
+    if request.probed_frames:
+        return probe(request.unit, request.probed_frames, observer)
+    return perform(request.unit, request.run_seconds, observer)
+
+
+def perform(unit: Unit, run_seconds: float, observer: Observer = UNOBSERVED) -> Outcome:
+    """Run a unit.
+
+    Raises `SequenceError` if the sequence can't be read to its end, or if it or a tracker is not as
+    planned. Raises `NotAttributableError` if one of several trackers harms the process.
+    """
+    clock = _Clock()
+    sequence, trackers, _ = _open(unit)
+    before = ProcessState.current()
+    walk = run_protocol(
+        zip(trackers, [entry.repetition for entry in unit.entries], strict=True),
+        sequence,
+        unit.protocol,
+        keep_arrays=unit.arrays,
+        run_seconds=run_seconds,
+        observer=observer,
+    )
+    observer.ended()
+    runs = _check_state(walk.runs, before, trackers)
+    if unit.protocol != TIMING:
+        measured = {"overhead": walk.overhead, "frame_seconds": walk.frame_seconds}
+        runs = [replace(run, circumstances={**run.circumstances, **measured}) for run in runs]
+    _open(unit)  # boxes of one version must never be stored as those of another
+    return clock.outcome(unit, runs, walk.overhead)
+
+
+def record_failure(unit: Unit, failure: Failure) -> Outcome:
+    """Record the only run of a unit as failed, with the frames that it reached."""
+    clock = _Clock()
+    sequence, (tracker,), (key,) = _open(unit)
+    segments = frames_of_segments(unit.protocol, sequence, tracker.init)
+    n = sum(map(len, segments)) or len(sequence)
+    rows = np.full((n, COLUMNS), nan)
+    if len(failure.rows) == rows.nbytes:
+        rows = np.frombuffer(failure.rows).reshape(rows.shape).copy()
+    if not segments:
+        init_boxes = reference(sequence, tracker.init, sequence.name).boxes
+        rows[sequence.first_frame, :4] = init_boxes[sequence.first_frame]
+    known = 0 <= failure.frame < len(sequence)
+    where = f"{sequence.frame_name(failure.frame)}: " if known else ""
+    line = f" at {select_line(failure.stack, tracker.file)}" if failure.stack else ""
+    run = Run(
+        identity=key,
+        boxes=rows[:, :4],
+        visible=rows[:, 4] == 1,
+        confidence=rows[:, 5],
+        failure=where + failure.reason + line,
+        output=failure.output,
+        segments=segments,
+    )
+    return clock.outcome(unit, [run])
+
+
+def probe(unit: Unit, frames: int, observer: Observer = UNOBSERVED) -> Probed:
+    """Time a unit's trackers on the first `frames` frames of its sequence, at least 3."""
+    sequence = datasets.load(unit.source.text, truth=unit.source.truth)
+    chosen = contestants(entry.tracker for entry in unit.entries)
+    entries = [(chosen[entry.tracker], entry.repetition) for entry in unit.entries]
+    first = sequence.first_frame
+    # The first pass compiles kernels and fills caches; the second measures the initialisation.
+    _, beginning, whole = (
+        run_protocol(entries, sequence[first : first + n], observer=observer)
+        for n in (_SHORTEST, _SHORTEST, frames)
+    )
+    counted = max(1, min(frames, len(sequence) - first) - _SHORTEST)
+    seconds = [
+        nan if b.failure else float(b.circumstances["seconds"] - a.circumstances["seconds"])
+        for a, b in zip(beginning.runs, whole.runs, strict=True)
+    ]
+    return Probed([max(0.0, value) / counted for value in seconds], whole.frame_seconds)
+
+
+class _Clock:
+    """Clock of a unit."""
+
+    def __init__(self) -> None:
+        reset_peak()
+        self._wall, self._cpu = time.perf_counter(), time.process_time()
+
+    def outcome(self, unit: Unit, runs: list[Run], overhead: float = nan) -> Outcome:
+        """Return the outcome of a unit that ends now."""
+        return Outcome(
+            runs=runs,
+            entries=list(unit.entries),
+            overhead=overhead,
+            seconds=time.perf_counter() - self._wall,
+            cpu_seconds=time.process_time() - self._cpu,
+            peak_memory=peak_memory(),
+            host=socket.gethostname(),
+            process=os.getpid(),
+        )
+
+
+def _open(unit: Unit) -> tuple[Sequence, list[Contestant], list[Identity]]:
+    """Return the sequence of a unit, and tracker and identity by entry.
+
+    Raises `SequenceError` if the sequence can't be opened, or if anything is not as planned.
+    """
+    sequence = datasets.load(unit.source.text, truth=unit.source.truth)
+    texts = [entry.tracker for entry in unit.entries]
+    try:
+        chosen = contestants(texts)
+    except (TrackerError, OSError):
+        raise _changed(", ".join(dict.fromkeys(texts)), sequence) from None
+    trackers = [chosen[text] for text in texts]
+    identities = []
+    for entry, tracker in zip(unit.entries, trackers, strict=True):
+        identities.append(identify(tracker, sequence, entry.repetition, unit.protocol))
+        if identities[-1].version != entry.version:
+            raise _changed(entry.tracker, sequence)
+    return sequence, trackers, identities
+
+
+def _changed(tracker: str, sequence: Sequence) -> SequenceError:
+    return SequenceError(
+        f"{tracker} on {sequence.name}: the tracker or the sequence changed while it ran, so "
+        "nothing was kept. Run the same command again."
+    )
+
+
+def _check_state(runs: list[Run], before: ProcessState, trackers: list[Contestant]) -> list[Run]:
+    """Restore the state of the process; return the runs, failed if one drew global numbers.
+
+    Raises `NotAttributableError` if one of several trackers changed the state: runs of the others
+    may depend on it.
+    """
+    now = ProcessState.current()
+    if now == before:
+        return runs
+    before.restore()
+    if len(runs) > 1:
+        raise NotAttributableError("what the trackers have in common was changed")
+    (run,), (tracker,) = runs, trackers
+    declared = tracker.randomness is Randomness.PROCESS
+    if now.numbers == before.numbers or run.failure or declared:
+        return runs
+    return [replace(run, failure=_GLOBAL_NUMBERS)]
+
+
+def _end_with(parent: int) -> None:
+    """End this process when its parent ends; elsewhere than on Linux, after the present unit."""
+    if sys.platform == "linux":
+        # At once, and even if a tracker lets no thread run.
+        ctypes.CDLL(None).prctl(_DEATH_SIGNAL, signal.SIGKILL)
+        # Processes that a tracker starts and abandons stay descendants, and are ended too.
+        ctypes.CDLL(None).prctl(_SUBREAPER, 1)
+    if os.getppid() != parent:  # it has ended meanwhile
+        os._exit(1)

@@ -1,0 +1,263 @@
+"""Colours in RGB space, on a plane of it, and mixtures of Gaussians there; hypotheses of all."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+from matplotlib.figure import Figure
+from matplotlib.patches import Ellipse
+from matplotlib.ticker import MaxNLocator
+from numpy.typing import NDArray
+
+from trackmark.reports.figures import bare_figure, rim, show
+from trackmark.reports.palette import colour
+
+Array = NDArray[np.float64]
+
+CLASSES = {"target": colour(0), "background": colour(1)}
+"""Shades of the two classes of colours."""
+
+VIEW = 22.0, -58.0
+"""Elevation and azimuth from which colour space is seen [degrees]."""
+
+ASIDE = 40.0
+"""How far aside of its normal a plane is seen [degrees]."""
+
+DEVIATIONS = 2.0
+"""At which the ellipse of a Gaussian is drawn."""
+
+_CHANNELS = ("R", "#c00000", "-"), ("G", "#007000", "--"), ("B", "#0000c0", "-.")
+
+
+class Gaussians(NamedTuple):
+    """A mixture of Gaussians on a plane."""
+
+    weights: Array  # (m,)
+    means: Array  # (m, 2)
+    covariances: Array  # (m, 2, 2)
+
+
+@dataclass(frozen=True)
+class ColourModel:
+    """Two classes of colours, the plane that sets them apart, and what they are like on it."""
+
+    image: NDArray[np.uint8]  # (height, width, 3), BGR
+    contour: Array  # (points, 2): that of the target in it [pixels]
+    points: Mapping[str, Array]  # (n, 3): RGB in [0, 1] of each of `CLASSES`
+    basis: Array  # (3, 2): axes of the plane
+    mixtures: Mapping[str, Gaussians]  # on the plane, by class
+    grid: tuple[Array, Array]  # (k,) and (l,): equally spaced places along both axes of the plane
+    on_plane: Array  # (l, k): posterior of the target there, in [0, 1]
+    on_image: Array  # (height, width): that of the image's colours
+
+
+def colour_model_plot(model: ColourModel, title: str) -> Figure:
+    """The steps from an image's colours to the posterior of the target."""
+    figure = bare_figure(title, 5.6)
+    grid = figure.add_gridspec(2, 12, height_ratios=(5, 4))
+    view = oblique(model.basis)
+    upper = [grid[0, 4 * place : 4 * place + 4] for place in range(3)]
+    frame = figure.add_subplot(upper[0])
+    show(frame, model.image)
+    frame.plot(*model.contour.T, color="white", linewidth=1.4, path_effects=rim(2.8))
+    frame.set_title("frame, with the target's outline", fontsize=9)
+
+    every = np.concatenate(list(model.points.values()))
+    own = rgb_axes(figure, upper[1], every)
+    own.scatter(*every.T, c=every, s=3, depthshade=False)
+    own.view_init(*view)
+    own.set_title("(a) colours in RGB space", fontsize=9)
+    classes = rgb_axes(figure, upper[2], every)
+    middle = every.mean(axis=0)
+    spread = (every - middle) @ model.basis
+    ends = np.stack([spread.min(axis=0), spread.max(axis=0)])
+    draw_plane(classes, middle, model.basis, (ends[:, 0], ends[:, 1]))
+    # The many first: the few would vanish beneath them.
+    for name in reversed(CLASSES):
+        classes.scatter(*model.points[name].T, color=CLASSES[name], s=3, depthshade=False)
+    classes.view_init(*view)
+    classes.set_title("(b) target, background, plane", fontsize=9)
+
+    lower = [figure.add_subplot(grid[1, 3 * place : 3 * place + 3]) for place in range(4)]
+    projected, mixtures, plane, image = lower
+    for name in reversed(CLASSES):
+        at = model.points[name] @ model.basis
+        projected.plot(*at.T, ".", color=CLASSES[name], markersize=2, label=name)
+        mixtures.plot(*at.T, ".", color=CLASSES[name], markersize=1, alpha=0.25)
+        draw_gaussians(mixtures, model.mixtures[name], CLASSES[name])
+    x, y = model.grid
+    edges = (x[0], x[-1], y[0], y[-1])
+    plane.imshow(
+        model.on_plane, origin="lower", extent=edges, cmap="gray", vmin=0.0, vmax=1.0, aspect="auto"
+    )
+    said = "(c) projected on the plane", "(d) mixtures' components", "(e) posterior on the plane"
+    for axes, words in zip(lower[:3], said, strict=True):
+        axes.set(xlim=edges[:2], ylim=edges[2:], xlabel="along φ₁", box_aspect=1)
+        axes.set_title(words, fontsize=9)
+        axes.tick_params(labelsize=7)
+    projected.set_ylabel("along φ₂")
+    show(image, model.on_image)
+    image.set_title("(e) posterior of the frame", fontsize=9)
+    handles, labels = projected.get_legend_handles_labels()
+    options: dict[str, Any] = {"ncols": 2, "markerscale": 5, "fontsize": 9, "frameon": False}
+    figure.legend(handles[::-1], labels[::-1], loc="outside lower center", **options)
+    return figure
+
+
+def rgb_axes(figure: Figure, place: Any, colours: Array) -> Any:
+    """Axes (Axes3D) of the cube of RGB space about some colours.
+
+    `place` is a tuple of int or a SubplotSpec; `colours` (n, 3) are in [0, 1], and NaN rows do not
+    count.
+    """
+    # In the order in which things are drawn: what is marked lies above, whatever is nearer.
+    options: dict[str, Any] = {"projection": "3d", "computed_zorder": False}
+    at = place if isinstance(place, tuple) else (place,)
+    axes: Any = figure.add_subplot(*at, **options)
+    axes.view_init(*VIEW)
+    low, high = np.nanmin(colours, axis=0), np.nanmax(colours, axis=0)
+    side = 1.05 * float((high - low).max())  # of all three, so that no angle is distorted
+    for axis, middle in zip("xyz", (low + high) / 2, strict=True):
+        getattr(axes, f"set_{axis}lim")(middle - side / 2, middle + side / 2)
+    name_channels(axes)
+    return axes
+
+
+def oblique(basis: Array) -> tuple[float, float]:
+    """Elevation and azimuth [degrees] from which a plane is seen neither edge-on nor head-on.
+
+    Its axes are the columns of `basis` (3, 2).
+    """
+    x, y, z = np.cross(basis[:, 0], basis[:, 1])
+    facing = 1.0 if z >= 0 else -1.0  # from its upper side
+    azimuth = float(np.degrees(np.arctan2(facing * y, facing * x)))
+    return VIEW[0], azimuth + ASIDE
+
+
+def name_channels(axes: Any) -> None:
+    """Name the axes of RGB space, whatever part of it they show."""
+    for axis, (name, shade, _) in zip("xyz", _CHANNELS, strict=True):
+        getattr(axes, f"set_{axis}label")(name, labelpad=-6, color=shade)
+        getattr(axes, f"{axis}axis").set_major_locator(MaxNLocator(3))
+    axes.tick_params(labelsize=7, pad=-3)
+
+
+def draw_plane(axes: Any, middle: Array, basis: Array, ends: tuple[Array, Array]) -> None:
+    """Draw part of a plane through `middle` (3,), with the axes `basis` (3, 2).
+
+    `ends`, two arrays (2,), say how far it is drawn along both, from that point on.
+    """
+    along = np.stack(np.meshgrid(*ends), axis=-1)
+    corners = middle + along @ basis.T
+    axes.plot_surface(
+        *np.moveaxis(corners, -1, 0), color="0.7", edgecolor="0.4", alpha=0.35, shade=False
+    )
+
+
+def draw_gaussians(axes: Axes, mixture: Gaussians, shade: str) -> None:
+    """Draw each component's ellipse of two deviations; the heavier, the thicker."""
+    for weight, mean, covariance in zip(*mixture, strict=True):
+        variances, directions = np.linalg.eigh(covariance)
+        width, height = 2 * DEVIATIONS * np.sqrt(variances)
+        angle = float(np.degrees(np.arctan2(directions[1, 0], directions[0, 0])))
+        line = {"fill": False, "edgecolor": shade, "linewidth": 0.6 + 2.4 * weight}
+        axes.add_patch(Ellipse((mean[0], mean[1]), width, height, angle=angle, **line))
+        axes.plot(*mean, "+", color=shade, markersize=4)
+
+
+AROUND = 12.0  # pixels of the image that are shown about the contours
+
+HALF = 0.6  # side of the plane that is drawn, half of it; normals have length 1
+
+_LIGHTEST, _DARKEST = 0.25, 1.0  # of the shades that weights have
+_FAINTEST = 0.12  # opacity of the lightest contours
+
+
+@dataclass(frozen=True)
+class Palette:
+    """A hypothesis of the target's colours and the background's."""
+
+    mixtures: Mapping[str, Gaussians]  # on a plane, by the names of `CLASSES`
+    posterior: Array  # (height, width): map of the target by them, in [0, 1]
+
+
+def hypotheses_plot(
+    image: NDArray[np.uint8],
+    planes: tuple[Array, Array],
+    contours: tuple[Array, Array],
+    palettes: Mapping[str, Palette],
+    title: str,
+) -> Figure:
+    """Planes in RGB space and contours on the image at the left, a row a palette at the right.
+
+    The image is BGR. `planes` are bases (n, 3, 2) and their weights (n,), `contours` polygons
+    (n, points, 2) [pixels] and theirs; palettes are by what is said of them.
+    """
+    figure = bare_figure(title, 0.8 + 1.9 * len(palettes))
+    halves: Any = figure.subfigures(1, 2, width_ratios=(4, 5))
+    left, right = halves
+    normals: Any = left.add_subplot(2, 1, 1, projection="3d", computed_zorder=False)
+    _draw_normals(normals, *planes)
+    normals.set_title(f"normals of {len(planes[1])} planes; the heaviest plane", fontsize=9)
+    below: Axes = left.add_subplot(2, 1, 2)
+    _draw_contours(below, image, *contours)
+    below.set_title(f"{len(contours[1])} contours, and their mean", fontsize=9)
+    below.legend(loc="lower left", fontsize=8)
+    # One scale for all planes, so that they can be compared.
+    grid = right.subplots(
+        len(palettes), 2, squeeze=False, width_ratios=(1, 1.35), sharex="col", sharey="col"
+    )
+    for (plane, shown), (words, palette) in zip(grid, palettes.items(), strict=True):
+        for name, mixture in palette.mixtures.items():
+            draw_gaussians(plane, mixture, CLASSES[name])
+            plane.plot([], color=CLASSES[name], label=name)
+        plane.set_aspect("equal")
+        plane.set_title(words, fontsize=9, loc="left")
+        plane.tick_params(labelsize=7)
+        shown.imshow(palette.posterior, cmap="gray", vmin=0.0, vmax=1.0)
+        shown.set_axis_off()
+    handles, labels = grid[0, 0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower right", ncols=2, fontsize=9, frameon=False)
+    return figure
+
+
+def _draw_normals(axes: Any, bases: Array, weights: Array) -> None:
+    """Normals from the origin on, and a square of the heaviest plane."""
+    normals = np.cross(bases[:, :, 0], bases[:, :, 1])
+    shades, order = _shades(weights), np.argsort(weights)
+    ends = np.array([-HALF, HALF])
+    draw_plane(axes, np.zeros(3), bases[order[-1]], (ends, ends))
+    for number in order:
+        normal = np.stack([np.zeros(3), normals[number]])
+        axes.plot(*normal.T, color=shades[number], linewidth=1.0)
+        axes.plot(*normal[1:].T, ".", color=shades[number], markersize=5)
+    axes.view_init(*oblique(bases[order[-1]]))
+    axes.set(xlim=(-1, 1), ylim=(-1, 1), zlim=(-1, 1))
+    name_channels(axes)
+
+
+def _draw_contours(axes: Axes, image: NDArray[np.uint8], contours: Array, weights: Array) -> None:
+    """Contours on the part of the image about them, the heaviest last; their mean above all."""
+    height, width = image.shape[:2]
+    show(axes, image)
+    order = np.argsort(weights)
+    closed = np.concatenate([contours, contours[:, :1]], axis=1)
+    shades = _shades(weights)[order]
+    # The many that weigh next to nothing hide neither the image nor the others.
+    shades[:, 3] = np.maximum(weights[order] / weights.max(), _FAINTEST)
+    axes.add_collection(LineCollection(list(closed[order]), colors=shades, linewidths=0.5))
+    mean = np.einsum("n,npd->pd", weights, closed) / weights.sum()
+    axes.plot(*mean.T, color=colour(4), linewidth=1.3, path_effects=rim(2.4), label="mean")
+    low, high = contours.min(axis=(0, 1)) - AROUND, contours.max(axis=(0, 1)) + AROUND
+    axes.set(xlim=(max(low[0], 0), min(high[0], width)))
+    axes.set(ylim=(min(high[1], height), max(low[1], 0)))
+
+
+def _shades(weights: Array) -> Array:
+    """A shade for each, shape (n, 4): the darker, the more weight."""
+    share = weights / weights.max()
+    return np.asarray(mpl.colormaps["Purples"](_LIGHTEST + (_DARKEST - _LIGHTEST) * share))

@@ -1,0 +1,194 @@
+"""Samples of a particle filter on their images, and how many of them look like the target.
+
+Ellipses are rows of centre x, y and half axes, in pixels (pixel column i spans [i, i + 1)).
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import EllipseCollection
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from trackmark.reports.figures import add_legend, bare_figure, new_figure, rim, show
+from trackmark.reports.palette import colour
+from trackmark.reports.series import QUARTILES, draw_median
+
+Array = NDArray[np.float64]
+
+_SAMPLE, _MEAN = "black", "white"
+_ROOM = 32, 14  # that a number takes in an image [pixels]
+_GREYS = (0.93, 0.82)  # of shaded frames, each kind darker than the last
+_SHOWN = 2.0  # how far the image beside a surface reaches, in the mean's longer half axis
+
+
+@dataclass(frozen=True)
+class Surface:
+    """A function of the place on a grid one pixel wide."""
+
+    left: float  # place of its first value [pixels]
+    top: float
+    values: Array  # (rows, columns)
+    quantity: str  # what the values are
+
+    def at(self, places: Array) -> Array:
+        """Values nearest to places of shape (n, 2); NaN outside."""
+        columns, rows = np.round(places - [self.left, self.top]).astype(int).T
+        height, width = self.values.shape
+        inside = (rows >= 0) & (rows < height) & (columns >= 0) & (columns < width)
+        found = np.full(len(places), np.nan)
+        found[inside] = self.values[rows[inside], columns[inside]]
+        return found
+
+
+@dataclass(frozen=True)
+class Track:
+    """A way through an image that stands still."""
+
+    image: NDArray[np.uint8]  # (height, width, 3), BGR
+    title: str
+    boxes: Array  # (n, 4): those of the mean state, by frame; NaN rows are gaps
+    truth: Array  # (n, 4): those of the target
+
+
+def surface_plot(
+    image: NDArray[np.uint8], samples: Array, mean: Array, surface: Surface, title: str
+) -> Figure:
+    """Samples and their mean on the image, and on the surface of what they are weighed by.
+
+    The image is BGR; `samples` (n, 4) are ellipses, drawn black, and so is `mean` (4,), drawn
+    white.
+    """
+    figure = bare_figure(title, 4.2)
+    left: Axes = figure.add_subplot(1, 2, 1)
+    show(left, image)
+    _draw_ellipses(left, samples, _SAMPLE, 0.5)
+    _draw_ellipses(left, mean[np.newaxis], _MEAN, 2.0)
+    centre, half = mean[:2], _SHOWN * mean[2:].max()
+    left.set(xlim=centre[0] + [-half, half], ylim=centre[1] + [half, -half])
+
+    # In the order in which things are drawn: the samples lie on the surface, not behind it.
+    right: Any = figure.add_subplot(1, 2, 2, projection="3d", computed_zorder=False)
+    rows, columns = surface.values.shape
+    grid = np.meshgrid(surface.left + np.arange(columns), surface.top + np.arange(rows))
+    right.plot_surface(*grid, surface.values, cmap="viridis", rcount=60, ccount=60, zorder=1)
+    places, middle = samples[:, :2], mean[np.newaxis, :2]
+    dots = {"color": _SAMPLE, "s": 4, "zorder": 2}
+    right.scatter(*places.T, surface.at(places), depthshade=False, **dots)
+    dots = {"color": _MEAN, "edgecolor": "black", "s": 45, "zorder": 3}
+    right.scatter(*middle.T, surface.at(middle), depthshade=False, **dots)
+    right.invert_yaxis()  # rows count downwards, as in the image
+    right.view_init(elev=50, azim=-70)
+    right.set(xlabel="x [px]", ylabel="y [px]")
+    right.set_title(surface.quantity, fontsize=9)
+    right.set_box_aspect(None, zoom=0.9)  # room for the labels, which stand outside
+    right.tick_params(labelsize=7)
+    return figure
+
+
+def trajectory_plot(tracks: Sequence[Track], title: str, every: int) -> Figure:
+    """The mean state's way, and its ellipse in some of the frames; the target's way is dashed.
+
+    An ellipse is drawn in each frame that `every` divides, with the frame's number where there is
+    room for it. Tracks stand side by side.
+    """
+    figure, all_axes = _panels([track.image for track in tracks], title)
+    for axes, track in zip(all_axes, tracks, strict=True):
+        axes.set_title(track.title, fontsize=9)
+        states, truth = _ellipses_in(track.boxes), _ellipses_in(track.truth)
+        dashed: dict[str, Any] = {"linestyle": (0, (3, 2)), "path_effects": rim(2.4)}
+        axes.plot(*truth[:, :2].T, color=_MEAN, linewidth=1.2, **dashed)
+        axes.plot(*states[:, :2].T, color=colour(4), linewidth=1.4, path_effects=rim(2.6))
+        chosen = np.flatnonzero(np.isfinite(states[::every]).all(axis=1)) * every
+        _draw_ellipses(axes, states[chosen], _MEAN, 1.2)
+        said: list[tuple[float, float]] = []
+        for number in chosen.tolist():
+            x, y, _, height = states[number]
+            place = float(x), float(y - height)
+            if any(abs(place[0] - u) < _ROOM[0] and abs(place[1] - v) < _ROOM[1] for u, v in said):
+                continue
+            said.append(place)
+            axes.annotate(
+                str(number),
+                (x, y - height),
+                (0, 2),
+                textcoords="offset points",
+                ha="center",
+                fontsize=6,
+                color="white",
+                path_effects=rim(1.5),
+            )
+    return figure
+
+
+def _ellipses_in(boxes: Array) -> Array:
+    half = boxes[:, 2:] / 2
+    return np.hstack([boxes[:, :2] + half, half])
+
+
+def _panels(images: Sequence[NDArray[np.uint8]], title: str) -> tuple[Figure, list[Axes]]:
+    """Images side by side."""
+    shape = images[0].shape
+    figure = bare_figure(title, 0.6 + 8.0 / len(images) * shape[0] / shape[1])
+    all_axes = list(figure.subplots(1, len(images), squeeze=False)[0])
+    for axes, image in zip(all_axes, images, strict=True):
+        show(axes, image)
+        height, width = image.shape[:2]  # which is kept to, whatever is drawn later
+        axes.set(xlim=(0, width), ylim=(height, 0), autoscale_on=False)
+    return figure, all_axes
+
+
+def _draw_ellipses(axes: Axes, ellipses: Array, shade: str, line_width: float) -> None:
+    """Outlines; white ones on a dark rim, so that they are seen on any ground."""
+    rims = [("black", line_width + 1.2)] if shade == _MEAN else []
+    for edge, thickness in [*rims, (shade, line_width)]:
+        collection = EllipseCollection(
+            2 * ellipses[:, 2],
+            2 * ellipses[:, 3],
+            np.zeros(len(ellipses)),
+            units="xy",
+            offsets=ellipses[:, :2],
+            offset_transform=axes.transData,
+            facecolors="none",
+            edgecolors=edge,
+            linewidths=thickness,
+        )
+        axes.add_collection(collection)
+
+
+def appearance_plot(
+    counts: Array,
+    modes: Array,
+    title: str,
+    threshold: float,
+    shades: Mapping[str, NDArray[np.bool_]],
+) -> Figure:
+    """Draw positive appearances per frame above, and the runs that were initialising below.
+
+    `counts`, `modes`: (runs, frames): samples that fulfil the appearance condition; 0 initialising,
+    1 tracking; NaN without estimate. The mode changes at `threshold` appearances, a dashed line.
+    `shades`: flags of shaded frames (n,) by kind.
+    """
+    figure, (upper, lower) = new_figure(title, 4.4, rows=2, heights=(3, 1))
+    known = np.flatnonzero(np.isfinite(counts).any(axis=0))
+    frames = np.arange(known[0], known[-1] + 1)
+    draw_median(upper, frames, counts[:, frames], 0, "positive appearances")
+    line: dict[str, Any] = {"color": "black", "linestyle": "--", "linewidth": 1.2}
+    upper.axhline(threshold, label="threshold b·N", **line)
+    initialising = 1.0 - np.ma.masked_invalid(modes[:, frames]).mean(axis=0).filled(np.nan)
+    lower.fill_between(frames, initialising, step="mid", color=colour(1), linewidth=0)
+    for grey, (kind, flags) in zip(_GREYS, shades.items(), strict=True):
+        edges = np.flatnonzero(np.diff(np.concatenate([[False], flags, [False]])))
+        for number, (start, stop) in enumerate(edges.reshape(-1, 2) - 0.5):
+            look: dict[str, Any] = {"color": str(grey), "zorder": 0, "linewidth": 0}
+            upper.axvspan(start, stop, label=None if number else kind, **look)
+            lower.axvspan(start, stop, **look)
+    upper.set(ylabel="samples", xlim=(frames[0], frames[-1]))
+    upper.set_ylim(bottom=0)
+    lower.set(ylabel="runs in\ninitialisation", xlabel="frame", ylim=(0, 1))
+    lower.set_yticks([0, 0.5, 1], ["0", "", str(len(counts))])
+    add_legend(figure, f"{QUARTILES} repetitions" if len(counts) > 1 else "")
+    return figure
