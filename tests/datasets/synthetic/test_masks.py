@@ -164,7 +164,6 @@ TIGHT = [
     ("moreno2005/ellipse", 1.5),
     ("moreno2005/octopus", 1.5),
     ("nummiaro2003/car", 2.0),
-    ("wang2010/cup", 2.0),
     ("moreno2005/book", 1.5),
     ("moreno2005/leaf", 2.6),  # a thin stalk
     ("nguyen2002/lights", 2.2),  # as tight as a tilt allows

@@ -100,7 +100,7 @@ def test_scenes_are_camouflaged_about_a_third_of_the_time():
     assert np.mean([flags[:58].any() and flags[75:].any() for flags in camouflaged]) > 0.3
 
 
-@pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("seed", [0, 2])  # scene 1 is never camouflaged
 def test_where_it_is_camouflaged_its_pixels_are_like_those_around_it(seed):
     one = opened(seed)
     flags = one.truth().attributes["camouflaged"]

@@ -44,6 +44,23 @@ def hue_of_cup(cup):
     return float(cv2.cvtColor(pixel, cv2.COLOR_BGR2HSV)[0, 0, 0])
 
 
+@pytest.mark.parametrize("seed", range(2))
+def test_a_box_is_tight_around_the_whole_cup_and_holds_the_mask(seed):
+    cup = opened(seed)
+    for frame in range(0, 80, 9):
+        x, y, width, height = cup.truth().boxes[frame]
+        ends = [x, y, x + width, y + height]
+        whole, _ = cup.seen(frame)
+        rows, columns = np.nonzero(sided(cup, whole) >= 0.5)
+        found = [columns.min(), rows.min(), columns.max() + 1, rows.max() + 1]
+        assert found == pytest.approx(ends, abs=1)
+        rows, columns = np.nonzero(cup.mask(frame))
+        assert columns.min() >= x - 1
+        assert rows.min() >= y - 1
+        assert columns.max() < x + width
+        assert rows.max() < y + height
+
+
 @pytest.mark.parametrize("seed", [0, *(pytest.param(k, marks=SLOW) for k in MORE)])
 def test_the_thing_behind_and_the_box_have_the_cups_hue(seed):
     cup = opened(seed)
