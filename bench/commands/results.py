@@ -156,7 +156,6 @@ def _event_lines(event: Mapping[str, Any]) -> list[str]:
                 + str(run["failure"]).partition("\n")[0]
                 for run in event["failed"]
             ),
-            *(f"{moment}    {error}" for error in event["errors"]),
         ]
     if event["event"] == "error":
         return [f"{moment}  {event['sequence']}: {event['error']}"]
