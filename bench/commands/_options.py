@@ -142,7 +142,7 @@ def engine_options(command: Callable[..., Any]) -> Callable[..., Any]:
         memory_limit: int | None,
         **others: Any,
     ) -> Any:
-        from trackmark.bench.engine.unit import Limits
+        from trackmark.bench.engine.work_unit import Limits
 
         given: dict[str, Any] = {
             "frame_seconds": frame_limit,

@@ -1,13 +1,14 @@
 """Dask engine: runs work units on a Dask cluster.
 
 The cluster is either started on this machine or found by the address of its scheduler. Dask gives
-a unit to another worker if a worker is lost. A worker runs a unit only if it sees the command's
-results folder and has the command's source.
+a unit to another worker if a worker is lost. A worker runs a unit only if it has the command's
+source. Runs come back to the command, which stores them.
 """
 
 import hashlib
 import os
 import socket
+import threading
 import time
 import uuid
 from collections.abc import Callable, Iterable, Iterator
@@ -19,10 +20,10 @@ from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
-from trackmark.bench.engine import Engine, Job
-from trackmark.bench.engine.performing import Outcome
-from trackmark.bench.engine.unit import Unit
-from trackmark.bench.store.files import ResultsError, remove_file, temporary_name, write_atomically
+from trackmark.bench.engine import Engine
+from trackmark.bench.engine.pool import Pool
+from trackmark.bench.engine.work_unit import Limits, Outcome, Unit
+from trackmark.bench.store.files import ResultsError
 from trackmark.datasets import SequenceError
 from trackmark.trackers.base.catalogue import in_file
 
@@ -84,16 +85,15 @@ class _Dask:
     open_client: Callable[[], "AbstractContextManager[Client]"]
 
     def perform(
-        self, units: Iterable[Unit], job: Job, progress: Callable[[int], None]
+        self, units: Iterable[Unit], limits: Limits, progress: Callable[[int], None]
     ) -> Iterator[tuple[Unit, Outcome | Exception]]:
         """See `bench.engine.Engine.perform`.
 
         Raises `ClusterError` if workers can't do the work, or if no worker is left.
         """
-        job = replace(job, folder=job.folder.absolute())
-        with _marked(job.folder) as mark, self.open_client() as client:
+        with self.open_client() as client:
             executor = client.get_executor(pure=False)
-            task = partial(_perform_unit, job, mark, source_digest())
+            task = partial(_perform_unit, uuid.uuid4().hex, limits, source_digest())
             remaining = iter(units)
             running: dict[Future[_Result], Unit] = {}
             done = 0
@@ -123,29 +123,34 @@ class _Dask:
                 executor.shutdown(wait=False)  # cancels units that have not started
 
 
-def _perform_unit(job: Job, mark: str, source: str, unit: Unit) -> _Result:
+_pools = threading.local()
+"""Pool of a thread of a Dask worker, with the command and the limits that it is for."""
+
+
+def _perform_unit(command: str, limits: Limits, source: str, unit: Unit) -> _Result:
     """Perform a unit on a worker.
 
-    Errors of the sequence and of the results are returned, since Dask logs what is raised.
-    `mark`: name of a file that the command keeps in the job's folder. `source`: the command's
-    `source_digest`.
+    Errors of the sequence and of the worker are returned, since Dask logs what is raised.
+    `command`: Dask workers outlive it, their processes with its trackers must not. `source`: the
+    command's `source_digest`.
     """
     try:
-        if not (job.folder / mark).is_file():
-            raise ClusterError(
-                f"the worker on {socket.gethostname()} does not see the command's folder "
-                f"{job.folder}. Choose one with --output that all machines share, under the same "
-                "path."
-            )
         if source_digest() != source:
             raise ClusterError(
                 f"the worker on {socket.gethostname()} runs another source of trackmark than this "
                 f"command, from {_HOME}. Install the same one there; restart workers that were "
                 "started before a change."
             )
-        return job(unit)
-    except (SequenceError, ResultsError) as error:
+        key = command, limits
+        if getattr(_pools, "key", key) != key:
+            _pools.pool.close()
+            del _pools.key
+        if not hasattr(_pools, "key"):
+            _pools.key, _pools.pool = key, Pool(limits)
+        ((_, outcome),) = _pools.pool.perform([unit])
+    except ResultsError as error:
         return error
+    return outcome
 
 
 @cache
@@ -245,14 +250,3 @@ def _connect_to(address: str) -> "Iterator[Client]":
         ) from error
     with client:
         yield client
-
-
-@contextmanager
-def _marked(folder: Path) -> Iterator[str]:
-    """Keep a file in the folder by which workers recognise it."""
-    mark = temporary_name(f"command-{uuid.uuid4().hex}")
-    write_atomically(folder / mark, b"Workers look for this file while a command runs.\n")
-    try:
-        yield mark
-    finally:
-        remove_file(folder / mark)

@@ -6,7 +6,7 @@ before the update, and with images in memory.
 """
 
 import gc
-from collections.abc import Collection, Iterable
+from collections.abc import Callable, Iterable
 from collections.abc import Sequence as Sized
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -19,8 +19,7 @@ from numpy.typing import NDArray
 
 from trackmark import datasets
 from trackmark.bench.evaluation.interleaved_timing import one_thread
-from trackmark.bench.evaluation.observer import UNOBSERVED, Observer
-from trackmark.bench.evaluation.recorder import Recorder
+from trackmark.bench.evaluation.recorder import Recorder, blank_rows
 from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.evaluation.timing import Remembered, reference_seconds
 from trackmark.bench.experiments.tracker_spec import Contestant, TrackerMaker, contestant
@@ -37,6 +36,32 @@ MAX_SEGMENT_BYTES = 1 << 28
 
 MAX_WARM_BYTES = 1 << 29
 """Maximum size of the images that are kept for the warm pass; it ends where they end."""
+
+
+class Observer:
+    """Callbacks of the loop; these do nothing. See `bench.engine.heartbeat.Heartbeat`."""
+
+    def rows(self, shape: tuple[int, int]) -> NDArray[np.float64]:
+        """Return the buffer for the rows of a run that has the process to itself."""
+        return blank_rows(shape)
+
+    def reading(self, frame: int) -> None:
+        """Note that a frame is read next."""
+
+    def calling(self, entry: int, frame: int) -> None:
+        """Note that a tracker is called next."""
+
+    def called(self) -> None:
+        """Note that the tracker has returned or raised."""
+
+    def shown(self, frames: int) -> None:
+        """Note the number of frames that all trackers have seen."""
+
+    def ended(self) -> None:
+        """Note that the loop has ended and its trackers are gone."""
+
+
+UNOBSERVED = Observer()
 
 
 @dataclass(frozen=True)
@@ -102,7 +127,6 @@ def run_protocol(
     *,
     keep_arrays: bool = False,
     run_seconds: float = inf,
-    rows: Collection[NDArray[np.float64]] = (),
     observer: Observer = UNOBSERVED,
 ) -> Pass:
     """Run several trackers through a sequence together.
@@ -110,7 +134,7 @@ def run_protocol(
     `entries`: trackers with their repetitions; one for timing runs. `sequence`: with ground truth.
     `protocol`: as runs are stored; `timing` measures time in one-pass runs. `keep_arrays`: store
     arrays, masks and maps of one-pass runs. `run_seconds`: time limit of each tracker for all
-    frames together. `rows`: a buffer per tracker; see `Recorder`. `observer`: notified of calls.
+    frames together. `observer`: notified of calls.
 
     Timing runs have `times` of both passes, as decoded and warm. No work is shared, and OpenCV's
     threads and Python's garbage collector are off. Their `reference_seconds` are CPU times of fixed
@@ -122,7 +146,7 @@ def run_protocol(
     """
     sequence.check_runnable()
     make = partial(_make_recorders, list(entries), sequence, protocol)
-    recorders = make(rows, keep_arrays=keep_arrays, run_seconds=run_seconds)
+    recorders = make(observer.rows, keep_arrays=keep_arrays, run_seconds=run_seconds)
     frames, warm_up = sequence.frames, min(WARM_UP_FRAMES, len(sequence) - sequence.first_frame)
     try:
         if protocol == TIMING:
@@ -142,7 +166,7 @@ def run_protocol(
         if not recorder.failure:
             observer.calling(recorder.entry, last)
             recorder.finish(last)
-            observer.called(recorder.entry)
+            observer.called()
     overhead = median(clocks.own) if clocks.own else nan
     runs = [recorder.result() for recorder in recorders]
     return Pass(runs, overhead, clocks.fetching / max(clocks.fetched, 1))
@@ -152,12 +176,13 @@ def _make_recorders(
     entries: Sized[tuple[Contestant, int]],
     sequence: Sequence,
     protocol: str,
-    rows: Collection[NDArray[np.float64]] = (),
+    shared_rows: Callable[[tuple[int, int]], NDArray[np.float64]] = blank_rows,
     *,
     keep_arrays: bool = False,
     run_seconds: float = inf,
 ) -> list[Recorder]:
-    buffers: Iterable[NDArray[np.float64] | None] = rows or [None] * len(entries)
+    """Make the recorders; `shared_rows` makes the buffer of a run that is alone."""
+    alone = len(entries) == 1
     return [
         Recorder(
             number,
@@ -165,11 +190,11 @@ def _make_recorders(
             sequence,
             protocol,
             keep_arrays=keep_arrays,
-            alone=len(entries) == 1,
+            alone=alone,
             run_seconds=run_seconds,
-            rows=buffer,
+            make_rows=shared_rows if alone else blank_rows,
         )
-        for number, (entry, buffer) in enumerate(zip(entries, buffers, strict=True))
+        for number, entry in enumerate(entries)
     ]
 
 
@@ -258,14 +283,14 @@ class _SegmentWalk:
             observer.calling(recorder.entry, self.frames[first])
             if recorder.watches(first):
                 watchers.append(recorder)
-            observer.called(recorder.entry)
+            observer.called()
         for frame in range(first if watchers else 0):
             observer.reading(self.frames[frame])
             shown = SharedFrame(sequence[frame], len(watchers))
             for recorder in watchers:
                 observer.calling(recorder.entry, self.frames[frame])
                 recorder.show(shown, frame)
-                observer.called(recorder.entry)
+                observer.called()
         began = perf_counter()
         observer.reading(self.frames[first])
         shown = SharedFrame(sequence[first])
@@ -275,7 +300,7 @@ class _SegmentWalk:
         for recorder in self.recorders:
             observer.calling(recorder.entry, self.frames[first])
             recorder.start(shown, first, mask)
-            observer.called(recorder.entry)
+            observer.called()
         observer.shown(int(self.before + self.share))
 
     def follow(self, frame: int) -> None:
@@ -291,7 +316,7 @@ class _SegmentWalk:
             if not recorder.failure:
                 observer.calling(recorder.entry, number)
                 in_trackers += recorder.follow(shown, frame)
-                observer.called(recorder.entry)
+                observer.called()
                 running += 1
         reading_masks = self._compare(frame)
         observer.shown(int(self.before + (frame - self.first + 1) * self.share))

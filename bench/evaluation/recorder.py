@@ -21,7 +21,6 @@ from trackmark.bench.evaluation.estimates import (
     checked_mask,
 )
 from trackmark.bench.evaluation.ground_truth import reference
-from trackmark.bench.evaluation.observer import NotAttributableError
 from trackmark.bench.evaluation.run_record import RESERVED_COLUMNS, Run
 from trackmark.bench.experiments.tracker_spec import Contestant, identify, run_seed
 from trackmark.bench.metrics.regions import Segmentation, contour_accuracy, region_similarity
@@ -49,13 +48,22 @@ _NO_MEMORY = -4  # OpenCV's Error::StsNoMem
 _OURS = (KeyboardInterrupt, GeneratorExit)
 
 
+class NotAttributableError(Exception):
+    """Harm to the process that can't be attributed to one of its trackers."""
+
+
+def blank_rows(shape: tuple[int, int]) -> NDArray[np.float64]:
+    """Return rows of NaN."""
+    return np.full(shape, nan)
+
+
 class Recorder:
     """One run: a tracker on the segments of a protocol, and its estimates so far.
 
     `entry`: index of the run in its pass. `protocol`: as runs are stored; see `run_protocol`.
     `keep_arrays`: store arrays, masks and maps. `alone`: whether no other tracker runs in the
     process. Otherwise a lack of memory may be caused by another tracker. `run_seconds`: time
-    limit of all calls together [s]. `rows`: buffer of the frames of all segments, shape (n, 6).
+    limit of all calls together [s]. `make_rows`: makes the buffer of the frames of all segments.
 
     `failure` is empty as long as the tracker is called. `seconds` is the wall time of its calls.
     """
@@ -71,7 +79,7 @@ class Recorder:
         keep_arrays: bool = False,
         alone: bool = True,
         run_seconds: float = inf,
-        rows: NDArray[np.float64] | None = None,
+        make_rows: Callable[[tuple[int, int]], NDArray[np.float64]] = blank_rows,
     ) -> None:
         if repetition < 0:
             raise ValueError(f"repetition is {repetition}; they count from 0.")
@@ -91,7 +99,7 @@ class Recorder:
         self._shares = protocol != TIMING
         self._keep_arrays = keep_arrays and self._complete
         n = sum(len(segment.frames(len(sequence))) for segment in self.segments)
-        self._all_rows = np.full((n, COLUMNS), nan) if rows is None else rows
+        self._all_rows = make_rows((n, COLUMNS))
         self._stop = 0  # row after the present segment
         self._trackers_begun = 0
         self._wall: list[float] = []  # seconds of each update

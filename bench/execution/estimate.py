@@ -19,7 +19,7 @@ import pyarrow as pa
 from numpy.typing import NDArray
 
 from trackmark.bench.engine import probe
-from trackmark.bench.engine.unit import Entry, Limits, Unit
+from trackmark.bench.engine.work_unit import Entry, Limits, Unit
 from trackmark.bench.execution.plan import Plan
 from trackmark.bench.execution.scheduling import Units, owner_of
 from trackmark.bench.store.columns import codes

@@ -4,21 +4,22 @@ import math
 import os
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from trackmark.bench.engine import Engine, Job, engine
-from trackmark.bench.engine.performing import Outcome
-from trackmark.bench.engine.unit import Limits, Unit
+from trackmark import datasets
+from trackmark.bench.engine import Engine, engine
+from trackmark.bench.engine.work_unit import Limits, Outcome, Unit
 from trackmark.bench.execution.plan import KnownSequences, Plan, State, make_plan
 from trackmark.bench.execution.scheduling import Units, left_of
 from trackmark.bench.experiments.experiment import Experiment, read_experiment
-from trackmark.bench.store.index import GrowingIndex
+from trackmark.bench.store.index import GrowingIndex, row_of_file
 from trackmark.bench.store.log import RunLog
 from trackmark.bench.store.results import Results
+from trackmark.bench.store.truth import write_truth
 from trackmark.datasets import SequenceError
 
 
@@ -108,6 +109,7 @@ class Execution:
         self.plan: Plan = make_plan(self.experiment, self._results, self.known, self.opened, jobs)
         self._own_seconds = 0.0
         self._shown_frames = 0
+        self._truths: set[Path] = set()  # files that were checked or written
 
     @cached_property
     def performer(self) -> Engine:
@@ -146,31 +148,50 @@ class Execution:
         began = time.monotonic()
         ended = "stopped"
         try:
-            job = Job(self.folder.absolute(), self.limits)
-            for unit, outcome in self.performer.perform(units, job, progress or (lambda _: None)):
-                if isinstance(outcome, Exception):
-                    log.write("error", **_named(unit), error=str(outcome))
-                    self._note(outcome)
+            report = progress or (lambda _: None)
+            for unit, outcome in self.performer.perform(units, self.limits, report):
+                try:
+                    if isinstance(outcome, Exception):
+                        raise outcome
+                    rows = self._store(unit, outcome)
+                except SequenceError as error:
+                    log.write("error", **_named(unit), error=str(error))
+                    if str(error) not in self.errors:
+                        self.errors.append(str(error))
                     continue
-                log.write("unit", **_named(unit), **_spent(outcome))
+                log.write("unit", **_named(unit), **_spent(outcome, rows))
                 self.errors += [error for error in outcome.errors if error not in self.errors]
                 if math.isfinite(outcome.overhead):
                     self._own_seconds += outcome.overhead * unit.work
                     self._shown_frames += unit.work
-                index.add(outcome.rows)
-                yield from outcome.rows
+                index.add(rows)
+                yield from rows
             ended = "finished"
         finally:
             # Files first, index after: what a kill leaves out is found by the next reader.
             index.write()
             log.write("end", outcome=ended, seconds=round(time.monotonic() - began, 3))
 
-    def _note(self, error: Exception) -> None:
-        """A sequence's error is kept, any other ends the work."""
-        if not isinstance(error, SequenceError):
-            raise error
-        if str(error) not in self.errors:
-            self.errors.append(str(error))
+    def _store(self, unit: Unit, outcome: Outcome) -> list[dict[str, Any]]:
+        """Store and score the runs of a unit; return their rows of the index."""
+        source = unit.source.absolute()
+        truth = self.folder / unit.truth
+        if truth not in self._truths:
+            write_truth(self.folder, datasets.load(source.text, truth=source.truth))
+            self._truths.add(truth)
+        if not truth.is_file():
+            raise SequenceError(
+                f"{unit.source.text}: the sequence changed while it ran, so nothing was kept. Run "
+                "the same command again."
+            )
+        origin = {"source": source.text, "truth": str(source.truth or ""), "host": outcome.host}
+        rows = []
+        for entry, run in zip(outcome.entries, outcome.runs, strict=True):
+            stored = replace(run, circumstances={**run.circumstances, **origin})
+            # If another process has stored the run meanwhile, that one stays.
+            self._results.write(stored, entry.replaces)
+            rows.append(row_of_file(self._results, self._results.path(run.identity)))
+        return rows
 
     def _told(self) -> dict[str, Any]:
         """What a log begins with."""
@@ -198,11 +219,11 @@ def _named(unit: Unit) -> dict[str, Any]:
     return {"sequence": unit.source.text, "frames": unit.frames, "runs": runs}
 
 
-def _spent(outcome: Outcome) -> dict[str, Any]:
+def _spent(outcome: Outcome, rows: list[dict[str, Any]]) -> dict[str, Any]:
     """What a unit cost, and which of its runs failed."""
     failed = [
         {key: row[key] for key in ("tracker", "repetition", "failure")}
-        for row in outcome.rows
+        for row in rows
         if row["status"] == "failed"
     ]
     return {

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from trackmark.bench.engine.unit import Entry, Unit
+from trackmark.bench.engine.work_unit import Entry, Unit
 from trackmark.bench.execution.plan import Plan, State
 from trackmark.bench.experiments.tracker_spec import PACKAGE, Contestant
 from trackmark.bench.store.truth import truth_path

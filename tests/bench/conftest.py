@@ -17,10 +17,9 @@ import pytest
 
 from trackmark import datasets
 from trackmark.bench.cli import main
-from trackmark.bench.engine import performing
+from trackmark.bench.engine import worker
 from trackmark.bench.experiments.tracker_files import answered
 from trackmark.bench.numba_compilation import SENTENCE
-from trackmark.bench.store.truth import write_truth
 from trackmark.trackers.base import catalogue
 
 
@@ -107,24 +106,31 @@ def here(tmp_path, otb):
 
 
 class Here:
-    """Stands for a supervisor whose child is this very process: nothing has to be started."""
+    """A pool whose worker is this very process."""
 
     at_work = threading.Lock()
 
-    def __init__(self, limits):
+    def __init__(self, limits, jobs=1):
         self.limits = limits
 
-    def perform(self, unit, folder, progress=None):
-        with self.at_work:
-            write_truth(folder, datasets.load(unit.source.text, truth=unit.source.truth))
-            return performing.scored(performing.perform(unit, folder, self.limits), unit, folder)
+    def perform(self, units, progress=lambda work: None):
+        done = 0
+        for unit in units:
+            try:
+                with self.at_work:
+                    outcome = worker.perform(unit, self.limits.run_seconds)
+            except datasets.SequenceError as error:
+                outcome = error
+            done += unit.work
+            progress(done)
+            yield unit, outcome
 
     def probe(self, unit, frames):
         with self.at_work:
-            return performing.probe(unit, frames)
+            return worker.probe(unit, frames)
 
     def close(self):
-        """Nothing is left to end."""
+        """Do nothing: no process has to be ended."""
 
 
 def asked_here(request):
@@ -139,8 +145,7 @@ def without_processes():
     @contextmanager
     def within():
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr("trackmark.bench.engine.local.Supervisor", Here)
-            patch.setattr("trackmark.bench.engine.supervisor.Supervisor", Here)
+            patch.setattr("trackmark.bench.engine.pool.Pool", Here)
             patch.setattr("trackmark.bench.experiments.tracker_files._child", asked_here)
             yield
 

@@ -349,7 +349,7 @@ def test_a_dry_run_prints_the_plan_and_leaves_nothing(trackmark, here):
 
 
 def test_limits_are_kept_and_their_defaults_are_told(trackmark, spoil):
-    from trackmark.bench.engine.unit import Limits
+    from trackmark.bench.engine.work_unit import Limits
 
     said = " ".join(trackmark("run", "--help").stdout.split())
     assert f"[default: {Limits.frame_seconds:g}]" in said

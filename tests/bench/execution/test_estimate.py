@@ -6,7 +6,7 @@ import shutil
 import pytest
 
 from tests.bench.engine.hostile import HEAD
-from trackmark.bench.engine.unit import Limits
+from trackmark.bench.engine.work_unit import Limits
 from trackmark.bench.execution.estimate import Basis, Estimate, estimate, measured_before, words
 from trackmark.bench.execution.executor import run
 from trackmark.bench.execution.plan import make_plan

@@ -1,4 +1,4 @@
-"""What a process has: memory, files, and the state that all trackers in it have in common."""
+"""State of a process: what all its trackers share, and its memory."""
 
 import os
 import random
@@ -16,25 +16,28 @@ _STATUS = Path("/proc/self/status")
 _FORGET = Path("/proc/self/clear_refs")
 
 
-class Surroundings(NamedTuple):
-    """State of a process that one tracker could spoil for another."""
+class ProcessState(NamedTuple):
+    """State of a process that one tracker can change for another."""
 
-    numbers: tuple[Any, ...]  # of the global random generators, which nobody may use
-    arithmetic: Mapping[str, Any]  # how floating-point errors are handled
+    numbers: tuple[Any, ...]  # of the global random generators
+    arithmetic: Mapping[str, Any]  # handling of floating-point errors
     folder: str
     environment: Mapping[str, str]
+    umask: int
 
     @classmethod
-    def now(cls) -> "Surroundings":
-        """As it is now."""
-        # The old interface, since it is the one that has a state for the whole process.
+    def current(cls) -> "ProcessState":
+        """Return the present state."""
+        # Only the legacy interface has a state for the whole process.
         name, keys, *rest = np.random.get_state(legacy=True)  # noqa: NPY002
         numbers = (random.getstate(), name, np.asarray(keys).tobytes(), *rest)
         folder = os.getcwd()  # noqa: PTH109  # compared, not used
-        return cls(numbers, np.geterr(), folder, dict(os.environ))
+        umask = os.umask(0o077)  # it can't be read without being set
+        os.umask(umask)
+        return cls(numbers, np.geterr(), folder, dict(os.environ), umask)
 
     def restore(self) -> None:
-        """Put it back."""
+        """Make this the present state."""
         own, name, keys, *rest = self.numbers
         random.setstate(own)
         np.random.set_state((name, np.frombuffer(keys, np.uint32), *rest))  # noqa: NPY002  # as above
@@ -42,36 +45,20 @@ class Surroundings(NamedTuple):
         os.chdir(self.folder)
         os.environ.clear()
         os.environ.update(self.environment)
+        os.umask(self.umask)
 
 
-def can_use_files() -> bool:
-    """Whether this process can still open a file and write into it, apart from any disk.
-
-    A tracker may have used up its descriptors, or set limits to it.
-    """
-    if not hasattr(os, "memfd_create"):
-        return True  # only Linux has files without a disk
+def can_open_files() -> bool:
+    """Return whether this process has a file descriptor left."""
     try:
-        descriptor = os.memfd_create("trackmark")
+        os.close(os.open(os.devnull, os.O_RDONLY))
     except OSError:
         return False
-    try:
-        return os.write(descriptor, b"x") == 1
-    except OSError:
-        return False
-    finally:
-        os.close(descriptor)
-
-
-def umask() -> int:
-    """What new files of this process are not allowed; it can't be asked for without being set."""
-    mask = os.umask(0o077)
-    os.umask(mask)
-    return mask
+    return True
 
 
 def machine_memory() -> int:
-    """Memory of this machine, or of the container that this process is in, in bytes."""
+    """Return the memory of this machine or container [bytes]."""
     memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
     if _CONTROL_GROUP.is_file():
         allowed = _CONTROL_GROUP.read_text("utf-8").strip()
@@ -81,9 +68,9 @@ def machine_memory() -> int:
 
 
 def limit_memory(number: int) -> None:
-    """Let this process and its children have so many bytes of data each, and no more.
+    """Limit the data of this process and of each of its children to a number of bytes.
 
-    What asks for more gets a `MemoryError`, or what its library makes of it.
+    A request for more raises `MemoryError`, or fails in the way of the library that makes it.
     """
     _, most = resource.getrlimit(resource.RLIMIT_DATA)
     allowed = number if most == resource.RLIM_INFINITY else min(number, most)
@@ -91,13 +78,13 @@ def limit_memory(number: int) -> None:
 
 
 def reset_peak() -> None:
-    """Forget earlier peaks, where the system can."""
+    """Forget earlier peaks of the memory, if the system can."""
     with suppress(OSError):  # elsewhere the peak is that of the process's whole life
         _FORGET.write_text("5", "ascii")
 
 
 def peak_memory() -> int:
-    """Most memory that this process has had since `reset_peak`, in bytes."""
+    """Return the maximum memory of this process since `reset_peak` [bytes]."""
     if _STATUS.is_file():
         for line in _STATUS.read_text("ascii", "replace").splitlines():
             if line.startswith("VmHWM:"):

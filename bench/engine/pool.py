@@ -1,0 +1,492 @@
+"""Pool of worker processes: starts, watches and ends them, and finds trackers that do harm.
+
+The local engine and each thread of a Dask worker has a pool. Everything runs in one thread: `Pool`
+waits for its workers' bytes and looks at their heartbeats between.
+"""
+
+import fcntl
+import os
+import pickle
+import select
+import signal
+import socket
+import subprocess
+import tempfile
+import time
+from collections.abc import Callable, Generator, Iterable, Iterator
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
+from math import nan
+from typing import IO, Any, TypeAlias
+
+from trackmark.bench.engine import heartbeat
+from trackmark.bench.engine.heartbeat import READING, STARTING, NoRoomError, Sight
+from trackmark.bench.engine.process_state import machine_memory
+from trackmark.bench.engine.stack_trace import FATAL_SIGNALS, CodeLine, parse_stack
+from trackmark.bench.engine.work_unit import Entry, Failure, Limits, Outcome, Probed, Unit
+from trackmark.bench.engine.worker import Request
+from trackmark.bench.evaluation.run_record import Run
+from trackmark.bench.experiments.tracker_spec import Identity
+from trackmark.bench.metrics.regions import Segmentation
+from trackmark.bench.metrics.times import Times
+from trackmark.bench.numba_compilation import announce
+from trackmark.bench.process_tree import Offspring
+from trackmark.bench.store.files import ResultsError
+from trackmark.datasets import SequenceError
+
+_POLL_SECONDS = 0.1
+_ABORT_SECONDS = 5.0  # time in which an aborted process writes its stack trace
+_LONGEST_TRACE = 1 << 17  # bytes; `faulthandler` limits a stack to 100 lines
+_LONGEST_OUTPUT = 1 << 14  # bytes that are kept of what a worker prints
+_MAX_OUTPUT = 1 << 20  # bytes of its file
+_CUT_OFF = "its process closed or overwrote file descriptors that are not its own"
+# No tracker affects how long a process takes to start, a sequence to open, or a frame to read.
+_LONG_SECONDS = {READING: 300.0, STARTING: 300.0, heartbeat.ELSEWHERE: 3600.0}
+
+
+class DefectError(RuntimeError):
+    """A defect of the harness; the message holds its traceback."""
+
+
+class StartError(ResultsError):
+    """A worker process that ended, or hung, before it read its first request."""
+
+
+@dataclass(frozen=True)
+class Death:
+    """End of a worker process, or the reason to end it."""
+
+    reason: str  # for the failure of the culprit
+    sight: Sight  # last values of its heartbeat
+    output: str
+    rows: bytes
+    stalled: bool = False  # whether its heartbeat stood still
+    stack: list[CodeLine] = field(default_factory=list)  # innermost line first, if known
+
+    def failure(self) -> Failure:
+        """Return the failure of the only run of its unit."""
+        frame = self.sight.frame if self.sight.beat else None
+        return Failure(frame, self.reason, self.output, self.stack, self.rows)
+
+
+@dataclass(frozen=True)
+class Task:
+    """Request to a worker."""
+
+    request: Request
+    fresh: bool = False  # whether the process must have performed nothing else
+
+
+_Answer: TypeAlias = Outcome | Probed | Death
+_Steps: TypeAlias = Generator[Task, _Answer, Any]
+
+
+class Worker:
+    """A worker process, seen by its parent. `used`: whether it was given a request."""
+
+    def __init__(self, limits: Limits) -> None:
+        self._frame_seconds = limits.frame_seconds
+        self.used = False
+        self.worn = False  # whether trackers have left threads in it
+        self._shared, self._output, self._trace = (_unnamed_file() for _ in range(3))
+        fcntl.fcntl(self._output, fcntl.F_SETFL, os.O_APPEND)  # also after it was truncated
+        self.channel, theirs = socket.socketpair()
+        memory = limits.memory_bytes or machine_memory() // (os.cpu_count() or 1)
+        descriptors = [theirs.fileno(), self._shared.fileno(), self._trace.fileno()]
+        self._offspring = Offspring(
+            "trackmark.bench.engine.worker",
+            [*descriptors, os.getpid(), memory],
+            stdin=subprocess.DEVNULL,
+            stdout=self._output,
+            stderr=subprocess.STDOUT,
+            pass_fds=descriptors,
+        )
+        self._process = self._offspring.process
+        theirs.close()
+
+    @property
+    def lives(self) -> bool:
+        """True if it can be given a request: it waits for one, and has written nothing since."""
+        waits = not select.select([self.channel], [], [], 0)[0]
+        return self._process.poll() is None and waits and not self.worn
+
+    def give(self, request: Request) -> None:
+        """Send a request; raises `NoRoomError` if there is no room for it."""
+        entry = heartbeat.ELSEWHERE if self.used else STARTING
+        self.used = True
+        heartbeat.reset(self._shared.fileno(), entry, pickle.dumps(request))
+        self._output.truncate(0)
+        self._sight, self._waited, self._last = self.look(), 0.0, time.monotonic()
+        with suppress(OSError):  # its end is found by `check`
+            self.channel.send(b".")
+
+    def look(self) -> Sight:
+        """Return the present values of its heartbeat."""
+        return heartbeat.look(self._shared.fileno())
+
+    def check(self, ready: bool) -> "_Answer | None":
+        """Return the answer or the death of the worker; None as long as it works.
+
+        `ready`: whether the channel can be read. Raises `SequenceError`, `DefectError` of the
+        worker.
+        """
+        if self.look().compiled:
+            announce()
+        if ready:
+            with suppress(OSError):
+                if byte := self.channel.recv(1):
+                    return self._read_answer() if byte == b"." else self._dead(_CUT_OFF)
+            return self._death()
+        if self._process.poll() is not None:
+            return None if select.select([self.channel], [], [], 0)[0] else self._death()
+        if os.fstat(self._output.fileno()).st_size > _MAX_OUTPUT:
+            text = self._read_output()
+            self._output.truncate(0)
+            self._output.write(text)
+        sight, now = self.look(), time.monotonic()
+        # Time in which this process itself was stopped does not count.
+        self._waited += min(now - self._last, 2 * _POLL_SECONDS)
+        self._last = now
+        if sight.sign_of_life != self._sight.sign_of_life:
+            self._waited = 0.0
+        self._sight = sight
+        limit = _LONG_SECONDS.get(sight.entry, self._frame_seconds)
+        if self._waited <= limit:
+            return None
+        self._process.send_signal(signal.SIGABRT)  # it writes its stack trace, unless it is stopped
+        with suppress(subprocess.TimeoutExpired):
+            self._process.wait(_ABORT_SECONDS)
+        return self._dead(f"no answer within {limit:g} s", stalled=True, stack=self._read_stack())
+
+    def end(self) -> None:
+        """Kill it and all processes that it has started."""
+        self._offspring.end()
+        self.channel.close()
+        for file in (self._shared, self._output, self._trace):
+            file.close()
+
+    def _read_answer(self) -> _Answer:
+        try:
+            answer = heartbeat.read_message(self._shared.fileno(), self.look())
+            self.worn = bool(answer["worn"])
+            output = self._read_output().decode("utf-8", "replace")
+            result = _restore(answer, output)
+        except (ValueError, KeyError, TypeError):
+            return self._dead(_CUT_OFF)
+        if "error" in answer:
+            raise SequenceError(answer["error"])
+        if "defect" in answer:
+            raise DefectError(answer["defect"])
+        return result or self._dead(str(answer["harm"]))
+
+    def _death(self) -> Death:
+        """Return how the process ended, after its end or that of the channel."""
+        try:
+            code = self._process.wait(_POLL_SECONDS * 10)
+        except subprocess.TimeoutExpired:
+            return self._dead(_CUT_OFF)
+        reason = f"its process ended with status {code}"
+        if code < 0:
+            reason = f"its process was killed by {_signal_name(-code)}"
+        if self.look().entry == READING:
+            reason += " while the frame was read"
+        return self._dead(reason, stack=self._read_stack())
+
+    def _dead(self, reason: str, **details: Any) -> Death:
+        sight, output = self.look(), self._read_output().decode("utf-8", "replace")
+        rows = heartbeat.read_rows(self._shared.fileno(), sight)
+        return Death(reason, sight, output, rows, **details)
+
+    def _read_output(self) -> bytes:
+        return _read_end(self._output, _LONGEST_OUTPUT)
+
+    def _read_stack(self) -> list[CodeLine]:
+        """Return the stack trace if the process ended by a signal at which it writes one."""
+        if -(self._process.poll() or 0) not in FATAL_SIGNALS:
+            return []
+        return parse_stack(_read_end(self._trace, _LONGEST_TRACE).decode("ascii", "replace"))
+
+
+class _Lane:
+    """Place for one worker, and the steps of the unit that it performs.
+
+    `result` is that of the last steps: what they return, or a `SequenceError`.
+    """
+
+    def __init__(self, limits: Limits) -> None:
+        self._limits = limits
+        self._worker: Worker | None = None
+        self._owner = ""  # of the units that the worker has performed
+        self._steps: _Steps | None = None
+        self.result: Any = None
+
+    @property
+    def busy(self) -> bool:
+        """True until the steps have ended."""
+        return self._steps is not None
+
+    @property
+    def channel(self) -> socket.socket:
+        """Channel of the worker."""
+        assert self._worker is not None
+        return self._worker.channel
+
+    @property
+    def work_done(self) -> int:
+        """Frames times trackers of the present request."""
+        assert self._worker is not None
+        return self._worker.look().shown * len(self._task.request.unit.entries)
+
+    def begin(self, steps: _Steps) -> None:
+        """Give the worker the first task."""
+        self._steps, self._restarted = steps, False
+        self._go_on(None)
+
+    def advance(self, ready: bool) -> None:
+        """Give the worker the next task if it has answered or died.
+
+        `ready`: whether its channel can be read. Raises `StartError` if a worker can't start.
+        """
+        assert self._worker is not None
+        try:
+            answer = self._worker.check(ready)
+        except SequenceError as error:
+            self._steps, self.result = None, error
+            return
+        if isinstance(answer, Death):
+            self.end_worker()
+            if answer.sight.entry == STARTING:
+                if self._restarted:  # the first one may have been killed by somebody
+                    raise StartError(
+                        f"a worker process can't begin: {answer.reason}. It said: "
+                        f"{answer.output.strip()}"
+                    )
+                self._restarted = True
+                self._give()
+                return
+        if answer is not None:
+            self._go_on(answer)
+
+    def end_worker(self) -> None:
+        """End the worker, if there is one."""
+        if self._worker is not None:
+            self._worker.end()
+            self._worker = None
+
+    def _go_on(self, answer: _Answer | None) -> None:
+        assert self._steps is not None
+        try:
+            self._task = self._steps.send(answer)  # type: ignore[arg-type]  # None begins
+        except StopIteration as ended:
+            self._steps, self.result = None, ended.value
+        except SequenceError as error:
+            self._steps, self.result = None, error
+        else:
+            self._give()
+
+    def _give(self) -> None:
+        worker, unit = self._worker, self._task.request.unit
+        used = worker is not None and worker.used and self._task.fresh
+        if worker is None or used or unit.owner != self._owner or not worker.lives:
+            self.end_worker()
+            self._worker, self._owner = Worker(self._limits), unit.owner
+        assert self._worker is not None
+        self._worker.give(self._task.request)
+
+
+class Pool:
+    """Worker processes that perform units of work.
+
+    A run fails only by its own doing. After a death, a hang, a garbled answer or a changed process
+    state, the runs of the unit are repeated one by one in fresh processes. A run that failed beside
+    others is repeated alone, too. What fails alone is the culprit. If it ended its process, its
+    tracker gets units of its own from then on.
+    """
+
+    def __init__(self, limits: Limits, jobs: int = 1) -> None:
+        self._limits = limits
+        self._lanes = [_Lane(limits) for _ in range(jobs)]
+        self._culprits: set[str] = set()
+
+    def perform(
+        self, units: Iterable[Unit], progress: Callable[[int], None] = lambda _: None
+    ) -> Iterator[tuple[Unit, Outcome | SequenceError]]:
+        """Yield units with their outcomes in any order; see `bench.engine.Engine`."""
+        return self._work(((unit, self._apply_rule(unit)) for unit in units), progress)
+
+    def probe(self, unit: Unit, frames: int) -> Probed | None:
+        """Time a unit's trackers; None if one of them ended or hung the process.
+
+        Raises `SequenceError` if the sequence can't be read.
+        """
+        ((_, result),) = self._work([(unit, self._probe(unit, frames))], lambda _: None)
+        if isinstance(result, SequenceError):
+            raise result
+        return None if isinstance(result, Death) else result
+
+    def close(self) -> None:
+        """End all workers."""
+        for lane in self._lanes:
+            lane.end_worker()
+
+    def _work(
+        self, jobs: Iterable[tuple[Unit, _Steps]], progress: Callable[[int], None]
+    ) -> Iterator[tuple[Unit, Any]]:
+        """Yield units with the results of their steps. Idle lanes are given work first."""
+        remaining = iter(jobs)
+        running: dict[_Lane, Unit] = {}
+        finished: list[tuple[Unit, Any]] = []
+        done = 0
+        while True:
+            for lane in self._lanes:
+                if lane not in running and (job := next(remaining, None)):
+                    running[lane], steps = job
+                    lane.begin(steps)
+            yield from finished
+            if not running:
+                return
+            ready, _, _ = select.select([lane.channel for lane in running], [], [], _POLL_SECONDS)
+            for lane in running:
+                lane.advance(lane.channel in ready)
+            finished = [(unit, lane.result) for lane, unit in running.items() if not lane.busy]
+            running = {lane: unit for lane, unit in running.items() if lane.busy}
+            done += sum(unit.work for unit, _ in finished)
+            progress(done + sum(min(lane.work_done, unit.work) for lane, unit in running.items()))
+
+    def _apply_rule(self, unit: Unit) -> Generator[Task, _Answer, Outcome]:
+        """Perform a unit by the rule of the class."""
+        suspects = [entry for entry in unit.entries if entry.tracker in self._culprits]
+        others = tuple(entry for entry in unit.entries if entry not in suspects)
+        outcomes: list[Outcome] = []
+        failed: dict[Entry, Run] = {}  # beside others
+        if others:
+            together = replace(unit, entries=others)
+            answer = yield Task(Request(together, self._limits.run_seconds))
+            if isinstance(answer, Outcome):
+                if len(others) > 1:
+                    made = zip(answer.entries, answer.runs, strict=True)
+                    failed = {entry: run for entry, run in made if run.failure}
+                outcomes.append(_without(answer, failed))
+                suspects += failed
+            else:
+                _check_reading(unit, answer)
+                suspects = list(unit.entries)
+        confirmed: dict[tuple[str, str], Outcome] = {}
+        for entry in suspects:
+            # Of several runs of a tracker that failed for one reason the first is repeated.
+            run = failed.get(entry)
+            reason = run.failure.partition("\n")[0] if run else ""
+            if run and (entry.tracker, reason) in confirmed:
+                outcomes.append(
+                    replace(confirmed[entry.tracker, reason], runs=[run], entries=[entry])
+                )
+                continue
+            outcome = yield from self._perform_alone(replace(unit, entries=(entry,)))
+            if [other.failure.partition("\n")[0] for other in outcome.runs] == [reason]:
+                confirmed[entry.tracker, reason] = replace(outcome, seconds=0.0, cpu_seconds=0.0)
+            outcomes.append(outcome)
+        return _merge(outcomes)
+
+    def _perform_alone(self, unit: Unit) -> Generator[Task, _Answer, Outcome]:
+        """Perform the only run of a unit in a fresh process; what goes wrong is its failure."""
+        request = Request(unit, self._limits.run_seconds)
+        answer = yield Task(request, fresh=True)
+        if isinstance(answer, Death):
+            _check_reading(unit, answer)
+            self._culprits.add(unit.entries[0].tracker)
+            answer = yield Task(replace(request, failure=answer.failure()))
+        if isinstance(answer, Outcome):
+            return answer
+        assert isinstance(answer, Death)
+        raise SequenceError(
+            f"{unit.source.text}: the process dies when it opens the sequence or the tracker "
+            f"{unit.entries[0].tracker}: {answer.reason}."
+        )
+
+    def _probe(self, unit: Unit, frames: int) -> _Steps:
+        answer = yield Task(Request(unit, self._limits.run_seconds, probed_frames=frames))
+        return answer
+
+
+def _check_reading(unit: Unit, answer: _Answer) -> None:
+    """Raise `SequenceError` if a worker hung while it read a frame."""
+    if isinstance(answer, Death) and answer.stalled and answer.sight.entry == READING:
+        raise SequenceError(
+            f"{unit.source.text}: frame {answer.sight.frame} could not be read: {answer.reason}."
+        )
+
+
+def _without(outcome: Outcome, entries: Iterable[Entry]) -> Outcome:
+    """Return an outcome without some of its runs."""
+    kept = [
+        (run, entry)
+        for run, entry in zip(outcome.runs, outcome.entries, strict=True)
+        if entry not in entries
+    ]
+    return replace(outcome, runs=[run for run, _ in kept], entries=[entry for _, entry in kept])
+
+
+def _merge(outcomes: list[Outcome]) -> Outcome:
+    """Return the outcomes of a unit's parts as one."""
+    if len(outcomes) == 1:
+        return outcomes[0]
+    return replace(
+        outcomes[-1],
+        runs=[run for outcome in outcomes for run in outcome.runs],
+        entries=[entry for outcome in outcomes for entry in outcome.entries],
+        overhead=nan,  # it means little if parts were repeated
+        seconds=sum(outcome.seconds for outcome in outcomes),
+        cpu_seconds=sum(outcome.cpu_seconds for outcome in outcomes),
+        peak_memory=max(outcome.peak_memory for outcome in outcomes),
+        errors=[error for outcome in outcomes for error in outcome.errors],
+    )
+
+
+def _restore(answer: dict[str, Any], output: str) -> Outcome | Probed | None:
+    """Return what a worker has packed; `output`: what it printed."""
+    if "probed" in answer:
+        return Probed(**answer["probed"])
+    if "outcome" not in answer:
+        return None
+    fields = answer["outcome"]
+    fields["runs"] = [_restore_run(run, output) for run in fields["runs"]]
+    fields["entries"] = [Entry(*entry) for entry in fields["entries"]]
+    return Outcome(**fields)
+
+
+def _restore_run(fields: dict[str, Any], output: str) -> Run:
+    fields["identity"] = Identity(**fields["identity"])
+    if fields["segmentation"]:
+        fields["segmentation"] = Segmentation(**fields["segmentation"])
+    if fields["times"]:
+        fields["times"] = Times(**fields["times"])
+    fields["arrays"] = {int(frame): named for frame, named in fields["arrays"].items()}
+    fields["segments"] = tuple(fields["segments"])
+    if fields["failure"]:
+        fields["output"] = fields["output"] or output
+    return Run(**fields)
+
+
+def _signal_name(number: int) -> str:
+    try:
+        return signal.Signals(number).name
+    except ValueError:  # a real-time signal has no name
+        return f"signal {number}"
+
+
+def _read_end(file: IO[bytes], size: int) -> bytes:
+    """Return the last bytes of a file, at most `size`."""
+    descriptor = file.fileno()
+    return os.pread(descriptor, size, max(0, os.fstat(descriptor).st_size - size))
+
+
+def _unnamed_file() -> IO[bytes]:
+    """Return a file shared with a worker. The system deletes it.
+
+    Raises `NoRoomError` if there is no room for it.
+    """
+    try:
+        file = tempfile.TemporaryFile(buffering=0)  # noqa: SIM115  # the caller closes it
+    except OSError as error:
+        raise NoRoomError(error.strerror or str(error)) from error
+    return file

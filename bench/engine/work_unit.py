@@ -1,0 +1,103 @@
+"""Work units: runs on one sequence in lock step, their limits, and what becomes of them."""
+
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
+from typing import NamedTuple
+
+from trackmark.bench.engine.stack_trace import CodeLine
+from trackmark.bench.evaluation.run_record import Run
+from trackmark.bench.experiments.experiment import ExperimentError, SequenceSource
+
+
+class Entry(NamedTuple):
+    """One run of a unit."""
+
+    tracker: str  # text form, as it was requested
+    repetition: int
+    version: str  # planned `Identity.version` of the run
+    # Version of the stored stale or failed run that may be replaced; empty if none was stored.
+    replaces: str = ""
+
+
+@dataclass(frozen=True)
+class Unit:
+    """Runs that one process performs together."""
+
+    source: SequenceSource
+    entries: tuple[Entry, ...]  # timing units hold a single one
+    protocol: str  # as in `Identity`
+    frames: int
+    # A process performs units of one owner only. Empty for trackers of the package.
+    owner: str = ""
+    arrays: bool = False  # whether arrays, masks and maps are kept
+    truth: str = ""  # path of the ground truth in the results folder; empty if unknown
+
+    @property
+    def work(self) -> int:
+        """Frames times trackers."""
+        return self.frames * len(self.entries)
+
+    def split(self, parts: int) -> "list[Unit]":
+        """Return the same work in at most `parts` units of nearly equal size."""
+        parts = min(parts, len(self.entries))
+        bounds = [len(self.entries) * i // parts for i in range(parts + 1)]
+        return [replace(self, entries=self.entries[start:stop]) for start, stop in pairwise(bounds)]
+
+
+LEAST_MEMORY = 512 << 20
+"""Minimum memory limit of a process [bytes]."""
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Limits of a tracker."""
+
+    frame_seconds: float = 60.0  # wall time of one frame, or of the initialisation
+    run_seconds: float = 6 * 3600.0  # all frames of a run together
+    # Of the process of a unit; by default the memory of the machine divided by its cores.
+    memory_bytes: int | None = None
+
+    def __post_init__(self) -> None:
+        for name in ("frame_seconds", "run_seconds", "memory_bytes"):
+            value = getattr(self, name)
+            if value is not None and not value > 0:
+                raise ExperimentError(f"the limit {name} is {value}; give more than 0.")
+        if self.memory_bytes is not None and self.memory_bytes < LEAST_MEMORY:
+            raise ExperimentError(
+                f"the limit memory_bytes is {self.memory_bytes}; a process with its libraries "
+                f"takes {LEAST_MEMORY >> 20} MB."
+            )
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """Runs of a unit and their cost."""
+
+    runs: list[Run]
+    entries: list[Entry]  # of the unit, by run
+    overhead: float  # harness time per frame and tracker [s]; NaN in timing runs
+    seconds: float  # from opening the sequence to the end
+    cpu_seconds: float
+    peak_memory: int  # of the process [bytes]
+    host: str
+    process: int
+    errors: list[str] = field(default_factory=list)  # why some runs were not kept
+
+
+@dataclass(frozen=True)
+class Failure:
+    """Reason why a run failed that ended its process."""
+
+    frame: int | None  # None if unknown
+    reason: str
+    output: str = ""
+    stack: list[CodeLine] = field(default_factory=list)  # innermost line first, if known
+    rows: bytes = b""  # of the frames before; see `bench.evaluation.recorder.Recorder`
+
+
+@dataclass(frozen=True)
+class Probed:
+    """Time that frames took."""
+
+    seconds: list[float]  # of a tracker for a frame, by entry; NaN if it failed
+    frame_seconds: float  # to decode or render a frame

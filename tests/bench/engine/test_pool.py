@@ -1,0 +1,308 @@
+"""Pool of workers: equal results on one core and two, the repeat rule, and what a worker needs."""
+
+import os
+import signal
+import sys
+from contextlib import closing
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.bench.conftest import KNOB_TRACKER
+from tests.bench.engine.conftest import command_line
+from trackmark import bench
+from trackmark.bench.engine import engine, pool, probe
+from trackmark.bench.engine.pool import Pool, Worker
+from trackmark.bench.engine.work_unit import Entry, Limits, Unit
+from trackmark.bench.execution.executor import Execution, run
+from trackmark.bench.execution.plan import make_plan
+from trackmark.bench.execution.scheduling import left_of
+from trackmark.bench.experiments.experiment import Experiment, ExperimentError, SequenceSource
+from trackmark.bench.experiments.tracker_files import settled
+from trackmark.bench.store.files import ResultsError
+from trackmark.bench.store.index import read_index
+from trackmark.bench.store.log import log_files, read_log
+from trackmark.bench.store.results import Results
+from trackmark.datasets import SequenceError, readers
+
+FRAMES = 12
+
+# What a tracker does in its first update, by its name.
+ACTS = {
+    "Patches": "np.mean = lambda *a, **k: 1 / 0",
+    "Averages": "np.mean([1.0])",
+    "Raises": "raise ValueError('no wish')",
+    "Ends": "os._exit(3)",
+    "BreaksTheHarness": "recorder.checked_box.__code__ = (lambda box: 1 / 0).__code__",
+    "Spoils": "np.mean = lambda *a: 0.5; os.umask(0o777)",
+    "LeavesThread": "_thread.start_new_thread(time.sleep, (1e6,))",  # `threading` knows of none
+    "LeavesDaemon": "subprocess.Popen(['sleep', DAEMON], env={}, start_new_session=True)",
+    "Reads": "self.box = self.box + [np.mean([1.0]), 0, 0, 0]",
+    "ChangesItsFile": "Path(__file__).write_text('#')",
+    "MissesFile": "raise OSError('no \\udcff.png')",
+}
+HEAD = f"""
+import _thread, os, subprocess, time
+from pathlib import Path
+import numpy as np
+from trackmark.bench.evaluation import recorder
+DAEMON = "86413.{os.getpid()}"
+"""
+
+
+@pytest.fixture
+def data(here, otb):
+    """Two sequences, and the trackers in a file."""
+    for name in "AB":
+        otb(here / "data" / name, FRAMES)
+    source = HEAD + KNOB_TRACKER.replace("class Knob(", "class Base(")
+    for name, act in ACTS.items():
+        source += f"\n\nclass {name}(Base):\n    def update(self, image):\n        {act}\n"
+        source += "        return super().update(image)\n"
+    (here / "acts.py").write_text(source)
+    return here
+
+
+def experiment(data, *names, sequences="AB", name="trial", **options):
+    """Return an experiment; capitalised names are of `ACTS`."""
+    trackers = [f"{data}/acts.py:{name}" if name[0].isupper() else name for name in names]
+    sources = tuple(SequenceSource(str(data / "data" / sequence)) for sequence in sequences)
+    return Experiment(name, tuple(trackers), sources, **options)
+
+
+def failures(folder):
+    """Return the failures by tracker class, sequence and repetition; empty for finished runs."""
+    return {
+        (row["tracker"].rpartition(":")[2], row["sequence"], row["repetition"]): row["failure"]
+        for row in read_index(Results(folder))
+    }
+
+
+def one_unit(data, *names, repetitions=1):
+    """Return one unit of trackers of the file in one process, as planned."""
+    asked = experiment(data, *names, sequences="A", repetitions=repetitions)
+    units = list(left_of(make_plan(asked, Results(data / "none"))))
+    return replace(units[0], entries=tuple(entry for unit in units for entry in unit.entries))
+
+
+@pytest.fixture
+def tasks(monkeypatch):
+    """Record the number of runs of each request, and whether it was for a fresh process."""
+    given = []
+    plain = Worker.give
+
+    def give(self, request):
+        given.append((len(request.unit.entries), not self.used))
+        plain(self, request)
+
+    monkeypatch.setattr(Worker, "give", give)
+    return given
+
+
+def test_one_process_or_two_make_the_results_of_evaluate(
+    data, contents, without_processes, monkeypatch
+):
+    names = ("static", f"{data}/knob.py:Knob", "camshift")
+    asked = experiment(data, *names, repetitions=2)
+    with without_processes():
+        one = run(replace(asked, name="one"), data / "results", jobs=1)
+    opened, read = [], readers.read
+    monkeypatch.setattr(readers, "read", lambda *args: opened.append(args[0]) or read(*args))
+    execution = Execution(asked, data / "results", jobs=2)
+    seen = []
+    list(execution.rows(seen.append))
+    assert len(execution.units) == 4
+    assert len(opened) == 4  # each sequence for the plan and for its ground truth
+    assert len(contents(one)) == 2 * 4
+    assert contents(one) == contents(execution.folder)
+    assert execution.work == seen[-1] == 2 * FRAMES * 4
+    assert 0 <= min(seen) <= max(seen) <= execution.work
+    assert 0 < execution.overhead < 0.01
+    results = Results(one)
+    for row in read_index(results):
+        stored = results.read(one / row["path"])
+        tracker = row["tracker"].replace("knob.py", f"{data}/knob.py")
+        alone = bench.evaluate(tracker, str(data / "data" / row["sequence"]), row["repetition"])
+        assert alone.identity == stored.identity
+        np.testing.assert_array_equal(alone.boxes, stored.boxes)
+    assert Execution(replace(asked, name="one"), data / "results").units.runs == 0
+
+
+@pytest.mark.parametrize(
+    "options",
+    [{}, {"protocol": "tre:starts=3:least=2"}, {"timing": True}, {"arrays": True}],
+    ids=["one-pass", "tre", "timing", "arrays"],
+)
+def test_run_of_a_worker_equals_that_of_this_process(data, without_processes, options):
+    names = ("camshift:window=adaptive",)
+    asked = experiment(data, *names, sequences="A", **options)
+    there = run(asked, data / "results", jobs=1)
+    with without_processes():
+        here = run(replace(asked, name="here"), data / "results", jobs=1)
+    (row,) = read_index(Results(there))
+    a, b = (Results(folder).read(folder / row["path"]) for folder in (there, here))
+    assert a.identity == b.identity
+    assert a.arrays.keys() == b.arrays.keys()
+    for frame, named in a.arrays.items():
+        assert {n: v.tobytes() for n, v in named.items()} == {
+            n: v.tobytes() for n, v in b.arrays[frame].items()
+        }
+    for name in ("boxes", "visible", "confidence"):
+        assert getattr(a, name).tobytes() == getattr(b, name).tobytes()
+    assert [s.tolist() for s in a.segments] == [s.tolist() for s in b.segments]
+    assert (a.times is None) == (b.times is None)
+    assert a.circumstances.keys() == b.circumstances.keys()
+
+
+def test_runs_are_repeated_alone_and_a_culprit_gets_units_of_its_own(data, tasks):
+    unit = one_unit(data, "static", "Ends", "Averages", repetitions=2)
+    units = [unit, replace(unit, truth="again")]
+    with closing(Pool(Limits())) as workers:
+        outcomes = dict(workers.perform(units))
+    for outcome in outcomes.values():
+        assert len(outcome.runs) == len(unit.entries)
+        failed = {run.identity.tracker_name for run in outcome.runs if run.failure}
+        assert failed == {"acts.py:Ends"}
+    n = len(unit.entries)  # one run of static, two of each other tracker
+    alone, recorded = (1, True), (1, True)
+    first = [(n, True), *[alone] * (n - 2), *[alone, recorded] * 2]
+    again = [(n - 2, False), *[alone, recorded] * 2]
+    assert sorted(tasks[: len(first)]) == sorted(first)
+    assert tasks[len(first) :] == again
+
+
+def test_failures_of_one_tracker_for_one_reason_are_repeated_once(data, tasks):
+    unit = one_unit(data, "static", "Raises", repetitions=5)
+    with closing(Pool(Limits())) as workers:
+        ((_, outcome),) = workers.perform([unit])
+    assert [run.failure != "" for run in outcome.runs] == [False] + [True] * 5
+    assert tasks == [(6, True), (1, True)]
+
+
+@pytest.mark.parametrize(
+    ("names", "failed"),
+    [
+        pytest.param(("Patches", "Averages"), set(), id="patched library"),
+        pytest.param(("BreaksTheHarness", "Reads"), {"BreaksTheHarness"}, id="patched harness"),
+    ],
+)
+def test_damage_by_a_neighbour_is_not_a_trackers_failure(data, names, failed):
+    unit = one_unit(data, *names)
+    with closing(Pool(Limits())) as workers:
+        ((_, outcome),) = workers.perform([unit])
+    runs = {run.identity.tracker_name.rpartition(":")[2]: run.failure for run in outcome.runs}
+    assert {name for name, failure in runs.items() if failure} <= failed | {"Patches"}
+
+
+def test_process_of_a_tracker_file_is_not_used_for_other_trackers(
+    data, contents, without_processes
+):
+    names = ("Reads", "static")
+    with without_processes():
+        plain = run(experiment(data, *names), data / "plain", jobs=1)
+    spoilt = run(experiment(data, "Spoils", *names), data / "spoilt", jobs=1)
+    boxes = contents(spoilt)
+    assert {path: boxes[path] for path in contents(plain)} == contents(plain)
+    modes = {file.stat().st_mode & 0o777 for file in spoilt.rglob("*") if file.is_file()}
+    assert modes == {(plain / "plan.json").stat().st_mode & 0o777}
+
+
+def test_each_tracker_is_timed_in_a_process_of_its_own(data):
+    folder = run(experiment(data, "LeavesThread", "static", timing=True), data / "results", jobs=1)
+    assert set(failures(folder).values()) == {""}
+    processes = {}
+    for entry in read_log(log_files(folder)[0]):
+        if entry["event"] == "unit":
+            (tracker,) = entry["runs"]
+            processes.setdefault(tracker, set()).add(entry["process"])
+    first, second = processes.values()
+    assert len(first) == len(second) == 1
+    assert first != second
+
+
+def test_processes_that_a_tracker_or_its_import_starts_are_ended(data, wait_until):
+    run(experiment(data, "LeavesDaemon", sequences="A"), data / "results", jobs=1)
+    command = f"sleep 86414.{os.getpid()}"
+    start = f"import subprocess\nsubprocess.Popen({command.split()}, start_new_session=True)\n"
+    (data / "starts.py").write_text(start + KNOB_TRACKER)
+    settled([f"{data}/starts.py"])
+    for number in (86413, 86414):
+        wait_until(lambda number=number: not running(f"sleep {number}.{os.getpid()}"))
+
+
+def running(command):
+    numbers = [int(place.name) for place in Path("/proc").glob("[0-9]*")]
+    return [number for number in numbers if command in command_line(number)]
+
+
+def test_tracker_whose_file_changes_while_it_runs_leaves_nothing(data):
+    with pytest.raises(SequenceError, match="changed while it ran"):
+        run(experiment(data, "ChangesItsFile", sequences="A"), data / "results", jobs=1)
+    assert Results(data / "results" / "trial").files() == []
+
+
+def test_message_that_no_file_can_hold_is_escaped(data):
+    folder = run(experiment(data, "MissesFile", sequences="A"), data / "results", jobs=1)
+    (failure,) = failures(folder).values()
+    assert r"no \udcff.png" in failure
+
+
+def test_worker_that_is_killed_while_it_starts_is_replaced_once(data, monkeypatch):
+    kills = []
+    plain = Worker.give
+
+    def give(self, request):
+        if len(kills) < most:
+            kills.append(self._process.pid)
+            os.kill(self._process.pid, signal.SIGKILL)
+        plain(self, request)
+
+    monkeypatch.setattr(Worker, "give", give)
+    unit = one_unit(data, "static")
+    most = 1
+    with closing(Pool(Limits())) as workers:
+        ((_, outcome),) = workers.perform([unit])
+    assert [run.failure for run in outcome.runs] == [""]
+    kills, most = [], 2
+    with closing(Pool(Limits())) as workers, pytest.raises(ResultsError, match="can't begin"):
+        list(workers.perform([unit]))
+
+
+def test_output_of_a_worker_keeps_its_end(data, monkeypatch):
+    monkeypatch.setattr(pool, "_MAX_OUTPUT", 50_000)
+    worker = Worker(Limits())
+    try:
+        worker.give(None)  # it fails, in Python's words
+        while worker.check(False) is None:
+            worker._output.write(b"x" * 30_000)
+        assert os.fstat(worker._output.fileno()).st_size < 130_000
+        assert worker.check(False).output.endswith("x")
+        assert len(worker.check(False).output) == 1 << 14
+    finally:
+        worker.end()
+
+
+def test_probe_measures_every_tracker_and_keeps_nothing(here):
+    entries = tuple(Entry(text, 0, "") for text in ("static", f"{here}/knob.py:Knob"))
+    unit = Unit(SequenceSource(str(here / "data" / "Small")), entries, "accuracy", 5)
+    before = sorted(here.rglob("*"))
+    probed = probe(unit, 4, Limits())
+    assert len(probed.seconds) == 2
+    assert np.isfinite([*probed.seconds, probed.frame_seconds]).all()
+    assert [p for p in sorted(here.rglob("*")) if "__pycache__" not in p.parts] == before
+
+
+def test_unknown_engine_is_named_with_the_closest():
+    with pytest.raises(ExperimentError, match=r"unknown engine 'lokal'\. Did you mean 'local'"):
+        engine("lokal")
+    with pytest.raises(ExperimentError, match="--address"):
+        engine("local", address="tcp://somewhere")
+
+
+@pytest.mark.parametrize("name", ["frame_seconds", "run_seconds", "memory_bytes"])
+@pytest.mark.parametrize("value", [0, -1, float("nan")])
+def test_limit_that_can_not_be_kept_is_refused(name, value):
+    with pytest.raises(ExperimentError, match=name):
+        Limits(**{name: value})
