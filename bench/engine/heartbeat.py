@@ -113,16 +113,19 @@ class Heartbeat(Observer):
         self._descriptor = descriptor
         self._slots = memoryview(mmap.mmap(descriptor, HEAD))[: _SLOTS.size].cast("q")
         self._process = os.getpid()
+        self._rows = 0  # bytes
 
     def read_message(self) -> bytes:
         """Return the message of the parent."""
         self._slots[_ENTRY] = ELSEWHERE
+        self._rows = 0
         return os.pread(self._descriptor, self._slots[_LENGTH], HEAD)
 
     def write_message(self, message: Any) -> None:
         """Write a message to the parent; see `pack`."""
         parts = pack(message)
-        _write(self._descriptor, HEAD + self._slots[_ROWS], parts)
+        _write(self._descriptor, HEAD + self._rows, parts)
+        self._slots[_ROWS] = self._rows  # a tracker may have overwritten it
         self._slots[_LENGTH] = sum(map(len, parts))
 
     def write_no_room(self) -> None:
@@ -138,7 +141,7 @@ class Heartbeat(Observer):
         """See `Observer`: the rows lie in the file."""
         blank = super().rows(shape)
         _write(self._descriptor, HEAD, [blank.tobytes()])  # in full: a mapping needs the room
-        self._slots[_ROWS] = blank.nbytes
+        self._slots[_ROWS] = self._rows = blank.nbytes
         shared = mmap.mmap(self._descriptor, blank.nbytes, offset=HEAD)
         return np.frombuffer(shared).reshape(shape)
 

@@ -133,7 +133,7 @@ CLASSES = {
     "WritesToDescriptors": (CUT_OFF, "to_descriptors(lambda d: os.write(d, b'rubbish'))"),
     "SignalsAnAnswer": (CUT_OFF, "to_descriptors(lambda d: os.write(d, b'.'), 3)"),
     "TruncatesFiles": (
-        HERE + "its process was killed by SIGBUS",
+        "its process was killed by SIGBUS",
         "to_descriptors(lambda d: os.ftruncate(d, 0))",
     ),
     "OverwritesFiles": ("", "to_descriptors(lambda d: os.pwrite(d, b'\\xff' * 9999, 0), 3)"),
