@@ -147,10 +147,11 @@ def _perform_unit(command: str, limits: Limits, source: str, unit: Unit) -> _Res
             del _pools.key
         if not hasattr(_pools, "key"):
             _pools.key, _pools.pool = key, Pool(limits)
-        ((_, outcome),) = _pools.pool.perform([unit])
+        result: _Result
+        ((_, result),) = _pools.pool.perform([unit])
     except ResultsError as error:
         return error
-    return outcome
+    return result
 
 
 @cache

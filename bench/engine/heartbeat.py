@@ -247,5 +247,5 @@ def _write(descriptor: int, offset: int, parts: Sequence[bytes]) -> None:
                 rest, offset = rest[written:], offset + written
     except OSError as error:
         if error.errno in (errno.ENOSPC, errno.EDQUOT):
-            raise NoRoomError(error.strerror) from error
+            raise NoRoomError(os.strerror(error.errno)) from error
         raise

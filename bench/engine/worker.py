@@ -190,8 +190,8 @@ def record_failure(unit: Unit, failure: Failure) -> Outcome:
     if not segments:
         init_boxes = reference(sequence, tracker.init, sequence.name).boxes
         rows[sequence.first_frame, :4] = init_boxes[sequence.first_frame]
-    known = failure.frame is not None and 0 <= failure.frame < len(sequence)
-    where = f"{sequence.frame_name(failure.frame)}: " if known else ""
+    frame = -1 if failure.frame is None else failure.frame
+    where = f"{sequence.frame_name(frame)}: " if 0 <= frame < len(sequence) else ""
     line = f" at {select_line(failure.stack, tracker.file)}" if failure.stack else ""
     run = Run(
         identity=key,

@@ -64,7 +64,7 @@ class Command:
         return [
             number
             for number in self.living()
-            if "trackmark.bench.engine.child" in command_line(number)
+            if "trackmark.bench.engine.worker" in command_line(number)
         ]
 
     def kill(self):

@@ -11,14 +11,13 @@ from pathlib import Path
 
 import pytest
 
-from trackmark.bench.engine import Job, engine
+from trackmark.bench.engine import engine
 from trackmark.bench.engine.dask import (
     ClusterError,
     _perform_unit,
-    source_digest,
     with_absolute_paths,
 )
-from trackmark.bench.engine.unit import Entry, Unit
+from trackmark.bench.engine.work_unit import Entry, Limits, Unit
 from trackmark.bench.experiments.experiment import SequenceSource
 from trackmark.bench.store.results import Results
 
@@ -29,9 +28,9 @@ from pathlib import Path
 
 from trackmark import datasets
 from trackmark.bench.experiments.tracker_spec import contestant, identify
-from trackmark.bench.engine import Job, engine
+from trackmark.bench.engine import engine
 from trackmark.bench.experiments.experiment import SequenceSource
-from trackmark.bench.engine.unit import Entry, Unit
+from trackmark.bench.engine.work_unit import Entry, Limits, Unit
 
 
 def main(name, jobs, address, folder, trackers, *sources):
@@ -46,12 +45,15 @@ def main(name, jobs, address, folder, trackers, *sources):
         units.append(Unit(SequenceSource(source), entries, "accuracy", len(sequence)))
     asked = iter(units)
     chosen = engine(name, jobs=int(jobs) or None, address=address or None)
-    done = chosen.perform(asked, Job(Path(folder)), lambda work: print("progress", work))
+    done = chosen.perform(asked, Limits(), lambda work: print("progress", work))
+    results = Results(Path(folder))
     for unit, outcome in done:
         if isinstance(outcome, Exception):
             print("error", outcome, flush=True)
         else:
-            print("done", unit.source.text, len(outcome.rows), outcome.process, flush=True)
+            for run in outcome.runs:
+                results.write(run)
+            print("done", unit.source.text, outcome.process, flush=True)
 
 
 if __name__ == "__main__":
@@ -272,20 +274,12 @@ def test_path_of_a_tracker_file_is_sent_as_absolute(typed, sent):
     assert entry.tracker == sent.format(Path.cwd())
 
 
-@pytest.mark.parametrize(
-    ("mark", "source", "message"),
-    [
-        (".command-2", source_digest(), "does not see the command's folder {}. Choose one"),
-        (".command-1", "another", "runs another source of trackmark than this command"),
-    ],
-)
-def test_worker_with_another_folder_or_source_is_refused(here, monkeypatch, mark, source, message):
+def test_worker_with_another_source_is_refused(monkeypatch):
     monkeypatch.setattr("socket.gethostname", lambda: "node-7")
-    (here / ".command-1").touch()
-    unit = Unit(SequenceSource(str(here / "data" / "Small")), (), "accuracy", 12)
-    error = _perform_unit(Job(here), mark, source, unit)
+    unit = Unit(SequenceSource("samples/face"), (), "accuracy", 120)
+    error = _perform_unit("command", Limits(), "another", unit)
     assert isinstance(error, ClusterError)
-    assert str(error).startswith(f"the worker on node-7 {message.format(here)}")
+    assert str(error).startswith("the worker on node-7 runs another source of trackmark")
 
 
 def test_missing_dask_is_one_line_with_the_remedy(monkeypatch):

@@ -15,7 +15,6 @@ import pytest
 from trackmark import bench
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 from trackmark.bench.store.index import read_index
-from trackmark.bench.store.layout import UNFINISHED
 from trackmark.bench.store.results import Results
 
 TRACKMARK = [sys.executable, "-c", "from trackmark.bench.cli import main; main()"]
@@ -118,8 +117,7 @@ def contents(folder):
         )
     for file in folder.rglob("*"):
         own = file.relative_to(folder)
-        known = file.suffix == ".parquet" or file.name.endswith(UNFINISHED)
-        if file.is_file() and own.parts[0] != "_log" and not known:
+        if file.is_file() and own.parts[0] != "_log" and file.suffix != ".parquet":
             found.setdefault(str(own), "another file")
     return found
 
@@ -279,11 +277,6 @@ def test_a_command_paused_while_another_did_its_work_overwrites_nothing(paused, 
     folder, before = paused
     assert stamps(folder) == before
     assert contents(folder) == undisturbed
-
-
-def test_a_command_that_came_late_leaves_no_frames_behind(paused):
-    folder, _ = paused
-    assert list(folder.rglob(f"*{UNFINISHED}")) == []
 
 
 @pytest.mark.slow

@@ -2,7 +2,6 @@
 
 import os
 import signal
-import sys
 from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
@@ -157,7 +156,7 @@ def test_run_of_a_worker_equals_that_of_this_process(data, without_processes, op
 
 
 def test_runs_are_repeated_alone_and_a_culprit_gets_units_of_its_own(data, tasks):
-    unit = one_unit(data, "static", "Ends", "Averages", repetitions=2)
+    unit = one_unit(data, "static", "Ends", "Averages")
     units = [unit, replace(unit, truth="again")]
     with closing(Pool(Limits())) as workers:
         outcomes = dict(workers.perform(units))
@@ -165,12 +164,9 @@ def test_runs_are_repeated_alone_and_a_culprit_gets_units_of_its_own(data, tasks
         assert len(outcome.runs) == len(unit.entries)
         failed = {run.identity.tracker_name for run in outcome.runs if run.failure}
         assert failed == {"acts.py:Ends"}
-    n = len(unit.entries)  # one run of static, two of each other tracker
-    alone, recorded = (1, True), (1, True)
-    first = [(n, True), *[alone] * (n - 2), *[alone, recorded] * 2]
-    again = [(n - 2, False), *[alone, recorded] * 2]
-    assert sorted(tasks[: len(first)]) == sorted(first)
-    assert tasks[len(first) :] == again
+    alone = recorded = (1, True)
+    assert tasks[:5] == [(3, True), alone, alone, recorded, alone]
+    assert tasks[5:] == [(2, False), alone, recorded]
 
 
 def test_failures_of_one_tracker_for_one_reason_are_repeated_once(data, tasks):

@@ -1,11 +1,9 @@
 """How long the rest takes: what it rests on, and how it is said."""
 
-import json
 import shutil
 
 import pytest
 
-from tests.bench.engine.hostile import HEAD
 from trackmark.bench.engine.work_unit import Limits
 from trackmark.bench.execution.estimate import Basis, Estimate, estimate, measured_before, words
 from trackmark.bench.execution.executor import run
@@ -79,23 +77,6 @@ def test_what_never_ran_is_probed_and_nothing_is_kept(ground, in_this_process):
 def test_a_tracker_that_does_not_come_back_from_its_probe_is_said_to(ground):
     found = estimated(ground, asked(ground, [1, 60_000]), frame_seconds=1.0)
     assert found.bases == {Basis.PROBE: 1, Basis.NOTHING: 1}
-
-
-@pytest.mark.parametrize(
-    "said",
-    [
-        {"result": None, "raised": "DefectError", "said": "a defect of ours"},
-        {"result": {"seconds": [1.0, 2.0], "frame_seconds": 0.0}},
-    ],
-    ids=["a defect", "times of two"],
-)
-def test_a_tracker_that_answers_for_its_process_is_not_counted(here, said):
-    line = json.dumps(said).encode() + b"\n"
-    act = f"def begin(self, image):\n        into_connection({line!r}); time.sleep(FOREVER)\n"
-    (here / "answers.py").write_text(f"{HEAD}\nclass Answers(Hostile):\n    {act}")
-    sources = (SequenceSource(str(here / "data" / "Small")),)
-    chosen = Experiment("trial", (f"{here / 'answers.py'}:Answers",), sources)
-    assert estimated(here, chosen).bases == {Basis.NOTHING: 1}
 
 
 def test_nothing_takes_no_time(ground, in_this_process):

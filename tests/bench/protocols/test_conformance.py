@@ -9,7 +9,8 @@ import pytest
 from tests.bench.evaluation.walkers import Walker
 from trackmark import bench, datasets
 from trackmark.bench import metrics, protocols
-from trackmark.bench.engine.performing import Failure, record_failure
+from trackmark.bench.engine.work_unit import Failure
+from trackmark.bench.engine.worker import record_failure
 from trackmark.bench.evaluation.loop import run_protocol
 from trackmark.bench.evaluation.recorder import frames_of_segments
 from trackmark.bench.evaluation.scoring import can_judge, judge
@@ -218,8 +219,8 @@ def test_a_run_whose_process_died_is_recorded_with_the_rows_of_its_protocol(name
     plan = make_plan(asked, results)
     (unit,) = left_of(plan)
     write_truth(results.folder, datasets.load(source.text))
-    (row,) = record_failure(unit, results.folder, Failure(3, "it died", "")).rows
-    run = results.read(results.folder / row["path"])
+    (run,) = record_failure(unit, Failure(3, "it died")).runs
+    assert results.write(run)
     assert run.failure == "frame 3: it died"
     assert run.identity.version == unit.entries[0].version
     assert len(run.boxes) == unit.frames == (sum(map(len, run.segments)) or 30)

@@ -35,7 +35,7 @@ def test_what_stores_runs_does_without_pandas():
     code = """
 import sys
 import numpy as np
-from trackmark.bench.engine import child
+from trackmark.bench.engine import worker
 from trackmark.bench.store.columns import as_columns
 from trackmark.bench.store.checksum import arrow_bytes
 arrow_bytes(as_columns({"x": np.arange(9.0), "flag": np.arange(9) > 4}))

@@ -18,8 +18,8 @@ from hypothesis.stateful import (
     run_state_machine_as_test,
 )
 
-from trackmark import bench, datasets
-from trackmark.bench.engine.performing import perform, scored
+from trackmark import bench
+from trackmark.bench.engine.worker import perform
 from trackmark.bench.execution.executor import Execution
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 from trackmark.bench.experiments.tracker_spec import contestant, identify
@@ -27,7 +27,6 @@ from trackmark.bench.reporting.tables import tables
 from trackmark.bench.store.index import read_index
 from trackmark.bench.store.layout import run_path
 from trackmark.bench.store.results import Results
-from trackmark.bench.store.truth import write_truth
 from trackmark.bench.store.upkeep import checks, damage
 from trackmark.datasets import load
 from trackmark.reports.tables import MISSING
@@ -93,10 +92,9 @@ class Here:
 
     workers = 1
 
-    def perform(self, units, job, progress):
+    def perform(self, units, limits, progress):
         for unit in units:
-            write_truth(job.folder, datasets.load(unit.source.text, truth=unit.source.truth))
-            yield unit, scored(perform(unit, job.folder), unit, job.folder)
+            yield unit, perform(unit, limits.run_seconds)
 
 
 def said(run):
