@@ -13,7 +13,7 @@ import time
 import uuid
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, wait
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
 from functools import cache, partial
 from itertools import islice
@@ -63,26 +63,26 @@ def connect(jobs: int | None, address: str | None) -> Engine:
         ) from None
     if address is None:
         workers = jobs or os.cpu_count() or 1
-        return _Dask("the local Dask cluster", workers, 2 * workers, partial(_start, workers))
-    name = f"the Dask cluster at {address}"
-    with _connect_to(address) as client:
+        return _Dask(None, workers, 2 * workers)
+    with _open_client(address, 0) as client:
         threads = _count_threads(client)
     if not threads:
-        raise ClusterError(f"{name} has no worker yet. Start one, and run the same command again.")
+        raise ClusterError(
+            f"the Dask cluster at {address} has no worker yet. Start one, and run the same command "
+            "again."
+        )
     workers = jobs or threads
     # A cluster with more threads than `jobs` would start waiting units at once.
-    queued = 2 * workers if workers >= threads else workers
-    return _Dask(name, workers, queued, partial(_connect_to, address))
+    return _Dask(address, workers, 2 * workers if workers >= threads else workers)
 
 
 @dataclass(frozen=True)
 class _Dask:
     """Implementation of `bench.engine.Engine`."""
 
-    name: str  # of the cluster in messages
+    address: str | None  # of the scheduler; None for a cluster on this machine
     workers: int  # maximum number of units that run at a time
     queued: int  # maximum number of units in the cluster, including waiting ones
-    open_client: Callable[[], "AbstractContextManager[Client]"]
 
     def perform(
         self, units: Iterable[Unit], limits: Limits, progress: Callable[[int], None]
@@ -91,7 +91,7 @@ class _Dask:
 
         Raises `ClusterError` if workers can't do the work, or if no worker is left.
         """
-        with self.open_client() as client:
+        with _open_client(self.address, self.workers) as client:
             executor = client.get_executor(pure=False)
             task = partial(_perform_unit, uuid.uuid4().hex, limits, source_digest())
             remaining = iter(units)
@@ -109,7 +109,7 @@ class _Dask:
                         last_contact = time.monotonic()
                     elif time.monotonic() - last_contact > _NO_WORKER_SECONDS:
                         raise ClusterError(
-                            f"{self.name} has had no worker for {_NO_WORKER_SECONDS:.0f} s. "
+                            f"the Dask cluster has had no worker for {_NO_WORKER_SECONDS:.0f} s. "
                             "Finished runs are kept. Start workers, and run the same command "
                             "again to continue."
                         )
@@ -218,36 +218,28 @@ def _lost_scheduler(reason: str) -> ClusterError:
 
 
 @contextmanager
-def _start(workers: int) -> "Iterator[Client]":
-    """Start a cluster on this machine."""
+def _open_client(address: str | None, workers: int) -> "Iterator[Client]":
+    """Connect to a running scheduler, or start a cluster on this machine."""
     from dask import config
     from distributed import Client, LocalCluster
-
-    # A unit is one thread. Its memory is limited in the child process that performs it.
-    with (
-        config.set(_CONFIG),
-        LocalCluster(
-            n_workers=workers, threads_per_worker=1, memory_limit=0, dashboard_address=None
-        ) as cluster,
-        Client(cluster, set_as_default=False) as client,
-    ):
-        yield client
-
-
-@contextmanager
-def _connect_to(address: str) -> "Iterator[Client]":
-    """Connect to a running scheduler."""
-    from dask import config
-    from distributed import Client
     from distributed.comm import get_address_host
 
-    try:
-        get_address_host(address)  # a client with an address of unknown kind never closes
-        with config.set(_CONFIG):
-            client = Client(address, timeout=_CONNECT_SECONDS, set_as_default=False)
-    except (OSError, ValueError) as error:
-        raise ClusterError(
-            f"no Dask scheduler answers at {address} ({error}). Start one, or correct --address."
-        ) from error
-    with client:
-        yield client
+    with ExitStack() as stack:
+        stack.enter_context(config.set(_CONFIG))
+        if address is None:
+            # A unit is one thread. Its memory is limited in the process that performs it.
+            cluster = LocalCluster(
+                n_workers=workers, threads_per_worker=1, memory_limit=0, dashboard_address=None
+            )
+            stack.enter_context(cluster)
+            client = Client(cluster, set_as_default=False)
+        else:
+            try:
+                get_address_host(address)  # a client with an address of unknown kind never closes
+                client = Client(address, timeout=_CONNECT_SECONDS, set_as_default=False)
+            except (OSError, ValueError) as error:
+                raise ClusterError(
+                    f"no Dask scheduler answers at {address} ({error}). Start one, or correct "
+                    "--address."
+                ) from error
+        yield stack.enter_context(client)

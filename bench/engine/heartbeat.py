@@ -1,9 +1,9 @@
 """File that a worker shares with its parent: heartbeat, rows of a run, and one message at a time.
 
-The file has no name. It starts with the numbers of `Slot`; rows and a message follow. The worker
-maps slots and rows into memory, so that they outlive it. The parent only reads the file: no damage
-to it can crash the parent. Messages of the parent are pickles; those of a worker are JSON and
-arrays, since unpickling data from a worker could execute code.
+The file has no name. It starts with the numbers of `Sight`; rows and a message follow. The worker
+maps numbers and rows into memory, so that they outlive it. The parent maps nothing: no damage to
+the file can crash it. Its messages are pickles. Those of a worker are JSON and arrays, since
+unpickling data from a worker could execute code.
 """
 
 import errno
@@ -14,26 +14,30 @@ import os
 import struct
 from collections.abc import Sequence
 from dataclasses import fields
-from enum import IntEnum
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.lib.format import descr_to_dtype, dtype_to_descr
 from numpy.typing import NDArray
 
+from trackmark.bench.engine.work_unit import Outcome, Probed
 from trackmark.bench.evaluation.loop import Observer
+from trackmark.bench.evaluation.run_record import Run
+from trackmark.bench.experiments.tracker_spec import Identity
+from trackmark.bench.metrics.regions import Segmentation
+from trackmark.bench.metrics.times import Times
 from trackmark.bench.store.files import ResultsError
 
 HEAD = mmap.ALLOCATIONGRANULARITY
 """Bytes of the slots; rows, or the parent's message, follow."""
 
 STARTING, ELSEWHERE, READING, NOBODY = -4, -3, -2, -1
-"""Values of `Slot.ENTRY` if no tracker is called: before the first message, outside of the loop,
+"""Values of `Sight.entry` if no tracker is called: before the first message, outside of the loop,
 while a frame is read, and between calls."""
 
 
 NO_ROOM = -errno.ENOSPC
-"""Value of `Slot.LENGTH` if the disk is full."""
+"""Value of `Sight.length` if the disk is full."""
 
 
 class NoRoomError(ResultsError):
@@ -46,35 +50,16 @@ class NoRoomError(ResultsError):
         )
 
 
-class Slot(IntEnum):
-    """Places of numbers of 64 bits in the file."""
-
-    BEAT = 0
-    """Changes with every call of a tracker and with every frame that is read."""
-    FRAME = 1
-    """Frame that is read or shown."""
-    ENTRY = 2
-    """Entry of the unit whose tracker is called, or one of the values above."""
-    SHOWN = 3
-    """Number of frames that all trackers have seen."""
-    COMPILED = 4
-    """Number of kernels that Numba has begun to compile."""
-    ROWS = 5
-    """Bytes of the rows."""
-    LENGTH = 6
-    """Bytes of the message, or `NO_ROOM`."""
-
-
 class Sight(NamedTuple):
-    """Values of the slots at a moment, by `Slot`."""
+    """Numbers of 64 bits at the start of the file."""
 
-    beat: int
-    frame: int
-    entry: int
-    shown: int
-    compiled: int
-    rows: int
-    length: int
+    beat: int  # changes with every call of a tracker and every frame that is read
+    frame: int  # that is read or shown
+    entry: int  # of the unit whose tracker is called, or one of the values above
+    shown: int  # number of frames that all trackers have seen
+    compiled: int  # number of kernels that Numba has begun to compile
+    rows: int  # bytes of the rows
+    length: int  # bytes of the message, or `NO_ROOM`
 
     @property
     def sign_of_life(self) -> tuple[int, ...]:
@@ -82,9 +67,8 @@ class Sight(NamedTuple):
         return self.beat, self.entry, self.compiled
 
 
-_SLOTS = struct.Struct(f"={len(Slot)}q")
-# As plain numbers: the enumeration is too slow for several accesses per frame and tracker.
-_BEAT, _FRAME, _ENTRY, _SHOWN, _COMPILED, _ROWS, _LENGTH = map(int, Slot)
+_BEAT, _FRAME, _ENTRY, _SHOWN, _COMPILED, _ROWS, _LENGTH = range(len(Sight._fields))
+_SLOTS = struct.Struct(f"={len(Sight._fields)}q")
 
 
 def reset(descriptor: int, entry: int, message: bytes) -> None:
@@ -179,7 +163,7 @@ class Heartbeat(Observer):
 
 
 def pack(message: Any) -> list[bytes]:
-    """Return JSON and arrays of a message, after their digest; dataclasses become their fields.
+    """Return the parts of a message: digest, length of the JSON, JSON, and arrays.
 
     Raises `ValueError` for arrays of Python objects.
     """
@@ -191,15 +175,16 @@ def pack(message: Any) -> list[bytes]:
         if isinstance(part, np.generic):
             return part.item()
         if not isinstance(part, np.ndarray):
-            return {field.name: getattr(part, field.name) for field in fields(part)}
+            values = {field.name: getattr(part, field.name) for field in fields(part)}
+            return {_CLASS: type(part).__name__, **values}
         if part.dtype.hasobject:
             raise ValueError("an array of Python objects can't be stored")
         arrays.append(part.tobytes())
-        offset += len(arrays[-1])
-        return {_ARRAY: [dtype_to_descr(part.dtype), part.shape, offset - len(arrays[-1])]}
+        offset += part.nbytes
+        return {_ARRAY: [dtype_to_descr(part.dtype), part.shape, offset - part.nbytes]}
 
     text = json.dumps(message, default=refer).encode()
-    parts = [len(text).to_bytes(_NUMBER, "little"), text, *arrays]
+    parts = [len(text).to_bytes(_START - _DIGEST, "little"), text, *arrays]
     digest = hashlib.sha256()
     for part in parts:
         digest.update(part)
@@ -207,9 +192,9 @@ def pack(message: Any) -> list[bytes]:
 
 
 def read_message(descriptor: int, sight: Sight) -> Any:
-    """Return the message of a worker.
+    """Return the message of a worker; raise `ValueError` if it is damaged.
 
-    Raises `ValueError` if it is damaged. Raises `NoRoomError` if there was no room for it.
+    Raises `NoRoomError` if there was no room for it.
     """
     if sight.length == NO_ROOM:
         raise NoRoomError(os.strerror(errno.ENOSPC))
@@ -217,25 +202,27 @@ def read_message(descriptor: int, sight: Sight) -> Any:
     if not (0 <= sight.rows <= size and 0 < sight.length <= size):
         raise ValueError("there is no message")
     content = memoryview(os.pread(descriptor, sight.length, HEAD + sight.rows))
-    digest, number, rest = content[:_DIGEST], content[_DIGEST:_START], content[_START:]
-    if hashlib.sha256(content[_DIGEST:]).digest() != digest:
+    if hashlib.sha256(content[_DIGEST:]).digest() != content[:_DIGEST]:
         raise ValueError("the message is damaged")
-    length = int.from_bytes(number, "little")
+    length = int.from_bytes(content[_DIGEST:_START], "little")
+    text, arrays = content[_START : _START + length], content[_START + length :]
 
     def restore(part: dict[str, Any]) -> Any:
-        if part.keys() != {_ARRAY} or not isinstance(part[_ARRAY], list):
-            return part
-        described, shape, offset = part[_ARRAY]
-        dtype, count = descr_to_dtype(described), int(np.prod(shape, dtype=np.int64))
-        stop = offset + count * dtype.itemsize
-        return np.frombuffer(rest[length + offset : length + stop], dtype).reshape(shape)
+        if _ARRAY in part:
+            described, shape, offset = part[_ARRAY]
+            dtype = descr_to_dtype(described)
+            stop = offset + int(np.prod(shape, dtype=np.int64)) * dtype.itemsize
+            return np.frombuffer(arrays[offset:stop], dtype).reshape(shape)
+        return _CLASSES[part.pop(_CLASS)](**part) if _CLASS in part else part
 
-    return json.loads(bytes(rest[:length]), object_hook=restore)
+    return json.loads(bytes(text), object_hook=restore)
 
 
-_ARRAY = "array of the message"
-_DIGEST, _NUMBER = 32, 8  # bytes
-_START = _DIGEST + _NUMBER
+_CLASSES: dict[str, Any] = {
+    kind.__name__: kind for kind in (Identity, Outcome, Probed, Run, Segmentation, Times)
+}
+_ARRAY, _CLASS = "trackmark.array", "trackmark.class"  # keys in JSON
+_DIGEST, _START = 32, 40  # bytes of the digest, and before the JSON
 
 
 def _write(descriptor: int, offset: int, parts: Sequence[bytes]) -> None:

@@ -15,7 +15,7 @@ import tempfile
 import time
 from collections.abc import Callable, Generator, Iterable, Iterator
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from math import nan
 from typing import IO, Any, TypeAlias
 
@@ -23,12 +23,16 @@ from trackmark.bench.engine import heartbeat
 from trackmark.bench.engine.heartbeat import READING, STARTING, NoRoomError, Sight
 from trackmark.bench.engine.process_state import machine_memory
 from trackmark.bench.engine.stack_trace import FATAL_SIGNALS, CodeLine, parse_stack
-from trackmark.bench.engine.work_unit import Entry, Failure, Limits, Outcome, Probed, Unit
-from trackmark.bench.engine.worker import Request
+from trackmark.bench.engine.work_unit import (
+    Entry,
+    Failure,
+    Limits,
+    Outcome,
+    Probed,
+    Request,
+    Unit,
+)
 from trackmark.bench.evaluation.run_record import Run
-from trackmark.bench.experiments.tracker_spec import Identity
-from trackmark.bench.metrics.regions import Segmentation
-from trackmark.bench.metrics.times import Times
 from trackmark.bench.numba_compilation import announce
 from trackmark.bench.process_tree import Offspring
 from trackmark.bench.store.files import ResultsError
@@ -52,42 +56,17 @@ class StartError(ResultsError):
     """A worker process that ended, or hung, before it read its first request."""
 
 
-@dataclass(frozen=True)
-class Death:
-    """End of a worker process, or the reason to end it."""
-
-    reason: str  # for the failure of the culprit
-    sight: Sight  # last values of its heartbeat
-    output: str
-    rows: bytes
-    stalled: bool = False  # whether its heartbeat stood still
-    stack: list[CodeLine] = field(default_factory=list)  # innermost line first, if known
-
-    def failure(self) -> Failure:
-        """Return the failure of the only run of its unit."""
-        frame = self.sight.frame if self.sight.beat else None
-        return Failure(frame, self.reason, self.output, self.stack, self.rows)
-
-
-@dataclass(frozen=True)
-class Task:
-    """Request to a worker."""
-
-    request: Request
-    fresh: bool = False  # whether the process must have performed nothing else
-
-
-_Answer: TypeAlias = Outcome | Probed | Death
-_Steps: TypeAlias = Generator[Task, _Answer, Any]
+_Answer: TypeAlias = Outcome | Probed | Failure
+_Steps: TypeAlias = Generator[Request, _Answer, Any]
 
 
 class Worker:
-    """A worker process, seen by its parent. `used`: whether it was given a request."""
+    """A worker process, seen by its parent."""
 
     def __init__(self, limits: Limits) -> None:
         self._frame_seconds = limits.frame_seconds
-        self.used = False
-        self.worn = False  # whether trackers have left threads in it
+        self._used = False
+        self._worn = False  # whether trackers have left threads in it
         self._shared, self._output, self._trace = (_unnamed_file() for _ in range(3))
         fcntl.fcntl(self._output, fcntl.F_SETFL, os.O_APPEND)  # also after it was truncated
         self.channel, theirs = socket.socketpair()
@@ -105,15 +84,15 @@ class Worker:
         theirs.close()
 
     @property
-    def lives(self) -> bool:
-        """True if it can be given a request: it waits for one, and has written nothing since."""
-        waits = not select.select([self.channel], [], [], 0)[0]
-        return self._process.poll() is None and waits and not self.worn
+    def waits(self) -> bool:
+        """True if it can be given a request: it lives, and has written nothing since its answer."""
+        silent = not select.select([self.channel], [], [], 0)[0]
+        return self._process.poll() is None and silent and not self._worn
 
     def give(self, request: Request) -> None:
         """Send a request; raises `NoRoomError` if there is no room for it."""
-        entry = heartbeat.ELSEWHERE if self.used else STARTING
-        self.used = True
+        entry = heartbeat.ELSEWHERE if self._used else STARTING
+        self._used = True
         heartbeat.reset(self._shared.fileno(), entry, pickle.dumps(request))
         self._output.truncate(0)
         self._sight, self._waited, self._last = self.look(), 0.0, time.monotonic()
@@ -125,7 +104,7 @@ class Worker:
         return heartbeat.look(self._shared.fileno())
 
     def check(self, ready: bool) -> "_Answer | None":
-        """Return the answer or the death of the worker; None as long as it works.
+        """Return the answer or the end of the worker; None as long as it works.
 
         `ready`: whether the channel can be read. Raises `SequenceError`, `DefectError` of the
         worker.
@@ -142,7 +121,7 @@ class Worker:
         if os.fstat(self._output.fileno()).st_size > _MAX_OUTPUT:
             text = self._read_output()
             self._output.truncate(0)
-            self._output.write(text)
+            self._output.write(text.encode())
         sight, now = self.look(), time.monotonic()
         # Time in which this process itself was stopped does not count.
         self._waited += min(now - self._last, 2 * _POLL_SECONDS)
@@ -168,18 +147,20 @@ class Worker:
     def _read_answer(self) -> _Answer:
         try:
             answer = heartbeat.read_message(self._shared.fileno(), self.look())
-            self.worn = bool(answer["worn"])
-            output = self._read_output().decode("utf-8", "replace")
-            result = _restore(answer, output)
+            self._worn, result = answer["worn"], answer.get("result")
         except (ValueError, KeyError, TypeError):
             return self._dead(_CUT_OFF)
         if "error" in answer:
             raise SequenceError(answer["error"])
         if "defect" in answer:
             raise DefectError(answer["defect"])
-        return result or self._dead(str(answer["harm"]))
+        if isinstance(result, Outcome):
+            runs = [_complete(run, self._read_output()) for run in result.runs]
+            entries = [Entry(*entry) for entry in result.entries]
+            return replace(result, runs=runs, entries=entries)
+        return result if isinstance(result, Probed) else self._dead(str(answer["harm"]))
 
-    def _death(self) -> Death:
+    def _death(self) -> Failure:
         """Return how the process ended, after its end or that of the channel."""
         try:
             code = self._process.wait(_POLL_SECONDS * 10)
@@ -192,13 +173,14 @@ class Worker:
             reason += " while the frame was read"
         return self._dead(reason, stack=self._read_stack())
 
-    def _dead(self, reason: str, **details: Any) -> Death:
-        sight, output = self.look(), self._read_output().decode("utf-8", "replace")
+    def _dead(self, reason: str, **details: Any) -> Failure:
+        sight, output = self.look(), self._read_output()
         rows = heartbeat.read_rows(self._shared.fileno(), sight)
-        return Death(reason, sight, output, rows, **details)
+        frame = sight.frame if sight.beat else -1
+        return Failure(frame, reason, output, rows, entry=sight.entry, **details)
 
-    def _read_output(self) -> bytes:
-        return _read_end(self._output, _LONGEST_OUTPUT)
+    def _read_output(self) -> str:
+        return _read_end(self._output, _LONGEST_OUTPUT).decode("utf-8", "replace")
 
     def _read_stack(self) -> list[CodeLine]:
         """Return the stack trace if the process ended by a signal at which it writes one."""
@@ -208,54 +190,41 @@ class Worker:
 
 
 class _Lane:
-    """Place for one worker, and the steps of the unit that it performs.
+    """Place for one worker. `steps`: of the unit that it performs; None if it is idle.
 
-    `result` is that of the last steps: what they return, or a `SequenceError`.
+    `result`: of the last steps, or a `SequenceError`.
     """
 
     def __init__(self, limits: Limits) -> None:
         self._limits = limits
-        self._worker: Worker | None = None
         self._owner = ""  # of the units that the worker has performed
-        self._steps: _Steps | None = None
+        self.worker: Worker | None = None
+        self.steps: _Steps | None = None
         self.result: Any = None
 
-    @property
-    def busy(self) -> bool:
-        """True until the steps have ended."""
-        return self._steps is not None
-
-    @property
-    def channel(self) -> socket.socket:
-        """Channel of the worker."""
-        assert self._worker is not None
-        return self._worker.channel
-
-    @property
-    def work_done(self) -> int:
-        """Frames times trackers of the present request."""
-        assert self._worker is not None
-        return self._worker.look().shown * len(self._task.request.unit.entries)
-
     def begin(self, steps: _Steps) -> None:
-        """Give the worker the first task."""
-        self._steps, self._restarted = steps, False
-        self._go_on(None)
+        """Give the worker the first request."""
+        self.steps, self._restarted = steps, False
+        self._go_on(lambda: next(steps))
 
     def advance(self, ready: bool) -> None:
-        """Give the worker the next task if it has answered or died.
+        """Give the worker the next request if it has answered or ended.
 
         `ready`: whether its channel can be read. Raises `StartError` if a worker can't start.
         """
-        assert self._worker is not None
+        steps, worker = self.steps, self.worker
+        assert steps
+        assert worker
         try:
-            answer = self._worker.check(ready)
+            answer = worker.check(ready)
         except SequenceError as error:
-            self._steps, self.result = None, error
+            self.steps, self.result = None, error
             return
-        if isinstance(answer, Death):
+        if answer is None:
+            return
+        if isinstance(answer, Failure):
             self.end_worker()
-            if answer.sight.entry == STARTING:
+            if answer.entry == STARTING:
                 if self._restarted:  # the first one may have been killed by somebody
                     raise StartError(
                         f"a worker process can't begin: {answer.reason}. It said: "
@@ -264,34 +233,31 @@ class _Lane:
                 self._restarted = True
                 self._give()
                 return
-        if answer is not None:
-            self._go_on(answer)
+        self._go_on(lambda: steps.send(answer))
 
     def end_worker(self) -> None:
         """End the worker, if there is one."""
-        if self._worker is not None:
-            self._worker.end()
-            self._worker = None
+        if self.worker:
+            self.worker.end()
+            self.worker = None
 
-    def _go_on(self, answer: _Answer | None) -> None:
-        assert self._steps is not None
+    def _go_on(self, step: Callable[[], Request]) -> None:
         try:
-            self._task = self._steps.send(answer)  # type: ignore[arg-type]  # None begins
+            self.request = step()
         except StopIteration as ended:
-            self._steps, self.result = None, ended.value
+            self.steps, self.result = None, ended.value
         except SequenceError as error:
-            self._steps, self.result = None, error
+            self.steps, self.result = None, error
         else:
             self._give()
 
     def _give(self) -> None:
-        worker, unit = self._worker, self._task.request.unit
-        used = worker is not None and worker.used and self._task.fresh
-        if worker is None or used or unit.owner != self._owner or not worker.lives:
+        owner, worker = self.request.unit.owner, self.worker
+        if not (worker and worker.waits and owner == self._owner) or self.request.fresh:
             self.end_worker()
-            self._worker, self._owner = Worker(self._limits), unit.owner
-        assert self._worker is not None
-        self._worker.give(self._task.request)
+            self.worker, self._owner = Worker(self._limits), owner
+        assert self.worker
+        self.worker.give(self.request)
 
 
 class Pool:
@@ -322,7 +288,7 @@ class Pool:
         ((_, result),) = self._work([(unit, self._probe(unit, frames))], lambda _: None)
         if isinstance(result, SequenceError):
             raise result
-        return None if isinstance(result, Death) else result
+        return None if isinstance(result, Failure) else result
 
     def close(self) -> None:
         """End all workers."""
@@ -339,21 +305,21 @@ class Pool:
         done = 0
         while True:
             for lane in self._lanes:
-                if lane not in running and (job := next(remaining, None)):
+                if not lane.steps and (job := next(remaining, None)):
                     running[lane], steps = job
                     lane.begin(steps)
             yield from finished
             if not running:
                 return
-            ready, _, _ = select.select([lane.channel for lane in running], [], [], _POLL_SECONDS)
-            for lane in running:
-                lane.advance(lane.channel in ready)
-            finished = [(unit, lane.result) for lane, unit in running.items() if not lane.busy]
-            running = {lane: unit for lane, unit in running.items() if lane.busy}
+            channels = {lane: lane.worker.channel for lane in running if lane.worker}
+            ready, _, _ = select.select(channels.values(), [], [], _POLL_SECONDS)
+            for lane, channel in channels.items():
+                lane.advance(channel in ready)
+            finished = [(running.pop(lane), lane.result) for lane in channels if not lane.steps]
             done += sum(unit.work for unit, _ in finished)
-            progress(done + sum(min(lane.work_done, unit.work) for lane, unit in running.items()))
+            progress(done + sum(map(_work_done, running)))
 
-    def _apply_rule(self, unit: Unit) -> Generator[Task, _Answer, Outcome]:
+    def _apply_rule(self, unit: Unit) -> Generator[Request, _Answer, Outcome]:
         """Perform a unit by the rule of the class."""
         suspects = [entry for entry in unit.entries if entry.tracker in self._culprits]
         others = tuple(entry for entry in unit.entries if entry not in suspects)
@@ -361,7 +327,7 @@ class Pool:
         failed: dict[Entry, Run] = {}  # beside others
         if others:
             together = replace(unit, entries=others)
-            answer = yield Task(Request(together, self._limits.run_seconds))
+            answer = yield Request(together, self._limits.run_seconds)
             if isinstance(answer, Outcome):
                 if len(others) > 1:
                     made = zip(answer.entries, answer.runs, strict=True)
@@ -387,32 +353,38 @@ class Pool:
             outcomes.append(outcome)
         return _merge(outcomes)
 
-    def _perform_alone(self, unit: Unit) -> Generator[Task, _Answer, Outcome]:
+    def _perform_alone(self, unit: Unit) -> Generator[Request, _Answer, Outcome]:
         """Perform the only run of a unit in a fresh process; what goes wrong is its failure."""
-        request = Request(unit, self._limits.run_seconds)
-        answer = yield Task(request, fresh=True)
-        if isinstance(answer, Death):
+        request = Request(unit, self._limits.run_seconds, fresh=True)
+        answer = yield request
+        if isinstance(answer, Failure):
             _check_reading(unit, answer)
             self._culprits.add(unit.entries[0].tracker)
-            answer = yield Task(replace(request, failure=answer.failure()))
+            answer = yield replace(request, failure=answer)
         if isinstance(answer, Outcome):
             return answer
-        assert isinstance(answer, Death)
+        assert isinstance(answer, Failure)
         raise SequenceError(
             f"{unit.source.text}: the process dies when it opens the sequence or the tracker "
             f"{unit.entries[0].tracker}: {answer.reason}."
         )
 
     def _probe(self, unit: Unit, frames: int) -> _Steps:
-        answer = yield Task(Request(unit, self._limits.run_seconds, probed_frames=frames))
+        answer = yield Request(unit, self._limits.run_seconds, probed_frames=frames)
         return answer
+
+
+def _work_done(lane: _Lane) -> int:
+    """Return frames times trackers of the present request."""
+    frames = lane.worker.look().shown if lane.worker else 0
+    return min(frames * len(lane.request.unit.entries), lane.request.unit.work)
 
 
 def _check_reading(unit: Unit, answer: _Answer) -> None:
     """Raise `SequenceError` if a worker hung while it read a frame."""
-    if isinstance(answer, Death) and answer.stalled and answer.sight.entry == READING:
+    if isinstance(answer, Failure) and answer.stalled and answer.entry == READING:
         raise SequenceError(
-            f"{unit.source.text}: frame {answer.sight.frame} could not be read: {answer.reason}."
+            f"{unit.source.text}: frame {answer.frame} could not be read: {answer.reason}."
         )
 
 
@@ -438,33 +410,14 @@ def _merge(outcomes: list[Outcome]) -> Outcome:
         seconds=sum(outcome.seconds for outcome in outcomes),
         cpu_seconds=sum(outcome.cpu_seconds for outcome in outcomes),
         peak_memory=max(outcome.peak_memory for outcome in outcomes),
-        errors=[error for outcome in outcomes for error in outcome.errors],
     )
 
 
-def _restore(answer: dict[str, Any], output: str) -> Outcome | Probed | None:
-    """Return what a worker has packed; `output`: what it printed."""
-    if "probed" in answer:
-        return Probed(**answer["probed"])
-    if "outcome" not in answer:
-        return None
-    fields = answer["outcome"]
-    fields["runs"] = [_restore_run(run, output) for run in fields["runs"]]
-    fields["entries"] = [Entry(*entry) for entry in fields["entries"]]
-    return Outcome(**fields)
-
-
-def _restore_run(fields: dict[str, Any], output: str) -> Run:
-    fields["identity"] = Identity(**fields["identity"])
-    if fields["segmentation"]:
-        fields["segmentation"] = Segmentation(**fields["segmentation"])
-    if fields["times"]:
-        fields["times"] = Times(**fields["times"])
-    fields["arrays"] = {int(frame): named for frame, named in fields["arrays"].items()}
-    fields["segments"] = tuple(fields["segments"])
-    if fields["failure"]:
-        fields["output"] = fields["output"] or output
-    return Run(**fields)
+def _complete(run: Run, output: str) -> Run:
+    """Return a run of a message, whose JSON has no tuples and no numbers as keys."""
+    arrays = {int(frame): named for frame, named in run.arrays.items()}
+    output = (run.output or output) if run.failure else ""
+    return replace(run, arrays=arrays, segments=tuple(run.segments), output=output)
 
 
 def _signal_name(number: int) -> str:

@@ -81,18 +81,19 @@ class Outcome:
     peak_memory: int  # of the process [bytes]
     host: str
     process: int
-    errors: list[str] = field(default_factory=list)  # why some runs were not kept
 
 
 @dataclass(frozen=True)
 class Failure:
-    """Reason why a run failed that ended its process."""
+    """End of a worker process, or the reason to end it."""
 
-    frame: int | None  # None if unknown
+    frame: int  # -1 if unknown
     reason: str
     output: str = ""
+    rows: bytes = b""  # see `bench.evaluation.recorder.Recorder`
     stack: list[CodeLine] = field(default_factory=list)  # innermost line first, if known
-    rows: bytes = b""  # of the frames before; see `bench.evaluation.recorder.Recorder`
+    entry: int = 0  # see `bench.engine.heartbeat.Sight`
+    stalled: bool = False  # whether the heartbeat stood still
 
 
 @dataclass(frozen=True)
@@ -101,3 +102,14 @@ class Probed:
 
     seconds: list[float]  # of a tracker for a frame, by entry; NaN if it failed
     frame_seconds: float  # to decode or render a frame
+
+
+@dataclass(frozen=True)
+class Request:
+    """Request to run a unit; or to record its only run as failed, or to probe its trackers."""
+
+    unit: Unit
+    run_seconds: float
+    failure: Failure | None = None
+    probed_frames: int = 0
+    fresh: bool = False  # whether the process must have performed nothing else

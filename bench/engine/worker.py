@@ -16,11 +16,9 @@ import sys
 import threading
 import time
 import traceback
-from collections.abc import Collection
-from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import nan
-from typing import Any, NamedTuple
+from typing import Any
 
 import cv2
 import numpy as np
@@ -35,7 +33,7 @@ from trackmark.bench.engine.process_state import (
     reset_peak,
 )
 from trackmark.bench.engine.stack_trace import select_line
-from trackmark.bench.engine.work_unit import Entry, Failure, Outcome, Probed, Unit
+from trackmark.bench.engine.work_unit import Failure, Outcome, Probed, Request, Unit
 from trackmark.bench.evaluation.ground_truth import reference
 from trackmark.bench.evaluation.loop import UNOBSERVED, Observer, run_protocol
 from trackmark.bench.evaluation.recorder import (
@@ -61,24 +59,6 @@ _GLOBAL_NUMBERS = (
     "it drew from the process's global random numbers (numpy.random or random), so that its boxes "
     "can't be repeated. Use the seed that it is given, or declare Randomness.PROCESS."
 )
-
-
-@dataclass(frozen=True)
-class Request:
-    """Request to run a unit; or to record its only run as failed, or to probe its trackers."""
-
-    unit: Unit
-    run_seconds: float
-    failure: Failure | None = None
-    probed_frames: int = 0
-
-    def perform(self, observer: Observer) -> Outcome | Probed:
-        """Do what is requested."""
-        if self.failure:
-            return record_failure(self.unit, self.failure)
-        if self.probed_frames:
-            return probe(self.unit, self.probed_frames, observer)
-        return perform(self.unit, self.run_seconds, observer)
 
 
 def main() -> None:
@@ -121,7 +101,7 @@ def _answer(request: Request, heartbeat: Heartbeat, used: bool) -> dict[str, Any
     is one of the harness. `used`: whether trackers were called in this process before.
     """
     try:
-        result = request.perform(heartbeat)
+        result = _perform_request(request, heartbeat)
         sys.stdout.flush()
     except (SequenceError, MemoryError) as error:
         # A tracker that was called may hold the memory or the files that decoding lacks.
@@ -142,46 +122,47 @@ def _answer(request: Request, heartbeat: Heartbeat, used: bool) -> dict[str, Any
         return {"defect": traceback.format_exc()}
     except BaseException as error:  # noqa: BLE001  # raised by a tracker to end the process
         return {"harm": f"it raised {type(error).__name__}"}
-    return {"probed" if isinstance(result, Probed) else "outcome": result}
+    return {"result": result}
+
+
+def _perform_request(request: Request, observer: Observer) -> Outcome | Probed:
+    if request.failure:
+        return record_failure(request.unit, request.failure)
+    if request.probed_frames:
+        return probe(request.unit, request.probed_frames, observer)
+    return perform(request.unit, request.run_seconds, observer)
 
 
 def perform(unit: Unit, run_seconds: float, observer: Observer = UNOBSERVED) -> Outcome:
-    """Run a unit; runs whose tracker or sequence has changed since it was planned are left out.
+    """Run a unit.
 
-    Raises `SequenceError` if the sequence can't be read to its end, or nothing is left. Raises
-    `NotAttributableError` if one of several trackers harms the process.
+    Raises `SequenceError` if the sequence can't be read to its end, or if it or a tracker is not as
+    planned. Raises `NotAttributableError` if one of several trackers harms the process.
     """
     clock = _Clock()
-    opened, changed = _open(unit)
+    sequence, trackers, _ = _open(unit)
     before = ProcessState.current()
-    entries = list(
-        zip(opened.trackers, [entry.repetition for entry in opened.entries], strict=True)
-    )
     walk = run_protocol(
-        entries,
-        opened.sequence,
+        zip(trackers, [entry.repetition for entry in unit.entries], strict=True),
+        sequence,
         unit.protocol,
         keep_arrays=unit.arrays,
         run_seconds=run_seconds,
         observer=observer,
     )
     observer.ended()
-    runs = _check_state(walk.runs, before, opened.trackers)
+    runs = _check_state(walk.runs, before, trackers)
     if unit.protocol != TIMING:
         measured = {"overhead": walk.overhead, "frame_seconds": walk.frame_seconds}
         runs = [replace(run, circumstances={**run.circumstances, **measured}) for run in runs]
-    # Boxes of one version must never be stored as those of another.
-    still, changed_since = _open(replace(unit, entries=tuple(opened.entries)))
-    made = dict(zip(opened.entries, runs, strict=True))
-    outcome = clock.outcome([made[entry] for entry in still.entries], still, walk.overhead)
-    return replace(outcome, errors=[*changed, *changed_since])
+    _open(unit)  # boxes of one version must never be stored as those of another
+    return clock.outcome(unit, runs, walk.overhead)
 
 
 def record_failure(unit: Unit, failure: Failure) -> Outcome:
     """Record the only run of a unit as failed, with the frames that it reached."""
     clock = _Clock()
-    opened, _ = _open(unit)
-    sequence, (tracker,), (key,) = opened.sequence, opened.trackers, opened.identities
+    sequence, (tracker,), (key,) = _open(unit)
     segments = frames_of_segments(unit.protocol, sequence, tracker.init)
     n = sum(map(len, segments)) or len(sequence)
     rows = np.full((n, COLUMNS), nan)
@@ -190,8 +171,8 @@ def record_failure(unit: Unit, failure: Failure) -> Outcome:
     if not segments:
         init_boxes = reference(sequence, tracker.init, sequence.name).boxes
         rows[sequence.first_frame, :4] = init_boxes[sequence.first_frame]
-    frame = -1 if failure.frame is None else failure.frame
-    where = f"{sequence.frame_name(frame)}: " if 0 <= frame < len(sequence) else ""
+    known = 0 <= failure.frame < len(sequence)
+    where = f"{sequence.frame_name(failure.frame)}: " if known else ""
     line = f" at {select_line(failure.stack, tracker.file)}" if failure.stack else ""
     run = Run(
         identity=key,
@@ -202,7 +183,7 @@ def record_failure(unit: Unit, failure: Failure) -> Outcome:
         output=failure.output,
         segments=segments,
     )
-    return clock.outcome([run], opened, nan)
+    return clock.outcome(unit, [run])
 
 
 def probe(unit: Unit, frames: int, observer: Observer = UNOBSERVED) -> Probed:
@@ -231,11 +212,11 @@ class _Clock:
         reset_peak()
         self._wall, self._cpu = time.perf_counter(), time.process_time()
 
-    def outcome(self, runs: list[Run], opened: "_Opened", overhead: float) -> Outcome:
+    def outcome(self, unit: Unit, runs: list[Run], overhead: float = nan) -> Outcome:
         """Return the outcome of a unit that ends now."""
         return Outcome(
             runs=runs,
-            entries=opened.entries,
+            entries=list(unit.entries),
             overhead=overhead,
             seconds=time.perf_counter() - self._wall,
             cpu_seconds=time.process_time() - self._cpu,
@@ -245,52 +226,31 @@ class _Clock:
         )
 
 
-class _Opened(NamedTuple):
-    """Sequence of a unit, and tracker and identity by entry."""
+def _open(unit: Unit) -> tuple[Sequence, list[Contestant], list[Identity]]:
+    """Return the sequence of a unit, and tracker and identity by entry.
 
-    sequence: Sequence
-    entries: list[Entry]
-    trackers: list[Contestant]
-    identities: list[Identity]
-
-
-def _open(unit: Unit) -> tuple[_Opened, list[str]]:
-    """Open the entries of a unit whose tracker and sequence are as planned.
-
-    Return them and a sentence on each other one. Raises `SequenceError` if the sequence can't be
-    opened, or nothing is as planned.
+    Raises `SequenceError` if the sequence can't be opened, or if anything is not as planned.
     """
     sequence = datasets.load(unit.source.text, truth=unit.source.truth)
-    chosen = _import_trackers({entry.tracker for entry in unit.entries})
-    opened = _Opened(sequence, [], [], [])
-    changed = []
-    for entry in unit.entries:
-        tracker = chosen.get(entry.tracker)
-        key = tracker and identify(tracker, sequence, entry.repetition, unit.protocol)
-        if tracker is None or key is None or key.version != entry.version:
-            changed.append(
-                f"{entry.tracker} on {sequence.name}: the tracker or the sequence changed while "
-                "it ran, so nothing was kept. Run the same command again."
-            )
-            continue
-        opened.entries.append(entry)
-        opened.trackers.append(tracker)
-        opened.identities.append(key)
-    if not opened.entries:
-        raise SequenceError("\n".join(dict.fromkeys(changed)))
-    return opened, changed
-
-
-def _import_trackers(texts: Collection[str]) -> dict[str, Contestant]:
-    """Return trackers by their texts, without those that are gone."""
+    texts = [entry.tracker for entry in unit.entries]
     try:
-        return contestants(texts)
+        chosen = contestants(texts)
     except (TrackerError, OSError):
-        found: dict[str, Contestant] = {}
-        for text in texts:
-            with suppress(TrackerError, OSError):
-                found |= contestants([text])
-        return found
+        raise _changed(", ".join(dict.fromkeys(texts)), sequence) from None
+    trackers = [chosen[text] for text in texts]
+    identities = []
+    for entry, tracker in zip(unit.entries, trackers, strict=True):
+        identities.append(identify(tracker, sequence, entry.repetition, unit.protocol))
+        if identities[-1].version != entry.version:
+            raise _changed(entry.tracker, sequence)
+    return sequence, trackers, identities
+
+
+def _changed(tracker: str, sequence: Sequence) -> SequenceError:
+    return SequenceError(
+        f"{tracker} on {sequence.name}: the tracker or the sequence changed while it ran, so "
+        "nothing was kept. Run the same command again."
+    )
 
 
 def _check_state(runs: list[Run], before: ProcessState, trackers: list[Contestant]) -> list[Run]:

@@ -1,4 +1,4 @@
-"""Which of a sequence's truths a run starts from and is scored by: its boxes, or a region."""
+"""Ground truth that a run starts from and is scored by: the boxes of a sequence, or a region."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ from trackmark.datasets.spec_string import close_match
 
 @dataclass(frozen=True)
 class Reference:
-    """A sequence's truth with one of its regions in the place of its boxes."""
+    """Ground truth with one of its regions in place of its boxes."""
 
     boxes: NDArray[np.float64]
     regions: Mapping[str, NDArray[np.float64]]
@@ -23,19 +23,18 @@ class Reference:
 
     @property
     def image_size(self) -> tuple[int, int] | None:
-        """Width and height of the images, where the sequence or its stored truth knows them."""
+        """Width and height of the images; None if unknown."""
         size: tuple[int, int] | None = getattr(self.origin, "image_size", None)
         return size
 
 
 def reference(truth: Truth, region: str, name: str = "the sequence") -> Truth:
-    """The truth as seen by a run that is initialised with a region.
+    """Return the ground truth of a run that is initialised with a region.
 
-    `truth`: a sequence, or its stored truth. `region`: `boxes`, or one of `truth.regions`. `name`:
-    the sequence's name, for messages.
+    `truth`: a sequence, or its stored ground truth. `region`: `boxes`, or one of `truth.regions`.
+    `name`: the sequence's name, for messages.
 
-    Raises `SequenceError` for a region that the sequence has not, or that is absent where its
-    boxes begin.
+    Raises `SequenceError` for an unknown region, or one that is absent when the boxes begin.
     """
     if region == BOXES:
         return truth

@@ -1,8 +1,8 @@
-"""Trackers clocked in turns, frames by frames, each in a process of its own (`in_turns`).
+"""Interleaved timing: trackers take turns on a few frames each, in processes of their own.
 
-What else the machine does then hits all alike. The process performs a tracker of whatever
-revision, so it asks of it nothing but the protocol of trackers, and no version of the harness.
-`take_turns` is the same for whatever can be asked for a turn, in this process, too.
+Other load of the machine then affects all of them equally. A process can hold a tracker of any
+revision, so the timing relies on the protocol of trackers only. `take_turns` is the same for
+anything that can take a turn, in this process too.
 """
 
 import gc
@@ -17,6 +17,7 @@ from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import asdict, dataclass
 from itertools import pairwise
 from math import inf
+from statistics import median
 from time import monotonic, thread_time
 from typing import Any, NamedTuple, Protocol
 
@@ -26,16 +27,17 @@ from numpy.typing import NDArray
 from trackmark.bench.process_tree import Offspring
 
 ANSWER_SECONDS = 600.0
-"""Within which a turn must be over: compiling, too."""
+"""Maximum time of a turn, compilation included."""
 
 _TURN_SECONDS = 0.002
-_PASSES_SECONDS = 2.0  # that the passes together should take on either side
+_PASSES_SECONDS = 2.0  # time of all passes of the slowest side
 _FEWEST, _MOST = 3, 100  # passes
 _LONGEST = 1 << 20  # bytes of an answer
+_REFERENCE_CALLS = 15
 
 
 class TurnError(Exception):
-    """A tracker that can't be clocked; says why in a line."""
+    """Reason in one line why a tracker can't be timed."""
 
 
 @dataclass(frozen=True)
@@ -44,21 +46,21 @@ class Setup:
 
     name: str
     options: Mapping[str, str] | None = None
-    home: str = ""  # folder that holds the package `trackers`, where it is not this one's
-    revision: str = ""  # that it is of, for messages
-    swapped: Sequence[str] = ()  # a folder of the module path, and what takes its place there
+    home: str = ""  # folder that holds the package `trackers`; empty for this one
+    revision: str = ""  # of the tracker, for messages
+    swapped: Sequence[str] = ()  # a folder of the module path, and its substitute
 
 
 @dataclass(frozen=True)
 class Clip:
-    """A stretch of a sequence on disk: images, those before the first box included."""
+    """Part of a sequence on disk."""
 
-    images: str  # .npy
+    images: str  # .npy, with the images before the first box
     first: int  # image with the first box
     box: Sequence[float]
     frames: int  # after that image
-    mask: str  # .npy, or none
-    seed: Sequence[int]  # the seed sequence's spawn key
+    mask: str  # .npy; empty for none
+    seed: Sequence[int]  # spawn key of the seed sequence
 
 
 class Reference:
@@ -83,46 +85,46 @@ class Reference:
         return total
 
 
-class Performance:
-    """A tracker that is shown clips."""
+def reference_seconds() -> float:
+    """Return the median CPU time of the reference."""
+    reference, seconds = Reference(), []
+    reference.init()
+    for _ in range(_REFERENCE_CALLS):
+        began = thread_time()
+        reference.update()
+        seconds.append(thread_time() - began)
+    return median(seconds)
+
+
+class _ClipRunner:
+    """Tracker that runs on clips, in its own process."""
 
     def __init__(self, setup: Setup, clips: Sequence[Clip]) -> None:
-        self._setup, self.clips = setup, clips
+        self._setup, self._clips = setup, clips
         self._images = [np.load(clip.images, mmap_mode="r") for clip in clips]
-        self._tracker: Any = None
 
     def turn(self, number: int, start: int, stop: int) -> float:
-        """CPU seconds of its updates on some of a clip's images after the first box.
-
-        From 0 on it begins anew.
-        """
-        clip = self.clips[number]
+        """See `Side`."""
+        clip, images = self._clips[number], self._images[number]
         if start == 0:
-            self._tracker = self._made(clip)
-            self._begin(clip, self._images[number])
-        after = self._images[number][clip.first + 1 :]
-        images = [_frozen(image) for image in after[start:stop]]
+            seed = np.random.SeedSequence(0, spawn_key=tuple(clip.seed))
+            create = importlib.import_module("trackmark.trackers").create
+            self._tracker = create(self._setup.name, seed, **(self._setup.options or {}))
+            if hasattr(self._tracker, "watch"):
+                for frame in range(clip.first):
+                    self._tracker.watch(_frozen(images[frame]))
+            mask = np.load(clip.mask) if clip.mask else None
+            self._tracker.init(_frozen(images[clip.first]), np.array(clip.box, float), mask)
+        shown = [_frozen(image) for image in images[clip.first + 1 :][start:stop]]
         update = self._tracker.update
         began = thread_time()
-        for image in images:
+        for image in shown:
             update(image)
         return thread_time() - began
 
-    def _made(self, clip: Clip) -> Any:
-        seed = np.random.SeedSequence(0, spawn_key=tuple(clip.seed))
-        create = importlib.import_module("trackmark.trackers").create
-        return create(self._setup.name, seed, **(self._setup.options or {}))
-
-    def _begin(self, clip: Clip, images: NDArray[np.uint8]) -> None:
-        if hasattr(self._tracker, "watch"):
-            for frame in range(clip.first):
-                self._tracker.watch(_frozen(images[frame]))
-        mask = np.load(clip.mask) if clip.mask else None
-        self._tracker.init(_frozen(images[clip.first]), np.array(clip.box, float), mask)
-
 
 def _frozen(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """In memory of its own, as a decoder gives it."""
+    """Return a read-only copy, as a decoder returns it."""
     copy = np.array(image)
     copy.flags.writeable = False
     return copy
@@ -130,7 +132,7 @@ def _frozen(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
 
 @contextmanager
 def one_thread() -> Iterator[None]:
-    """Without OpenCV's own threads and Python's garbage collector."""
+    """Switch OpenCV's threads and Python's garbage collector off."""
     import cv2
 
     threads = cv2.getNumThreads()
@@ -145,11 +147,11 @@ def one_thread() -> Iterator[None]:
 
 
 def main() -> None:
-    """Perform in the child: a line of seconds for each turn that is asked for."""
+    """Answer in the child: one line of seconds for each requested turn."""
     import cv2
 
-    told = json.loads(sys.argv[2])
-    setup = Setup(**told["setup"])
+    arguments = json.loads(sys.argv[2])
+    setup, clips = Setup(**arguments["setup"]), [Clip(**clip) for clip in arguments["clips"]]
     if setup.home:
         sys.path.insert(0, setup.home)  # revisions before `trackmark.trackers` import `trackers`
         sys.modules["trackmark"].__path__.insert(0, setup.home)
@@ -157,32 +159,32 @@ def main() -> None:
         now, then = setup.swapped
         sys.path[:] = [then if os.path.realpath(entry) == now else entry for entry in sys.path]
     cv2.setNumThreads(1)
-    performance = Performance(setup, [Clip(**clip) for clip in told["clips"]])
+    runner = _ClipRunner(setup, clips)
     with os.fdopen(int(sys.argv[1]), "w", encoding="ascii") as answers:
         gc.disable()
         for turns, line in enumerate(sys.stdin):
             try:
-                answer: Any = performance.turn(*json.loads(line))
-            except BaseException as error:  # noqa: BLE001  # whatever a tracker does
+                answer: Any = runner.turn(*json.loads(line))
+            except BaseException as error:  # noqa: BLE001  # of the tracker
                 answer = " ".join(f"{type(error).__name__}: {error}".split())[:300]
             answers.write(json.dumps(answer) + "\n")
             answers.flush()
             gc.collect()
-            if turns < len(performance.clips):  # what was imported lives for good
+            if turns < len(clips):  # imported modules live until the end
                 gc.freeze()
-    os._exit(0)  # whatever a tracker wants to be done, or waits for, at the end
+    os._exit(0)  # a tracker may wait for something at the end
 
 
-class _Side:
-    """A process that performs, and what it is asked."""
+class _Process:
+    """Process of a tracker."""
 
     def __init__(self, setup: Setup, clips: Sequence[Clip]) -> None:
         self._answers, theirs = os.pipe()
         self._revision = setup.revision
-        told = json.dumps({"setup": asdict(setup), "clips": [asdict(clip) for clip in clips]})
+        arguments = {"setup": asdict(setup), "clips": [asdict(clip) for clip in clips]}
         self._child = Offspring(
             "trackmark.bench.evaluation.interleaved_timing",
-            [theirs, told],
+            [theirs, json.dumps(arguments)],
             stdin=subprocess.PIPE,
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
@@ -193,7 +195,7 @@ class _Side:
         self._pipe = self._child.process.stdin
 
     def turn(self, number: int, start: int, stop: int) -> float:
-        """Ask, and wait for the answer; raises `TurnError` with what went wrong."""
+        """See `Side`; raises `TurnError`."""
         try:
             self._pipe.write(json.dumps([number, start, stop]).encode() + b"\n")
             self._pipe.flush()
@@ -202,8 +204,8 @@ class _Side:
             answer = "its process ended, or wrote no sense"
         if isinstance(answer, float) and 0 < answer < inf:
             return answer
-        said = answer if isinstance(answer, str) else f"{answer!r:.100} is no time"
-        raise TurnError(f"as of {self._revision}, {said}" if self._revision else said)
+        reason = answer if isinstance(answer, str) else f"{answer!r:.100} is no time"
+        raise TurnError(f"as of {self._revision}, {reason}" if self._revision else reason)
 
     def _line(self) -> bytes:
         line, until = b"", monotonic() + ANSWER_SECONDS
@@ -219,49 +221,36 @@ class _Side:
     def end(self) -> None:
         """End the process."""
         os.close(self._answers)
-        with suppress(OSError):  # of what was not read any more
+        with suppress(OSError):  # it has not read everything
             self._pipe.close()
         self._child.end()
 
 
 def in_turns(setups: Sequence[Setup], clips: Sequence[Clip]) -> NDArray[np.float64]:
-    """Clock setups on the same images, in fresh processes.
+    """Time setups on the same clips, in fresh processes.
 
-    Parameters
-    ----------
-    setups : sequence of Setup
-        What is compared.
-    clips : sequence of Clip
-        Shown one after another, several times.
+    Return the CPU seconds of the updates, shape (setups, passes, turns), without the warm-up.
 
-    Returns
-    -------
-    array of float64, shape (setups, passes, turns)
-        CPU seconds of the updates of a turn. What warms up is left out.
-
-    Raises
-    ------
-    TurnError
-        With the reason, where one can't be clocked.
+    Raises `TurnError` if one can't be timed.
     """
     with ExitStack() as processes:
-        sides: list[_Side] = []
+        sides: list[_Process] = []
         for setup in setups:
-            sides.append(side := _Side(setup, clips))
+            sides.append(side := _Process(setup, clips))
             processes.callback(side.end)
         return take_turns(sides, [clip.frames for clip in clips]).seconds
 
 
 class Side(Protocol):
-    """What can be asked for a turn."""
+    """Object that can take a turn."""
 
     def turn(self, number: int, start: int, stop: int) -> float:
-        """CPU seconds of these updates on a clip; from 0 on it begins anew."""
+        """Return the CPU seconds of these updates on a clip; a turn from 0 starts a new tracker."""
         ...
 
 
 class Turns(NamedTuple):
-    """CPU seconds, shape (sides, passes, turns), and each turn's clip, first and last image."""
+    """CPU seconds, shape (sides, passes, turns), and clip, first and last image of each turn."""
 
     seconds: NDArray[np.float64]
     turns: list[tuple[int, int, int]]
@@ -273,16 +262,16 @@ def take_turns(
     fewest: int = _FEWEST,
     seconds: float = _PASSES_SECONDS,
 ) -> Turns:
-    """Clock sides, after what warms up.
+    """Time sides, after a warm-up.
 
-    `frames`: of each clip. `fewest`: passes that are made at least, as many as the slowest side
-    takes these `seconds` for.
+    `frames`: of each clip. `fewest`: minimum number of passes. `seconds`: time of all passes of the
+    slowest side.
     """
     for most in (2, max(frames)):  # compiling first; then all, to warm up
         warming = [(number, 0, min(most, stop)) for number, stop in enumerate(frames)]
         sums = _pass(sides, warming, 0).sum(axis=1)
     passes = min(max(round(seconds / sums.max()), fewest), _MOST)
-    # On either side, a turn is longer than what it takes to get back into the caches.
+    # A turn of any side is longer than the time to fill the caches again.
     a_clip = max(1, round(sums.min() / len(frames) / _TURN_SECONDS))
     turns = []
     for number, stop in enumerate(frames):
@@ -294,7 +283,7 @@ def take_turns(
 def _pass(
     sides: Sequence[Side], turns: Sequence[tuple[int, int, int]], first: int
 ) -> NDArray[np.float64]:
-    """All turns once; who is asked first alternates among turns, and among passes."""
+    """Take all turns once; the first side alternates among turns and among passes."""
     seconds = np.empty((len(sides), len(turns)))
     for place, turn in enumerate(turns):
         for step in range(len(sides)):

@@ -8,24 +8,25 @@ before the update, and with images in memory.
 import gc
 from collections.abc import Callable, Iterable
 from collections.abc import Sequence as Sized
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import partial
 from math import inf, nan
 from statistics import median
 from time import perf_counter
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from trackmark import datasets
-from trackmark.bench.evaluation.interleaved_timing import one_thread
+from trackmark.bench.evaluation.interleaved_timing import one_thread, reference_seconds
 from trackmark.bench.evaluation.recorder import Recorder, blank_rows
 from trackmark.bench.evaluation.run_record import Run
-from trackmark.bench.evaluation.timing import Remembered, reference_seconds
 from trackmark.bench.experiments.tracker_spec import Contestant, TrackerMaker, contestant
 from trackmark.bench.protocols import ONCE, STORED_ONCE, TIMING, stored_protocol
 from trackmark.bench.protocols import protocol as protocol_of
 from trackmark.datasets import Sequence
+from trackmark.datasets.interface import Frames, Image
 from trackmark.trackers.base.sharing import SharedFrame
 
 WARM_UP_FRAMES = 10
@@ -148,17 +149,18 @@ def run_protocol(
     make = partial(_make_recorders, list(entries), sequence, protocol)
     recorders = make(observer.rows, keep_arrays=keep_arrays, run_seconds=run_seconds)
     frames, warm_up = sequence.frames, min(WARM_UP_FRAMES, len(sequence) - sequence.first_frame)
+    walk = _Walk(recorders, sequence, observer)
     try:
         if protocol == TIMING:
-            (recorder,), (warming,), (warm,) = recorders, make(), make(run_seconds=run_seconds)
+            (recorder,), (warm,) = recorders, make(run_seconds=run_seconds)
             with one_thread():
-                _walk([warming], sequence, observer, warm_up, to_the_end=False)
+                _Walk(make(), sequence, observer).run(warm_up, to_the_end=False)
                 return Pass([_time(recorder, warm, sequence, observer)], nan, nan)
         if stored_protocol(protocol).clocked:  # compile before the clock runs
-            _walk(make(), sequence, observer, warm_up, to_the_end=False)
+            _Walk(make(), sequence, observer).run(warm_up, to_the_end=False)
         if any(len(recorder.segments) > 1 for recorder in recorders):
-            sequence.frames = Remembered(frames, MAX_SEGMENT_BYTES)
-        clocks = _walk(recorders, sequence, observer)
+            sequence.frames = _Remembered(frames, MAX_SEGMENT_BYTES)
+        walk.run()
     finally:
         sequence.frames = frames
     last = len(sequence) - 1
@@ -167,9 +169,9 @@ def run_protocol(
             observer.calling(recorder.entry, last)
             recorder.finish(last)
             observer.called()
-    overhead = median(clocks.own) if clocks.own else nan
+    overhead = median(walk.own) if walk.own else nan
     runs = [recorder.result() for recorder in recorders]
-    return Pass(runs, overhead, clocks.fetching / max(clocks.fetched, 1))
+    return Pass(runs, overhead, walk.fetching / max(walk.fetched, 1))
 
 
 def _make_recorders(
@@ -177,23 +179,13 @@ def _make_recorders(
     sequence: Sequence,
     protocol: str,
     shared_rows: Callable[[tuple[int, int]], NDArray[np.float64]] = blank_rows,
-    *,
-    keep_arrays: bool = False,
-    run_seconds: float = inf,
+    **options: Any,
 ) -> list[Recorder]:
     """Make the recorders; `shared_rows` makes the buffer of a run that is alone."""
     alone = len(entries) == 1
+    options |= {"alone": alone, "make_rows": shared_rows if alone else blank_rows}
     return [
-        Recorder(
-            number,
-            *entry,
-            sequence,
-            protocol,
-            keep_arrays=keep_arrays,
-            alone=alone,
-            run_seconds=run_seconds,
-            make_rows=shared_rows if alone else blank_rows,
-        )
+        Recorder(number, *entry, sequence, protocol, **options)
         for number, entry in enumerate(entries)
     ]
 
@@ -202,13 +194,13 @@ def _time(recorder: Recorder, warm: Recorder, sequence: Sequence, observer: Obse
     """Run a tracker on images as decoded, and a second one on images in memory."""
     gc.collect()
     first, n = sequence.first_frame, len(sequence)
-    sequence.frames = kept = Remembered(sequence.frames, MAX_WARM_BYTES)
+    sequence.frames = kept = _Remembered(sequence.frames, MAX_WARM_BYTES)
     machine = [reference_seconds()]
-    _walk([recorder], sequence, observer, to_the_end=False)
+    _Walk([recorder], sequence, observer).run(to_the_end=False)
     machine.append(reference_seconds())
     if not recorder.failure:
         stop = next((frame for frame in range(first, n) if frame not in kept), n)
-        _walk([warm], sequence, observer, max(stop - first, 1), to_the_end=False)
+        _Walk([warm], sequence, observer).run(max(stop - first, 1), to_the_end=False)
         machine.append(reference_seconds())
     recorder.failure = recorder.failure or warm.failure
     run = recorder.result()
@@ -216,126 +208,131 @@ def _time(recorder: Recorder, warm: Recorder, sequence: Sequence, observer: Obse
     return replace(run, times=recorder.times(warm), circumstances=circumstances)
 
 
-@dataclass
-class _Clocks:
-    """Time that a walk took [s]."""
+class _Walk:
+    """Trackers that go through their segments in lock step, and the time that this takes [s].
 
-    fetching: float = 0.0  # decoding or rendering frames and masks, from the first box on
-    fetched: int = 0  # frames
-    own: list[float] = field(default_factory=list)  # of the harness, by frame, per tracker
-
-
-def _walk(
-    recorders: Sized[Recorder],
-    sequence: Sequence,
-    observer: Observer,
-    most: int | None = None,
-    *,
-    to_the_end: bool = True,
-) -> _Clocks:
-    """Run trackers through their segments.
-
-    `most`: number of frames from the first box on; None for all. `to_the_end`: go on if all
-    trackers have failed; a run is kept only if all frames can be read.
+    `fetching`: to decode or render frames and masks, from the first box on; `fetched`: their
+    number. `own`: time of the harness by frame, per tracker.
     """
-    clocks, before = _Clocks(), 0.0
-    # Trackers that start from different regions can have different segments.
-    for segments in dict.fromkeys(recorder.segments for recorder in recorders):
-        group = [recorder for recorder in recorders if recorder.segments == segments]
-        share = len(group) / len(recorders)
-        for segment in segments:
-            frames = segment.frames(len(sequence))
-            whole = segment.start == 0 and segment.step == 1
-            view = sequence if whole else sequence[segment.slice]
-            going = [recorder for recorder in group if not recorder.failure]
-            for recorder in going:
-                recorder.begin_segment(segment, view)
-            if going:
+
+    def __init__(self, recorders: Sized[Recorder], sequence: Sequence, observer: Observer) -> None:
+        self._recorders, self._whole, self._observer = recorders, sequence, observer
+        self.fetching, self.fetched = 0.0, 0
+        self.own: list[float] = []
+
+    def run(self, most: int | None = None, *, to_the_end: bool = True) -> None:
+        """Run trackers through their segments.
+
+        `most`: number of frames from the first box on; None for all. `to_the_end`: go on if all
+        trackers have failed; a run is kept only if all frames can be read.
+        """
+        before = 0.0
+        # Trackers that start from different regions can have different segments.
+        for segments in dict.fromkeys(recorder.segments for recorder in self._recorders):
+            group = [recorder for recorder in self._recorders if recorder.segments == segments]
+            share = len(group) / len(self._recorders)
+            for segment in segments:
+                self._numbers = segment.frames(len(self._whole))
+                whole = segment.start == 0 and segment.step == 1
+                self._view = view = self._whole if whole else self._whole[segment.slice]
+                self._going = going = [recorder for recorder in group if not recorder.failure]
+                for recorder in going:
+                    recorder.begin_segment(segment, view)
                 first = view.first_frame
-                walk = _SegmentWalk(going, view, first, frames, observer, clocks, before, share)
-                walk.start()
-                for frame in range(first + 1, len(view) if most is None else first + most):
+                stop = len(view) if most is None else first + most
+                for frame in range(first, stop if going else first):
                     if not to_the_end and all(recorder.failure for recorder in going):
                         break
-                    walk.follow(frame)
-            before += len(frames) * share
-    return clocks
+                    if frame == first:
+                        self._start(first)
+                    else:
+                        self._follow(frame)
+                    self._observer.shown(int(before + (frame - first + 1) * share))
+                before += len(self._numbers) * share
 
-
-@dataclass(frozen=True)
-class _SegmentWalk:
-    """Trackers in lock step on one segment."""
-
-    recorders: list[Recorder]
-    sequence: Sequence  # frames of the segment
-    first: int  # frame of the first box
-    frames: range  # their numbers in the whole sequence
-    observer: Observer
-    clocks: _Clocks
-    before: float  # frames of earlier segments
-    share: float  # of these trackers among those of the pass
-
-    def start(self) -> None:
+    def _start(self, first: int) -> None:
         """Show the frames before the target appears to trackers that watch; initialise all."""
-        sequence, first, observer, clocks = self.sequence, self.first, self.observer, self.clocks
+        view, numbers, observer = self._view, self._numbers, self._observer
         watchers = []
-        for recorder in self.recorders if first else ():
-            observer.calling(recorder.entry, self.frames[first])
+        for recorder in self._going if first else ():
+            observer.calling(recorder.entry, numbers[first])
             if recorder.watches(first):
                 watchers.append(recorder)
             observer.called()
         for frame in range(first if watchers else 0):
-            observer.reading(self.frames[frame])
-            shown = SharedFrame(sequence[frame], len(watchers))
+            observer.reading(numbers[frame])
+            shown = SharedFrame(view[frame], len(watchers))
             for recorder in watchers:
-                observer.calling(recorder.entry, self.frames[frame])
+                observer.calling(recorder.entry, numbers[frame])
                 recorder.show(shown, frame)
                 observer.called()
         began = perf_counter()
-        observer.reading(self.frames[first])
-        shown = SharedFrame(sequence[first])
-        mask = sequence.mask(first)
-        clocks.fetching += perf_counter() - began
-        clocks.fetched += 1
-        for recorder in self.recorders:
-            observer.calling(recorder.entry, self.frames[first])
+        observer.reading(numbers[first])
+        shown = SharedFrame(view[first])
+        mask = view.mask(first)
+        self.fetching += perf_counter() - began
+        self.fetched += 1
+        for recorder in self._going:
+            observer.calling(recorder.entry, numbers[first])
             recorder.start(shown, first, mask)
             observer.called()
-        observer.shown(int(self.before + self.share))
 
-    def follow(self, frame: int) -> None:
+    def _follow(self, frame: int) -> None:
         """Show a later frame."""
         began = perf_counter()
-        observer, number = self.observer, self.frames[frame]
+        observer, number = self._observer, self._numbers[frame]
         observer.reading(number)
-        image = self.sequence[frame]
+        image = self._view[frame]
         fetched = perf_counter()
-        shown = SharedFrame(image, len(self.recorders))
+        shown = SharedFrame(image, len(self._going))
         in_trackers, running = 0.0, 0
-        for recorder in self.recorders:
+        for recorder in self._going:
             if not recorder.failure:
                 observer.calling(recorder.entry, number)
                 in_trackers += recorder.follow(shown, frame)
                 observer.called()
                 running += 1
         reading_masks = self._compare(frame)
-        observer.shown(int(self.before + (frame - self.first + 1) * self.share))
-        self.clocks.fetching += fetched - began + reading_masks
-        self.clocks.fetched += 1
+        self.fetching += fetched - began + reading_masks
+        self.fetched += 1
         if running:
             own = perf_counter() - fetched - in_trackers - reading_masks
-            self.clocks.own.append(own / running)
+            self.own.append(own / running)
 
     def _compare(self, frame: int) -> float:
         """Compare masks with the true one, which is read once; return the reading time [s]."""
-        segmenting = [one for one in self.recorders if one.gives_masks and not one.failure]
+        segmenting = [one for one in self._going if one.gives_masks and not one.failure]
         if not segmenting:
             return 0.0
         began = perf_counter()
-        self.observer.reading(self.frames[frame])
-        truth = self.sequence.mask(frame)
+        self._observer.reading(self._numbers[frame])
+        truth = self._view.mask(frame)
         read = perf_counter()
         if truth is not None:
             for recorder in segmenting:
                 recorder.compare(frame, truth)
         return read - began
+
+
+class _Remembered:
+    """Frames that are decoded or rendered once; at most `most` bytes of images are kept."""
+
+    def __init__(self, frames: Frames, most: int) -> None:
+        self.frames = frames
+        self._seen: dict[int, Image] = {}
+        self._left = most
+
+    def __len__(self) -> int:
+        return len(self.frames)
+
+    def __contains__(self, frame: int) -> bool:
+        return frame in self._seen
+
+    def __getitem__(self, frame: int) -> Image:
+        if frame in self._seen:
+            return self._seen[frame]
+        image = self.frames[frame]
+        self._left -= image.nbytes
+        if self._left >= 0:
+            self._seen[frame] = image
+        return image

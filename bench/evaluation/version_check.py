@@ -13,7 +13,6 @@ from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
 from functools import cache
 from pathlib import Path
-from typing import Any
 
 import click
 
@@ -30,41 +29,33 @@ from trackmark.reports.files import write_file
 Golden = dict[str, Mapping[str, str]]
 
 SHORT = (("samples/face", 0, 12), ("wang2010/table-tennis", 5, 16), ("moreno2005/octopus", 0, 5))
-"""Sequences and their frames (from, to) on which trackers are proven: a recorded face, a ball that
-is hidden meanwhile, and a first mask. Few frames, as some trackers take a second for each."""
+"""Sequences and their frames (from, to) on which trackers are checked: a recorded face, an occluded
+ball, and a mask. They are few, since some trackers take a second per frame."""
 
 
 @dataclass(frozen=True)
 class Sealed:
-    """A scene or tracker that has a seal, or wants one."""
+    """Scene or tracker that has a seal, or needs one."""
 
     name: str  # key in the `golden.json`
     file: Path  # the `golden.json`
-    tree: str  # digest of the syntax trees as they are
-    seal: Seal | None  # what stands in the file
-    asked: list[str]  # what golden digests are of
-    digests: Callable[[str], dict[str, str]]  # gives the golden digests of one of `asked`, now
-    libraries: list[str]  # import names of the libraries that a tracker uses; empty for scenes
-    described: list[str]  # sequences of a scene whose descriptions are sealed beside it
-
-    def golden(self) -> Golden:
-        """Golden digests as they are now."""
-        return {text: self.digests(text) for text in self.asked}
-
-    def known(self) -> dict[str, dict[str, Any]]:
-        """What descriptions tell now."""
-        return {name: known_of(datasets.load(name)) for name in self.described}
+    tree: str  # present digest of the syntax trees
+    seal: Seal | None  # of the file
+    texts: list[str]  # keys of the golden digests
+    digests: Callable[[str], dict[str, str]]  # returns the present golden digests of a text
+    libraries: list[str]  # import names of the libraries of a tracker; empty for scenes
+    described: list[str]  # sequences of a scene whose descriptions are sealed
 
 
 def sealed() -> Iterator[Sealed]:
-    """All scenes and trackers that can be proven here."""
+    """Yield all scenes and trackers that can be checked on this machine."""
     yield from _scenes()
     yield from _trackers()
 
 
-def golden_boxes(asked: str) -> dict[str, str]:
-    """Digest of what a tracker says: `asked` is its text, ` on ` and a key of `SHORT`."""
-    text, _, name = asked.partition(" on ")
+def golden_boxes(key: str) -> dict[str, str]:
+    """Return the digest of a tracker's estimates; `key`: its text, ` on ` and a key of `SHORT`."""
+    text, _, name = key.partition(" on ")
     run = evaluate(text, _short(name))
     if run.failure:
         return {"failure": run.failure.partition(":")[0]}
@@ -96,7 +87,7 @@ def _scenes() -> Iterator[Sealed]:
                 suite.golden,
                 suite.tree(name),
                 seal,
-                asked=[name, f"{name}:scene=1"] if seal is None else list(seal.golden),
+                texts=[name, f"{name}:scene=1"] if seal is None else list(seal.golden),
                 digests=lambda text: golden_digests(datasets.load(text)),
                 libraries=[],
                 described=described,
@@ -108,7 +99,7 @@ def _trackers() -> Iterator[Sealed]:
     for name in trackers.names():
         try:
             specification = trackers.resolve(name)
-        except trackers.TrackerError:  # it can't be proven where it can't be used
+        except trackers.TrackerError:  # it can't be used here
             continue
         if specification.file.parent != PACKAGE:
             continue
@@ -117,59 +108,60 @@ def _trackers() -> Iterator[Sealed]:
         about = trackers.describe(name)
         plain = about["default_preset"]
         texts = [name if key == plain else f"{name}:preset={key}" for key in about["presets"]]
-        asked = [f"{text} on {sequence}" for text in texts for sequence, _, _ in SHORT]
-        yield Sealed(name, GOLDEN, tree, seals.get(name), asked, golden_boxes, libraries, [])
+        keys = [f"{text} on {sequence}" for text in texts for sequence, _, _ in SHORT]
+        yield Sealed(name, GOLDEN, tree, seals.get(name), keys, golden_boxes, libraries, [])
 
 
 def _seal(one: Sealed, new: bool) -> str:
-    """Prove a scene or tracker and write its seal; say what came of it, empty if nothing."""
+    """Check a scene or tracker and write its seal; return what changed, empty for nothing."""
     seal = one.seal
     if (
         seal is not None
         and seal.tree == one.tree
-        and set(seal.golden) == set(one.asked)
+        and set(seal.golden) == set(one.texts)
         and set(seal.known) == set(one.described)
     ):
         return ""
-    golden, known = one.golden(), one.known()
+    golden: Golden = {text: one.digests(text) for text in one.texts}
+    known = {name: known_of(datasets.load(name)) for name in one.described}
     if seal is None:
-        made, said = Seal([1], one.tree, golden, one.libraries, known), "sealed for the first time"
+        made, message = (
+            Seal([1], one.tree, golden, one.libraries, known),
+            "sealed for the first time",
+        )
     else:
         kept = [text for text in golden if text in seal.golden]
-        others = [text for text in kept if not _agree(golden[text], seal.golden[text])]
-        if others and not new:
+        different = [text for text in kept if not _agree(golden[text], seal.golden[text])]
+        if different and not new:
             return (
-                f"NOT sealed, as {', '.join(others)} came out otherwise. If that is meant, "
+                f"NOT sealed, as {', '.join(different)} came out otherwise. If that is meant, "
                 f"--new {one.name} gives a new version."
             )
         made = replace(seal, tree=one.tree, golden=golden, known=known)
-        said = "the same as before: sealed again"
-        if others:
+        message = "the same as before: sealed again"
+        if different:
             made = replace(made, version=seal.next_version(), libraries=one.libraries)
-            said = f"now version {made.version[0]}"
+            message = f"now version {made.version[0]}"
     seals = {**read_seals(one.file), one.name: made}
     write_file(one.file, lambda file: write_seals(file, seals))
-    return said
+    return message
 
 
-def _agree(found: Mapping[str, str], sealed: Mapping[str, str]) -> bool:
-    """Whether digests are the sealed ones; a look only helps to tell how images differ."""
-    return all(found.get(part) == digest for part, digest in sealed.items() if part != "look")
+def _agree(digests: Mapping[str, str], golden: Mapping[str, str]) -> bool:
+    """Return whether digests are equal; `look` only helps to see how images differ."""
+    return all(digests.get(part) == digest for part, digest in golden.items() if part != "look")
 
 
 @click.command("seal")
 @click.option("--new", multiple=True, metavar="NAME", help="may give other pixels or boxes now")
 @click.option("--only", default="", metavar="PREFIX", help="names that start with this")
 def main(new: tuple[str, ...], only: str) -> None:
-    """Prove scenes and trackers whose source changed, and seal them."""
+    """Check scenes and trackers whose source changed, and seal them."""
     refused = 0
     for one in sealed():
-        if not one.name.startswith(only):
-            continue
-        said = _seal(one, one.name in new)
-        refused += said.startswith("NOT")
-        if said:
-            click.echo(f"{one.name}: {said}")
+        if one.name.startswith(only) and (message := _seal(one, one.name in new)):
+            refused += message.startswith("NOT")
+            click.echo(f"{one.name}: {message}")
     raise SystemExit(1 if refused else 0)
 
 

@@ -160,7 +160,6 @@ class Execution:
                         self.errors.append(str(error))
                     continue
                 log.write("unit", **_named(unit), **_spent(outcome, rows))
-                self.errors += [error for error in outcome.errors if error not in self.errors]
                 if math.isfinite(outcome.overhead):
                     self._own_seconds += outcome.overhead * unit.work
                     self._shown_frames += unit.work
@@ -233,5 +232,4 @@ def _spent(outcome: Outcome, rows: list[dict[str, Any]]) -> dict[str, Any]:
         "cpu_seconds": round(outcome.cpu_seconds, 3),
         "peak_memory": outcome.peak_memory,
         "failed": failed,
-        "errors": outcome.errors,
     }

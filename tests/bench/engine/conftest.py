@@ -3,6 +3,7 @@
 import os
 import signal
 import subprocess
+import sys
 import time
 from pathlib import Path
 from uuid import uuid4
@@ -11,6 +12,8 @@ import pyarrow.parquet as parquet
 import pytest
 
 from trackmark.bench.store.results import Results
+
+TRACKMARK = [sys.executable, "-c", "from trackmark.bench.cli import main; main()"]
 
 
 class Command:

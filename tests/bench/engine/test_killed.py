@@ -6,18 +6,17 @@ import os
 import random
 import shutil
 import signal
-import sys
 import time
 
 import pyarrow.parquet as parquet
 import pytest
 
+from tests.bench.engine.conftest import TRACKMARK
 from trackmark import bench
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 from trackmark.bench.store.index import read_index
 from trackmark.bench.store.results import Results
 
-TRACKMARK = [sys.executable, "-c", "from trackmark.bench.cli import main; main()"]
 FRAMES = 60
 SEQUENCES = "AB"
 SEEDS = 3

@@ -93,7 +93,7 @@ def tasks(monkeypatch):
     plain = Worker.give
 
     def give(self, request):
-        given.append((len(request.unit.entries), not self.used))
+        given.append((len(request.unit.entries), not self._used))
         plain(self, request)
 
     monkeypatch.setattr(Worker, "give", give)
