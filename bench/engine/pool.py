@@ -48,14 +48,6 @@ _CUT_OFF = "its process closed or overwrote file descriptors that are not its ow
 _LONG_SECONDS = {READING: 300.0, STARTING: 300.0, heartbeat.ELSEWHERE: 3600.0}
 
 
-class DefectError(RuntimeError):
-    """A defect of the harness; the message holds its traceback."""
-
-
-class StartError(ResultsError):
-    """A worker process that ended, or hung, before it read its first request."""
-
-
 _Answer: TypeAlias = Outcome | Probed | Failure
 _Steps: TypeAlias = Generator[Request, _Answer, Any]
 
@@ -106,8 +98,8 @@ class Worker:
     def check(self, ready: bool) -> "_Answer | None":
         """Return the answer or the end of the worker; None as long as it works.
 
-        `ready`: whether the channel can be read. Raises `SequenceError`, `DefectError` of the
-        worker.
+        `ready`: whether the channel can be read. Raises `SequenceError` of the worker, and
+        `RuntimeError` for a defect of trackmark.
         """
         if self.look().compiled:
             announce()
@@ -153,7 +145,7 @@ class Worker:
         if "error" in answer:
             raise SequenceError(answer["error"])
         if "defect" in answer:
-            raise DefectError(answer["defect"])
+            raise RuntimeError(f"a defect of trackmark: {answer['defect']}")
         if isinstance(result, Outcome):
             runs = [_complete(run, self._read_output()) for run in result.runs]
             entries = [Entry(*entry) for entry in result.entries]
@@ -210,7 +202,7 @@ class _Lane:
     def advance(self, ready: bool) -> None:
         """Give the worker the next request if it has answered or ended.
 
-        `ready`: whether its channel can be read. Raises `StartError` if a worker can't start.
+        `ready`: whether its channel can be read. Raises `ResultsError` if a worker can't start.
         """
         steps, worker = self.steps, self.worker
         assert steps
@@ -226,7 +218,7 @@ class _Lane:
             self.end_worker()
             if answer.entry == STARTING:
                 if self._restarted:  # the first one may have been killed by somebody
-                    raise StartError(
+                    raise ResultsError(
                         f"a worker process can't begin: {answer.reason}. It said: "
                         f"{answer.output.strip()}"
                     )
@@ -324,34 +316,37 @@ class Pool:
         suspects = [entry for entry in unit.entries if entry.tracker in self._culprits]
         others = tuple(entry for entry in unit.entries if entry not in suspects)
         outcomes: list[Outcome] = []
-        failed: dict[Entry, Run] = {}  # beside others
+        runs: dict[Entry, Run] = {}
         if others:
-            together = replace(unit, entries=others)
-            answer = yield Request(together, self._limits.run_seconds)
+            answer = yield Request(replace(unit, entries=others), self._limits.run_seconds)
             if isinstance(answer, Outcome):
+                outcomes.append(answer)
+                runs |= zip(answer.entries, answer.runs, strict=True)
                 if len(others) > 1:
-                    made = zip(answer.entries, answer.runs, strict=True)
-                    failed = {entry: run for entry, run in made if run.failure}
-                outcomes.append(_without(answer, failed))
-                suspects += failed
+                    suspects += [entry for entry, run in runs.items() if run.failure]
             else:
                 _check_reading(unit, answer)
                 suspects = list(unit.entries)
-        confirmed: dict[tuple[str, str], Outcome] = {}
+        # Of several runs of a tracker that failed for one reason the first is repeated.
+        confirmed: set[tuple[str, str]] = set()
         for entry in suspects:
-            # Of several runs of a tracker that failed for one reason the first is repeated.
-            run = failed.get(entry)
-            reason = run.failure.partition("\n")[0] if run else ""
-            if run and (entry.tracker, reason) in confirmed:
-                outcomes.append(
-                    replace(confirmed[entry.tracker, reason], runs=[run], entries=[entry])
-                )
-                continue
-            outcome = yield from self._perform_alone(replace(unit, entries=(entry,)))
-            if [other.failure.partition("\n")[0] for other in outcome.runs] == [reason]:
-                confirmed[entry.tracker, reason] = replace(outcome, seconds=0.0, cpu_seconds=0.0)
-            outcomes.append(outcome)
-        return _merge(outcomes)
+            reason = _reason(runs[entry]) if entry in runs else ""
+            if (entry.tracker, reason) not in confirmed:
+                outcomes.append((yield from self._perform_alone(replace(unit, entries=(entry,)))))
+                (runs[entry],) = outcomes[-1].runs
+                if reason and reason == _reason(runs[entry]):
+                    confirmed.add((entry.tracker, reason))
+        if len(outcomes) == 1:
+            return outcomes[0]
+        return replace(
+            outcomes[-1],
+            runs=list(runs.values()),
+            entries=list(runs),
+            overhead=nan,  # it means little if parts were repeated
+            seconds=sum(outcome.seconds for outcome in outcomes),
+            cpu_seconds=sum(outcome.cpu_seconds for outcome in outcomes),
+            peak_memory=max(outcome.peak_memory for outcome in outcomes),
+        )
 
     def _perform_alone(self, unit: Unit) -> Generator[Request, _Answer, Outcome]:
         """Perform the only run of a unit in a fresh process; what goes wrong is its failure."""
@@ -388,29 +383,8 @@ def _check_reading(unit: Unit, answer: _Answer) -> None:
         )
 
 
-def _without(outcome: Outcome, entries: Iterable[Entry]) -> Outcome:
-    """Return an outcome without some of its runs."""
-    kept = [
-        (run, entry)
-        for run, entry in zip(outcome.runs, outcome.entries, strict=True)
-        if entry not in entries
-    ]
-    return replace(outcome, runs=[run for run, _ in kept], entries=[entry for _, entry in kept])
-
-
-def _merge(outcomes: list[Outcome]) -> Outcome:
-    """Return the outcomes of a unit's parts as one."""
-    if len(outcomes) == 1:
-        return outcomes[0]
-    return replace(
-        outcomes[-1],
-        runs=[run for outcome in outcomes for run in outcome.runs],
-        entries=[entry for outcome in outcomes for entry in outcome.entries],
-        overhead=nan,  # it means little if parts were repeated
-        seconds=sum(outcome.seconds for outcome in outcomes),
-        cpu_seconds=sum(outcome.cpu_seconds for outcome in outcomes),
-        peak_memory=max(outcome.peak_memory for outcome in outcomes),
-    )
+def _reason(run: Run) -> str:
+    return run.failure.partition("\n")[0]
 
 
 def _complete(run: Run, output: str) -> Run:

@@ -1,4 +1,4 @@
-"""The record of one run: what determined it, what the tracker said, how it ended."""
+"""Record of one run: identity, estimates and status."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -11,56 +11,57 @@ from trackmark.bench.metrics.regions import Segmentation
 from trackmark.bench.metrics.times import Times
 
 Trace: TypeAlias = Literal["online", "revised"]
-"""What a tracker said of each frame at once, or in the end."""
+"""Estimates of each frame at once, or with the tracker's later corrections."""
 
 RESERVED_COLUMNS = frozenset(
     ["frame", "x", "y", "width", "height", "visible", "confidence"]
     + ["wall_seconds", "cpu_seconds", "warm_wall_seconds", "warm_cpu_seconds"]
     + ["region_similarity", "contour_accuracy", "state", "segment", "answered"]
 )
-"""Columns of our own, of which some runs lack some; a tracker's details have other names."""
+"""Columns of the harness; a tracker's details have other names."""
 
 
 @dataclass(frozen=True)
 class Run:
     """One tracker, one sequence, one repetition.
 
-    It has a row a frame; by a protocol with segments those of the first, then of the second, …
+    It has one row per frame. A protocol with segments has the rows of the first segment, then those
+    of the second, and so on.
 
     Attributes
     ----------
     identity : Identity
-        What determined it.
+        Everything that determined the run.
     boxes : ndarray of float64, shape (n, 4)
-        Online boxes, in pixels. The frame of initialisation holds the given box, frames
-        before it and frames after a failure NaN.
+        Online boxes [px]. The frame of initialisation holds the init box; frames before it and
+        after a failure are NaN.
     visible : ndarray of bool, shape (n,)
-        Whether the tracker said that it sees the target.
+        Whether the tracker reported the target as visible.
     confidence : ndarray of float64, shape (n,)
-        In [0, 1], NaN where it gave none.
+        In [0, 1]; NaN if the tracker gave none.
     details : mapping of str to ndarray of float64, shape (n,)
-        The tracker's own numbers, NaN where it gave none.
+        The tracker's own numbers; NaN if it gave none.
     failure : str
-        Empty for a finished run; else what went wrong (frame, reason and traceback).
+        Frame, reason and traceback; empty for a finished run.
     revised : ndarray of float64, shape (n, 4), or None
-        Boxes with the tracker's later corrections; None where it made none.
+        Boxes with the tracker's later corrections; None if it made none.
     arrays : mapping of int to mapping of str to ndarray
-        By frame, where they were asked for; masks are among them as `mask`, maps (see
-        `trackers.Mapper`) as `map.NAME`, of uint8, 255 for 1.
+        Requested arrays by frame. Masks are called `mask`; maps (see `trackers.Mapper`) are called
+        `map.NAME`, of uint8, 255 for 1.
     segmentation : Segmentation or None
-        Of a tracker that gave masks, on a sequence that has them; not in timing runs.
+        Agreement of the masks with the ground truth, if both exist; None in timing runs.
     times : Times or None
-        In timing runs.
+        Only in timing runs.
     states : ndarray of int32, shape (n,), or None
-        A `bench.metrics.preset.State` a frame, in runs that were begun again after failures.
+        `bench.metrics.preset.State` by frame, in runs with restarts after failures.
     answered : ndarray of int32, shape (n,), or None
-        Frame whose answer stands in a row, in runs in real time; -1 before the first.
+        Frame whose estimate a row repeats, in real-time runs; -1 before the first.
     segments : tuple of ndarray of int32
-        Numbers of the frames of each segment; empty for a run over the whole sequence.
+        Frame numbers of each segment; empty for a run over the whole sequence.
     circumstances : mapping of str to value
-        What did not determine it: date, host, libraries, where the sequence was opened from, …
+        What did not determine the run: date, host, libraries, source of the sequence, times.
     output : str
-        The end of what a failed tracker printed.
+        End of what a failed tracker printed.
     """
 
     identity: Identity
@@ -81,11 +82,11 @@ class Run:
 
     @property
     def status(self) -> Literal["finished", "failed"]:
-        """How it ended."""
+        """`failed` if there is a failure."""
         return "failed" if self.failure else "finished"
 
     def boxes_in(self, trace: Trace) -> NDArray[Any]:
-        """Boxes of a trace, shape (n, 4); both are the same where nothing was corrected."""
+        """Return the boxes of a trace, shape (n, 4); without corrections both are equal."""
         return self.boxes if trace == "online" or self.revised is None else self.revised
 
     def __repr__(self) -> str:

@@ -1,6 +1,5 @@
-"""Scores of runs and of anybody's boxes, by named presets."""
+"""Scores of runs and of boxes, by metrics presets."""
 
-from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any, get_args
 
@@ -13,7 +12,7 @@ from trackmark.bench.evaluation.run_record import Run, Trace
 from trackmark.bench.metrics import canonical
 from trackmark.bench.metrics import preset as metrics_preset
 from trackmark.bench.metrics.native import Truth
-from trackmark.bench.metrics.preset import Answer, Judged, Preset, Target
+from trackmark.bench.metrics.preset import Answer, Judged, Target
 from trackmark.bench.metrics.regions import segmentation_scores
 from trackmark.bench.metrics.times import time_scores
 from trackmark.bench.protocols import ProtocolError, stored_protocol, title
@@ -21,15 +20,15 @@ from trackmark.bench.protocols import names as protocol_names
 from trackmark.bench.protocols import protocol as protocol_of
 
 REVISED = "revised_"
-"""How the names of scores of revised boxes begin, where they stand beside those of online boxes."""
+"""Prefix of the names of scores of revised boxes."""
 
 
 def judge(
     run: Run, sequence: str | Truth, preset: str = "native", trace: Trace = "online"
 ) -> Judged:
-    """What a preset makes of a run, by the truth that it was initialised with: scores and curves.
+    """Return the scores and curves of a run by a preset.
 
-    Parameters as of `score`, and so is what it raises.
+    Parameters and errors are those of `score`.
     """
     if run.failure:
         raise ValueError(f"{run!r} can't be scored: {run.failure.splitlines()[0]}")
@@ -41,49 +40,46 @@ def judge(
         raise ValueError(
             f"{run!r} was made on another sequence, or on another version of it; run it again."
         )
-    start = reference(scored, run.identity.init, run.identity.sequence)
-    one = metrics_preset(preset)
+    init = reference(scored, run.identity.init, run.identity.sequence)
+    chosen = metrics_preset(preset)
     if not can_judge(preset, run.identity.protocol):
+        names = [name for name in protocol_names() if chosen.protocol in protocol_of(name).judged]
         raise ValueError(
             f"{canonical(preset)} judges no runs by the protocol {title(run.identity.protocol)}, "
-            f"but those by {', '.join(_protocols_for(one))}."
+            f"but those by {', '.join(names)}."
         )
-    if run.states is not None and one.protocol != "supervised":
+    if run.states is not None and chosen.protocol != "supervised":
         raise ValueError(f"{preset}: {run!r} was begun again after failures; it judges others.")
     boxes = run.boxes_in(trace)
-    _check_segments(run, scored.boxes, start.boxes)
+    _check_segments(run, scored.boxes, init.boxes)
     if not run.segments:
-        return one.judge(start, Answer(boxes, run.visible, run.confidence, run.states))
-    parts = []
-    for frames, rows in zip(run.segments, _rows_of(run.segments), strict=True):
-        answer = Answer(boxes[rows], run.visible[rows], run.confidence[rows], of=len(start.boxes))
-        parts.append(one.judge(_seen_in(frames, start), answer))
-    return replace(one.combine([parts]), parts=parts)
+        return chosen.judge(init, Answer(boxes, run.visible, run.confidence, run.states))
+    parts, stop = [], 0
+    for frames in run.segments:
+        rows = slice(stop, stop := stop + len(frames))
+        answer = Answer(boxes[rows], run.visible[rows], run.confidence[rows], of=len(init.boxes))
+        parts.append(chosen.judge(_select_frames(init, frames), answer))
+    return replace(chosen.combine([parts]), parts=parts)
 
 
 def can_judge(preset: str, protocol: str) -> bool:
-    """Whether a metrics preset is for runs that are filed under a protocol.
+    """Return whether a metrics preset is for runs of a stored protocol.
 
-    None is for unknown ones: runs of a later trackmark may be by protocols that it has alone.
+    No preset is for unknown protocols, which runs of a later trackmark may have.
     """
     try:
-        one = stored_protocol(protocol)
+        known = stored_protocol(protocol)
     except ProtocolError:
         return False
-    return metrics_preset(preset).protocol in one.judged
+    return metrics_preset(preset).protocol in known.judged
 
 
-def _protocols_for(one: Preset) -> list[str]:
-    return [name for name in protocol_names() if one.protocol in protocol_of(name).judged]
+def _check_segments(run: Run, boxes: NDArray[Any], init_boxes: NDArray[Any]) -> None:
+    """Raise `ValueError` unless a run has the segments of its protocol.
 
-
-def _check_segments(run: Run, boxes: NDArray[Any], given: NDArray[Any]) -> None:
-    """Raise `ValueError` unless a run has the segments that its protocol makes of the truth.
-
-    Anybody may have written a stored run: its frames are places in the truth. `boxes`, `given`: of
-    the truth, and of the region of it that the run starts from. If segments begin by numbers that
-    the data bring, which no stored truth has, each has to go from a frame to an end. The same holds
-    for imported runs: other toolkits choose other starts.
+    A stored run may be of any origin, and its frames are indices of the ground truth. Segments may
+    start from values that no stored ground truth has, or at frames that another toolkit has chosen.
+    These need only go from a frame to an end of the sequence.
     """
     n = len(boxes)
     for frames in run.segments:
@@ -94,7 +90,7 @@ def _check_segments(run: Run, boxes: NDArray[Any], given: NDArray[Any]) -> None:
     rules = stored_protocol(run.identity.protocol)
     if run.segments and (rules.by_values or run.identity.imported):
         return
-    present = np.isfinite(boxes).all(axis=1) & np.isfinite(given).all(axis=1)
+    present = np.isfinite(boxes).all(axis=1) & np.isfinite(init_boxes).all(axis=1)
     asked = rules.segments(present, {}) if rules.segmented and present.any() else []
     expected = [one.frames(n) for one in asked]
     if len(expected) != len(run.segments) or not all(map(np.array_equal, run.segments, expected)):
@@ -104,14 +100,8 @@ def _check_segments(run: Run, boxes: NDArray[Any], given: NDArray[Any]) -> None:
         )
 
 
-def _rows_of(segments: Sequence[NDArray[Any]]) -> list[slice]:
-    """Which rows of a run its segments are."""
-    ends = np.cumsum([len(frames) for frames in segments]).tolist()
-    return [slice(end - len(frames), end) for frames, end in zip(segments, ends, strict=True)]
-
-
-def _seen_in(frames: NDArray[Any], truth: Truth) -> Target:
-    """The truth of a segment's frames, in its order."""
+def _select_frames(truth: Truth, frames: NDArray[Any]) -> Target:
+    """Return the ground truth of a segment, in the order of its frames."""
     shapes = getattr(truth, "shapes", None)
     step = -1 if frames[-1] == 0 else 1  # to an end of the sequence
     return Target(
@@ -126,30 +116,30 @@ def _seen_in(frames: NDArray[Any], truth: Truth) -> Target:
 def score(
     run: Run, sequence: str | Truth, preset: str = "native", trace: Trace = "online"
 ) -> dict[str, float]:
-    """Score a run, by the truth that it was initialised with.
+    """Score a run by the ground truth that it was initialised with.
 
     Parameters
     ----------
     run : Run
         A finished run.
     sequence : str or Sequence
-        What it ran on.
+        The sequence of the run.
     preset : str
-        Whose definitions; see `bench.metrics`.
+        Definitions of the scores; see `bench.metrics`.
     trace : {'online', 'revised'}
-        Score what the tracker said at once, or what it said in the end.
+        Which boxes to score: those of each frame at once, or the tracker's final corrections.
 
     Returns
     -------
     dict of str to float
-        The preset's scores; those of masks (`bench.metrics.regions.segmentation_scores`) where the
-        tracker gave any, whatever the preset, by what it said at once; for timing runs the times.
+        Scores of the preset, and for online boxes those of masks
+        (`bench.metrics.regions.segmentation_scores`) if there are any; for timing runs the times.
 
     Raises
     ------
     ValueError
-        For a failed run, an unknown preset or trace, a sequence that it was not made on, or a run
-        that the preset can't judge.
+        For a failed run, an unknown preset or trace, another sequence, or a run that the preset
+        can't judge.
     """
     scores = dict(judge(run, sequence, preset, trace).scores)
     if run.segmentation is not None and trace == "online":
@@ -159,10 +149,9 @@ def score(
 
 
 def score_both(run: Run, sequence: str | Truth) -> dict[str, float]:
-    """Scores of a run by the preset `native`, and those of its revised boxes (`REVISED`).
+    """Return the scores of a run by the preset `native`, and those of its revised boxes, if any.
 
-    Parameters as of `score`. Of runs that revised nothing, and of timing runs, there are only those
-    of the online boxes.
+    The names of the latter start with `REVISED`. Parameters and errors are those of `score`.
     """
     scores = score(run, sequence)
     if run.revised is None or run.times is not None:
@@ -174,16 +163,16 @@ def score_both(run: Run, sequence: str | Truth) -> dict[str, float]:
 def score_boxes(
     boxes: ArrayLike, sequence: str | Truth, preset: str = "native"
 ) -> dict[str, float]:
-    """Score anybody's boxes.
+    """Score boxes of any origin.
 
     Parameters
     ----------
     boxes : array of float64, shape (n, 4)
-        `[x, y, width, height]` in pixels from 0, one row a frame of the sequence.
+        `[x, y, width, height]` in pixels from 0, one row per frame of the sequence.
     sequence : str or Sequence
-        What they are boxes of.
+        The sequence of the boxes.
     preset : str
-        Whose definitions.
+        Definitions of the scores.
 
     Returns
     -------

@@ -144,3 +144,8 @@ def test_errors_and_malformed_estimates_cost_one_run(tmp_path, ground):
             assert bool(reason) == bool(words), (act, reason)
             assert re.search(words, reason), (act, reason)
             assert len(run.failure) < 100_000, act
+            if words:
+                assert run.failure.startswith("0003.png: "), act
+                assert "Traceback" in run.failure, act
+                assert np.isfinite(run.boxes[:3]).all(), act
+                assert np.isnan(run.boxes[4:]).all(), act

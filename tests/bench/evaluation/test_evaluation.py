@@ -1,7 +1,5 @@
 """The loop over frames: who is called when, what is kept, what a bad tracker costs."""
 
-import sys
-from decimal import Decimal
 from functools import partial
 
 import numpy as np
@@ -133,82 +131,6 @@ def test_trackers_in_lock_step_are_told_how_many_they_are(make_sequence, n):
 
 def raise_error(image, tracker):
     raise ZeroDivisionError("of my own making")
-
-
-class Lying(np.ndarray):
-    def tolist(self):
-        return [0.0, 0.0, 1.0, 1.0]
-
-
-HUGE = np.array(["1e4000", "0", "1", "1"], np.longdouble)
-TINY = np.array(["0", "0", "1e-4000", "1"], np.longdouble)
-DECIMALS = np.array([Decimal("1e4000"), 0, 1, 1], object)
-LYING = np.full(4, np.nan).view(Lying)
-
-
-class UnprintableError(Exception):
-    def __str__(self):
-        raise ZeroDivisionError
-
-
-def raise_unprintable(image, tracker):
-    raise UnprintableError
-
-
-BAD = {
-    "ends the interpreter": (lambda i, t: sys.exit(0), "SystemExit: 0"),
-    "raises what can't be printed": (raise_unprintable, "UnprintableError"),
-    "is infinitely confident": (lambda i, t: Estimate(t.box, confidence=np.inf), "confidence inf"),
-    "details a number": (lambda i, t: Estimate(t.box, details={1: 1.0}), "can't be called 1"),
-    "raises": (raise_error, "ZeroDivisionError: of my own making"),
-    "returns nothing": (lambda i, t: None, "not an Estimate"),
-    "returns NaN": (lambda i, t: Estimate(np.array([np.nan, 0, 1, 1])), "not finite"),
-    "returns infinity": (lambda i, t: Estimate(np.array([0, 0, np.inf, 1])), "not finite"),
-    "returns no size": (lambda i, t: Estimate(np.array([0, 0, 0.0, 1])), "positive size"),
-    "returns a negative size": (
-        lambda i, t: Estimate(np.array([0, 0, -1.0, 1])),
-        "positive size",
-    ),
-    "returns three numbers": (lambda i, t: Estimate(np.array([0, 0, 1.0])), "not an array"),
-    "returns a list": (lambda i, t: Estimate([0, 0, 1, 1]), "not an array"),
-    "is too confident": (lambda i, t: Estimate(t.box, confidence=1.5), "confidence 1.5"),
-    "details a word": (lambda i, t: Estimate(t.box, details={"k": "word"}), "ValueError"),
-    "calls a column x": (lambda i, t: Estimate(t.box, details={"x": 1.0}), "'x'"),
-    "revises the future": (lambda i, t: Estimate(t.box, revised={9: t.box}), "revised frame 9"),
-    "revises frame true": (lambda i, t: Estimate(t.box, revised={True: t.box}), "frame True"),
-    "revises between": (lambda i, t: Estimate(t.box, revised={1.5: t.box}), "frame 1.5 is not one"),
-    "revises a word": (lambda i, t: Estimate(t.box, revised={"1": t.box}), "frame '1' is not one"),
-    "is finite as longdouble": (lambda i, t: Estimate(HUGE), "[inf, 0.0, 1.0, 1.0] is not finite"),
-    "is wide as longdouble": (lambda i, t: Estimate(TINY), "0.0, 1.0] is not finite with a pos"),
-    "is finite as Decimal": (lambda i, t: Estimate(DECIMALS), "[inf, 0.0, 1.0, 1.0] is not"),
-    "says that it is finite": (lambda i, t: Estimate(LYING), "[nan, nan, nan, nan] is not finite"),
-    "is in words": (lambda i, t: Estimate(np.array(list("1234"))), "not an array"),
-    "is complex": (lambda i, t: Estimate(t.box + 1j), "not an array"),
-    "revises to longdouble": (
-        lambda i, t: Estimate(t.box, revised={1: HUGE}),
-        "[inf, 0.0, 1.0, 1.0] is not finite",
-    ),
-    "revises badly": (lambda i, t: Estimate(t.box, revised={1: t.box * 0}), "positive size"),
-    "writes to the image": (lambda i, t: i.fill(0), "read-only"),
-}
-
-
-@pytest.mark.parametrize("case", BAD)
-def test_what_a_tracker_does_wrong_ends_its_own_run_alone(make_sequence, case):
-    act, reason = BAD[case]
-    sequence = make_sequence(n=8)
-    entries = [(contestant(Walker), 0), (contestant(misbehaving(act)), 0), (contestant(Walker), 1)]
-    first, bad, last = run_protocol(entries, sequence).runs
-    assert bad.status == "failed"
-    headline = bad.failure.splitlines()[0]
-    assert headline.startswith("frame 3: ")
-    assert reason in headline
-    assert "Traceback" in bad.failure
-    assert np.isfinite(bad.boxes[:3]).all()
-    assert np.isnan(bad.boxes[4:]).all()
-    for run, repetition in ((first, 0), (last, 1)):
-        assert run.status == "finished"
-        np.testing.assert_array_equal(run.boxes, boxes_of(Walker, sequence, repetition))
 
 
 def test_ctrl_c_is_not_the_trackers(make_sequence):

@@ -9,10 +9,10 @@ from trackmark.bench.evaluation.interleaved_timing import Clip, Setup, TurnError
 
 TRACKER = """
 from trackmark.trackers.base.interface import Estimate, TrackerPlugin
-from trackmark.bench.evaluation import turns
+from trackmark.bench.evaluation import interleaved_timing
 
 ticks = 0.0
-turns.thread_time = lambda: ticks
+interleaved_timing.thread_time = lambda: ticks
 
 
 class Mine(TrackerPlugin):

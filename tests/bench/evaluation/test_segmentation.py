@@ -4,12 +4,10 @@ import json
 from dataclasses import replace
 
 import numpy as np
-import pyarrow.parquet as parquet
 import pytest
 
 from trackmark import bench, datasets
 from trackmark.bench.evaluation.loop import run_protocol
-from trackmark.bench.evaluation.run_record import RESERVED_COLUMNS
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 from trackmark.bench.experiments.tracker_spec import contestant
 from trackmark.bench.metrics.regions import (
@@ -20,8 +18,6 @@ from trackmark.bench.metrics.regions import (
 )
 from trackmark.bench.protocols import TIMING
 from trackmark.bench.reporting.tables import tables
-from trackmark.bench.store.checksum import PLACEHOLDER, SEAL_KEY, sealed
-from trackmark.bench.store.layout import METADATA_KEY
 from trackmark.bench.store.loading import load_results
 from trackmark.bench.store.results import Results
 from trackmark.trackers import Estimate
@@ -134,26 +130,6 @@ def test_where_the_target_is_absent_an_empty_mask_is_right(make):
     np.testing.assert_array_equal(run.segmentation.region_similarity, [np.nan, 1, 1, 0, 1, 1])
 
 
-@pytest.mark.parametrize(
-    ("mask", "reason"),
-    [
-        (square(4)[:, :-1], r"the mask is bool of shape (24, 31), not bool of the image's shape"),
-        (square(4).astype(np.uint8), "the mask is uint8 of shape (24, 32), not bool"),
-        (square(4)[None], "the mask is bool of shape (1, 24, 32)"),
-        (square(4).tolist(), "the mask is list, not an array"),
-    ],
-)
-def test_a_mask_that_is_none_ends_the_run(make, mask, reason):
-    sequence, _ = make()
-    said = {1: square(4), 2: mask}
-    run = bench.evaluate(segmenting(lambda call: said.get(call, square(4))), sequence)
-    assert run.failure.startswith("frame 2: ")
-    assert reason in run.failure.splitlines()[0]
-    assert np.isnan(run.boxes[2:]).all()
-    found = run.segmentation.region_similarity
-    np.testing.assert_array_equal(found, [np.nan, 1] + [np.nan] * 4)
-
-
 def test_masks_are_never_compared_in_timing_runs(make):
     sequence, masks = make(n=16)
     entries = [(contestant(segmenting(lambda call: square(4))), 0)]
@@ -176,24 +152,6 @@ def test_an_array_that_a_tracker_goes_on_writing_to_is_compared_as_it_was(make):
     np.testing.assert_array_equal(written.region_similarity, fresh.region_similarity)
 
 
-def test_the_names_of_its_columns_are_no_details(make):
-    assert {"region_similarity", "contour_accuracy"} <= RESERVED_COLUMNS
-    sequence, _ = make()
-
-    class Detailing(segmenting(lambda call: None)):
-        def update(self, image):
-            return Estimate(self.box, details={"contour_accuracy": 1.0})
-
-    assert "can't be called 'contour_accuracy'" in bench.evaluate(Detailing, sequence).failure
-
-
-def test_masks_do_not_change_which_run_it_is(make, make_sequence):
-    sequence, _ = make()
-    maker = segmenting(lambda call: square(4))
-    identity = bench.evaluate(maker, sequence).identity
-    assert identity == bench.evaluate(maker, make_sequence(n=6)).identity
-
-
 def test_the_scores_are_mean_recall_and_decay_after_the_first_frame():
     values = np.array([np.nan, np.nan, 1.0, 0.8, 0.6, 0.4, 0.2])
     scores = segmentation_scores(Segmentation(values, 1 - values), 1)
@@ -206,44 +164,17 @@ def test_the_scores_are_mean_recall_and_decay_after_the_first_frame():
     assert scores["contour_decay"] == pytest.approx(0.1 - 0.7)
 
 
-class TestStored:
-    @pytest.fixture
-    def run(self, make):
-        sequence, _ = make()
-        return bench.evaluate(segmenting(lambda call: square(3 + call)), sequence)
-
-    def test_they_come_back_as_they_were_written(self, run, tmp_path):
-        results = Results(tmp_path)
-        assert results.write(run)
-        path = results.path(run.identity)
-        back = results.read(path).segmentation
-        for name, values in vars(run.segmentation).items():
-            np.testing.assert_array_equal(vars(back)[name], values)
-            np.testing.assert_array_equal(parquet.read_table(path)[name].to_numpy(), values)
-
-    def test_a_run_without_masks_has_no_such_columns(self, run, tmp_path):
-        results = Results(tmp_path)
-        assert results.write(replace(run, segmentation=None))
-        path = results.path(run.identity)
-        assert results.read(path).segmentation is None
-        names = parquet.read_table(path).column_names
-        assert not {"region_similarity", "contour_accuracy"} & set(names)
-
-    def test_a_file_from_before_there_were_masks_is_read(self, run, tmp_path):
-        results = Results(tmp_path)
-        assert results.write(replace(run, segmentation=None))
-        path = results.path(run.identity)
-        table = parquet.read_table(path)
-        metadata = json.loads(table.schema.metadata[METADATA_KEY])
-        del metadata["segmented"]
-        again = table.replace_schema_metadata(
-            {METADATA_KEY: json.dumps(metadata).encode(), SEAL_KEY: PLACEHOLDER.encode()}
-        )
-        parquet.write_table(again, path)
-        path.write_bytes(sealed(path.read_bytes()))
-        back = results.read(path)
-        assert back.segmentation is None
-        np.testing.assert_array_equal(back.boxes, run.boxes)
+def test_segmentation_is_stored_with_the_run(make, tmp_path):
+    run = bench.evaluate(segmenting(lambda call: square(3 + call)), make()[0])
+    for name, stored in (("with", run), ("without", replace(run, segmentation=None))):
+        results = Results(tmp_path / name)
+        assert results.write(stored)
+        back = results.read(results.path(run.identity)).segmentation
+        if stored.segmentation is None:
+            assert back is None
+        else:
+            for column, values in vars(run.segmentation).items():
+                np.testing.assert_array_equal(vars(back)[column], values)
 
 
 SEGMENTER = '''
