@@ -69,7 +69,7 @@ def test_results_of_two_workers_equal_the_local_engine(data, start, contents):
         command = start(name, engine=name)
         assert command.wait() == 0, command.complained
     expected = contents(data / "results/local")
-    assert len(expected) == 4 * 5
+    assert len(expected) == 4 * 4
     assert contents(data / "results/dask") == expected
 
 
