@@ -251,7 +251,7 @@ def telling_of_replaced(execution: "Execution", instead: str = "") -> Iterator[N
     `instead`: what else can be done with them, as part of a sentence.
     """
     from trackmark.bench.execution.plan import State
-    from trackmark.bench.store.index import read_table
+    from trackmark.bench.store.index import read_index
     from trackmark.bench.store.results import Results
 
     results = Results(execution.folder)
@@ -260,7 +260,7 @@ def telling_of_replaced(execution: "Execution", instead: str = "") -> Iterator[N
         return
     from trackmark.bench.reporting.before_after import Replaced  # brings what makes tables
 
-    replaced = Replaced(execution.plan, read_table(results))
+    replaced = Replaced(execution.plan, read_index(results))
     runs = "1 stored run was" if stale == 1 else f"{stale} stored runs were"
     announced = (
         f"{runs} made with another version of tracker or sequence, to be done again{instead}. "
@@ -268,18 +268,18 @@ def telling_of_replaced(execution: "Execution", instead: str = "") -> Iterator[N
     )
     click.echo(replaced.before(announced), err=True)
     yield
-    index = read_table(results)
-    if became := replaced.compared(execution.plan.seen_in(index), index):
+    rows = read_index(results)
+    if became := replaced.compared(execution.plan.seen_in(rows), rows):
         click.echo(became, err=True)
 
 
 def refresh_index(folder: Path) -> None:
-    """Bring the index of an experiment up to date: files of others may have to be opened."""
-    from trackmark.bench.store.index import read_table
+    """Score the stored runs of an experiment that have no scores yet."""
+    from trackmark.bench.store.index import read_index
     from trackmark.bench.store.results import Results
 
-    with progress_bar(None, "file") as progress:
-        read_table(Results(folder), progress)
+    with progress_bar(None, "run") as progress:
+        read_index(Results(folder), progress)
 
 
 def parse_box(text: str) -> tuple[int, list[float]]:

@@ -1,13 +1,12 @@
 """Look after stored results: list, log, remove, check, merge, import, export."""
 
 import json
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Mapping
 from fnmatch import fnmatchcase
 from pathlib import Path
 from textwrap import indent
 from typing import Any
-from urllib.parse import unquote
 
 import click
 
@@ -39,36 +38,27 @@ def command() -> None:
 def list_results(folder: Path, as_json: bool) -> None:
     """List the runs in FOLDER, counted by tracker and sequence.
 
-    Unfinished runs, whose frames are kept to see how far they got, are listed after them.
     With --json a line a run, with its scores.
     """
-    from trackmark.bench.store.index import for_json, index_rows, read_table
+    from trackmark.bench.store.index import for_json, read_index
     from trackmark.bench.store.layout import experiment_folders
     from trackmark.bench.store.results import Results
-    from trackmark.bench.store.unfinished import unfinished_runs
 
     for experiment in experiment_folders(folder):
-        with progress_bar(None, "file") as progress:
-            table = read_table(Results(experiment), progress)
+        with progress_bar(None, "run") as progress:
+            rows = read_index(Results(experiment), progress)
         if as_json:
-            for row in index_rows(table):
+            for row in rows:
                 click.echo(json.dumps({"experiment": experiment.name, **for_json(row)}))
             continue
-        click.echo(f"{experiment}: {len(table)} runs")
-        keys = ["tracker", "sequence", "protocol", "status"]
-        grouped = table.group_by(keys).aggregate([([], "count_all")]).to_pylist()
-        counts: dict[tuple[str, ...], Counter[str]] = {}
-        for group in grouped:
-            *place, status = (group[key] for key in keys)
-            counts.setdefault(tuple(place), Counter())[status] += group["count_all"]
+        click.echo(f"{experiment}: {len(rows)} runs")
+        counts: defaultdict[tuple[str, ...], Counter[str]] = defaultdict(Counter)
+        for row in rows:
+            counts[row["tracker"], row["sequence"], row["protocol"]][row["status"]] += 1
         for (tracker, sequence, protocol), number in sorted(counts.items()):
             how = "" if protocol == "accuracy" else f" ({protocol})"
             failed = f", {number['failed']} failed" if number["failed"] else ""
             click.echo(f"  {tracker} on {sequence}{how}: {number.total()}{failed}")
-        for file, reached, frames in unfinished_runs(experiment):
-            click.echo(
-                f"  unfinished, {reached} of {frames} frames: {file.relative_to(experiment)}"
-            )
 
 
 @command.command("failures")
@@ -81,16 +71,16 @@ def failures(folder: Path, as_json: bool) -> None:
     """
     import numpy as np
 
-    from trackmark.bench.store.index import read_index
-    from trackmark.bench.store.layout import experiment_folders
+    from trackmark.bench.store.index import list_runs
+    from trackmark.bench.store.layout import cell_of, experiment_folders
     from trackmark.bench.store.results import Results
 
     for experiment in experiment_folders(folder):
         results = Results(experiment)
-        for row in read_index(results):
+        for row in list_runs(results):
             if row["status"] != "failed":
                 continue
-            run = results.read(experiment / row["path"])
+            run = results.read(cell_of(row))
             reached = int(np.isfinite(run.boxes[:, 0]).sum())
             if as_json:
                 told = {key: row[key] for key in ("tracker", "sequence", "repetition", "failure")}
@@ -99,7 +89,7 @@ def failures(folder: Path, as_json: bool) -> None:
                 continue
             click.echo(
                 f"{row['tracker']} on {row['sequence']}, repetition {row['repetition']}: boxes of "
-                f"{reached} of {len(run.boxes)} frames ({experiment / row['path']})"
+                f"{reached} of {len(run.boxes)} frames ({experiment})"
             )
             click.echo(indent(run.failure.strip(), "  "))
             if run.output:
@@ -116,15 +106,15 @@ def log(folder: Path, as_json: bool) -> None:
     With --json a line an event.
     """
     from trackmark.bench.store.layout import experiment_folders
-    from trackmark.bench.store.log import log_files, read_log
+    from trackmark.bench.store.log import read_logs
 
     for experiment in experiment_folders(folder):
-        for file in log_files(experiment):
+        for name, events in read_logs(experiment).items():
             if not as_json:
-                click.echo(file.stem)
-            for event in read_log(file):
+                click.echo(name)
+            for event in events:
                 if as_json:
-                    click.echo(json.dumps({"log": file.stem, **event}))
+                    click.echo(json.dumps({"log": name, **event}))
                 else:
                     for line in _event_lines(event):
                         click.echo(line)
@@ -166,27 +156,25 @@ def _event_lines(event: Mapping[str, Any]) -> list[str]:
 @click.option("--failed", is_flag=True, help="Only runs that failed.")
 @click.option("--yes", is_flag=True, help="Do not ask.")
 def remove(folder: Path, tracker: str, sequence: str, failed: bool, yes: bool) -> None:
-    """Remove runs from FOLDER, and the frames of unfinished ones."""
-    from trackmark.bench.store.index import read_index
-    from trackmark.bench.store.layout import experiment_folders, run_of
+    """Remove runs from FOLDER."""
+    from trackmark.bench.store.index import list_runs
+    from trackmark.bench.store.layout import Cell, cell_of, experiment_folders
     from trackmark.bench.store.results import Results
-    from trackmark.bench.store.unfinished import unfinished_runs
 
-    def matches(file: Path) -> bool:
-        its_tracker, its_sequence = map(unquote, file.parts[-3:-1])
-        label = its_tracker.partition(":protocol=")[0]
-        return fnmatchcase(label, tracker) and fnmatchcase(its_sequence, sequence)
-
-    chosen: dict[Path, list[str]] = {}
+    chosen: dict[Path, list[Cell]] = {}
     for experiment in experiment_folders(folder):
         results = Results(experiment)
-        # By the names of folders: what is damaged can be removed, too.
-        files = [*results.files(), *(file for file, _, _ in unfinished_runs(experiment))]
-        paths = {str(run_of(file.relative_to(experiment))) for file in files if matches(file)}
+        # By keys alone: damaged runs can be removed, too.
+        cells = [
+            cell
+            for cell in results.cells()
+            if fnmatchcase(cell[0], tracker) and fnmatchcase(cell[1], sequence)
+        ]
         if failed:
-            paths &= {row["path"] for row in read_index(results) if row["status"] == "failed"}
-        chosen[experiment] = sorted(paths)
-    number = sum(len(paths) for paths in chosen.values())
+            ended = {cell_of(row) for row in list_runs(results) if row["status"] == "failed"}
+            cells = [cell for cell in cells if cell in ended]
+        chosen[experiment] = cells
+    number = sum(len(cells) for cells in chosen.values())
     if not number:
         click.echo("No run matches; nothing was removed.")
         return
@@ -201,30 +189,45 @@ def remove(folder: Path, tracker: str, sequence: str, failed: bool, yes: bool) -
 @folder_argument
 @json_option
 def check_results(folder: Path, as_json: bool) -> int:
-    """Read every file in FOLDER, and tell which is not what was written.
+    """Read all results in FOLDER, and report what is not what was written.
 
-    Exit status 1 where there is one. With --json a line an experiment.
+    Exit status 1 if there is damage. With --json a line an experiment.
     """
     from trackmark.bench.store.layout import experiment_folders
-    from trackmark.bench.store.upkeep import checks, damage
+    from trackmark.bench.store.results import Results
+    from trackmark.bench.store.upkeep import damages
 
     found = 0
     for experiment in experiment_folders(folder):
-        todo = checks(experiment)
-        told: dict[str, None] = {}
-        with progress_bar(len(todo), "file") as progress:
-            for number, check in enumerate(todo, 1):
-                told |= dict.fromkeys(filter(None, [damage(check)]))
-                progress(number)
-        found += len(told)
+        said = damages(experiment)
+        found += len(said)
+        runs = 0 if said else len(Results(experiment).cells())
         if as_json:
-            told_of = {"experiment": experiment.name, "files": len(todo), "damages": list(told)}
-            click.echo(json.dumps(told_of))
+            answer = {"experiment": experiment.name, "runs": runs, "damages": said}
+            click.echo(json.dumps(answer))
             continue
-        for sentence in told:
+        for sentence in said:
             click.echo(sentence, err=True)
-        click.echo(f"{experiment}: {len(todo)} files, {len(told) or 'none'} damaged or missing")
+        click.echo(f"{experiment}: damaged" if said else f"{experiment}: {runs} runs, undamaged")
     return EXIT_ANSWER_IS_NO if found else 0
+
+
+@command.command("convert")
+@click.argument("folders", nargs=-1, required=True, type=click.Path(path_type=Path, exists=True))
+def convert(folders: tuple[Path, ...]) -> None:
+    """Convert results of an older trackmark, which are Parquet files, to runs.db.
+
+    FOLDERS are folders of experiments. The old files stay. Needs the extra `parquet`.
+    """
+    from trackmark.bench.store.parquet_layout import convert_results
+
+    for folder in folders:
+        with progress_bar(None, "run") as progress:
+            number = convert_results(folder, progress)
+        click.echo(
+            f"{folder}: converted {number} runs. The old files are no longer needed: plan.json, "
+            "index.arrow, _truth, _log, and the folders of trackers."
+        )
 
 
 @command.command("merge")

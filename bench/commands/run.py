@@ -37,12 +37,9 @@ from trackmark.bench.experiments.experiment import (
 )
 
 if TYPE_CHECKING:
-    import numpy as np
-    import pyarrow as pa
-    from numpy.typing import NDArray
-
     from trackmark.bench.execution.executor import Execution
     from trackmark.bench.execution.plan import KnownSequences, Plan
+    from trackmark.bench.store.layout import Cell
 
 _LONGEST = 24  # letters of a tracker's or a sequence's name in that of a folder
 
@@ -190,11 +187,10 @@ def execute(
     **means: Any,
 ) -> int:
     """Run an experiment, say what came of it by some presets' `metrics`, give the exit status."""
-    import numpy as np
-
     from trackmark.bench.execution.executor import Execution
     from trackmark.bench.execution.plan import State
-    from trackmark.bench.store.index import index_table, read_table
+    from trackmark.bench.store.index import read_index
+    from trackmark.bench.store.layout import cell_of
     from trackmark.bench.store.results import Results
 
     refresh_index(output / experiment.name)
@@ -205,19 +201,19 @@ def execute(
     plan = execution.plan
     _remark(plan)
     stopped = False
-    printed = np.zeros(len(plan), bool)
+    printed: set[Cell] = set()
     with telling_of_replaced(execution, " (--keep: in a folder of their own)"):
         try:
             with progress_bar(execution.work, "frame") as progress:
                 for row in execution.rows(progress):
                     if as_json:
                         _print_row(row, execution.folder, metrics)
-                        printed[plan.runs(index_table([row]))] = True
+                        printed.add(cell_of(row))
         except KeyboardInterrupt:
             stopped = True
     # Counted on disk: a worker may have finished a run that nobody heard of any more.
-    index = read_table(Results(execution.folder))
-    now = plan.seen_in(index)
+    rows = read_index(Results(execution.folder))
+    now = plan.seen_in(rows)
     failed = now.count(State.FAILED)
     there = f"{now.count(State.DONE)} of {len(plan)} runs are in {execution.folder}"
     there += f", {failed} failed." if failed else "."
@@ -227,7 +223,7 @@ def execute(
     for error in execution.errors:
         complain(error)
     if as_json:
-        _print_others(now, index, printed, execution.folder, metrics)
+        _print_others(now, rows, printed, execution.folder, metrics)
         click.echo(there, err=True)
     elif metrics or failed:
         _print_tables(execution, metrics or ("native",))
@@ -281,21 +277,19 @@ def _print_row(row: Mapping[str, Any], folder: Path, metrics: Sequence[str]) -> 
 
 def _print_others(
     now: "Plan",
-    index: "pa.Table",
-    printed: "NDArray[np.bool_]",
+    rows: Sequence[Mapping[str, Any]],
+    printed: "set[Cell]",
     folder: Path,
     metrics: Sequence[str],
 ) -> None:
     """Rows of what was done before, which is an answer too."""
-    import pyarrow as pa
-
     from trackmark.bench.execution.plan import State
-    from trackmark.bench.store.index import index_rows
+    from trackmark.bench.store.layout import cell_of
 
-    printed |= now.states.ravel() < State.FAILED
-    runs = now.runs(index)
-    for row in index_rows(index.filter(pa.array((runs >= 0) & ~printed[runs]))):
-        _print_row(row, folder, metrics)
+    for row in rows:
+        cell = cell_of(row)
+        if cell in now.cells and cell not in printed and now.state(cell) >= State.FAILED:
+            _print_row(row, folder, metrics)
 
 
 def _print_tables(execution: "Execution", metrics: Sequence[str]) -> None:

@@ -10,7 +10,6 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from trackmark.bench.protocols import STORED_ONCE
-from trackmark.bench.store.layout import run_path
 from trackmark.bench.store.results import Results
 
 DECIMALS = 3
@@ -29,7 +28,7 @@ def same_boxes(
 
     @cache
     def boxes(tracker: str, sequence: str, seed: int) -> NDArray[np.float64]:
-        run = results.read(folder / run_path(tracker, sequence, seed, stored))
+        run = results.read((tracker, sequence, seed, stored))
         return np.round(run.boxes, DECIMALS)
 
     columns = ["sequence", "tracker", "repetition", "mean_overlap", "centre_error"]

@@ -16,8 +16,8 @@ from trackmark.bench.exchange import layout, names
 from trackmark.bench.exchange.result_format import ExchangeError, Said, file_name
 from trackmark.bench.protocols import ONCE, TIMING
 from trackmark.bench.protocols import protocol as protocol_of
-from trackmark.bench.store.index import index_rows, read_table
-from trackmark.bench.store.layout import run_path
+from trackmark.bench.store.index import read_index
+from trackmark.bench.store.layout import cell_of
 from trackmark.bench.store.results import Results
 from trackmark.reports.files import write_file
 
@@ -56,7 +56,7 @@ def export_results(
         raise ExchangeError(f"{experiment}: no finished run by {protocol} matches.")
     texts: dict[Path, str] = {}
     for row in exported:
-        run = results.read(experiment / row["path"])
+        run = results.read(cell_of(row))
         content = _content_of(run, results, start, trace)
         files = _files_of(run, content, kind, target / file_name(row["tracker"]))
         _add_files(texts, files)
@@ -92,7 +92,7 @@ def _meant(results: Results, tracker: str, sequence: str, stored: str) -> list[d
     """Rows of runs by a protocol that two patterns fit."""
     return [
         row
-        for row in index_rows(read_table(results))
+        for row in read_index(results)
         if row["protocol"] == stored
         and fnmatchcase(row["tracker"], tracker)
         and fnmatchcase(row["sequence"], sequence)
@@ -142,8 +142,8 @@ def _seconds(run: Run, results: Results) -> NDArray[np.float64] | None:
     """
     first = int(np.isfinite(run.boxes).all(axis=1).argmax())
     key = run.identity
-    timed = results.folder / run_path(key.tracker, key.sequence, key.repetition, TIMING)
-    if timed.is_file():
+    timed = key.tracker, key.sequence, key.repetition, TIMING
+    if timed in results.cells():
         other = results.read(timed)
         same = (key.fingerprint, key.tracker_version)
         if other.times is not None and same == (

@@ -25,7 +25,7 @@ from trackmark.bench.reporting.failed_runs import failed_runs, judge_failed
 from trackmark.bench.reporting.tables import PRESET, SUMMARY, mean_table, tables, title_of
 from trackmark.bench.statistics.rules import MARGIN
 from trackmark.bench.store.files import ResultsError
-from trackmark.bench.store.layout import Cell, run_path
+from trackmark.bench.store.layout import Cell, cell_of
 from trackmark.bench.store.loading import load_results
 from trackmark.bench.store.results import Results
 from trackmark.bench.store.truth import read_truth
@@ -180,8 +180,7 @@ def _judged(
     left_out = runs["tracker"].isin(failed_runs(runs).left_out)
     ended = runs[runs["status"].isin(["finished", "failed"]) & ~left_out]
     for number, row in zip(ended.index.tolist(), ended.to_dict("records"), strict=True):
-        path = run_path(row["tracker"], row["sequence"], int(row["repetition"]), row["protocol"])
-        run = results.read(folder / path)
+        run = results.read(cell_of(row))
         for name in names:
             judges = judge_failed if run.failure else judge
             try:

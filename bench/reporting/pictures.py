@@ -20,7 +20,7 @@ from trackmark.bench.reporting.by_attribute import Shown, open_sequence, write_p
 from trackmark.bench.reporting.by_preset import Scored, write_curves
 from trackmark.bench.reporting.tables import title_of
 from trackmark.bench.store.index import read_index
-from trackmark.bench.store.layout import experiment_folders
+from trackmark.bench.store.layout import cell_of, experiment_folders
 from trackmark.bench.store.loading import load_results, ordered_rows
 from trackmark.bench.store.results import Results
 from trackmark.bench.store.truth import StoredTruth, read_truth
@@ -154,7 +154,7 @@ def judged_runs(folder: Path, **only: str) -> Iterator[tuple[Mapping[str, Any], 
     truth = cache(partial(read_truth, folder))
     for row in ordered_rows(results, **only):
         if row["protocol"] != TIMING:
-            run = results.read(folder / row["path"])
+            run = results.read(cell_of(row))
             yield row, run, truth(row["sequence"], row["fingerprint"])
 
 
