@@ -152,7 +152,11 @@ class Database:
             said.append(str(self.damaged(structure[0].replace("\n", " "))))
         for table in _TABLES:
             try:
-                self.rows(table) if table == "setting" else self.table(table)
+                if table == "setting":
+                    self.rows(table)
+                    self.setting("title")
+                else:
+                    self.table(table)
             except DamagedError as error:
                 said.append(str(error))
             except sqlite3.Error as error:
@@ -268,7 +272,7 @@ def _checked(path: Path, connection: sqlite3.Connection) -> Database | None:
     application = connection.execute("PRAGMA application_id").fetchone()[0]
     version = connection.execute("PRAGMA user_version").fetchone()[0]
     tables = connection.execute("SELECT count(*) FROM sqlite_schema").fetchone()[0]
-    if not application and not version and not tables:
+    if not (application or version or tables or (path.exists() and path.stat().st_size)):
         return None
     if application != APPLICATION_ID:
         raise DamagedError(

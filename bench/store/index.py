@@ -14,7 +14,7 @@ from trackmark.bench.evaluation.scoring import can_judge, score_both
 from trackmark.bench.experiments.tracker_spec import Identity
 from trackmark.bench.store.database import Database, connected
 from trackmark.bench.store.files import ResultsError
-from trackmark.bench.store.layout import cell_of
+from trackmark.bench.store.layout import DATABASE, cell_of
 from trackmark.bench.store.results import Results, order
 from trackmark.bench.store.truth import read_truth
 
@@ -70,7 +70,14 @@ def read_index(
         batch = unscored[begin : begin + _BATCH]
         for place, row in enumerate(batch, begin + 1):
             run = results.read(cell_of(row))
-            row["scores"] = _scores(run, truth(row["sequence"], row["fingerprint"]))
+            stored_truth = truth(row["sequence"], row["fingerprint"])
+            try:
+                row["scores"] = _scores(run, stored_truth)
+            except ValueError as error:
+                raise ResultsError(
+                    f"{results.folder / DATABASE}: {run} is damaged ({error}). Remove the run "
+                    "(`trackmark results remove`) and run the same command again."
+                ) from error
             progress(place, len(unscored))
         with suppress(ResultsError):  # a read-only folder is read more slowly
             add_scores(results, batch)

@@ -162,7 +162,7 @@ def order(cell: Cell) -> tuple[str, str, str, int]:
 def _row_of(run: Run) -> tuple[Identity, tuple[Any, ...], dict[str, bytes]]:
     """Return the identity of a run, its columns after the key, and its contents."""
     key = run.identity
-    contents = {"frames": pack(_columns(run))}
+    contents = {"frames": pack(run_columns(run))}
     if run.revised is not None:
         contents["revised"] = pack({"boxes": run.revised.T})
     if run.arrays:
@@ -195,7 +195,8 @@ def _seconds(value: Any) -> float | None:
     return float(value) if value is not None and isfinite(value) else None
 
 
-def _columns(run: Run) -> dict[str, NDArray[Any]]:
+def run_columns(run: Run) -> dict[str, NDArray[Any]]:
+    """Return the arrays of a run by frame, by name."""
     columns = {"boxes": run.boxes.T, "visible": run.visible, "confidence": run.confidence}
     columns |= {f"detail/{name}": values for name, values in run.details.items()}
     if run.segmentation is not None:

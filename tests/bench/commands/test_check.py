@@ -2,8 +2,11 @@
 
 import json
 import tomllib
+from collections import Counter
 
 import pytest
+
+from trackmark.bench.store.results import Results
 
 SEQUENCES = ("--sequences", "data/Small,plain/target:length=12")
 BASELINE = ("baseline", "own", "--trackers", "static,knob.py:as=mine", *SEQUENCES, "--seeds", 6)
@@ -100,8 +103,8 @@ def test_baseline_with_failed_runs_is_not_written(trackmark, here, edit):
     assert "mine failed in 2 of 12 runs." in printed.stderr
     assert "ValueError: empty box" in printed.stderr
     assert not (here / "baselines").exists()
-    assert len(list((here / "results" / "baseline-own").glob("static/*/*.parquet"))) == 2
-    assert len(list((here / "results" / "baseline-own").glob("mine/*/*.parquet"))) == 12
+    stored = Counter(cell[0] for cell in Results(here / "results" / "baseline-own").cells())
+    assert stored == {"static": 2, "mine": 12}
 
 
 UNSEEDED = "numpy.random.default_rng()"
@@ -242,7 +245,7 @@ def test_changed_sequence_is_refused_before_anything_is_run(trackmark, here, kep
     truth.write_text(truth.read_text().replace("5,6,10,12\n", "5,6,10,13\n", 1))
     message = trackmark("check", "own", status=2).stderr
     assert "Small: the pixels or the ground truth have changed" in message
-    assert not list((here / "results" / "check-own").glob("*/*/*.parquet"))
+    assert not Results(here / "results" / "check-own").cells()
 
 
 def test_tracker_that_is_called_otherwise_is_refused(trackmark, here):

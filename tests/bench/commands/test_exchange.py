@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from trackmark.bench.store.layout import cell_of
 from trackmark.bench.store.results import Results
 
 SHARED = Path(__file__).parents[4] / "shared"
@@ -176,7 +177,7 @@ def test_exported_times_are_those_of_updates(trackmark, here):
     (row,) = map(
         json.loads, trackmark("results", "list", "results/ours", "--json").stdout.split("\n")[:1]
     )
-    update = Results(here / "results/ours").read(here / "results/ours" / row["path"])
+    update = Results(here / "results/ours").read(cell_of(row))
     update = update.circumstances["update_seconds"]
 
     def exported(kind, name):
@@ -189,8 +190,7 @@ def test_exported_times_are_those_of_updates(trackmark, here):
     assert told["fps"] == pytest.approx(1 / update)
     trackmark(*asked, "--timing")
     timed = np.array(exported("got10k", "Small/Small_time.txt").split(), float)
-    (file,) = (here / "results/ours").glob("static*timing/Small/0.parquet")
-    known = Results(here / "results/ours").read(file).times
+    known = Results(here / "results/ours").read(("static", "Small", 0, "timing")).times
     expected = [known.initialisation_wall, *known.wall[1:]]
     np.testing.assert_allclose(timed, expected, rtol=0, atol=1e-8)
 

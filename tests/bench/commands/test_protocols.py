@@ -38,10 +38,11 @@ def test_runs_by_several_protocols_lie_apart_and_no_table_mixes_them(both, track
     assert "metrics preset vot-supervised" in again
     assert "metrics preset native" not in again
     folder = here / "results" / "trial"
-    found = {str(path.relative_to(folder).parent.parent) for path in Results(folder).files()}
+    found = {(cell[0], cell[3]) for cell in Results(folder).cells()}
     assert found == {
-        *("static", "knob.py%3AKnob"),
-        *("static%3Aprotocol=supervised%3Askip=2", "knob.py%3AKnob%3Aprotocol=supervised%3Askip=2"),
+        (tracker, protocol)
+        for tracker in ("static", "knob.py:Knob")
+        for protocol in ("accuracy", "supervised:skip=2")
     }
     said = flat(trackmark("report", folder, "--metrics", "native,otb"))
     assert said.count("metrics preset") == 4

@@ -247,9 +247,9 @@ def test_a_results_folder_that_cannot_be_written_is_named(trackmark, one_line, h
 
 def test_a_damaged_result_is_named(trackmark, one_line, here):
     trackmark(*RUN, "data/Small")
-    (file,) = (here / "results").rglob("*.parquet")
+    (file,) = (here / "results").rglob("runs.db")
     file.write_bytes(file.read_bytes()[:-20])
-    assert "0.parquet is damaged" in one_line(trackmark(*RUN, "data/Small", status=2))
+    assert "runs.db is damaged" in one_line(trackmark(*RUN, "data/Small", status=2))
 
 
 def test_a_table_shows_what_was_asked_for_now_and_the_report_everything(trackmark, here):

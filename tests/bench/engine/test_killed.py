@@ -8,14 +8,14 @@ import shutil
 import signal
 import time
 
-import pyarrow.parquet as parquet
 import pytest
 
 from tests.bench.engine.conftest import TRACKMARK
 from trackmark import bench
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 from trackmark.bench.store.index import read_index
-from trackmark.bench.store.results import Results
+from trackmark.bench.store.layout import cell_of
+from trackmark.bench.store.results import Results, run_columns
 
 FRAMES = 60
 SEQUENCES = "AB"
@@ -102,28 +102,24 @@ def contents(folder):
     """All that lies in a folder of results when the next command begins, but times, host, date."""
     results = Results(folder)
     results.prepare(results.asked())
-    found = {"plan.json": dict(results.asked().cells)}
+    found = {"requested": dict(results.asked().cells)}
     for row in read_index(results):
-        file = folder / row["path"]
-        run = results.read(file)
-        table = parquet.read_table(file)
-        found[row["path"]] = (
+        run = results.read(cell_of(row))
+        found[cell_of(row)] = (
             run.identity,
             run.failure,
             run.revised is not None and run.revised.tobytes(),
-            {name: table.column(name).to_numpy().tobytes() for name in table.column_names},
+            {name: values.tobytes() for name, values in run_columns(run).items()},
             {key: value for key, value in row["scores"].items() if value == value},
         )
-    for file in folder.rglob("*"):
-        own = file.relative_to(folder)
-        if file.is_file() and own.parts[0] != "_log" and file.suffix != ".parquet":
-            found.setdefault(str(own), "another file")
+    found["files"] = sorted(file.name for file in folder.iterdir())
     return found
 
 
 def stamps(folder):
-    """Time of change and number on disk of every finished run."""
-    return {file: (file.stat().st_mtime_ns, file.stat().st_ino) for file in Results(folder).files()}
+    """Time at which every finished run was stored, and its own times."""
+    results = Results(folder)
+    return {cell: dict(results.read(cell).circumstances) for cell in results.cells()}
 
 
 @pytest.fixture(scope="module")
@@ -143,7 +139,7 @@ def run_here(ground, without_processes):
 def undisturbed(run_here):
     """Contents of results that nobody disturbed."""
     folder = run_here("undisturbed")
-    assert len(Results(folder).files()) == RUNS
+    assert len(Results(folder).cells()) == RUNS
     return contents(folder)
 
 
@@ -212,7 +208,7 @@ def test_what_ctrl_c_and_a_kill_leave_is_gone_on_with(
     """Workers end with the command, in the midst of a frame, too."""
     folder = ground / "results" / "stopped"
     command = trackmark_run("stopped", TRACKER_WAITS=str(ground / "first"))
-    wait_until(lambda: (ground / "first").exists() and Results(folder).files())
+    wait_until(lambda: (ground / "first").exists() and Results(folder).cells())
     os.killpg(command.process.pid, signal.SIGINT)
     assert command.wait() == 130
     kept = stamps(folder)
@@ -261,7 +257,7 @@ def paused(ground, trackmark_run, run_here, wait_until):
     assert slow.workers()
     for number in reversed(stopped):
         send(number, signal.SIGSTOP)
-    assert Results(folder).files() == []
+    assert Results(folder).cells() == []
     assert run_here("paused") == folder
     before = stamps(folder)
     assert len(before) == RUNS

@@ -46,7 +46,7 @@ def imported(kind, theirs, sequence, folder, messages=None):
     tell = [].append if messages is None else messages.append
     import_results([Guest("theirs", kind, theirs)], [on], folder, tell)
     results = Results(folder)
-    (run,) = map(results.read, results.files())
+    (run,) = map(results.read, results.cells())
     return run
 
 
@@ -142,7 +142,7 @@ def on_bag(folder, truth, source="bag"):
     on = On("bag", "fingerprint", truth, source)
     import_results([Guest("theirs", "vot", folder)], [on], folder.parent / "results", pytest.fail)
     results = Results(folder.parent / "results")
-    (run,) = map(results.read, results.files())
+    (run,) = map(results.read, results.cells())
     return run
 
 
