@@ -14,7 +14,7 @@ import click
 from trackmark.bench.commands._options import json_option
 from trackmark.reports.printable import wrapped
 
-LIBRARIES = ("numpy", "numba", "pandas", "pyarrow", "matplotlib", "av", "scikit-video")
+LIBRARIES = ("numpy", "numba", "pandas", "matplotlib", "av", "scikit-video")
 OPENCV = "opencv"
 MISSING = "not installed"
 

@@ -15,7 +15,7 @@ from trackmark.bench.engine import Engine, engine
 from trackmark.bench.engine.work_unit import Limits, Outcome, Unit
 from trackmark.bench.execution.plan import KnownSequences, Plan, State, make_plan
 from trackmark.bench.execution.scheduling import Units, left_of
-from trackmark.bench.experiments.experiment import Experiment, read_experiment
+from trackmark.bench.experiments.experiment import Experiment, SequenceSource, read_experiment
 from trackmark.bench.store.index import add_scores, index_row
 from trackmark.bench.store.layout import cell_of
 from trackmark.bench.store.log import RunLog
@@ -110,7 +110,7 @@ class Execution:
         self.plan: Plan = make_plan(self.experiment, self._results, self.known, self.opened, jobs)
         self._own_seconds = 0.0
         self._shown_frames = 0
-        self._truths: set[str] = set()  # fingerprints of stored ground truths
+        self._truths: set[tuple[SequenceSource, str]] = set()  # stored, with fingerprints
 
     @cached_property
     def performer(self) -> Engine:
@@ -147,6 +147,7 @@ class Execution:
         log.write("start", **self._told())
         began = time.monotonic()
         ended = "stopped"
+        scored: list[dict[str, Any]] = []
         try:
             report = progress or (lambda _: None)
             for unit, outcome in self.performer.perform(units, self.limits, report):
@@ -163,19 +164,21 @@ class Execution:
                 if math.isfinite(outcome.overhead):
                     self._own_seconds += outcome.overhead * unit.work
                     self._shown_frames += unit.work
+                scored += rows
                 yield from rows
             ended = "finished"
         finally:
+            add_scores(self._results, scored)  # after a kill, the next reader computes them again
             log.write("end", outcome=ended, seconds=round(time.monotonic() - began, 3))
 
     def _store(self, unit: Unit, outcome: Outcome) -> list[dict[str, Any]]:
         """Store and score the runs of a unit; return their rows of the index."""
         source = unit.source.absolute()
-        if unit.truth not in self._truths:
+        if (unit.source, unit.truth) not in self._truths:
             sequence = datasets.load(source.text, truth=source.truth)
             write_truth(self.folder, sequence)
-            self._truths.add(sequence.fingerprint)
-        if unit.truth not in self._truths:
+            self._truths.add((unit.source, sequence.fingerprint))
+        if (unit.source, unit.truth) not in self._truths:
             raise SequenceError(
                 f"{unit.source.text}: the sequence changed while it ran, so nothing was kept. Run "
                 "the same command again."
@@ -188,9 +191,7 @@ class Execution:
         )
         stored = [self._results.read(cell_of(run.identity)) for run in outcome.runs]
         truth = cache(partial(read_truth, self.folder))
-        rows = [index_row(r, truth(r.identity.sequence, r.identity.fingerprint)) for r in stored]
-        add_scores(self._results, rows)
-        return rows
+        return [index_row(r, truth(r.identity.sequence, r.identity.fingerprint)) for r in stored]
 
     def _told(self) -> dict[str, Any]:
         """What a log begins with."""

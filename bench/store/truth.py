@@ -85,12 +85,6 @@ def read_truth(folder: Path, sequence: str, fingerprint: str) -> StoredTruth:
     return truth
 
 
-def has_truth(folder: Path, sequence: str, fingerprint: str) -> bool:
-    """Return whether the ground truth of a sequence is stored."""
-    with connected(folder) as database:
-        return bool(database.select(f"SELECT 1 FROM truth WHERE {_KEY}", sequence, fingerprint))
-
-
 def occurring_attributes(folder: Path, runs: "pd.DataFrame") -> dict[str, set[str]]:
     """Return the attributes that occur in any frame, by sequence of `runs` of `load_results`.
 

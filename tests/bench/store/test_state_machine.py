@@ -305,7 +305,7 @@ def experiment(tmp_path, monkeypatch, evidence, otb, in_this_process):
 
 
 def test_any_order_of_doings_ends_like_undisturbed_ones(experiment):
-    counted = experiment(examples=3, steps=10, derandomize=True)
+    counted = experiment(examples=4, steps=12, derandomize=True)
     assert counted["kills"] > 3
     assert min(counted[status] for status in ("missing", "stale", "failed", "finished")) > 0
 
