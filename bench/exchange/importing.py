@@ -26,7 +26,7 @@ from trackmark.bench.experiments.tracker_spec import IMPORTED, Identity
 from trackmark.bench.protocols import STORED_ONCE
 from trackmark.bench.protocols import protocol as protocol_of
 from trackmark.bench.store.asked import Asked
-from trackmark.bench.store.database import copy_database
+from trackmark.bench.store.database import connected
 from trackmark.bench.store.index import list_runs
 from trackmark.bench.store.layout import Cell, cell_of
 from trackmark.bench.store.results import Results
@@ -119,7 +119,8 @@ def with_guests(
     with TemporaryDirectory(prefix="trackmark-") as made:
         folder = Path(made) / experiment.resolve().name
         folder.mkdir()
-        copy_database(experiment, folder)
+        with connected(experiment) as database:
+            database.copy(folder)
         on = [
             On(
                 row["sequence"],

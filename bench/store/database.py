@@ -8,7 +8,7 @@ import hashlib
 import sqlite3
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
@@ -170,6 +170,11 @@ class Database:
             "damaged runs (`trackmark results remove`) and run the same command again."
         )
 
+    def copy(self, target: Path) -> None:
+        """Copy the file to another folder, which has none."""
+        with closing(sqlite3.connect(target / DATABASE)) as copy:
+            self._connection.backup(copy)
+
     def create(self) -> None:
         """Create the tables, which are empty."""
         for name, (columns, constraint) in _TABLES.items():
@@ -211,23 +216,6 @@ def connected(folder: Path, *, write: bool = False) -> Iterator[Database]:
     finally:
         if connection is not None:
             connection.close()
-
-
-def copy_database(source: Path, target: Path) -> None:
-    """Copy the file of an experiment's folder to another folder.
-
-    Raises `ResultsError` if it cannot be read or written.
-    """
-    path = source / DATABASE
-    try:
-        connection = _open(path, write=False)
-        copy = sqlite3.connect(target / DATABASE)
-        connection.execute("COMMIT")
-        connection.backup(copy)
-        copy.close()
-        connection.close()
-    except sqlite3.Error as error:
-        raise _explained(path, error) from error
 
 
 def _open(path: Path, *, write: bool) -> sqlite3.Connection:

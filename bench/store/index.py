@@ -86,18 +86,9 @@ def read_index(
 
 def index_row(run: Run, truth: Any) -> dict[str, Any]:
     """Return the row of a run, with scores by its ground truth."""
-    circumstances = run.circumstances
-    return {
-        **_of_identity(run.identity),
-        "status": run.status,
-        "failure": run.failure,
-        "source": circumstances.get("source", ""),
-        "truth": circumstances.get("truth", ""),
-        "repetition": run.identity.repetition,
-        "frames": len(run.boxes),
-        **{name: circumstances.get(name) for name in NUMBERS[2:]},
-        "scores": _scores(run, truth),
-    }
+    ended = run.status, run.failure, run.identity.repetition, len(run.boxes)
+    fields = _fields(run.circumstances, *ended)
+    return {**_of_identity(run.identity), **fields, "scores": _scores(run, truth)}
 
 
 def add_scores(results: Results, rows: Iterable[Mapping[str, Any]]) -> None:
@@ -134,21 +125,23 @@ def _listed(database: Database) -> list[tuple[int, dict[str, Any]]]:
                 raise database.damaged(f"the tracker with the version {version} is missing")
             shared[version] = _of_identity(Identity(**identities[version], repetition=0))
         circumstances = json.loads(row["circumstances"])
-        listed.append(
-            (
-                row["id"],
-                {
-                    **shared[version],
-                    "status": row["status"],
-                    "failure": row["failure"],
-                    "source": circumstances.get("source", ""),
-                    "truth": circumstances.get("truth", ""),
-                    "repetition": row["repetition"],
-                    **{name: row[name] for name in NUMBERS[1:]},
-                },
-            )
-        )
+        ended = row["status"], row["failure"], row["repetition"], row["frames"]
+        listed.append((row["id"], {**shared[version], **_fields(circumstances, *ended)}))
     return sorted(listed, key=lambda one: order(cell_of(one[1])))
+
+
+def _fields(
+    circumstances: Mapping[str, Any], status: str, failure: str, repetition: int, frames: int
+) -> dict[str, Any]:
+    return {
+        "status": status,
+        "failure": failure,
+        "source": circumstances.get("source", ""),
+        "truth": circumstances.get("truth", ""),
+        "repetition": repetition,
+        "frames": frames,
+        **{name: circumstances.get(name) for name in NUMBERS[2:]},
+    }
 
 
 def _of_identity(identity: Identity) -> dict[str, Any]:
