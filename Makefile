@@ -10,12 +10,12 @@ INSTALL = PIP_CONSTRAINT=constraints.txt $(BIN)/python -m pip install --quiet --
           --disable-pip-version-check --editable
 # Hundreds of processes are started: what Python compiles for one is kept for the others, whatever the
 # surroundings say.
-test test-full test-newest: export PYTHONDONTWRITEBYTECODE =
+test test-full test-weekly test-newest: export PYTHONDONTWRITEBYTECODE =
 # A process a core; the tests of a file in one of them, which compiles and loads what they share.
 # In the order of the folders: files with few and long tests are not left for the end.
 SIDE_BY_SIDE = -n auto --dist loadfile --no-loadscope-reorder
 
-.PHONY: setup demo test test-full test-newest lint check seal bench clean
+.PHONY: setup demo test test-full test-weekly test-newest lint check seal bench clean
 
 setup: $(READY)
 
@@ -42,7 +42,10 @@ test: $(READY)
 test-full: $(FULL)
 	@command -v chromium chromium-browser google-chrome >/dev/null || \
 	  echo "NO BROWSER: tests that drive pages are skipped. Install Debian's chromium." >&2
-	$(BIN)/python -m pytest $(SIDE_BY_SIDE) -m "slow or not slow"
+	$(BIN)/python -m pytest $(SIDE_BY_SIDE) -m "not weekly"
+
+test-weekly: $(FULL)
+	$(BIN)/python -m pytest $(SIDE_BY_SIDE) -m weekly
 
 # The everyday tests, or TESTS="tests/datasets ...", with the newest packages instead of those of
 # constraints.txt. The newest packages can need a newer Python: NEWEST_PYTHON selects another.

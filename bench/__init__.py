@@ -34,8 +34,7 @@ __all__ = [
     "score_boxes",
 ]
 
-# What a name is found in; imported when it is asked for, so that `trackmark --help` waits
-# for no numerics.
+# Module of every public name. It is imported on first use: `trackmark --help` needs no NumPy.
 _HOMES = {
     "Experiment": "trackmark.bench.experiments.experiment",
     "Run": "trackmark.bench.evaluation.run_record",
@@ -51,12 +50,13 @@ _HOMES = {
 
 
 def __getattr__(name: str) -> Any:
-    """Import a public name from its home."""
+    """Import a public name on its first use."""
     if name not in _HOMES:
         raise AttributeError(f"module 'trackmark.bench' has no attribute {name!r}")
-    return getattr(importlib.import_module(_HOMES[name]), name)
+    value = globals()[name] = getattr(importlib.import_module(_HOMES[name]), name)
+    return value
 
 
 def __dir__() -> list[str]:
-    """Names of the module, those that are not imported yet too."""
+    """Return the names of the module, including those that are not imported yet."""
     return sorted({*globals(), *__all__})

@@ -40,7 +40,7 @@ def _summary(name: str) -> str:
     return (ast.get_docstring(ast.parse(source)) or "").partition("\n")[0]
 
 
-# With `color` click takes nothing out of what is written: our outlets show control characters.
+# With `color` click does not strip control characters: our outlets show them.
 @click.group(cls=_Commands, context_settings={"help_option_names": ["-h", "--help"], "color": True})
 @click.version_option(package_name="trackmark", message="%(prog)s %(version)s")
 def trackmark() -> None:
@@ -53,8 +53,8 @@ def trackmark() -> None:
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line and exit.
 
-    What is wrong with the input, or the machine, is said in one line; a traceback is a defect of
-    ours.
+    Errors of the input or the machine are printed in one line; a traceback is a defect of
+    trackmark.
     """
     attend(announce)
     with outlets() as output, interruptible():
@@ -74,21 +74,23 @@ def _invoke(arguments: Sequence[str] | None) -> int:
         error.show()
         return error.exit_code
     except (ImportError, OSError, RuntimeError, ValueError) as error:
-        told = _told(error)
-        if told is None:
+        message = _message_of(error)
+        if message is None:
             raise
-        complain(told)
+        complain(message)
         return EXIT_WRONG_INPUT
     return answer if isinstance(answer, int) else 0
 
 
-def _told(error: Exception) -> str | None:
-    """What to say of an error about the user's input or machine; nothing of a defect."""
+def _message_of(error: Exception) -> str | None:
+    """Return the message on an error of the input or the machine; None for a defect."""
     if isinstance(error, OSError):
-        # Wherever it comes from: a name of 5000 characters, say, can't even be looked for.
+        # From any call: for example, a name of 5000 characters cannot be looked up.
         reason = error.strerror or str(error)
         return f"{reason}." if error.filename is None else f"{error.filename}: {reason}."
     if isinstance(error, RuntimeError):
+        if "no locator available" in str(error):  # Numba's
+            return f"{error}. Set NUMBA_CACHE_DIR to a folder that can be written."
         # `Path.resolve` raises it before Python 3.13, for symbolic links that form a loop.
         return f"{error}." if str(error).startswith("Symlink loop") else None
     if isinstance(error, ImportError):

@@ -1,7 +1,7 @@
-"""What several processes and their user need when Numba compiles kernels.
+"""Compilation of kernels by Numba: an announcement for the user, and a lock between processes.
 
-That takes seconds, the first time, and is announced; what is compiled is kept on disk, where
-processes must not get into one another's way.
+The first compilation takes seconds. Numba caches compiled kernels on disk, where several processes
+may read and write at the same time.
 """
 
 import fcntl
@@ -20,22 +20,22 @@ SENTENCE = "Compiling kernels that are used here for the first time; later runs 
 
 @cache
 def announce() -> None:
-    """Say so once a process: a line on standard error, unless logging was set up otherwise."""
+    """Log `SENTENCE` once per process: to standard error, unless logging is set up otherwise."""
     import logging
 
     logging.getLogger("trackmark").warning(SENTENCE)
 
 
 def attend(tell: Callable[[], None] = lambda: None) -> None:
-    """Have something called whenever Numba begins to compile, and guard what it keeps on disk.
+    """Call `tell` whenever Numba begins to compile, and lock its cache on disk.
 
-    Numba is not imported for it: a process that has no kernels to run does not wait for it.
+    Numba is not imported here: a process without kernels need not wait for it.
     """
     sys.meta_path.insert(0, _Attendant(tell))
 
 
 class _Attendant:
-    """A finder of modules that finds Numba alone, to do something as soon as it is imported."""
+    """Finder of modules that finds only Numba, and registers the two as soon as it is imported."""
 
     def __init__(self, tell: Callable[[], None]) -> None:
         self._tell = tell
@@ -72,9 +72,9 @@ def _listen(tell: Callable[[], None]) -> None:
 
 
 def _guard() -> None:
-    """Let one process at a time read or write what is kept of a function.
+    """Let only one process at a time read or write the cache of a function.
 
-    Numba notes which file holds which compiled kernel before it writes that file: meanwhile
+    Numba stores which file holds which compiled kernel before it writes that file: meanwhile
     another process would run an older kernel, or one for other types.
     """
     from numba.core.caching import IndexDataCacheFile

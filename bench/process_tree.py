@@ -1,4 +1,4 @@
-"""Processes of these very packages: begun alike, and ended with all that they have started."""
+"""Processes that run a module of these packages, and are ended with all their descendants."""
 
 import os
 import signal
@@ -13,7 +13,7 @@ from typing import Any
 _END_SECONDS = 10.0
 _MARK = "TRACKMARK_CHILD"
 _HOME = str(Path(__file__).parents[2])  # contains the package `trackmark`
-# These very packages, wherever the process would look for them first.
+# Import these packages, not others that the process would find first.
 _CODE = (
     "import sys; home = sys.argv.pop(1); home in sys.path or sys.path.insert(0, home); "
     "from {module} import main; main()"
@@ -21,10 +21,9 @@ _CODE = (
 
 
 class Offspring:
-    """A process that calls `main` of a module.
+    """Process that calls `main` of a module, given its full name and command-line arguments.
 
-    `module`: its full name. `arguments`: of the command line. `how`: further arguments of
-    `subprocess.Popen`. `process` is what that gives.
+    `how`: further arguments of `subprocess.Popen`, which makes `process`.
     """
 
     def __init__(self, module: str, arguments: Iterable[object], **how: Any) -> None:
@@ -33,39 +32,39 @@ class Offspring:
         self.process: subprocess.Popen[bytes] = subprocess.Popen(  # noqa: S603  # ourselves
             [sys.executable, "-P", "-c", code, _HOME, *map(str, arguments)],
             env=os.environ | {_MARK: self._mark},
-            # In a session of its own it is reached by no signal that is for this command.
+            # In its own session the process receives no signals to this command.
             start_new_session=True,
             **how,
         )
 
     def end(self) -> None:
-        """Kill it, and what it has started, wherever that has gone."""
-        self.process.send_signal(signal.SIGSTOP)  # nothing more is started from now on
+        """Kill the process and all processes that it has started."""
+        self.process.send_signal(signal.SIGSTOP)  # it starts no further processes
         for number in _started_by(self.process.pid, self._mark):
             with suppress(ProcessLookupError):
                 os.kill(number, signal.SIGKILL)
-        with suppress(ProcessLookupError, PermissionError):  # nobody of its session is left
+        with suppress(ProcessLookupError, PermissionError):  # its session has ended
             os.killpg(self.process.pid, signal.SIGKILL)
-        with suppress(subprocess.TimeoutExpired):  # one that waits for a lost disk can't end
+        with suppress(subprocess.TimeoutExpired):  # a process that waits for a lost disk cannot end
             self.process.wait(_END_SECONDS)
 
 
 def _started_by(parent: int, mark: str) -> list[int]:
-    """Numbers of a process's descendants, and of those that inherited its mark, where one can see.
+    """Return the numbers of a process's descendants, and of processes that inherited its mark.
 
-    What has neither its mark in its environment nor a living ancestor in it can't be found.
+    A process with neither the mark in its environment nor a living ancestor is not found.
     """
     parents: dict[int, int] = {}
-    found: set[int] = set()
+    numbers: set[int] = set()
     wanted = f"{_MARK}={mark}".encode()
     for folder in Path("/proc").glob("[0-9]*"):
-        with suppress(OSError):  # it has just ended, or is somebody else's
+        with suppress(OSError):  # it has just ended, or belongs to another user
             number = int(folder.name)
             state = (folder / "stat").read_text("utf-8", "replace")
             parents[number] = int(state.rpartition(")")[2].split()[1])
             if wanted in (folder / "environ").read_bytes().split(b"\0"):
-                found.add(number)
-    newer = {parent, *found}
-    while newer := {child for child, of in parents.items() if of in newer} - found:
-        found |= newer
-    return sorted(found - {parent})
+                numbers.add(number)
+    newer = {parent, *numbers}
+    while newer := {child for child, of in parents.items() if of in newer} - numbers:
+        numbers |= newer
+    return sorted(numbers - {parent})

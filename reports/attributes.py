@@ -1,8 +1,8 @@
 """Scores against attributes of sequences: small multiples, a panel an attribute."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from math import ceil
+from typing import NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -22,27 +22,13 @@ from trackmark.reports.palette import colour
 COLUMNS = 3
 
 
-@dataclass(frozen=True)
-class Against:
-    """Scores of a label against an attribute.
-
-    Attributes
-    ----------
-    label : str
-        Of the line, the same in every panel.
-    places, scores : ndarray of float64, shape (n,)
-        Attribute and score by sequence.
-    centres, means, low, high : ndarray of float64, shape (k,)
-        Of bins: mean of the attribute, mean of the scores, and its interval. May be empty.
-    """
+class Against(NamedTuple):
+    """Scores of a label, the same in every panel, against an attribute."""
 
     label: str
-    places: NDArray[np.float64]
-    scores: NDArray[np.float64]
-    centres: NDArray[np.float64]
-    means: NDArray[np.float64]
-    low: NDArray[np.float64]
-    high: NDArray[np.float64]
+    places: NDArray[np.float64]  # (n,): attribute by sequence
+    scores: NDArray[np.float64]  # (n,)
+    bins: NDArray[np.float64]  # (k, 4): mean of the attribute, mean of the scores, its interval
 
 
 def attribute_plot(panels: Mapping[str, Sequence[Against]], quantity: str, title: str) -> Figure:
@@ -68,7 +54,7 @@ def attribute_plot(panels: Mapping[str, Sequence[Against]], quantity: str, title
             if one.label in group:
                 _draw(axes, one, labels.index(one.label))
             else:
-                axes.plot(one.centres, one.means, **OTHERS)
+                axes.plot(*one.bins[:, :2].T, **OTHERS)
         axes.set_xlabel(name, fontsize=9)
         axes.tick_params(labelsize=8)
         if number % COLUMNS == 0:
@@ -82,6 +68,6 @@ def attribute_plot(panels: Mapping[str, Sequence[Against]], quantity: str, title
 def _draw(axes: Axes, one: Against, position: int) -> None:
     shade = colour(position)
     axes.scatter(one.places, one.scores, 8, color=shade, alpha=0.35, linewidths=0)
-    reach = np.stack([one.means - one.low, one.high - one.means])
+    centres, means, low, high = one.bins.T
     style = line_style(position) | {"markersize": 4.0}
-    axes.errorbar(one.centres, one.means, reach, **style)
+    axes.errorbar(centres, means, (means - low, high - means), **style)

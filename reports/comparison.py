@@ -1,49 +1,27 @@
-"""Figures of a comparison: differences by sequence, profiles, survival, speed."""
+"""Figures of a comparison: differences by sequence, survival by level of a difficulty."""
 
 from collections.abc import Mapping, Sequence
-from math import isfinite
 from typing import Any, NamedTuple
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import LogLocator, NullLocator
 from numpy.typing import ArrayLike, NDArray
 
 from trackmark.reports.figures import (
     CROWDED,
     OTHERS,
     add_legend,
-    add_names,
     draw_line,
     fold,
-    named_line,
     new_figure,
     panels_each,
 )
 from trackmark.reports.palette import colour
+from trackmark.reports.plots import logarithmic_axis
 
 TALLEST = 24.0  # inches
 NAMED_ROWS = 200
 """Rows of all panels up to which there is room for a name each in a plot so tall."""
-
-
-class Steps(NamedTuple):
-    """A step function with its band, all (k,): `values` hold from each of `places` on."""
-
-    places: NDArray[np.float64]
-    values: NDArray[np.float64]
-    low: NDArray[np.float64]
-    high: NDArray[np.float64]
-
-
-class Point(NamedTuple):
-    """A tracker's time [ms a frame] and score, with the ends of the score's interval."""
-
-    milliseconds: float
-    score: float
-    low: float
-    high: float
 
 
 class Breaks(NamedTuple):
@@ -108,25 +86,6 @@ def difference_plot(
     return figure
 
 
-def profile_plot(profiles: Mapping[str, Steps], quantity: str, title: str) -> Figure:
-    """Share of sequences with at least a score, for every score; bands hold for all at once."""
-    figure, (axes,) = new_figure(title, 4.4)
-    _draw_steps(axes, profiles)
-    axes.set(xlabel=quantity, ylabel="share of sequences with at least that", ylim=(0, 1.02))
-    add_names(figure, axes)
-    return figure
-
-
-def survival_plot(survivals: Mapping[str, Steps], title: str) -> Figure:
-    """Kaplan and Meier's share of runs that have not lost the target, over frames."""
-    figure, (axes,) = new_figure(title, 4.4)
-    _draw_steps(axes, survivals)
-    axes.set(xlabel="frame", ylabel="share of runs not lost", ylim=(0, 1.02))
-    axes.set_xlim(left=0)
-    add_names(figure, axes)
-    return figure
-
-
 def breaking_plot(
     curves: Mapping[str, Breaks], quantity: str, title: str, logarithmic: bool
 ) -> Figure:
@@ -152,36 +111,8 @@ def breaking_plot(
         axes.axhline(0.5, color="0.6", linewidth=1, linestyle=":", zorder=0)
         axes.set_ylim(-0.03, 1.03)
         if logarithmic:
-            axes.set_xscale("log")
-            axes.xaxis.set_major_locator(LogLocator(subs=(1,) if crowded else (1, 2, 5)))
-            axes.xaxis.set_major_formatter("{x:g}")
-            axes.xaxis.set_minor_locator(NullLocator())
+            logarithmic_axis(axes, (1,) if crowded else (1, 2, 5))
         axes.set_xlim(some.levels[0], some.levels[-1])
     if not crowded:
         add_legend(figure)
     return figure
-
-
-def speed_accuracy_plot(points: Mapping[str, Point], quantity: str, title: str) -> Figure:
-    """Score against time a frame, a dot a tracker with its 95 % interval."""
-    figure, (axes,) = new_figure(title, 4.0)
-    for position, (name, point) in enumerate(points.items()):
-        options = named_line(name, position) | {"linestyle": "none"}
-        axes.plot([point.milliseconds], [point.score], **options)
-        if isfinite(point.low):
-            axes.vlines(point.milliseconds, point.low, point.high, color=colour(position), lw=1.5)
-    axes.set(xscale="log", xlabel="time a frame [ms]", ylabel=quantity)
-    axes.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
-    axes.xaxis.set_major_formatter("{x:g}")
-    axes.xaxis.set_minor_locator(NullLocator())
-    axes.margins(x=0.15)
-    add_legend(figure)
-    return figure
-
-
-def _draw_steps(axes: Axes, curves: Mapping[str, Steps]) -> None:
-    for position, (name, steps) in enumerate(curves.items()):
-        draw_line(axes, steps.places, steps.values, name, position, drawstyle="steps-post")
-        if len(curves) < CROWDED:
-            shade: dict[str, Any] = {"color": colour(position), "alpha": 0.15, "linewidth": 0}
-            axes.fill_between(steps.places, steps.low, steps.high, step="post", **shade)

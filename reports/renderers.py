@@ -8,9 +8,8 @@ import unicodedata
 from collections.abc import Callable, Iterable, Mapping
 from math import isfinite
 
-from trackmark.reports.alignment import number_in, rests_of, texts_of
 from trackmark.reports.printable import one_line
-from trackmark.reports.tables import Cell, Table
+from trackmark.reports.tables import Cell, Table, number_in, rests_of, texts_of
 
 _LATEX = {
     "\\": r"\textbackslash{}",

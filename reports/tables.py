@@ -8,7 +8,7 @@ count of what is missing. A failed run has the worst score.
 import math
 import re
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Literal, NamedTuple, TypeAlias
@@ -27,6 +27,12 @@ _WORDS = {
     NOT_RUN: "of the sequences",
 }
 _FRAME = re.compile(r"^(frame \d+|\S+\.(?:png|jpe?g|bmp|tiff?|webp|p[gp]m)): ", re.IGNORECASE)
+
+_NEVER = "none"  # in place of the number of a frame
+_NUMBER = re.compile(
+    r"([\[(~<>≤≥]*\s*[+-]?\d*)(?:(?<=\d)\.?\d*|\.\d+)(?:e[+-]?\d+)?(?=$|[\s,;%\])±–*])",
+    re.IGNORECASE | re.ASCII,
+)
 
 
 @dataclass(frozen=True)
@@ -72,6 +78,20 @@ class Table:
     notes: list[str] = field(default_factory=list)  # beneath it: failures, what is missing
     data: pd.DataFrame = field(default_factory=pd.DataFrame)  # at full precision, a row a value
     ranks: list[int] = field(default_factory=list)  # of the columns of scores, see `Measure`
+
+
+def text_table(
+    name: str,
+    caption: str,
+    heads: Iterable[str],
+    rows: list[list[str]],
+    n_labels: int = 1,
+    notes: Iterable[str] = (),
+) -> Table:
+    """Return a table of texts, which are its data, too."""
+    cells = [[Cell(text) for text in row] for row in rows]
+    data = pd.DataFrame(rows, columns=[*heads])
+    return Table(name, caption, [*heads], n_labels, cells, [*notes], data)
 
 
 def complete(runs: pd.DataFrame) -> pd.DataFrame:
@@ -147,13 +167,9 @@ def summary_table(
     entries = _entries(_lacking(runs, tracker, measures), mean, spread, mean * np.nan, measures)
     if uncertainties is not None:
         entries = _with_uncertainty(entries, by_unit, len(units), measures, uncertainties)
-    names = ", ".join(sequences) if len(sequences) <= 4 else f"{len(sequences)} sequences"
-    names += f" in {len(units)} units" if len(units) < len(sequences) else ""
     return Table(
         name="summary",
-        caption=(
-            f"{title}: means over {names}, each counting once; metrics preset {preset}. {meaning}"
-        ),
+        caption=f"{title}: {means_over(sequences, len(units))}; metrics preset {preset}. {meaning}",
         heads=["tracker", *(measure.head for measure in measures)],
         n_labels=1,
         rows=_rows([[tracker] for tracker in trackers], entries, measures),
@@ -161,6 +177,13 @@ def summary_table(
         data=_tidy([{"tracker": name} for name in trackers], entries, measures, preset),
         ranks=[measure.rank for measure in measures],
     )
+
+
+def means_over(sequences: Sequence[str], n_units: int) -> str:
+    """Return the words of a caption for means over sequences, or over units of several."""
+    names = ", ".join(sequences) if len(sequences) <= 4 else f"{len(sequences)} sequences"
+    names += f" in {n_units} units" if n_units < len(sequences) else ""
+    return f"means over {names}, each counting once"
 
 
 def sequence_table(
@@ -424,3 +447,48 @@ def timed_by(runs: pd.DataFrame) -> str:
     if decoded.isna().all():
         return ""
     return "warm_seconds" if warm.notna().sum() == decoded.notna().sum() else "cpu_seconds"
+
+
+class Number(NamedTuple):
+    """A text that begins with a number, in two parts: up to its units, and what follows them."""
+
+    whole: str
+    rest: str
+
+
+def number_in(text: str) -> Number | None:
+    """The parts of a text that begins with a number: `~3.1`, `[-0.2, 0.1]`, `54 of 99`.
+
+    >>> number_in("0.784 ±0.204")
+    Number(whole='0', rest='.784 ±0.204')
+    """
+    found = _NUMBER.match(text)
+    return Number(found[1], text[found.end(1) :]) if found else None
+
+
+def texts_of(table: Table) -> list[bool]:
+    """Which columns have texts: labels, and those most of whose cells begin with no number.
+
+    Cells with several statements (`0 of 2; fragile`) are texts, whatever they begin with.
+    """
+    found = []
+    for column in range(len(table.heads)):
+        cells = [row[column].text for row in table.rows]
+        known = [text for text in cells if text not in ("", _NEVER) and text[0] != MISSING]
+        numbers = sum(number_in(text) is not None for text in known)
+        told = any(";" in text for text in known)
+        found.append(column < table.n_labels or told or 2 * numbers < len(known))
+    return found
+
+
+def rests_of(table: Table) -> list[set[str]]:
+    """Of each column of numbers what follows their units; empty where all are as long.
+
+    So nothing need be done to such a column, and to one of texts, but to set it left or right.
+    """
+    found = []
+    for column, text in enumerate(texts_of(table)):
+        cells = [] if text else [number_in(row[column].text) for row in table.rows]
+        rests = {one.rest for one in cells if one is not None}
+        found.append(rests if len({*map(len, rests)}) > 1 else set())
+    return found

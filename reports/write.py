@@ -1,15 +1,13 @@
-"""A whole report in a folder: tables in every format, plots and film strips."""
+"""Files of a report in a folder: tables in every format, and names of files."""
 
 import hashlib
 from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Sequence
 from pathlib import Path
 
-import pandas as pd
-
 from trackmark.reports.files import write_file
 from trackmark.reports.renderers import FORMATS
-from trackmark.reports.tables import Table, timed_by
+from trackmark.reports.tables import Table
 
 _FIGURES = {".png", ".svg", ".pdf"}
 
@@ -33,41 +31,6 @@ def write_tables(
         return write_file(path, lambda file: file.write_text(text, encoding="utf-8"))
 
     return [write(table, *FORMATS[name]) for table in tables for name in formats]
-
-
-def write_plots(
-    folder: Path,
-    frames: pd.DataFrame,
-    timing: pd.DataFrame,
-    title: str,
-    trackers: Sequence[str],
-    incomplete: Collection[str] = (),
-    suffix: str = ".png",
-) -> list[Path]:
-    """Draw all plots that the data allow: frame table and timing runs may be empty.
-
-    Parameters as those of the plots in `reports.plots`. `suffix`: of the files, see
-    `write_for_papers`.
-    """
-    # What draws is imported where something is drawn: tables are written without.
-    from trackmark.reports.figures import write_for_papers
-    from trackmark.reports.plots import frame_plot, precision_plot, speed_plot, success_plot
-
-    figures = {}
-    if len(frames):
-        figures["success"] = success_plot(frames, title, trackers, incomplete)
-        figures["precision"] = precision_plot(frames, title, trackers, incomplete)
-        for sequence, name in file_names(frames["sequence"].unique()).items():
-            figures[f"frames-{name}"] = frame_plot(frames, sequence, trackers, incomplete)
-    if timed_by(timing):
-        # Those that were timed alone come last: the others keep their colours.
-        everybody = list(dict.fromkeys([*trackers, *timing["tracker"]]))
-        figures["speed"] = speed_plot(timing, title, everybody)
-    return [
-        path
-        for name, figure in figures.items()
-        for path in write_for_papers(folder / f"{name}{suffix}", figure)
-    ]
 
 
 def file_names(labels: Iterable[str]) -> dict[str, str]:

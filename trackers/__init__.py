@@ -16,6 +16,7 @@ from trackmark.trackers.base.interface import (
     Estimate,
     Finisher,
     Image,
+    Mapper,
     Mask,
     Randomness,
     Tracker,
@@ -23,7 +24,6 @@ from trackmark.trackers.base.interface import (
     Watcher,
 )
 from trackmark.trackers.base.parameters import Parameters, TrackerError
-from trackmark.trackers.base.weight_maps import Mapper
 
 __all__ = [
     "Box",

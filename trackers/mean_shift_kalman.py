@@ -106,14 +106,7 @@ class MeanShiftKalman(SharingTracker):
 
 
 def _deviation(before: float, peak: float, after: float, distance: float) -> float:
-    """Standard deviation of the scaled Gaussian through three points `distance` apart.
-
-    Examples
-    --------
-    >>> from math import exp
-    >>> round(_deviation(2 * exp(-0.5), 2.0, 2 * exp(-0.5), 7.0), 9)
-    7.0
-    """
+    """Return the standard deviation of the scaled Gaussian through three equally distant points."""
     ratio = before * after / peak**2
     if ratio >= 1:  # no peak
         return inf

@@ -126,11 +126,7 @@ class Multipart(SharingTracker):
     Parameters = MultipartParameters
 
     def init_shared(self, frame: SharedFrame, box: Box, mask: Mask | None = None) -> None:
-        """See `Tracker.init`.
-
-        Raises TrackerError where the box has no area, or less than a quarter of it, fewer than 16
-        pixels or fewer than two rows lie in the image.
-        """
+        """See `Tracker.init`; raise TrackerError if too little of the box is in the image."""
         settings = self.parameters
         x, y, width, height = (float(value) for value in box)
         if not (width > 0 and height > 0):
@@ -191,11 +187,7 @@ class Multipart(SharingTracker):
         return estimate
 
     def _propagate(self) -> None:
-        """Move the particles (equations 5 and 6).
-
-        Noise enters once a frame, into the places or, by vₜ = vₜ₋₁ + wₜ and sₜ = sₜ₋₁ + vₜ, into
-        the velocities: around what is expected, the spread is the same.
-        """
+        """Move the particles; noise enters the places or the velocities (equations 5 and 6)."""
         settings = self.parameters
         if settings.noise == "fixed":
             area: Any = self._first_area

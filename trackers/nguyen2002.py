@@ -2,12 +2,12 @@
 
 from collections.abc import Mapping
 from math import ceil, floor, inf, nan, sqrt
-from typing import Literal, TypeAlias
+from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
+from trackmark.trackers.base.arrays import Array
 from trackmark.trackers.base.interface import Box, Estimate, Image, Mask
 from trackmark.trackers.base.kalman import Smoother
 from trackmark.trackers.base.parameters import (
@@ -39,7 +39,6 @@ from trackmark.trackers.templates.occlusion import (
 
 __all__ = ["Nguyen2002"]
 
-Array: TypeAlias = NDArray[np.float64]
 
 SMALLEST_SIDE = 4  # pixels of a template: the coarsest search looks at every fourth
 WIDEST_SEARCH = 64  # pixels either way, where a target is looked for after an occlusion
@@ -273,23 +272,20 @@ class Nguyen2002(SharingTracker):
             factor = settings.delta / float(chdtr(d + 2, limit))
         most = round(settings.gamma / settings.minimal_speed, 9)  # 0.3 / 0.05 is less than 6
         patience = floor(most) + 1 if settings.outlier_rule == "exceeds" else ceil(most)
+        finest_step = 0.25 if settings.subpixel else 1.0
         return Noise(
             limit=limit,
             floor=FLOORS[settings.features],
             factor=factor,
             first_spread=settings.first_spread,
             trimmed=settings.first_covariance == "inliers",
-            grid_step=self._finest_step if settings.misregistration else 0.0,
+            grid_step=finest_step if settings.misregistration else 0.0,
             average=settings.average,
             full=settings.covariance == "full",
             adaptive=settings.adaptive_noise,
             gate=settings.gate,
             patience=patience if settings.rebootstrap else np.iinfo(np.int64).max,
         )
-
-    @property
-    def _finest_step(self) -> float:
-        return 0.25 if self.parameters.subpixel else 1.0
 
     def _advance(self, image: Image, frame: int, revised: dict[int, Box]) -> Pose:
         """See the next frame, or see it again after an occlusion has ended before it."""

@@ -1,12 +1,12 @@
 """Adaptive particle filter on kernel-weighted colour histograms of ellipses."""
 
 from collections.abc import Callable
-from typing import Literal, TypeAlias
+from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
+from trackmark.trackers.base.arrays import Array
 from trackmark.trackers.base.interface import Box, Estimate, Image, Mask, Randomness
 from trackmark.trackers.base.parameters import (
     Parameters,
@@ -41,8 +41,6 @@ from trackmark.trackers.histograms.target_model import (
 )
 
 __all__ = ["Nummiaro2003"]
-
-Array: TypeAlias = NDArray[np.float64]
 
 
 class Nummiaro2003Parameters(Parameters):

@@ -2,11 +2,11 @@
 
 from typing import Any
 
-from trackmark.trackers.base.opencv import factory
-from trackmark.trackers.base.opencv_models import (
+from trackmark.trackers.base.opencv import (
     ModelFile,
     ModelParameters,
     ModelTracker,
+    factory,
     model_file,
 )
 

@@ -5,13 +5,7 @@ from typing import Any, Literal
 import cv2
 
 from trackmark.trackers.base.opencv import OpenCVParameters, OpenCVTracker, factory
-from trackmark.trackers.base.parameters import (
-    choice,
-    fraction,
-    nonnegative,
-    positive,
-    whole,
-)
+from trackmark.trackers.base.parameters import choice, fraction, nonnegative, positive, whole
 
 __all__ = ["KCF"]
 

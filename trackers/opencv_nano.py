@@ -1,10 +1,10 @@
 """OpenCV's NanoTrack: a light Siamese network; its models are files of yours."""
 
-from trackmark.trackers.base.opencv import factory
-from trackmark.trackers.base.opencv_models import (
+from trackmark.trackers.base.opencv import (
     ModelFile,
     ModelParameters,
     ModelTracker,
+    factory,
     model_file,
 )
 

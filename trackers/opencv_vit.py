@@ -1,10 +1,10 @@
 """OpenCV's VitTrack: a light vision transformer; its model is a file of yours."""
 
-from trackmark.trackers.base.opencv import factory
-from trackmark.trackers.base.opencv_models import (
+from trackmark.trackers.base.opencv import (
     ModelFile,
     ModelParameters,
     ModelTracker,
+    factory,
     model_file,
 )
 from trackmark.trackers.base.parameters import fraction

@@ -20,44 +20,23 @@ if (
     # print a traceback.
     signal.signal(signal.SIGINT, signal.SIG_DFL)
 
-import importlib
 from typing import TYPE_CHECKING, Any
 
-if TYPE_CHECKING:
-    from trackmark.bench import (
-        Experiment,
-        Run,
-        by_attribute,
-        evaluate,
-        load_results,
-        player,
-        read_experiment,
-        run,
-        score,
-        score_boxes,
-    )
+from trackmark import bench
 
-__all__ = [
-    "Experiment",
-    "Run",
-    "by_attribute",
-    "evaluate",
-    "load_results",
-    "player",
-    "read_experiment",
-    "run",
-    "score",
-    "score_boxes",
-]
+if TYPE_CHECKING:
+    from trackmark.bench import *  # noqa: F403  # its public names
+
+__all__ = bench.__all__
 
 
 def __getattr__(name: str) -> Any:
     """Import a public name of `trackmark.bench` on its first use."""
-    if name not in __all__:
+    if name not in bench.__all__:
         raise AttributeError(f"module 'trackmark' has no attribute {name!r}")
-    return getattr(importlib.import_module("trackmark.bench"), name)
+    return getattr(bench, name)
 
 
 def __dir__() -> list[str]:
     """Return the names of the module, including those that are not imported yet."""
-    return sorted({*globals(), *__all__})
+    return sorted({*globals(), *bench.__all__})

@@ -4,11 +4,13 @@ import os
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from trackmark.bench.commands._options import progress_bar, refresh_index
+from trackmark.bench.commands._execution import execute_runs, plan_experiment
+from trackmark.bench.commands._options import EngineOptions
+from trackmark.bench.commands._progress import print_message
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 
 if TYPE_CHECKING:
@@ -18,104 +20,87 @@ if TYPE_CHECKING:
 _HASH_SEED = "PYTHONHASHSEED"
 
 
+@dataclass
 class CellRunner:
-    """Runner of trackers on sequences, which keeps their runs in one folder of results.
+    """Runner of trackers on sequences, which stores their runs in one experiment."""
 
-    `name`: of the experiment. `texts`: specifications of the trackers, by label. `sources`: where
-    sequences are, by name. `output`: folder of results. `means`: engine options for `Execution`.
-    `sequences`: expected digests of the sequences, by name; none are expected by default.
-    """
+    name: str  # of the experiment
+    texts: Mapping[str, str]  # specifications of the trackers, by label
+    sources: Mapping[str, SequenceSource]  # by name of the sequence
+    options: EngineOptions
+    digests: Mapping[str, str] = field(default_factory=dict)  # expected, by name of the sequence
+    known: "KnownSequences" = field(default_factory=dict)
 
-    def __init__(
-        self,
-        name: str,
-        texts: Mapping[str, str],
-        sources: Mapping[str, SequenceSource],
-        output: Path,
-        means: Mapping[str, Any],
-        sequences: Mapping[str, str] | None = None,
-    ) -> None:
-        self.folder = output / name
-        self._name, self._output, self._means = name, output, means
-        self._texts, self._sources, self._expected = texts, sources, sequences or {}
-        self._known: KnownSequences = {}
-
-    def run(self, cells: Mapping[str, Sequence[str]], seeds: int) -> "Cells":
-        """Run what is not stored yet, and failed runs again; return all cells.
-
-        `cells`: names of the sequences, by tracker. `seeds`: runs of trackers that declare
-        randomness.
-
-        Raises `BaselineError` if a sequence is not the expected one, before anything is run.
-        """
-        refresh_index(self.folder)
-        return self._run(cells, seeds, self._output, self._means)
+    @property
+    def folder(self) -> Path:
+        """Folder of the experiment."""
+        return self.options.output / self.name
 
     def repeat(self, cells: Mapping[str, Sequence[str]]) -> "Cells":
-        """Run seed 0 in fresh processes of this machine, whose hashes of texts differ."""
+        """Run seed 0 in fresh processes of this machine that hash texts in another order."""
         if not cells:
             return {}
-        means = {**self._means, "engine": "local", "address": None}
         with tempfile.TemporaryDirectory(prefix="trackmark-") as folder, _other_hash_seed():
-            return self._run(cells, 1, Path(folder), means)
+            local = replace(self.options, output=Path(folder), engine="local", address=None)
+            return replace(self, options=local).run(cells, 1, temporary=True)
 
-    def _run(
-        self, cells: Mapping[str, Sequence[str]], seeds: int, output: Path, means: Mapping[str, Any]
+    def run(
+        self, cells: Mapping[str, Sequence[str]], seeds: int, *, temporary: bool = False
     ) -> "Cells":
-        from trackmark.bench.comparing.baseline import measured_cells
-        from trackmark.bench.execution.executor import Execution
-        from trackmark.datasets import SequenceError
+        """Execute missing runs, and failed runs again; return all cells.
 
-        groups: dict[tuple[str, ...], list[str]] = {}  # of trackers that run in lock step
+        `cells`: names of the sequences, by tracker. `seeds`: runs of trackers that declare
+        randomness. `temporary`: the output is removed afterwards. Raises `BaselineError` if a
+        sequence is not the expected one, before anything is run.
+        """
+        from trackmark.bench.comparing.baseline import measured_cells
+
+        in_lock_step: dict[tuple[str, ...], list[str]] = {}  # trackers by sequences
         for tracker, names in cells.items():
-            groups.setdefault(tuple(names), []).append(tracker)
-        runs: dict[tuple[str, str], int] = {}
-        for names, labels in groups.items():
+            in_lock_step.setdefault(tuple(names), []).append(tracker)
+        counts: dict[tuple[str, str], int] = {}
+        for names, labels in in_lock_step.items():
             experiment = Experiment(
-                name=self._name,
-                trackers=tuple(self._texts[label] for label in labels),
-                sequences=tuple(self._sources[name] for name in names),
+                name=self.name,
+                trackers=tuple(self.texts[label] for label in labels),
+                sequences=tuple(self.sources[name] for name in names),
                 repetitions=seeds,
             )
-            execution = Execution(experiment, output, known=self._known, retry_failed=True, **means)
+            execution = plan_experiment(
+                experiment, self.options, retry_failed=True, known=self.known
+            )
             self._check_plan(execution.plan, labels, names)
-            with progress_bar(execution.work, "frame") as progress:
-                for _ in execution.rows(progress):
-                    pass
-            if execution.errors:
-                raise SequenceError("\n".join(execution.errors))
-            counts = execution.plan.repetitions.tolist()
-            for label, count in zip(labels, counts, strict=True):
-                runs |= {(label, name): count for name in names}
-        ordered = {(label, name): runs[label, name] for label in cells for name in cells[label]}
-        return measured_cells(output / self._name, ordered, self._sources)
+            execute_runs(execution, temporary=temporary)
+            for label, count in zip(labels, execution.plan.repetitions.tolist(), strict=True):
+                counts |= {(label, name): count for name in names}
+        ordered = {(label, name): counts[label, name] for label in cells for name in cells[label]}
+        return measured_cells(self.folder, ordered, self.sources)
 
     def _check_plan(self, plan: "Plan", labels: Sequence[str], names: Sequence[str]) -> None:
-        """Refuse trackers and sequences that are called otherwise, and sequences that changed."""
+        """Refuse trackers and sequences with other names, and sequences that changed."""
         from trackmark.bench.comparing.baseline import BaselineError, digest
 
-        new_labels = [chosen.label for chosen in plan.trackers.values()]
+        remedy = "or make the baseline again with `trackmark baseline --force`."
+        new_labels = [spec.label for spec in plan.trackers.values()]
         new_names = [sequence.name for sequence in plan.sequences]
         for kind, old, new in (("tracker", labels, new_labels), ("sequence", names, new_names)):
             if list(old) != new:
                 raise BaselineError(
                     f"the {kind}s of the baseline {', '.join(old)} are now called "
-                    f"{', '.join(new)}. Restore the names, or make the baseline again with "
-                    "`trackmark baseline --force`."
+                    f"{', '.join(new)}. Restore the names, {remedy}"
                 )
         for sequence in plan.sequences:
             current = digest(sequence.fingerprint.encode())
-            if self._expected.get(sequence.name, current) != current:
+            if self.digests.get(sequence.name, current) != current:
                 raise BaselineError(
                     f"{sequence.name}: the pixels or the ground truth have changed since the "
-                    "baseline was made. Restore the sequence, or make the baseline again with "
-                    "`trackmark baseline --force`."
+                    f"baseline was made. Restore the sequence, {remedy}"
                 )
 
 
 @contextmanager
 def _other_hash_seed() -> Iterator[None]:
-    """Have processes that are started hash texts in another way than before."""
+    """Change the hash seed of processes that are started within the context."""
     before = os.environ.get(_HASH_SEED)
     os.environ[_HASH_SEED] = "2" if before == "1" else "1"
     try:
@@ -155,7 +140,34 @@ def with_failures(cells: "Cells", repeated: "Cells") -> "Cells":
     return merged
 
 
-def failure_lines(cells: "Cells") -> list[str]:
+def are_baseline_cells(cells: "Cells", repeated: "Cells", refusal: str) -> bool:
+    """Return whether a baseline may hold the cells; print the refusal if runs failed.
+
+    Trackers that declare randomness but ignore their seed are named. Raises `BaselineError` if a
+    tracker that declares none is not repeatable.
+    """
+    from trackmark.bench.comparing.baseline import BaselineError
+
+    if lines := _failure_lines(with_failures(cells, repeated)):
+        print_message("\n".join([*lines, refusal]))
+        return False
+    hidden = []
+    for tracker, name in differing(cells, repeated):
+        line = f"{tracker} is not repeatable: seed 0 gave different boxes in two runs"
+        if len(cells[tracker][name].overlap) == 1:
+            hidden.append(f"{line}.")
+        else:
+            print_message(f"{line} on {name}.")
+    if hidden:
+        raise BaselineError(
+            "\n".join(hidden) + " A tracker without declared randomness must give equal boxes. "
+            "Declare `randomness = Randomness.GENERATOR` in its class, and draw from "
+            "`numpy.random.default_rng(self.seed)` alone."
+        )
+    return True
+
+
+def _failure_lines(cells: "Cells") -> list[str]:
     """Return a line for each tracker with failed runs: how many, and why the first one failed."""
     lines = []
     for tracker, row in cells.items():

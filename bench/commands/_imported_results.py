@@ -1,75 +1,79 @@
-"""Others' results beside ours, for the commands that show them together."""
+"""Results of other toolkits, for commands that read them together with stored runs."""
 
 from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from trackmark.bench.commands._options import chosen_sequences, refresh_index, say
+from trackmark.bench.commands._options import matching_sequences, option
+from trackmark.bench.commands._progress import print_message, refresh_index
 
 if TYPE_CHECKING:
     from trackmark.bench.exchange.importing import Guest
 
 ALONE = "published"
-"""What results of others are called where nothing of ours is beside them."""
+"""Name of an experiment that holds imported results only."""
 
-guests_option = click.option(
-    "--results-of",
-    "results_of",
-    multiple=True,
-    metavar="NAME=PATH",
-    help="Others' results of a tracker, as NAME=PATH or NAME=LAYOUT:PATH; may be repeated.",
-)
+
+def imported_option() -> Any:
+    """Return the field of --results-of."""
+    return option(
+        "Imported results of a tracker, as NAME=PATH or NAME=FORMAT:PATH; may be repeated.",
+        metavar="NAME=PATH",
+    )
 
 
 def guests_of(texts: Sequence[str]) -> "list[Guest]":
-    """Trackers whose results are others', of `NAME=PATH`; raises `ExchangeError`."""
+    """Return the imported trackers of `NAME=PATH` texts; raise `ExchangeError` for wrong ones."""
     if not texts:
         return []
     from trackmark.bench.exchange.importing import guest
 
     guests = [guest(text) for text in texts]
-    labels = [one.tracker for one in guests]
-    if twice := [label for label in labels if labels.count(label) > 1]:
-        raise click.UsageError(f"--results-of names {twice[0]} twice.")
+    labels = [guest.tracker for guest in guests]
+    if repeated := [label for label in labels if labels.count(label) > 1]:
+        raise click.UsageError(f"--results-of names {repeated[0]} twice.")
     return guests
 
 
-def imported(
-    guests: "Sequence[Guest]", sequences: str, folder: Path, tell: Callable[[str], None] = say
+def import_guests(
+    guests: "Sequence[Guest]",
+    sequences: str,
+    folder: Path,
+    report: Callable[[str], None] = print_message,
 ) -> int:
-    """Keep others' results on sequences in an experiment's folder; give the number of runs."""
+    """Store imported results on sequences in an experiment's folder; return the number of runs."""
     from trackmark.bench.exchange.importing import import_results, on_sequences
 
-    on = on_sequences(chosen_sequences(sequences, None), folder)
-    number = import_results(guests, on, folder, tell)
+    by_sequence = on_sequences(matching_sequences(sequences), folder)
+    number = import_results(guests, by_sequence, folder, report)
     refresh_index(folder)
     return number
 
 
 @contextmanager
-def together(
+def with_imported(
     experiments: Sequence[Path],
     guests: "Sequence[Guest]",
     sequences: str | None = None,
     only: Collection[str] | None = None,
 ) -> Iterator[list[Path]]:
-    """Experiments, each with others' results in it for as long as they are looked at.
+    """Yield folders of the experiments with imported results in each; read each run once.
 
-    Without experiments the others' results on `sequences` are one. `only`: names of those sequences
-    of the experiments that are meant. Each run is read once.
+    Without experiments the imported results on `sequences` are one. `only`: names of the sequences
+    of the experiments on which results are imported; all by default.
     """
     from trackmark.bench.store.results import KeptRuns, kept_runs
 
     with ExitStack() as stack:
         stack.callback(kept_runs.reset, kept_runs.set(KeptRuns()))
         if not experiments:
-            made = Path(stack.enter_context(TemporaryDirectory(prefix="trackmark-"))) / ALONE
-            imported(guests, sequences or "", made)
-            yield [made]
+            folder = Path(stack.enter_context(TemporaryDirectory(prefix="trackmark-"))) / ALONE
+            import_guests(guests, sequences or "", folder)
+            yield [folder]
             return
         for experiment in experiments:
             refresh_index(experiment)
@@ -78,4 +82,7 @@ def together(
             return
         from trackmark.bench.exchange.importing import with_guests
 
-        yield [stack.enter_context(with_guests(one, guests, say, only)) for one in experiments]
+        yield [
+            stack.enter_context(with_guests(experiment, guests, print_message, only))
+            for experiment in experiments
+        ]

@@ -1,4 +1,4 @@
-"""What the command writes: harmless to a terminal, and never the end of the work."""
+"""Output of the command: cleaned for terminals; its errors do not end the work."""
 
 import os
 import signal
@@ -12,34 +12,34 @@ import click
 
 from trackmark.reports.printable import printable, wrapped
 
-LONGEST = 1000
-"""Characters of a message's line that are shown."""
+MAX_LINE = 1000
+"""Number of characters of a message's line that are shown."""
 
 
 class Outlet(TextIOBase):
-    """Stands for standard output or error.
+    """Replacement of standard output or error.
 
-    What can't be written any more is dropped: a reader that went away wants no more, and a disk
-    that is full is told in a line; the work goes on.
+    After a write error the remaining output is dropped and the work continues. The error is printed
+    unless the reader has closed a pipe.
 
-    `through`: the real one. `cleaned`: what is done to texts before.
+    `through`: the replaced stream. `clean`: function that is applied to texts.
     """
 
-    def __init__(self, through: TextIO, cleaned: Callable[[str], str] = printable) -> None:
+    def __init__(self, through: TextIO, clean: Callable[[str], str] = printable) -> None:
         self.through = through
-        self.failed = False  # but for a reader that went away
-        self._cleaned = cleaned
-        if isinstance(through, TextIOWrapper):  # a Latin-1 terminal lacks signs of ours
+        self.failed = False  # by an error other than a closed pipe
+        self._clean = clean
+        if isinstance(through, TextIOWrapper):  # a Latin-1 terminal cannot show all characters
             through.reconfigure(errors="backslashreplace")
 
     def writable(self) -> bool:
-        """Yes."""
+        """Return True."""
         return True
 
     def write(self, text: str, /) -> int:
         """Clean the text and pass it on."""
-        shown = self._cleaned(text)
-        self._attempt(lambda: self.through.write(shown))
+        cleaned = self._clean(text)
+        self._attempt(lambda: self.through.write(cleaned))
         return len(text)
 
     def flush(self) -> None:
@@ -51,54 +51,54 @@ class Outlet(TextIOBase):
         try:
             call()
         except OSError as error:
-            # What the real one holds back would fail again, at the latest when Python ends.
-            nowhere = os.open(os.devnull, os.O_WRONLY)
-            os.dup2(nowhere, self.fileno())
-            os.close(nowhere)
+            # The text in the stream's buffer would fail again, at the latest when Python ends.
+            null = os.open(os.devnull, os.O_WRONLY)
+            os.dup2(null, self.fileno())
+            os.close(null)
             if not isinstance(error, BrokenPipeError):
                 self.failed = True
-                complain(f"the output can't be written: {error.strerror}.")
+                complain(f"the output cannot be written: {error.strerror}.")
 
     def fileno(self) -> int:
-        """Descriptor of the real one."""
+        """Return the descriptor of the replaced stream."""
         return self.through.fileno()
 
     def isatty(self) -> bool:
-        """Whether the real one is a terminal."""
+        """Return whether the replaced stream is a terminal."""
         return self.through.isatty()
 
     @property
     def encoding(self) -> str:  # type: ignore[override]  # the stub lets it be set
-        """That of the real one."""
+        """See `TextIOBase`."""
         return self.through.encoding
 
     @property
     def errors(self) -> str | None:  # type: ignore[override]  # as above
-        """That of the real one."""
+        """See `TextIOBase`."""
         return self.through.errors
 
 
 def complain(text: str) -> None:
-    """Say what is wrong on standard error, in a line."""
+    """Print an error message on standard error."""
     click.echo(f"trackmark: {text}", err=True, color=True)  # that is: unchanged
 
 
 def _shortened(text: str) -> str:
-    """Give a message whose lines fit a terminal, however long the names are that it quotes."""
+    """Return a message with the middle of overlong lines removed."""
     return "".join(
-        line if len(line) <= LONGEST else f"{line[: LONGEST - 300]} … {line[-200:]}"
+        line if len(line) <= MAX_LINE else f"{line[: MAX_LINE - 300]} … {line[-200:]}"
         for line in printable(text).splitlines(keepends=True)
     )
 
 
 def _in_columns(text: str) -> str:
-    """Give a message in lines of a terminal's width; what is no terminal gets a message a line."""
+    """Return a message in lines of the terminal's width."""
     return wrapped(_shortened(text))
 
 
 @contextmanager
 def outlets() -> Iterator[Outlet | None]:
-    """Have all that is written go through outlets; gives that of standard output, if it is open."""
+    """Replace standard output and error; yield the outlet of the output, if it is open."""
     out = None if sys.stdout is None else Outlet(sys.stdout)
     err = None
     if sys.stderr is not None:
@@ -108,16 +108,16 @@ def outlets() -> Iterator[Outlet | None]:
 
 
 def progress_outlet() -> TextIO:
-    """Give standard error for a progress bar, which moves the cursor."""
+    """Return standard error for a progress bar, whose control characters are kept."""
     real = sys.stderr.through if isinstance(sys.stderr, Outlet) else sys.stderr
     return cast("TextIO", Outlet(real, str))
 
 
 @contextmanager
 def interruptible() -> Iterator[None]:
-    """Let Ctrl-C raise `KeyboardInterrupt`; before and after it ends a command by itself.
+    """Let Ctrl-C raise `KeyboardInterrupt` within the context, unless it is ignored.
 
-    There it would be a traceback out of an import. Whoever started us to ignore it is obeyed.
+    Outside, Ctrl-C ends the process, without the traceback of an interrupted import.
     """
     before = signal.getsignal(signal.SIGINT)
     if before is signal.SIG_DFL:

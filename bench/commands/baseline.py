@@ -1,67 +1,56 @@
 """Write what trackers score to a baseline for `trackmark check`."""
 
-from collections.abc import Mapping
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import click
 
 from trackmark.bench.commands import EXIT_ANSWER_IS_NO
-from trackmark.bench.commands._baseline_runs import (
-    CellRunner,
-    differing,
-    failure_lines,
-    first_cells,
-    with_failures,
-)
+from trackmark.bench.commands._baseline_runs import CellRunner, are_baseline_cells, first_cells
 from trackmark.bench.commands._options import (
-    chosen_sequences,
-    engine_options,
-    output_option,
+    EngineOptions,
+    argument,
+    matching_sequences,
+    option,
     split_list,
+    with_options,
 )
-from trackmark.bench.experiments.experiment import Experiment, SequenceSource
+from trackmark.bench.experiments.experiment import Experiment
 
 if TYPE_CHECKING:
-    from trackmark.bench.comparing.baseline import Baseline, Cells
+    from trackmark.bench.comparing.baseline import Baseline
+
+
+@dataclass(frozen=True, kw_only=True)
+class BaselineOptions(EngineOptions):
+    """Options of the command."""
+
+    name: str = argument()
+    trackers: str = option("Comma-separated, as for `run`.")
+    sequences: str = option("Comma-separated names or paths, as for `run`.")
+    seeds: int = option(
+        "Runs per sequence of trackers that declare randomness; others run once.",
+        default=20,
+        type=click.IntRange(6, 10_000),
+    )
+    detect: float = option(
+        "Drop of the mean overlap on one sequence that must not be missed.",
+        default=0.05,
+        type=click.FloatRange(0, 1, min_open=True),
+    )
+    force: bool = option("Replace an existing baseline.")
 
 
 @click.command("baseline")
-@click.argument("name")
-@click.option("--trackers", required=True, help="Comma-separated, as for `run`.")
-@click.option("--sequences", required=True, help="Comma-separated names or paths, as for `run`.")
-@click.option(
-    "--seeds",
-    type=click.IntRange(6, 10_000),
-    default=20,
-    show_default=True,
-    help="Runs per sequence of trackers that declare randomness; others run once.",
-)
-@click.option(
-    "--detect",
-    type=click.FloatRange(0, 1, min_open=True),
-    default=0.05,
-    show_default=True,
-    help="Drop of the mean overlap on one sequence that must not be missed.",
-)
-@click.option("--force", is_flag=True, help="Replace an existing baseline.")
-@output_option
-@engine_options
-def command(
-    name: str,
-    trackers: str,
-    sequences: str,
-    seeds: int,
-    detect: float,
-    force: bool,
-    output: Path,
-    means: dict[str, Any],
-) -> int:
+@with_options(BaselineOptions)
+def command(options: BaselineOptions) -> int:
     """Write the baseline NAME (baselines/NAME.toml, or a path that ends in .toml).
 
     It is a small text file to be committed: a line per tracker and sequence, with score and digest
-    of each run. Stored runs are not repeated. Exit status 1 if runs failed, 2 if a tracker uses
-    random numbers without declaring it: no baseline is written then.
+    of each run. Stored runs are not repeated.
+
+    Exit codes: 0 success; 1 runs failed, nothing is written; 2 invalid usage or input, or a tracker
+    uses random numbers without declaring it; 130 interrupted.
     """
     from trackmark.bench.comparing.baseline import (
         Baseline,
@@ -69,24 +58,28 @@ def command(
         surroundings,
         write_baseline,
     )
+    from trackmark.bench.execution.plan import make_plan
+    from trackmark.bench.store.results import Results
 
-    path = baseline_path(name)
-    if path.exists() and not force:
+    name, path = options.name, baseline_path(options.name)
+    if path.exists() and not options.force:
         raise click.UsageError(
             f"{path} exists. `trackmark check {name} --accept TRACKER` replaces the scores of one "
             "tracker; --force replaces the file and forgets accepted changes."
         )
     experiment = f"baseline-{path.stem}"
-    texts, sources = _settled(experiment, trackers, sequences, output)
-    runner = CellRunner(experiment, texts, sources, output, means)
+    trackers, sequences = split_list(options.trackers), matching_sequences(options.sequences)
+    requested = Experiment(experiment, tuple(trackers), sequences)
+    plan = make_plan(requested, Results(options.output / experiment), {})
+    texts = {spec.label: text for text, spec in plan.trackers.items()}
+    sources = {sequence.name: sequence.source for sequence in plan.sequences}
+    runner = CellRunner(experiment, texts, sources, options)
     names = {label: list(sources) for label in texts}
-    cells = runner.run(names, seeds)
+    cells = runner.run(names, options.seeds)
     repeated = runner.repeat(first_cells(names))
-    if lines := failure_lines(with_failures(cells, repeated)):
-        click.echo("\n".join([*lines, f"{path} is not written: runs failed."]), err=True)
+    if not are_baseline_cells(cells, repeated, f"{path} is not written: runs failed."):
         return EXIT_ANSWER_IS_NO
-    refuse_hidden_randomness(cells, repeated)
-    baseline = Baseline(cells, texts, seeds, detect, surroundings())
+    baseline = Baseline(cells, texts, options.seeds, options.detect, surroundings())
     write_baseline(baseline, path)
     runs = sum(len(cell.overlap) for row in cells.values() for cell in row.values())
     click.echo(
@@ -96,42 +89,6 @@ def command(
     for line in _sensitivity(baseline):
         click.echo(line)
     return 0
-
-
-def _settled(
-    experiment: str, trackers: str, sequences: str, output: Path
-) -> tuple[Mapping[str, str], Mapping[str, SequenceSource]]:
-    """Return specifications of trackers by label, and sources of sequences by name."""
-    from trackmark.bench.execution.plan import make_plan
-    from trackmark.bench.store.results import Results
-
-    sources = chosen_sequences(sequences, None)
-    requested = Experiment(experiment, tuple(split_list(trackers)), sources)
-    plan = make_plan(requested, Results(output / experiment), {})
-    texts = {chosen.label: text for text, chosen in plan.trackers.items()}
-    return texts, {sequence.name: sequence.source for sequence in plan.sequences}
-
-
-def refuse_hidden_randomness(cells: "Cells", repeated: "Cells") -> None:
-    """Print which trackers are not repeatable.
-
-    Raises `BaselineError` if one of them declares no randomness.
-    """
-    from trackmark.bench.comparing.baseline import BaselineError
-
-    hidden = []
-    for tracker, name in differing(cells, repeated):
-        line = f"{tracker} is not repeatable: seed 0 gave different boxes in two runs"
-        if len(cells[tracker][name].overlap) == 1:
-            hidden.append(line)
-        else:
-            click.echo(f"{line} on {name}.", err=True)
-    if hidden:
-        raise BaselineError(
-            "\n".join(f"{line}." for line in hidden) + " A tracker without declared randomness "
-            "must give equal boxes. Declare `randomness = Randomness.GENERATOR` in its class, and "
-            "draw from `numpy.random.default_rng(self.seed)` alone."
-        )
 
 
 def _sensitivity(baseline: "Baseline") -> list[str]:

@@ -2,32 +2,34 @@
 
 import json
 import re
-from collections.abc import Mapping
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from fnmatch import fnmatchcase
-from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
 from trackmark.bench.commands import EXIT_ANSWER_IS_NO
 from trackmark.bench.commands._baseline_runs import (
     CellRunner,
+    are_baseline_cells,
     differing,
-    failure_lines,
     first_cells,
     with_failures,
 )
 from trackmark.bench.commands._options import (
-    engine_options,
-    json_option,
+    EngineOptions,
+    JsonOptions,
+    argument,
     metrics_option,
-    output_option,
+    option,
+    split_list,
     utf8_text,
+    with_options,
 )
-from trackmark.bench.commands.baseline import refuse_hidden_randomness
+from trackmark.bench.commands._progress import print_message
 
 if TYPE_CHECKING:
     from trackmark.bench.comparing.baseline import Baseline
@@ -38,7 +40,10 @@ if TYPE_CHECKING:
 EXIT_INCONCLUSIVE = 3
 
 
-def _seconds(context: click.Context, parameter: click.Parameter, text: str) -> float:
+_FILE = click.Path(path_type=Path, dir_okay=False)
+
+
+def _seconds(text: str) -> float:
     match = re.fullmatch(r"(\d+(?:\.\d+)?) ?(s|min|h)", text.strip())
     if match is None:
         raise click.BadParameter(
@@ -47,106 +52,94 @@ def _seconds(context: click.Context, parameter: click.Parameter, text: str) -> f
     return float(match[1]) * {"s": 1, "min": 60, "h": 3600}[match[2]]
 
 
+@dataclass(frozen=True, kw_only=True)
+class CheckOptions(JsonOptions, EngineOptions):
+    """Options of the command."""
+
+    name: str = argument()
+    trackers: str = option("Check only these trackers: names or patterns.", default="*")
+    sequences: str = option("Check only these sequences: names or patterns.", default="*")
+    seeds: int | None = option(
+        "Use only the first seeds of the baseline.  [default: all]", minimum=6
+    )
+    strict: bool = option("Exit status 3 if an answer is inconclusive.")
+    accept: str | None = option(
+        "Replace its scores in the baseline by new ones.", metavar="TRACKER"
+    )
+    because: str | None = option(
+        "Reason for --accept; written into the baseline.", callback=utf8_text
+    )
+    whole: bool = option("Show identical sequences, too.")
+    markdown: Path | None = option("File for a pull request.", type=_FILE)
+    junit: Path | None = option("File in JUnit's XML.", type=_FILE)
+    timed: bool = option("Check the trackers' speed, too.", "--time")
+    against: str | None = option("With --time: git revision to compare with.", metavar="REVISION")
+    budget: float = option(
+        "With --time: time after which no sessions are added, as 90s, 10min or 2h.",
+        default="10min",
+        type=_seconds,
+        metavar="TIME",
+    )
+    metrics: list[str] = metrics_option()
+
+
 @click.command("check")
-@click.argument("name")
-@click.option("--trackers", default="*", help="Check only trackers whose label fits this pattern.")
-@click.option("--sequences", default="*", help="Check only sequences whose name fits this pattern.")
-@click.option(
-    "--seeds",
-    type=click.IntRange(6),
-    help="Use only the first seeds of the baseline.  [default: all]",
-)
-@click.option("--strict", is_flag=True, help="Exit status 3 if an answer is inconclusive.")
-@click.option("--accept", metavar="TRACKER", help="Replace its scores in the baseline by new ones.")
-@click.option(
-    "--because", callback=utf8_text, help="Reason for --accept; written into the baseline."
-)
-@click.option("--whole", is_flag=True, help="Show identical sequences, too.")
-@click.option(
-    "--markdown", type=click.Path(path_type=Path, dir_okay=False), help="For a pull request."
-)
-@click.option("--junit", type=click.Path(path_type=Path, dir_okay=False), help="JUnit's XML.")
-@click.option("--time", "timed", is_flag=True, help="Check the trackers' speed, too.")
-@click.option("--against", metavar="REVISION", help="With --time: git revision to compare with.")
-@click.option(
-    "--budget",
-    callback=_seconds,
-    metavar="TIME",
-    default="10min",
-    show_default=True,
-    help="With --time: time after which no sessions are added, as 90s, 10min or 2h.",
-)
-@metrics_option
-@output_option
-@engine_options
-@json_option
-def command(
-    name: str,
-    trackers: str,
-    sequences: str,
-    seeds: int | None,
-    strict: bool,
-    accept: str | None,
-    because: str | None,
-    whole: bool,
-    markdown: Path | None,
-    junit: Path | None,
-    timed: bool,
-    against: str | None,
-    budget: float,
-    metrics: list[str],
-    output: Path,
-    means: dict[str, Any],
-    as_json: bool,
-) -> int:
+@with_options(CheckOptions)
+def command(options: CheckOptions) -> int:
     """Compare what trackers score now with the baseline NAME.
 
-    Runs what is missing. Exit status 1 if a tracker is worse or slower, or a run failed; 2 if the
-    baseline or a sequence cannot be used; 3 with --strict if an answer is inconclusive. --metrics
-    shows the current scores by other definitions, too; native decides.
+    Missing runs are executed. --metrics also shows the current scores by other definitions; the
+    answers are by native.
+
+    Exit codes: 0 success; 1 a tracker is worse or slower, or a run failed; 2 invalid usage, or the
+    baseline or a sequence cannot be used; 3 with --strict if an answer is inconclusive; 130
+    interrupted.
     """
-    from trackmark.bench.comparing.baseline import baseline_path, read_baseline
+    from trackmark.bench.comparing.baseline import baseline_path, read_baseline, surroundings
+    from trackmark.bench.comparing.regression_check import changed_facts, check
     from trackmark.bench.comparing.speed_check import check_speeds
 
-    path = baseline_path(name)
+    path = baseline_path(options.name)
     stored = read_baseline(path)
-    _check_usage(stored, accept, because, seeds, against, timed=timed)
-    before = _part(stored, accept or trackers, sequences if accept is None else "*")
-    before = before.with_seeds(seeds or stored.seeds)
+    _check_usage(stored, options)
+    before = _part(stored, options).with_seeds(options.seeds or stored.seeds)
     speeds: dict[str, Pace] = {}
-    if against is not None:
-        # The whole baseline: whatever part of it is checked, the same sequences are timed.
-        report = partial(click.echo, err=True)
-        speeds = check_speeds(stored, list(before.cells), against, budget, report)
-    runner = _runner(before, f"check-{path.stem}", output, means)
-    result = _checked(before, runner)
-    _show(result, speeds, as_json=as_json, whole=whole, markdown=markdown, junit=junit)
-    if others := [preset for preset in metrics if preset != "native"]:
-        click.echo(_by_others(result, runner.folder, others), err=as_json)
-    if accept is not None and because is not None:
-        return _accept(stored, path, accept, because, result, runner)
-    return _status(result, speeds, strict=strict)
+    if options.against is not None:
+        # Timed on the whole baseline, so that a part of it gets the same times.
+        trackers = list(before.cells)
+        speeds = check_speeds(stored, trackers, options.against, options.budget, print_message)
+    cells = {name: cell for row in before.cells.values() for name, cell in row.items()}
+    runner = CellRunner(
+        f"check-{path.stem}",
+        before.texts,
+        {name: cell.source for name, cell in cells.items()},
+        options,
+        {name: cell.sequence for name, cell in cells.items()},
+    )
+    now = runner.run({tracker: list(row) for tracker, row in before.cells.items()}, before.seeds)
+    repeated = runner.repeat(changed_facts(before.cells, now))
+    not_repeatable = differing(now, repeated)
+    result = check(before, with_failures(now, repeated), surroundings(), not_repeatable)
+    _show(result, speeds, options)
+    if others := [preset for preset in options.metrics if preset != "native"]:
+        click.echo(_scores_by(result, runner.folder, others), err=options.as_json)
+    if options.accept is not None:
+        return _accept(stored, path, options, result, runner)
+    return _status(result, speeds, strict=options.strict)
 
 
-def _check_usage(
-    stored: "Baseline",
-    accept: str | None,
-    because: str | None,
-    seeds: int | None,
-    against: str | None,
-    *,
-    timed: bool,
-) -> None:
+def _check_usage(stored: "Baseline", options: CheckOptions) -> None:
     """Raise `UsageError` for options that do not go together or do not fit the baseline."""
-    if (accept is None) != (not (because or "").strip()):
+    accept, seeds = options.accept, options.seeds
+    if (accept is None) != (not (options.because or "").strip()):
         raise click.UsageError("--accept TRACKER goes with --because TEXT.")
     if accept is not None and accept not in stored.cells:
         raise click.UsageError(
             f"--accept: the baseline has no {accept!r}; it has {', '.join(stored.cells)}."
         )
-    if accept is not None and (timed or seeds is not None):
+    if accept is not None and (options.timed or seeds is not None):
         raise click.UsageError("--accept does not go with --time or --seeds.")
-    if timed != (against is not None):
+    if options.timed != (options.against is not None):
         raise click.UsageError(
             "--time goes with --against REVISION: speeds are compared with those of a git revision."
         )
@@ -157,22 +150,36 @@ def _check_usage(
         )
 
 
-def _runner(before: "Baseline", name: str, output: Path, means: Mapping[str, Any]) -> CellRunner:
-    cells = {sequence: cell for row in before.cells.values() for sequence, cell in row.items()}
-    sources = {sequence: cell.source for sequence, cell in cells.items()}
-    digests = {sequence: cell.sequence for sequence, cell in cells.items()}
-    return CellRunner(name, before.texts, sources, output, means, digests)
+def _part(baseline: "Baseline", options: CheckOptions) -> "Baseline":
+    """Return the cells that are checked: with --accept, all of this tracker."""
+    trackers = [options.accept] if options.accept else split_list(options.trackers)
+    sequences = ["*"] if options.accept else _with_canonical_names(split_list(options.sequences))
+    cells = {
+        tracker: {
+            name: cell for name, cell in row.items() if _fits(sequences, name, cell.source.text)
+        }
+        for tracker, row in baseline.cells.items()
+        if _fits(trackers, tracker, baseline.texts[tracker])
+    }
+    cells = {tracker: row for tracker, row in cells.items() if row}
+    if not cells:
+        raise click.UsageError(
+            f"nothing in the baseline fits {options.trackers!r} and {options.sequences!r}."
+        )
+    return replace(baseline, cells=cells)
 
 
-def _checked(before: "Baseline", runner: CellRunner) -> "Check":
-    """Run the trackers of a baseline and compare them with it."""
-    from trackmark.bench.comparing.baseline import surroundings
-    from trackmark.bench.comparing.regression_check import changed_facts, check
+def _fits(patterns: Sequence[str], *names: str) -> bool:
+    return any(name == text or fnmatchcase(name, text) for text in patterns for name in names)
 
-    now = runner.run({tracker: list(row) for tracker, row in before.cells.items()}, before.seeds)
-    repeated = runner.repeat(changed_facts(before.cells, now))
-    not_repeatable = differing(now, repeated)
-    return check(before, with_failures(now, repeated), surroundings(), not_repeatable)
+
+def _with_canonical_names(texts: Sequence[str]) -> list[str]:
+    """Return texts of sequences, and the canonical names of those that are built in."""
+    from trackmark import datasets
+    from trackmark.datasets.catalogue import is_built_in
+
+    built_in = [text for text in texts if is_built_in(text) and not {"*", "?"} & set(text)]
+    return [*texts, *(datasets.identity(text)[0] for text in built_in)]
 
 
 def _status(result: "Check", speeds: "Mapping[str, Pace]", *, strict: bool) -> int:
@@ -183,38 +190,29 @@ def _status(result: "Check", speeds: "Mapping[str, Pace]", *, strict: bool) -> i
 
 
 def _accept(
-    stored: "Baseline", path: Path, tracker: str, reason: str, result: "Check", runner: CellRunner
+    stored: "Baseline", path: Path, options: CheckOptions, result: "Check", runner: CellRunner
 ) -> int:
     """Replace a tracker's scores in the baseline, unless a run failed."""
     from trackmark.bench.comparing.baseline import write_baseline
 
+    tracker, reason = str(options.accept), str(options.because)
     repeated = runner.repeat(first_cells({tracker: list(result.now[tracker])}))
-    if lines := failure_lines(with_failures(result.now, repeated)):
-        click.echo("\n".join([*lines, f"{path} is not changed: runs failed."]), err=True)
+    if not are_baseline_cells(result.now, repeated, f"{path} is not changed: runs failed."):
         return EXIT_ANSWER_IS_NO
-    refuse_hidden_randomness(result.now, repeated)
     today = datetime.now(UTC).date().isoformat()
     write_baseline(stored.moved_on(tracker, result.now, reason, today), path)
-    click.echo(f"{path}: the scores of {tracker} are replaced.", err=True)
+    print_message(f"{path}: the scores of {tracker} are replaced.")
     return 0
 
 
-def _show(
-    result: "Check",
-    speeds: Mapping[str, "Pace"],
-    *,
-    as_json: bool,
-    whole: bool,
-    markdown: Path | None,
-    junit: Path | None,
-) -> None:
+def _show(result: "Check", speeds: "Mapping[str, Pace]", options: CheckOptions) -> None:
     """Print the changes of scores and speeds, and write them into files."""
     from trackmark.bench.comparing.regression_check import as_data, as_junit, table
     from trackmark.bench.comparing.speed_check import speed_cases, speed_data, speed_table
     from trackmark.reports.renderers import to_markdown
 
-    tables = [table(result, whole=whole), *([speed_table(speeds)] if speeds else [])]
-    if as_json:
+    tables = [table(result, whole=options.whole), *([speed_table(speeds)] if speeds else [])]
+    if options.as_json:
         data = as_data(result)
         if speeds:
             data["times"] = speed_data(speeds)
@@ -226,19 +224,19 @@ def _show(
         click.echo(json.dumps(data, allow_nan=False))
     else:
         click.echo("\n".join(map(_text, tables)), nl=False)
-    if markdown is not None:
+    if options.markdown is not None:
         _write(
-            markdown,
+            options.markdown,
             "\n".join(
-                to_markdown(shown) if shown.rows else "".join(f"{note}\n" for note in shown.notes)
-                for shown in tables
+                to_markdown(table) if table.rows else "".join(f"{note}\n" for note in table.notes)
+                for table in tables
             ),
         )
-    if junit is not None:
-        _write(junit, as_junit(result, speed_cases(speeds)))
+    if options.junit is not None:
+        _write(options.junit, as_junit(result, speed_cases(speeds)))
 
 
-def _by_others(result: "Check", folder: Path, metrics: list[str]) -> str:
+def _scores_by(result: "Check", folder: Path, metrics: list[str]) -> str:
     """Return tables of the current scores by other presets."""
     from trackmark.bench.reporting.by_preset import summary_text
 
@@ -251,15 +249,15 @@ def _by_others(result: "Check", folder: Path, metrics: list[str]) -> str:
     return summary_text(folder, cells, metrics)
 
 
-def _text(shown: "Table") -> str:
+def _text(table: "Table") -> str:
     """Return the table, or only its notes if nothing changed."""
     from trackmark.reports.printable import wrapped
     from trackmark.reports.renderers import to_text
     from trackmark.reports.table_width import on_terminal
 
-    notes = "\n".join(wrapped(note) for note in shown.notes)
-    table = on_terminal(replace(shown, notes=[]), to_text) if shown.rows else ""
-    return f"{table}{notes}\n"
+    notes = "\n".join(wrapped(note) for note in table.notes)
+    rows = on_terminal(replace(table, notes=[]), to_text) if table.rows else ""
+    return f"{rows}{notes}\n"
 
 
 def _write(file: Path, text: str) -> None:
@@ -267,16 +265,3 @@ def _write(file: Path, text: str) -> None:
     from trackmark.reports.printable import printable
 
     write_file(file, lambda temporary: temporary.write_text(printable(text), encoding="utf-8"))
-
-
-def _part(baseline: "Baseline", trackers: str, sequences: str) -> "Baseline":
-    """Return the cells that two patterns fit; a tracker's label fits itself."""
-    cells = {
-        tracker: {name: cell for name, cell in row.items() if fnmatchcase(name, sequences)}
-        for tracker, row in baseline.cells.items()
-        if tracker == trackers or fnmatchcase(tracker, trackers)
-    }
-    cells = {tracker: row for tracker, row in cells.items() if row}
-    if not cells:
-        raise click.UsageError(f"nothing in the baseline fits {trackers!r} and {sequences!r}.")
-    return replace(baseline, cells=cells)

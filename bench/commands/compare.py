@@ -1,36 +1,39 @@
-"""Comparison of trackers pair by pair, on stored or new runs."""
+"""Compare trackers pair by pair, on stored or new runs."""
 
-import functools
 import json
 import math
 import textwrap
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
 from trackmark.bench.commands import EXIT_ANSWER_IS_NO
-from trackmark.bench.commands._imported_results import guests_of, guests_option, together
+from trackmark.bench.commands._execution import run_experiment
+from trackmark.bench.commands._imported_results import guests_of, imported_option, with_imported
 from trackmark.bench.commands._options import (
-    chosen_sequences,
-    engine_options,
-    json_option,
+    EXISTING_FILE,
+    EngineOptions,
+    JsonOptions,
+    argument,
+    matching_sequences,
     metrics_option,
-    output_option,
-    patience,
-    progress_bar,
+    only_experiment,
+    option,
     protocol_option,
-    refresh_index,
     split_list,
-    telling_of_replaced,
+    with_options,
 )
-from trackmark.bench.commands.run import ad_hoc_name
+from trackmark.bench.commands._progress import patience, print_message
+from trackmark.bench.commands.run import default_name
 from trackmark.bench.experiments.experiment import Experiment
 from trackmark.bench.reporting import MARGINS
 
 if TYPE_CHECKING:
+    import pandas as pd
+
     from trackmark.bench.comparing.comparison import Comparison
     from trackmark.bench.store.layout import Cell
     from trackmark.reports.tables import Measure
@@ -40,65 +43,42 @@ WIDTH = 96
 STRIPS = 3
 """Number of sequences drawn as film strips: those on which two trackers differ most."""
 
-_HINT = "--metric"
+
+@dataclass(frozen=True, kw_only=True)
+class CompareOptions(JsonOptions, EngineOptions):
+    """Options of the command."""
+
+    trackers: tuple[str, ...] = argument(nargs=-1, required=False)
+    sequences: str | None = option(
+        "Comma-separated names, paths or patterns with * and ?. Missing runs are executed."
+    )
+    results: Path | None = option("Results folder to compare.")
+    results_of: tuple[str, ...] = imported_option()
+    protocol: str | None = protocol_option()
+    metrics: list[str] = metrics_option()
+    metric: str | None = option(
+        f"Score to compare: {', '.join(MARGINS)} of `native`, or a column of --metrics.  "
+        "[default: mean_overlap, or the first column of the preset]"
+    )
+    margin: float | None = option("Equivalence margin.", minimum=0)
+    against: str | None = option("Compare this tracker with each other tracker.", metavar="NAME")
+    unit: str | None = option(
+        "Use scenes as units; answers then hold for new scenes of these families only.",
+        choices=["scene"],
+    )
+    seeds: int | None = option("Repetitions of stochastic trackers.", minimum=1)
+    name: str | None = option("Name of the results folder; as in `run`.")
+    published: Path | None = option(
+        "Published scores: CSV with tracker,sequence,METRIC.", type=EXISTING_FILE
+    )
+    folder: Path | None = option(
+        "Write tables, figures and a paragraph for a paper to this folder."
+    )
 
 
 @click.command("compare")
-@click.argument("trackers", nargs=-1)
-@click.option(
-    "--sequences",
-    help="Comma-separated names, paths or patterns with * and ?. Missing runs are executed.",
-)
-@click.option("--results", type=click.Path(path_type=Path), help="Results folder to compare.")
-@guests_option
-@protocol_option
-@metrics_option
-@click.option(
-    "--metric",
-    help=f"Score to compare: {', '.join(MARGINS)} of `native`, or a column of --metrics.  "
-    "[default: mean_overlap, or the first column of the preset]",
-)
-@click.option("--margin", type=click.FloatRange(0), help="Equivalence margin.")
-@click.option("--against", metavar="NAME", help="Compare this tracker with each other tracker.")
-@click.option(
-    "--unit",
-    type=click.Choice(["scene"]),
-    help="Use scenes as units; answers then hold for new scenes of these families only.",
-)
-@click.option("--seeds", type=click.IntRange(1), help="Repetitions of stochastic trackers.")
-@click.option("--name", help="Name of the results folder; as in `run`.")
-@click.option(
-    "--published",
-    type=click.Path(path_type=Path, exists=True, dir_okay=False),
-    help="Published scores: CSV with tracker,sequence,METRIC.",
-)
-@click.option(
-    "--folder",
-    type=click.Path(path_type=Path),
-    help="Write tables, figures and a paragraph for a paper to this folder.",
-)
-@output_option
-@engine_options
-@json_option
-def command(
-    trackers: tuple[str, ...],
-    sequences: str | None,
-    results: Path | None,
-    results_of: tuple[str, ...],
-    protocol: str | None,
-    metrics: list[str],
-    metric: str | None,
-    margin: float | None,
-    against: str | None,
-    unit: str | None,
-    seeds: int | None,
-    name: str | None,
-    published: Path | None,
-    folder: Path | None,
-    output: Path,
-    means: dict[str, Any],
-    as_json: bool,
-) -> int:
+@with_options(CompareOptions)
+def command(options: CompareOptions) -> int:
     """Compare TRACKERS pairwise on the same sequences.
 
     Give either --sequences (missing runs are executed) or --results (stored runs are compared; all
@@ -109,86 +89,73 @@ def command(
     Exit codes: 0 success; 1 every run of a tracker failed, which is left out; 2 invalid usage or
     input, or a missing run in --results; 130 interrupted.
     """
-    if (sequences is None) == (results is None):
-        raise click.UsageError("Give --sequences or --results (one of them).")
-    if margin is not None and not math.isfinite(margin):
-        raise click.UsageError("--margin must be a finite number.")
-    stored = _stored(protocol)
-    measures = {
-        preset: _measure(preset, metric, margin)
-        for preset in _presets(metrics or ["native"], stored)
-    }
-    guests = guests_of(results_of)
-    imported = [guest.tracker for guest in guests]
-    trackers = tuple(split_list(",".join(trackers)))
-    trackers, against = _with_against(trackers, against, imported)
-    labels = _labels(trackers)
-    cells, experiments = None, []
-    if sequences is not None and len(trackers) + len(guests) < 2:
-        raise click.UsageError("Name the trackers to compare, two or more.")
-    if sequences is not None and trackers:
-        ran, labels, cells = _run(trackers, sequences, seeds, name, protocol, output, means)
-        experiments = [ran]
-    elif results is not None:
-        experiments = [_only_experiment(results)]
-    only = None if cells is None else {sequence for _, sequence, _, _ in cells}
-    with together(experiments, guests, sequences, only) as (experiment,):
-        selection = _Selection(
-            experiment, labels, cells, imported, published, stored, against, unit == "scene"
-        )
-        return _compare(selection, measures, folder, as_json=as_json)
-
-
-@dataclass(frozen=True)
-class _Selection:
-    """Runs and published scores that are compared."""
-
-    experiment: Path
-    labels: list[str] | None  # of trackers that ran here; None for all stored ones
-    cells: "Collection[Cell] | None"  # runs of these trackers; None for all stored ones
-    imported: list[str]  # labels of trackers with imported results
-    published: Path | None
-    stored: str  # protocol name under which runs are filed
-    against: str | None  # label of the tracker that is compared with each other one
-    by_scene: bool
-
-
-def _stored(protocol: str | None) -> str:
-    """Return the name under which runs by a protocol are filed."""
+    from trackmark.bench.comparing.comparable_runs import AllFailedError
     from trackmark.bench.protocols import STORED_ONCE
     from trackmark.bench.protocols import protocol as protocol_of
 
-    return STORED_ONCE if protocol is None else protocol_of(protocol).text
+    if (options.sequences is None) == (options.results is None):
+        raise click.UsageError("Give --sequences or --results (one of them).")
+    if options.margin is not None and not math.isfinite(options.margin):
+        raise click.UsageError("--margin must be a finite number.")
+    filed = STORED_ONCE if options.protocol is None else protocol_of(options.protocol).text
+    measures = {preset: _measure(preset, options) for preset in _presets(options.metrics, filed)}
+    guests = guests_of(options.results_of)
+    trackers, against = _trackers(options, [guest.tracker for guest in guests])
+    labels: list[str] | None = [label for label, _ in trackers] or None
+    cells: Collection[Cell] | None = None
+    experiments = []
+    if options.sequences is not None and len(trackers) + len(guests) < 2:
+        raise click.UsageError("Name the trackers to compare, two or more.")
+    if options.results is not None:
+        experiments = [only_experiment(options.results)]
+    elif trackers:
+        folder, labels, cells = _run(options, [text for _, text in trackers])
+        experiments = [folder]
+    only = None if cells is None else {sequence for _, sequence, _, _ in cells}
+    with with_imported(experiments, guests, options.sequences, only) as (experiment,):
+        imported = [guest.tracker for guest in guests]
+        runs = _load(experiment, labels, cells, imported, filed)
+        if options.results is not None:
+            _report_older_versions(runs.table[~runs.table["tracker"].isin(imported)])
+        try:
+            compared = {  # before any output: a preset may refuse the runs
+                preset: _compare(runs, against, options, preset, measure)
+                for preset, measure in measures.items()
+            }
+        except AllFailedError as error:
+            print_message(str(error))
+            return EXIT_ANSWER_IS_NO
+        return _report(compared, experiment, options)
 
 
-def _presets(metrics: Sequence[str], stored: str) -> list[str]:
+def _presets(metrics: Sequence[str], filed: str) -> list[str]:
     """Return the presets; instead of `native`, if it cannot judge the runs, the protocol's own."""
     from trackmark.bench.evaluation.scoring import can_judge
-    from trackmark.bench.protocols import protocol as protocol_of
+    from trackmark.bench.protocols import protocol
     from trackmark.bench.reporting.tables import PRESET
 
-    replaced = {} if can_judge(PRESET, stored) else {PRESET: protocol_of(stored).preset}
+    replaced = {} if can_judge(PRESET, filed) else {PRESET: protocol(filed).preset}
     return list(dict.fromkeys(replaced.get(name, name) for name in metrics))
 
 
-def _measure(preset: str, metric: str | None, margin: float | None) -> "Measure":
+def _measure(preset: str, options: CompareOptions) -> "Measure":
     """Return the score of a preset by which runs are compared, with its margin."""
     from trackmark.bench.reporting.tables import PRESET, SUMMARY
 
     if preset != PRESET:
-        measure = _preset_measure(preset, metric, margin)
+        measure = _preset_measure(preset, options)
     else:
         measures = {measure.name: measure for measure in SUMMARY}
-        name = metric or SUMMARY[0].name
+        name = options.metric or SUMMARY[0].name
         if name not in measures:
             raise click.BadParameter(
-                f"{name!r} is not one of {', '.join(MARGINS)}.", param_hint=_HINT
+                f"{name!r} is not one of {', '.join(MARGINS)}.", param_hint="--metric"
             )
         measure = measures[name]
-    return measure if margin is None else replace(measure, margin=margin)
+    return measure if options.margin is None else replace(measure, margin=options.margin)
 
 
-def _preset_measure(preset: str, metric: str | None, margin: float | None) -> "Measure":
+def _preset_measure(preset: str, options: CompareOptions) -> "Measure":
     """Return a column of a metrics preset as a measure with the margin of shares."""
     from trackmark.bench.metrics import preset as metrics_preset
     from trackmark.bench.metrics.preset import heading, mean_of_sequences
@@ -197,16 +164,17 @@ def _preset_measure(preset: str, metric: str | None, margin: float | None) -> "M
     definitions = metrics_preset(preset)
     judging = {key: column for key, column in definitions.columns.items() if column.better}
     columns = {key: column for key, column in judging.items() if not column.whole}
-    name = metric or next(iter(columns))
+    name = options.metric or next(iter(columns))
     if name not in columns:
-        wrong = f"{preset} has no {name!r}"
+        problem = f"{preset} has no {name!r}"
         if name in judging:
-            wrong = f"{name} is of all sequences together, and trackers are compared by sequence"
+            problem = f"{name} is of all sequences together, and trackers are compared by sequence"
         raise click.BadParameter(
-            f"{wrong}; of {preset} they can be compared by {', '.join(columns)}.", param_hint=_HINT
+            f"{problem}; by {preset}, trackers can be compared by {', '.join(columns)}.",
+            param_hint="--metric",
         )
     better = columns[name].better
-    if margin is None and better == "lower":
+    if options.margin is None and better == "lower":
         raise click.UsageError(f"{name} is not a share: give its equivalence --margin.")
     title = f"{heading(name)} ({preset})"
     if definitions.combine is not mean_of_sequences:  # `report` prints another number
@@ -222,176 +190,173 @@ def _preset_measure(preset: str, metric: str | None, margin: float | None) -> "M
     )
 
 
-def _compare(
-    selection: _Selection, measures: "dict[str, Measure]", folder: Path | None, *, as_json: bool
-) -> int:
-    """Compare by all presets, show and write the comparisons, and return the exit status."""
-    from trackmark.bench.comparing.comparable_runs import AllFailedError
+def _trackers(
+    options: CompareOptions, imported: Sequence[str]
+) -> tuple[list[tuple[str, str]], str | None]:
+    """Return label and text of each named tracker, and the label of --against.
+
+    The tracker of --against is added to the named ones.
+    """
+    trackers = [
+        (label, text) for text in split_list(",".join(options.trackers)) for label in [_label(text)]
+    ]
+    if options.against is None or options.against in imported:
+        return trackers, options.against
+    against = _label(options.against)
+    if trackers and against not in [label for label, _ in trackers]:
+        trackers = [(against, options.against), *trackers]
+    return trackers, against
+
+
+def _label(text: str) -> str:
+    """Return the label of a tracker; a text that names no tracker is its own label."""
+    from trackmark.bench.experiments.tracker_files import settled
+    from trackmark.trackers import TrackerError
 
     try:
-        compared = {  # before any output: a preset may refuse the runs
-            preset: _answers(selection, preset, measure) for preset, measure in measures.items()
-        }
-    except AllFailedError as error:
-        click.echo(str(error), err=True)
-        return EXIT_ANSWER_IS_NO
-    for preset, answers in compared.items():
-        _show(answers, preset, as_json=as_json)
-        if folder is not None:
-            target = folder / preset if len(measures) > 1 else folder
-            click.echo("\n".join(_write(answers, selection.experiment, target)), err=True)
-    answers = next(iter(compared.values()))
-    for tracker, note in answers.failures.items():
-        click.echo(f"{tracker}: {note}", err=True)
-    return EXIT_ANSWER_IS_NO if answers.left_out else 0
+        return settled([text])[text].label
+    except TrackerError:
+        return text  # the results may be stored without the tracker
 
 
-def _answers(selection: _Selection, preset: str, measure: "Measure") -> "Comparison":
-    """Compare the runs by a preset's score."""
-    from trackmark.bench.comparing.comparable_runs import of_protocol, with_published
-    from trackmark.bench.comparing.comparison import compare
-    from trackmark.bench.comparing.stored_boxes import same_boxes
+def _run(
+    options: CompareOptions, trackers: Sequence[str]
+) -> "tuple[Path, list[str], Collection[Cell]]":
+    """Execute missing runs; return the experiment's folder, the labels and the requested runs."""
+    sequences = options.sequences or ""
+    experiment = Experiment(
+        name=options.name or default_name(trackers, split_list(sequences), None),
+        trackers=tuple(trackers),
+        sequences=matching_sequences(sequences),
+        repetitions=options.seeds or Experiment.repetitions,
+        protocol=options.protocol or Experiment.protocol,
+    )
+    execution = run_experiment(experiment, options)
+    print_message(f"Runs are in {execution.folder}.")
+    labels = [spec.label for spec in execution.plan.trackers.values()]
+    return execution.folder, labels, execution.plan.asked().cells
+
+
+@dataclass(frozen=True)
+class _Runs:
+    """Runs of one experiment that are compared."""
+
+    experiment: Path
+    table: "pd.DataFrame"  # as `load_results` gives them
+    labels: list[str] | None  # of the trackers; None for all stored ones
+    filed: str  # protocol name under which runs are filed
+
+
+def _load(
+    experiment: Path,
+    labels: list[str] | None,
+    cells: "Collection[Cell] | None",
+    imported: Sequence[str],
+    filed: str,
+) -> _Runs:
+    """Load the requested runs (all stored ones if None), imported ones and timing runs."""
     from trackmark.bench.protocols import TIMING
+    from trackmark.bench.store.loading import load_results
+    from trackmark.bench.store.results import Results
+
+    if labels is not None:
+        labels = [*labels, *imported]
+    if cells is not None:
+        stored = Results(experiment).asked().cells if imported else ()
+        cells = [*cells, *(cell for cell in stored if cell[0] in imported)]
+        cells = [*cells, *((*cell[:3], TIMING) for cell in cells)]
+    runs = load_results(experiment, cells)
+    if labels is not None and set(labels) <= set(runs["tracker"].unique()):
+        runs = runs[runs["tracker"].isin(labels)]  # other runs may be missing or damaged
+    return _Runs(experiment, runs, labels, filed)
+
+
+def _compare(
+    runs: _Runs, against: str | None, options: CompareOptions, preset: str, measure: "Measure"
+) -> "Comparison":
+    """Compare the runs by a preset's score."""
+    from trackmark.bench.comparing.comparable_runs import of_protocol, same_boxes, with_published
+    from trackmark.bench.comparing.comparison import compare
     from trackmark.bench.reporting.by_preset import runs_by
     from trackmark.bench.reporting.failed_runs import with_worst_scores
     from trackmark.bench.reporting.tables import PRESET, not_repeatable
-    from trackmark.bench.store.loading import load_results
-    from trackmark.bench.store.results import Results
     from trackmark.bench.store.truth import occurring_attributes
 
-    folder, labels, cells = selection.experiment, selection.labels, selection.cells
-    if selection.imported:
-        stored_cells = Results(folder).asked().cells
-        imported = (cell for cell in stored_cells if cell[0] in selection.imported)
-        cells = None if cells is None else [*cells, *imported]
-        labels = None if labels is None else [*labels, *selection.imported]
-    if cells is not None:
-        cells = [*cells, *((*cell[:3], TIMING) for cell in cells)]
-    runs = load_results(folder, cells)
-    if labels is not None and set(labels) <= set(runs["tracker"].unique()):
-        runs = runs[runs["tracker"].isin(labels)]  # other runs may be missing or damaged
-    same, unrepeatable = same_boxes(folder, runs, selection.stored), not_repeatable(runs)
-    attributes = occurring_attributes(folder, runs[runs["status"] == "finished"])
+    table, labels = runs.table, runs.labels
     if preset != PRESET:
         with patience("Scoring runs"):
-            runs = runs_by(folder, preset, runs, selection.stored)
-    runs = with_worst_scores(folder, runs, [preset])
-    runs, measure = of_protocol(runs, selection.stored, measure)
-    if selection.published is not None:
-        runs, published = with_published(runs, selection.published, measure)
+            table = runs_by(runs.experiment, preset, table, runs.filed)
+    table = with_worst_scores(runs.experiment, table, [preset])
+    table, measure = of_protocol(table, runs.filed, measure)
+    if options.published is not None:
+        table, published = with_published(table, options.published, measure)
         labels = None if labels is None else [*labels, *published]
+    finished = runs.table[runs.table["status"] == "finished"]
     return compare(
-        runs,
+        table,
         measure,
         labels,
-        selection.against,
-        by_scene=selection.by_scene,
-        attributes=attributes,
-        same_boxes=same,
-        not_repeatable=unrepeatable,
+        against,
+        by_scene=options.unit == "scene",
+        attributes=occurring_attributes(runs.experiment, finished),
+        same_boxes=same_boxes(runs.experiment, runs.table, runs.filed),
+        not_repeatable=not_repeatable(runs.table),
     )
 
 
-def _show(answers: "Comparison", preset: str, *, as_json: bool) -> None:
-    """Print a comparison."""
-    from trackmark.bench.comparing.summary_text import paragraph
-    from trackmark.bench.comparing.tables import as_data, screen
+def _report_older_versions(runs: "pd.DataFrame") -> None:
+    """Print which trackers have stored runs of another version than the current one."""
+    from trackmark.bench.experiments.tracker_spec import built_in_digest
+
+    stored = runs.dropna(subset="tracker_version").astype({"tracker": str, "tracker_name": str})
+    current = {name: built_in_digest(name) for name in stored["tracker_name"].unique()}
+    digests = stored["tracker_name"].map(current)
+    older = digests.notna() & (digests != stored["tracker_version"].astype(str))
+    for label, is_older in older.groupby(stored["tracker"], sort=False):
+        if count := int(is_older.sum()):
+            print_message(
+                f"{label}: {count} of {len(is_older)} stored runs are of another version of the "
+                "tracker than the current one. --sequences repeats them."
+            )
+
+
+def _report(compared: "dict[str, Comparison]", experiment: Path, options: CompareOptions) -> int:
+    """Print and write the comparisons by all presets; return the exit status."""
+    from trackmark.bench.comparing.tables import as_data, paragraph, screen
     from trackmark.reports.printable import width
     from trackmark.reports.renderers import to_text
     from trackmark.reports.table_width import on_terminal
 
-    if as_json:
-        click.echo(json.dumps({"metrics": preset, **as_data(answers)}, allow_nan=False))
-        return
-    click.echo("\n".join(on_terminal(table, to_text) for table in screen(answers)))
-    click.echo(textwrap.fill(paragraph(answers), min(WIDTH, width()), break_on_hyphens=False))
+    folder = options.folder
+    for preset, comparison in compared.items():
+        if options.as_json:
+            data = {"metrics": preset, **as_data(comparison)}
+            click.echo(json.dumps(data, allow_nan=False))
+        else:
+            click.echo("\n".join(on_terminal(table, to_text) for table in screen(comparison)))
+            text = textwrap.fill(paragraph(comparison), min(WIDTH, width()), break_on_hyphens=False)
+            click.echo(text)
+        if folder is not None:
+            target = folder / preset if len(compared) > 1 else folder
+            print_message("\n".join(_write(comparison, experiment, target)))
+    first = next(iter(compared.values()))
+    for tracker, note in first.failures.items():
+        print_message(f"{tracker}: {note}")
+    return EXIT_ANSWER_IS_NO if first.left_out else 0
 
 
-def _labels(trackers: tuple[str, ...]) -> list[str] | None:
-    """Return the labels of trackers; a text that names no tracker is its own label."""
-    from trackmark.bench.experiments.tracker_files import settled
-    from trackmark.trackers import TrackerError
-
-    labels = []
-    for text in trackers:
-        try:
-            labels += [chosen.label for chosen in settled([text]).values()]
-        except TrackerError:
-            labels.append(text)  # the results may be stored without the tracker
-    return labels or None
-
-
-def _with_against(
-    trackers: tuple[str, ...], against: str | None, imported: Sequence[str]
-) -> tuple[tuple[str, ...], str | None]:
-    """Return the trackers including that of --against, and its label."""
-    if against is None or against in imported:
-        return trackers, against
-    labels = _labels((against,)) or [against]
-    if len(labels) > 1:
-        raise click.BadParameter(f"{against!r} names several trackers.", param_hint="--against")
-    if trackers and labels[0] not in (_labels(trackers) or []):
-        trackers = (against, *trackers)
-    return trackers, labels[0]
-
-
-def _only_experiment(results: Path | None) -> Path:
-    """Return the only experiment in a results folder."""
-    from trackmark.bench.store.layout import experiment_folders
-
-    folders = experiment_folders(results or Path())
-    if len(folders) > 1:
-        names = ", ".join(path.name for path in folders)
-        raise click.UsageError(f"{results} holds several experiments ({names}): name one.")
-    return folders[0]
-
-
-def _run(
-    trackers: tuple[str, ...],
-    sequences: str,
-    seeds: int | None,
-    name: str | None,
-    protocol: str | None,
-    output: Path,
-    means: dict[str, Any],
-) -> "tuple[Path, list[str], Collection[Cell]]":
-    """Execute missing runs; return the experiment's folder, the labels and the requested runs."""
-    from trackmark.bench.execution.executor import Execution
-    from trackmark.datasets import SequenceError
-
-    chosen = chosen_sequences(sequences, None)
-    experiment = Experiment(
-        name=name or ad_hoc_name(trackers, split_list(sequences), None),
-        trackers=trackers,
-        sequences=chosen,
-        repetitions=seeds or Experiment.repetitions,
-        protocol=protocol or Experiment.protocol,
-    )
-    refresh_index(output / experiment.name)
-    execution = Execution(experiment, output, **means)
-    with telling_of_replaced(execution), progress_bar(execution.work, "frame") as progress:
-        for _ in execution.rows(progress):
-            pass
-    if execution.errors:
-        raise SequenceError("\n".join(execution.errors))
-    labels = [chosen.label for chosen in execution.plan.trackers.values()]
-    return execution.folder, labels, execution.plan.asked().cells
-
-
-def _write(answers: "Comparison", experiment: Path, folder: Path) -> list[str]:
+def _write(comparison: "Comparison", experiment: Path, folder: Path) -> list[str]:
     """Write tables, figures, film strips and the paragraph; return lines that list the files."""
     from trackmark.bench.comparing.figures import write_figures
-    from trackmark.bench.comparing.summary_text import paragraph
-    from trackmark.bench.comparing.tables import files
-    from trackmark.bench.reporting.pictures import write_strips
+    from trackmark.bench.comparing.tables import files, paragraph
+    from trackmark.bench.reporting.film_strips import write_strips
     from trackmark.reports.files import write_file
     from trackmark.reports.write import what_was_written, write_tables
 
-    paths = [*write_tables(folder, files(answers)), *write_figures(answers, folder)]
-    tell = functools.partial(click.echo, err=True)
-    different = answers.most_different(STRIPS)
-    paths += write_strips(experiment, folder, tell, different, list(answers.scores))
-    words = folder / "paragraph.txt"
-    text = f"{paragraph(answers)}\n"
-    paths.append(write_file(words, lambda file: file.write_text(text, encoding="utf-8")))
-    return what_was_written(paths, words.name)
+    paths = [*write_tables(folder, files(comparison)), *write_figures(comparison, folder)]
+    sequences = comparison.most_different(STRIPS)
+    paths += write_strips(experiment, folder, print_message, list(comparison.scores), sequences)
+    file = folder / "paragraph.txt"
+    text = f"{paragraph(comparison)}\n"
+    paths.append(write_file(file, lambda path: path.write_text(text, encoding="utf-8")))
+    return what_was_written(paths, file.name)

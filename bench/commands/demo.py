@@ -1,35 +1,38 @@
 """Run four trackers on a synthetic and two recorded sequences, with a page and tables."""
 
-import functools
 import os
 import sys
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import click
 
-from trackmark.bench.commands._options import jobs_option, progress_bar
+from trackmark.bench.commands._execution import plan_experiment
+from trackmark.bench.commands._options import EngineOptions, option, with_options
+from trackmark.bench.commands._progress import print_message, progress_bar
 from trackmark.bench.commands.run import execute
 from trackmark.bench.experiments.experiment import read_experiment
 
 
+@dataclass(frozen=True, kw_only=True)
+class DemoOptions:
+    """Options of the command."""
+
+    output: Path = option("Folder for results and report.", default=Path("out"))
+    jobs: int | None = option("Worker processes.  [default: one per core]", minimum=1)
+
+
 @click.command("demo")
-@click.option(
-    "--output",
-    type=click.Path(path_type=Path),
-    default=Path("out"),
-    show_default=True,
-    help="Folder for results and report.",
-)
-@jobs_option
-def command(output: Path, jobs: int | None) -> int:
+@with_options(DemoOptions)
+def command(options: DemoOptions) -> int:
     """Show what trackmark does, in about a minute, without a download.
 
-    What it runs is the experiment `demo`: bench/experiments/demo.toml.
+    It runs the experiment `demo`: bench/experiments/demo.toml.
     """
-    from trackmark.bench.pages.report import Said, write_report_page
-    from trackmark.bench.reporting.pictures import write_report
+    from trackmark.bench.pages.report import Commands, write_report_page
+    from trackmark.bench.pages.report_figures import FigureFiles
     from trackmark.bench.reporting.tables import tables, title_of
+    from trackmark.reports.write import write_tables
 
     experiment = read_experiment("demo")
     click.echo(
@@ -37,28 +40,26 @@ def command(output: Path, jobs: int | None) -> int:
         "timing them, then\nwriting a page, tables, plots and film strips: about a minute on two "
         "idle cores, half a\nminute more the first time, when kernels are compiled."
     )
-    results = output / "results" / experiment.name
+    results = options.output / "results" / experiment.name
+    engine_options = EngineOptions(output=results.parent, jobs=options.jobs)
     # Times first, so that the table of scores has them.
     timed = replace(experiment, timing=True, repetitions=1)
-    status = execute(timed, results.parent, jobs, metrics=()) or execute(
-        experiment, results.parent, jobs
-    )
-    if status:
-        return status
-    folder = output / "demo"
-    made = tables(results)
-    write_report(results, folder, functools.partial(click.echo, err=True), made)
+    for runs, metrics in ((timed, []), (experiment, ["native"])):
+        if status := execute(plan_experiment(runs, engine_options), metrics):
+            return status
+    folder = options.output / "demo"
+    report_tables = tables(results)
+    write_tables(folder, report_tables)
+    figures = FigureFiles(".png", print_message)
     page = folder / "report.html"
     with progress_bar(None, "frame") as progress:
-        said = Said(str(results))
-        write_report_page(results, page, made, title_of(results), said, progress, plots=".png")
+        title, names = title_of(results), Commands(str(results))
+        write_report_page(results, page, report_tables, title, names, progress, figures=figures)
+    program = os.path.relpath(sys.argv[0])
     click.echo(
         f"\nOpen {page}: every number there leads to the frames behind it.\n"
-        "Beside it are tables, plots and film strips."
-    )
-    command_path = os.path.relpath(sys.argv[0])
-    click.echo(
-        f"\nNext: `{command_path} list`, `{command_path} describe camshift`,\nor your own video: "
-        f"`{command_path} annotate --help`."
+        "The folder also holds tables, plots and film strips.\n"
+        f"\nNext: `{program} list`, `{program} describe camshift`,\nor your own video: "
+        f"`{program} annotate --help`."
     )
     return 0

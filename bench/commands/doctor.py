@@ -11,7 +11,8 @@ from typing import Any
 
 import click
 
-from trackmark.bench.commands._options import json_option
+from trackmark.bench.commands import EXIT_ANSWER_IS_NO
+from trackmark.bench.commands._options import JsonOptions, with_options
 from trackmark.reports.printable import wrapped
 
 LIBRARIES = ("numpy", "numba", "pandas", "matplotlib", "av", "scikit-video")
@@ -20,71 +21,64 @@ MISSING = "not installed"
 
 
 @click.command("doctor")
-@json_option
-def command(as_json: bool) -> int:
-    """Check this installation; exit status 1 where something is wrong."""
-    about: dict[str, Any] = {
-        "environment": _environment(),
-        "versions": _versions(),
+@with_options(JsonOptions)
+def command(options: JsonOptions) -> int:
+    """Check this installation.
+
+    Exit codes: 0 success; 1 there is a problem.
+    """
+    versions = _versions()
+    data: dict[str, Any] = {
+        "environment": {
+            "trackmark": metadata.version("trackmark"),
+            "python": f"{platform.python_version()} ({sys.executable})",
+            "platform": platform.platform(),
+            "cores": str(os.cpu_count()),
+            "packages": str(Path(__file__).parents[2]),
+        },
+        "versions": versions,
         "caches": _caches(),
         "trackers": _trackers(),
-        "problems": _library_problems() + _data_problems(),
+        "problems": _library_problems(versions) + _data_problems(),
     }
-    if as_json:
-        click.echo(json.dumps(about, indent=1))
+    if options.as_json:
+        click.echo(json.dumps(data, indent=1))
     else:
-        for heading, items in about.items():
+        for heading, items in data.items():
             click.echo(heading)
             if isinstance(items, list):
-                for item in items or ["none"]:
-                    click.echo(wrapped(f"  {item}"))
-                continue
-            width = max(len(key) for key in items)
-            for key, value in items.items():
-                click.echo(wrapped(f"  {key:{width}}  {value}"))
-    return 1 if about["problems"] else 0
-
-
-def _environment() -> dict[str, str]:
-    return {
-        "trackmark": metadata.version("trackmark"),
-        "python": f"{platform.python_version()} ({sys.executable})",
-        "platform": platform.platform(),
-        "cores": str(os.cpu_count()),
-        "packages": str(Path(__file__).parents[2]),
-    }
+                lines = items or ["none"]
+            else:
+                width = max(len(key) for key in items)
+                lines = [f"{key:{width}}  {value}" for key, value in items.items()]
+            for line in lines:
+                click.echo(wrapped(f"  {line}"))
+    return EXIT_ANSWER_IS_NO if data["problems"] else 0
 
 
 def _versions() -> dict[str, str]:
-    opencv = sorted(
-        str(found.metadata["Name"])
-        for found in metadata.distributions()
-        if str(found.metadata["Name"]).startswith(OPENCV)
-    )
-    return {name: _version(name) for name in (*LIBRARIES, *opencv)}
-
-
-def _version(distribution: str) -> str:
-    try:
-        return metadata.version(distribution)
-    except metadata.PackageNotFoundError:
-        return MISSING
+    """Return versions of libraries, and of all distributions of OpenCV."""
+    installed = {str(entry.metadata["Name"]): entry.version for entry in metadata.distributions()}
+    opencv = sorted(name for name in installed if name.startswith(OPENCV))
+    return {name: installed.get(name, MISSING) for name in (*LIBRARIES, *opencv)}
 
 
 def _caches() -> dict[str, str]:
+    """Return places and sizes of the caches."""
     from trackmark.datasets.file_digest import cache_folder
 
-    own = cache_folder()
-    return {"file digests": f"{own} ({_size(own)})", "compiled kernels": _compiled_kernels()}
-
-
-def _compiled_kernels() -> str:
+    folder = cache_folder()
+    size = "does not exist yet"
+    if folder.is_dir():
+        files = [file for file in folder.rglob("*") if file.is_file()]
+        size = f"{len(files)} files, {sum(file.stat().st_size for file in files) / 1e6:.1f} MB"
     try:
         folders = _kernel_folders()
+        compiled = [file for folder in folders for file in folder.glob("*.nbi")]
+        kernels = f"{len(compiled)} in {os.path.commonpath(folders)}"
     except (ImportError, RuntimeError) as error:
-        return f"not available ({error})"
-    compiled = [file for folder in folders for file in folder.glob("*.nbi")]
-    return f"{len(compiled)} in {os.path.commonpath(folders)}"
+        kernels = f"not available ({error})"
+    return {"file digests": f"{folder} ({size})", "compiled kernels": kernels}
 
 
 def _kernel_folders() -> set[Path]:
@@ -103,30 +97,23 @@ def _kernel_folders() -> set[Path]:
     return folders
 
 
-def _size(folder: Path) -> str:
-    if not folder.is_dir():
-        return "not there yet"
-    files = [file for file in folder.rglob("*") if file.is_file()]
-    return f"{len(files)} files, {sum(file.stat().st_size for file in files) / 1e6:.1f} MB"
-
-
 def _trackers() -> dict[str, str]:
+    """Return the state of every tracker: ready, or what it needs."""
     from trackmark import trackers
     from trackmark.bench.experiments.tracker_files import described
 
-    def state(name: str) -> str:
+    states = {}
+    for name in trackers.names():
         try:
             described(name)
+            states[name] = "ready"
         except (trackers.TrackerError, RuntimeError) as error:  # the latter is Numba's
-            return str(error)
-        return "ready"
-
-    return {name: state(name) for name in trackers.names()}
+            states[name] = str(error)
+    return states
 
 
-def _library_problems() -> list[str]:
+def _library_problems(versions: dict[str, str]) -> list[str]:
     """Return messages on libraries that are missing or installed twice."""
-    versions = _versions()
     problems = [f"{name} is {MISSING}." for name, version in versions.items() if version == MISSING]
     opencv = [name for name in versions if name.startswith(OPENCV)]
     if len(opencv) != 1:
@@ -160,5 +147,5 @@ def _data_problems() -> list[str]:
     folder = cache_folder()
     nearest = next(path for path in (folder, *folder.parents) if path.exists())
     if not os.access(nearest, os.W_OK):
-        problems.append(f"{folder} can't be written: file digests are computed anew every time.")
+        problems.append(f"{folder} cannot be written: file digests are computed every time.")
     return problems

@@ -1,10 +1,11 @@
 """List trackers, sequences, experiments, metrics presets, attributes, protocols and formats."""
 
 import json
+from dataclasses import dataclass
 
 import click
 
-from trackmark.bench.commands._options import json_option
+from trackmark.bench.commands._options import JsonOptions, argument, with_options
 from trackmark.reports.printable import wrapped
 
 KINDS = (
@@ -18,30 +19,36 @@ KINDS = (
 )
 
 
-@click.command("list")
-@click.argument("kind", metavar="[KIND]", type=click.Choice(KINDS), required=False)
-@json_option
-def command(kind: str | None, as_json: bool) -> None:
-    """List what there is, of one KIND alone where it is given.
+@dataclass(frozen=True, kw_only=True)
+class ListOptions(JsonOptions):
+    """Options of the command."""
 
-    Kinds are trackers, sequences (those built in), experiments, metrics (presets), attributes,
-    protocols, and formats of recorded data: what is looked for at a path. A tracker that needs
-    something which is not installed is listed too; `describe` says what it needs.
+    kind: str | None = argument(metavar="[KIND]", type=click.Choice(KINDS), required=False)
+
+
+@click.command("list")
+@with_options(ListOptions)
+def command(options: ListOptions) -> None:
+    """List everything that is available, or one KIND of it.
+
+    Kinds are trackers, sequences (built-in ones), experiments, metrics (presets), attributes,
+    protocols, and formats of recorded data. Trackers whose libraries are not installed are listed,
+    too; `describe` names what they need.
     """
-    found = {name: _items(name) for name in ((kind,) if kind else KINDS)}
-    if as_json:
-        click.echo(json.dumps(found, indent=1))
+    data = {name: _summaries(name) for name in ((options.kind,) if options.kind else KINDS)}
+    if options.as_json:
+        click.echo(json.dumps(data, indent=1))
         return
-    width = max(len(name) for items in found.values() for name in items)
-    for position, (heading, items) in enumerate(found.items()):
-        if kind is None:
+    width = max(len(name) for summaries in data.values() for name in summaries)
+    for position, (heading, summaries) in enumerate(data.items()):
+        if options.kind is None:
             click.echo(("\n" if position else "") + heading)
-        for name, summary in items.items():
+        for name, summary in summaries.items():
             click.echo(wrapped(f"  {name:{width}}  {summary}".rstrip()))
 
 
-def _items(kind: str) -> dict[str, str]:
-    """What there is of a kind, with a line about each."""
+def _summaries(kind: str) -> dict[str, str]:
+    """Return one line on each member of a kind."""
     if kind == "trackers":
         from trackmark import trackers
         from trackmark.trackers.base.catalogue import summary
@@ -50,20 +57,27 @@ def _items(kind: str) -> dict[str, str]:
     if kind == "sequences":
         from trackmark import datasets
 
-        known = {name: datasets.summary(name) for name in datasets.names()}
+        summaries = {name: datasets.summary(name) for name in datasets.names()}
         return {
-            name: f"{about.length} frames of {about.size[0]}x{about.size[1]}"
-            for name, about in known.items()
+            name: f"{summary.length} frames of {summary.size[0]}x{summary.size[1]}"
+            for name, summary in summaries.items()
         }
     if kind == "metrics":
         from trackmark.bench import metrics
 
-        return {name: _metrics(name) for name in metrics.names()}
+        lines = {}
+        for name in metrics.names():
+            also = metrics.preset(name).also
+            lines[name] = metrics.definition(name).partition("\n")[0]
+            lines[name] += f" Also called {', '.join(also)}." if also else ""
+        return lines
     if kind == "attributes":
         from trackmark.datasets import attributes
 
-        found = map(attributes.of_name, attributes.names())
-        return {one.name: one.definition.partition("\n")[0] for one in found}
+        return {
+            name: attributes.of_name(name).definition.partition("\n")[0]
+            for name in attributes.names()
+        }
     if kind == "protocols":
         from trackmark.bench import protocols
 
@@ -75,12 +89,3 @@ def _items(kind: str) -> dict[str, str]:
     from trackmark.bench.experiments.experiment import experiment_names, read_experiment
 
     return {name: read_experiment(name).title for name in experiment_names()}
-
-
-def _metrics(name: str) -> str:
-    """A line about a metrics preset, with its further names."""
-    from trackmark.bench import metrics
-
-    also = metrics.preset(name).also
-    line = metrics.definition(name).partition("\n")[0]
-    return f"{line} Also called {', '.join(also)}." if also else line

@@ -1,125 +1,189 @@
-"""Make tables and plots of stored results."""
+"""Make tables, plots and a page of stored results."""
 
 import functools
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
 from trackmark.bench.commands import EXIT_ANSWER_IS_NO
-from trackmark.bench.commands._imported_results import guests_of, guests_option, together
+from trackmark.bench.commands._imported_results import guests_of, imported_option, with_imported
 from trackmark.bench.commands._options import (
-    json_option,
+    JsonOptions,
+    argument,
     metrics_option,
-    patience,
-    progress_bar,
+    option,
+    with_options,
 )
+from trackmark.bench.commands._progress import patience, print_message, progress_bar
 
 if TYPE_CHECKING:
     import numpy as np
     import pandas as pd
     from numpy.typing import NDArray
 
-    from trackmark.bench.reporting.by_attribute import Shown
-    from trackmark.bench.reporting.by_preset import Scored
+    from trackmark.bench.pages.report import Commands
+    from trackmark.bench.pages.report_figures import FigureFiles
+    from trackmark.bench.reporting.by_attribute import AttributeReport
     from trackmark.reports.tables import Table
 
 TEXTS = ("text", "markdown", "csv", "latex")
 FIGURES = ("png", "svg", "pdf")
 
 
+@dataclass(frozen=True, kw_only=True)
+class ReportOptions(JsonOptions):
+    """Options of the command."""
+
+    results: Path | None = argument(required=False)
+    form: str | None = option(
+        "Format of the printed tables; or, with --folder, of the plots.",
+        "--format",
+        choices=TEXTS + FIGURES,
+    )
+    folder: Path | None = option(
+        "Write the page, tables in every format, plots and film strips to this folder.  "
+        "[default: the page alone, to RESULTS]"
+    )
+    frames: bool = option("Write frames in full size next to the page.")
+    results_of: tuple[str, ...] = imported_option()
+    sequences: str | None = option("Sequences of --results-of without RESULTS; as for `run`.")
+    metrics: list[str] = metrics_option()
+    by_attribute: bool = option(
+        "Add scores by attribute of the sequences (docs/attributes.md), measured if needed."
+    )
+    wide: bool = option("Print all columns of the tables.")
+    no_pictures: bool = option("Print tables only: no page, no plots.")
+
+    @property
+    def has_page(self) -> bool:
+        """True if a page is written."""
+        return not self.no_pictures and (self.folder is not None or not (self.as_json or self.form))
+
+
 @click.command("report")
-@click.argument("results", type=click.Path(path_type=Path), required=False)
-@click.option(
-    "--format",
-    "form",
-    type=click.Choice(TEXTS + FIGURES),
-    help="Print tables in this format alone; or have plots written so, which goes with --folder.",
-)
-@click.option(
-    "--folder",
-    type=click.Path(path_type=Path),
-    help="Write the page, tables in every format, plots and film strips into this folder.  "
-    "[default: the page alone, into RESULTS]",
-)
-@click.option("--frames", is_flag=True, help="Write frames of their own size beside the page.")
-@guests_option
-@click.option("--sequences", help="Of --results-of, where there are no RESULTS; as for `run`.")
-@metrics_option
-@click.option(
-    "--by-attribute",
-    is_flag=True,
-    help="Add scores by attribute of the sequences (docs/attributes.md); measures these if needed.",
-)
-@click.option("--wide", is_flag=True, help="Print all columns, however wide the tables are.")
-@click.option(
-    "--no-pictures", is_flag=True, help="The tables that are printed alone: no page, no plots."
-)
-@json_option
-def command(
-    results: Path | None,
-    form: str | None,
-    folder: Path | None,
-    frames: bool,
-    results_of: tuple[str, ...],
-    sequences: str | None,
-    metrics: list[str],
-    by_attribute: bool,
-    wide: bool,
-    no_pictures: bool,
-    as_json: bool,
-) -> int:
+@with_options(ReportOptions)
+def command(options: ReportOptions) -> int:
     """Report on RESULTS (the folder of an experiment, or one that holds several).
 
     Prints tables, and writes report.html, a page with a player of the frames; with --json or a
-    --format of tables and no --folder it prints alone. Only RESULTS are read; film strips, the page
-    and --by-attribute open the sequences, for their pixels. With --metrics stored runs are scored
-    by other definitions; nothing is run again. With --results-of others' results on the same
-    sequences stand in the same tables. Exit status 1 if every run of a tracker failed.
+    --format of tables and no --folder it only prints. Nothing is run: --metrics scores stored runs
+    by other definitions, --results-of adds imported results on the same sequences. Film strips,
+    the page and --by-attribute read the frames of the sequences.
+
+    Exit codes: 0 success; 1 every run of a tracker failed; 2 invalid usage or input.
     """
-    from trackmark.bench.reporting.pictures import write_report
-    from trackmark.bench.reporting.tables import title_of
     from trackmark.bench.store.layout import experiment_folders
 
-    if results is None and not (results_of and sequences):
+    results, sequences = options.results, options.sequences
+    if results is None and not (options.results_of and sequences):
         raise click.UsageError("Give RESULTS, or --results-of and --sequences.")
     if results is not None and sequences is not None:
         raise click.UsageError("--sequences goes without RESULTS, whose sequences are known.")
-    if as_json and form is not None:
+    if options.as_json and options.form is not None:
         raise click.UsageError("--json and --format exclude each other.")
-    if form in FIGURES and (folder is None or no_pictures):
-        raise click.UsageError(f"--format {form} goes with --folder: plots are written into it.")
-    paged = not no_pictures and (folder is not None or not (as_json or form))
-    if frames and not paged:
-        raise click.UsageError("--frames is of the page, which is not written: give --folder.")
-    experiments = [] if results is None else experiment_folders(results)
-    others = [text for path in results_of for text in ("--results-of", path)]
-    others += [] if sequences is None else ["--sequences", sequences]
-    with together(experiments, guests_of(results_of), sequences) as shown:
-        for number, experiment in enumerate(shown):
-            title = title_of(experiment, named=len(shown) > 1)
-            made, scored = _tables(experiment, metrics, title)
-            against = _against(experiment, metrics, made) if by_attribute else []
-            kept = experiments[number] if experiments else None
-            said = "" if kept is None else str(kept), others
-            extra = _further(experiment, made, said) if as_json else []
-            _print(made + extra, form, wide=wide, as_json=as_json)
-            target, files = kept or Path("report"), list[Path]()
-            if folder is not None:
-                target = folder / experiment.name if len(shown) > 1 else folder
-                pictures = None if no_pictures else form if form in FIGURES else "png"
-                about = made, title, pictures, scored, against
-                files += write_report(experiment, target, _tell, *about)
-            if paged:
-                plots = "" if folder is None else f".{pictures}"
-                page = target / "report.html"
-                files += _write_page(experiment, page, made, title, said, full=frames, plots=plots)
-            _sum_up(files)
-        return _tell_left_out(shown)
+    if options.form in FIGURES and (options.folder is None or options.no_pictures):
+        raise click.UsageError(f"--format {options.form} sets the format of plots: give --folder.")
+    if options.frames and not options.has_page:
+        raise click.UsageError("--frames needs a page, which is not written: give --folder.")
+    stored = [] if results is None else experiment_folders(results)
+    with with_imported(stored, guests_of(options.results_of), sequences) as experiments:
+        for number, experiment in enumerate(experiments):
+            _report(experiment, stored[number] if stored else None, options, len(experiments) > 1)
+        return _print_left_out(experiments)
 
 
-def _tell_left_out(experiments: Sequence[Path]) -> int:
+def _report(experiment: Path, stored: Path | None, options: ReportOptions, several: bool) -> None:
+    """Print and write the report on an experiment.
+
+    `experiment`: folder with imported results. `stored`: folder of the stored results, if any.
+    """
+    from trackmark.bench.pages.report import Commands, further_tables
+    from trackmark.bench.pages.report_figures import FigureFiles
+    from trackmark.bench.reporting.by_preset import preset_report
+    from trackmark.bench.reporting.tables import title_of
+    from trackmark.reports.write import what_was_written, write_tables
+
+    metrics, folder = options.metrics, options.folder
+    title = title_of(experiment, named=several)
+    with patience("Scoring runs"):
+        tables, scored = preset_report(experiment, metrics, title=title)
+    curves = _curves(experiment, metrics, tables) if options.by_attribute else []
+    arguments = [text for path in options.results_of for text in ("--results-of", path)]
+    arguments += [] if options.sequences is None else ["--sequences", options.sequences]
+    commands = Commands("" if stored is None else str(stored), arguments)
+    further = further_tables(experiment, tables, commands) if options.as_json else []
+    _print(tables + further, options)
+    target, files = stored or Path("report"), list[Path]()
+    figures = None
+    if folder is not None:
+        target = folder / experiment.name if several else folder
+        files += write_tables(target, tables)
+        suffix = f".{options.form}" if options.form in FIGURES else ".png"
+        figures = FigureFiles(suffix, print_message, scored, curves)
+    if options.has_page:
+        page = target / "report.html"
+        files += _write_page(experiment, page, tables, title, commands, options.frames, figures)
+    for line in what_was_written(files):
+        print_message(line)
+
+
+def _curves(experiment: Path, metrics: list[str], tables: "list[Table]") -> "list[AttributeReport]":
+    """Return scores by attribute of the sequences, and add their tables."""
+    from trackmark.bench.reporting.by_attribute import attribute_report, attributes_of
+
+    def measure(runs: "pd.DataFrame", names: Sequence[str]) -> "dict[str, NDArray[np.float64]]":
+        with progress_bar(None, "frame") as progress:
+            return attributes_of(runs, names, progress, print_message)
+
+    curves = attribute_report(experiment, metrics, measure)
+    tables += [curve.table for curve in curves]
+    return curves
+
+
+def _print(tables: "list[Table]", options: ReportOptions) -> None:
+    """Print the tables of an experiment; as JSON one per line."""
+    from trackmark.reports.renderers import FORMATS as RENDERERS
+    from trackmark.reports.renderers import to_json
+    from trackmark.reports.table_width import on_terminal
+
+    is_text = options.form in TEXTS
+    _, render = RENDERERS[str(options.form) if is_text else "text"]
+    if options.as_json:
+        render = to_json
+    elif not is_text and not options.wide:
+        render = functools.partial(on_terminal, render=render, more=" (--wide)")
+    click.echo("\n".join(map(render, tables)))
+
+
+def _write_page(
+    experiment: Path,
+    path: Path,
+    tables: "list[Table]",
+    title: str,
+    commands: "Commands",
+    full: bool,
+    figures: "FigureFiles | None",
+) -> list[Path]:
+    """Write the page and return its files."""
+    from trackmark.bench.pages.report import write_report_page
+    from trackmark.bench.store.files import ResultsError
+
+    try:
+        with progress_bar(None, "frame") as progress:
+            return write_report_page(
+                experiment, path, tables, title, commands, progress, full=full, figures=figures
+            )
+    except OSError as error:
+        raise ResultsError(
+            f"{error.filename}: {error.strerror}. Choose another folder with --folder, or write no "
+            "page with --no-pictures."
+        ) from error
+
+
+def _print_left_out(experiments: Sequence[Path]) -> int:
     """Print a line on every tracker whose every run failed; return the exit status."""
     from trackmark.bench.reporting.failed_runs import failed_runs
     from trackmark.bench.store.loading import load_results
@@ -129,89 +193,6 @@ def _tell_left_out(experiments: Sequence[Path]) -> int:
         for _, runs in load_results(experiment).groupby("protocol", sort=False, observed=True):
             failures = failed_runs(runs)
             lines |= {f"{name}: {failures.notes[name]}": None for name in failures.left_out}
-    _tell(*lines)
-    return EXIT_ANSWER_IS_NO if lines else 0
-
-
-def _tell(*lines: str) -> None:
     for line in lines:
-        click.echo(line, err=True)
-
-
-def _sum_up(written: list[Path]) -> None:
-    """Tell which file is to be opened first, and what lies beside it."""
-    from trackmark.reports.write import what_was_written
-
-    _tell(*what_was_written(written))
-
-
-def _against(experiment: Path, metrics: list[str], made: "list[Table]") -> "list[Shown]":
-    """Add and return tables of scores by attribute of the sequences, measured if needed."""
-    from trackmark.bench.reporting.by_attribute import attribute_report, attributes_of
-
-    def measured(runs: "pd.DataFrame", names: Sequence[str]) -> "dict[str, NDArray[np.float64]]":
-        with progress_bar(None, "frame") as progress:
-            return attributes_of(runs, names, progress, _tell)
-
-    against = attribute_report(experiment, metrics, measured)
-    made += [one.table for one in against]
-    return against
-
-
-def _tables(experiment: Path, metrics: list[str], title: str) -> "tuple[list[Table], list[Scored]]":
-    """Tables of an experiment, and its runs as presets score them."""
-    from trackmark.bench.reporting.by_preset import beside_native, tables_by
-
-    with patience("Scoring runs"):
-        scored = beside_native(experiment, metrics, title=title)
-    return tables_by(experiment, metrics, title=title, scored=scored), scored
-
-
-def _further(experiment: Path, made: "list[Table]", said: tuple[str, list[str]]) -> "list[Table]":
-    """All other tables of the page, whether it is written or not."""
-    from trackmark.bench.pages.report import Said, further_tables
-
-    return further_tables(experiment, made, Said(*said))
-
-
-def _print(made: "list[Table]", form: str | None, *, wide: bool, as_json: bool) -> None:
-    """Print the tables of an experiment: as JSON one a line."""
-    from trackmark.reports.renderers import FORMATS as RENDERERS
-    from trackmark.reports.renderers import to_json
-    from trackmark.reports.table_width import on_terminal
-
-    _, render = RENDERERS[form if form in TEXTS else "text"]
-    if as_json:
-        render = to_json
-    elif form not in TEXTS and not wide:
-        render = functools.partial(on_terminal, render=render, more=" (--wide)")
-    click.echo("\n".join(map(render, made)))
-
-
-def _write_page(
-    experiment: Path,
-    path: Path,
-    made: "list[Table]",
-    title: str,
-    said: tuple[str, list[str]],
-    *,
-    full: bool,
-    plots: str,
-) -> list[Path]:
-    """Write the page, and give its files.
-
-    `said`: how the results, and others' beside them, are given to commands.
-    """
-    from trackmark.bench.pages.report import Said, write_report_page
-    from trackmark.bench.store.files import ResultsError
-
-    try:
-        with progress_bar(None, "frame") as progress:
-            return write_report_page(
-                experiment, path, made, title, Said(*said), progress, full=full, plots=plots
-            )
-    except OSError as error:
-        raise ResultsError(
-            f"{error.filename}: {error.strerror}. Choose another folder with --folder, or write no "
-            "page with --no-pictures."
-        ) from error
+        print_message(line)
+    return EXIT_ANSWER_IS_NO if lines else 0

@@ -1,53 +1,60 @@
-"""Look after stored results: list, log, remove, check, merge, import, export."""
+"""Manage stored results: list, log, remove, check, merge, import, export."""
 
 import json
 from collections import Counter, defaultdict
 from collections.abc import Mapping
+from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from pathlib import Path
 from textwrap import indent
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from trackmark.bench.commands import EXIT_ANSWER_IS_NO
-from trackmark.bench.commands._imported_results import guests_of, imported
+from trackmark.bench.commands._imported_results import guests_of, import_guests
 from trackmark.bench.commands._options import (
-    DEFAULT_OUTPUT,
-    json_option,
-    output_option,
-    progress_bar,
+    JsonOptions,
+    argument,
+    only_experiment,
+    option,
     protocol_option,
-    say,
     trace_option,
+    with_options,
 )
+from trackmark.bench.commands._progress import print_message, progress_bar
 
-folder_argument = click.argument(
-    "folder", type=click.Path(path_type=Path), default=DEFAULT_OUTPUT, required=False
-)
+if TYPE_CHECKING:
+    from trackmark.bench.evaluation.run_record import Trace
+
+
+@dataclass(frozen=True, kw_only=True)
+class FolderOptions(JsonOptions):
+    """Options of commands that read a results folder."""
+
+    folder: Path = argument(default=Path("results"), required=False)
 
 
 @click.group("results")
 def command() -> None:
-    """Look after stored results."""
+    """Manage stored results."""
 
 
 @command.command("list")
-@folder_argument
-@json_option
-def list_results(folder: Path, as_json: bool) -> None:
+@with_options(FolderOptions)
+def list_results(options: FolderOptions) -> None:
     """List the runs in FOLDER, counted by tracker and sequence.
 
-    With --json a line a run, with its scores.
+    With --json, one line per run with its scores.
     """
     from trackmark.bench.store.index import for_json, read_index
     from trackmark.bench.store.layout import experiment_folders
     from trackmark.bench.store.results import Results
 
-    for experiment in experiment_folders(folder):
+    for experiment in experiment_folders(options.folder):
         with progress_bar(None, "run") as progress:
             rows = read_index(Results(experiment), progress)
-        if as_json:
+        if options.as_json:
             for row in rows:
                 click.echo(json.dumps({"experiment": experiment.name, **for_json(row)}))
             continue
@@ -56,18 +63,17 @@ def list_results(folder: Path, as_json: bool) -> None:
         for row in rows:
             counts[row["tracker"], row["sequence"], row["protocol"]][row["status"]] += 1
         for (tracker, sequence, protocol), number in sorted(counts.items()):
-            how = "" if protocol == "accuracy" else f" ({protocol})"
+            suffix = "" if protocol == "accuracy" else f" ({protocol})"
             failed = f", {number['failed']} failed" if number["failed"] else ""
-            click.echo(f"  {tracker} on {sequence}{how}: {number.total()}{failed}")
+            click.echo(f"  {tracker} on {sequence}{suffix}: {number.total()}{failed}")
 
 
 @command.command("failures")
-@folder_argument
-@json_option
-def failures(folder: Path, as_json: bool) -> None:
-    """Print why runs in FOLDER failed, where they got to, and what they printed last.
+@with_options(FolderOptions)
+def failures(options: FolderOptions) -> None:
+    """Print why runs in FOLDER failed, at which frame, and their last output.
 
-    With --json a line a failed run.
+    With --json, one line per failed run.
     """
     import numpy as np
 
@@ -75,17 +81,17 @@ def failures(folder: Path, as_json: bool) -> None:
     from trackmark.bench.store.layout import cell_of, experiment_folders
     from trackmark.bench.store.results import Results
 
-    for experiment in experiment_folders(folder):
+    for experiment in experiment_folders(options.folder):
         results = Results(experiment)
         for row in list_runs(results):
             if row["status"] != "failed":
                 continue
             run = results.read(cell_of(row))
             reached = int(np.isfinite(run.boxes[:, 0]).sum())
-            if as_json:
-                told = {key: row[key] for key in ("tracker", "sequence", "repetition", "failure")}
-                more = {"frames": len(run.boxes), "reached": reached, "output": run.output}
-                click.echo(json.dumps({"experiment": experiment.name, **told, **more}))
+            if options.as_json:
+                data = {key: row[key] for key in ("tracker", "sequence", "repetition", "failure")}
+                data |= {"frames": len(run.boxes), "reached": reached, "output": run.output}
+                click.echo(json.dumps({"experiment": experiment.name, **data}))
                 continue
             click.echo(
                 f"{row['tracker']} on {row['sequence']}, repetition {row['repetition']}: boxes of "
@@ -93,27 +99,26 @@ def failures(folder: Path, as_json: bool) -> None:
             )
             click.echo(indent(run.failure.strip(), "  "))
             if run.output:
-                click.echo("  It printed last:")
+                click.echo("  Last output:")
                 click.echo(indent(run.output.rstrip(), "  | "))
 
 
 @command.command("log")
-@folder_argument
-@json_option
-def log(folder: Path, as_json: bool) -> None:
-    """Print what was done in FOLDER, when, where, and what it cost.
+@with_options(FolderOptions)
+def log(options: FolderOptions) -> None:
+    """Print the executions in FOLDER: when, where, and at what cost.
 
-    With --json a line an event.
+    With --json, one line per event.
     """
     from trackmark.bench.store.layout import experiment_folders
     from trackmark.bench.store.log import read_logs
 
-    for experiment in experiment_folders(folder):
+    for experiment in experiment_folders(options.folder):
         for name, events in read_logs(experiment).items():
-            if not as_json:
+            if not options.as_json:
                 click.echo(name)
             for event in events:
-                if as_json:
+                if options.as_json:
                     click.echo(json.dumps({"log": name, **event}))
                 else:
                     for line in _event_lines(event):
@@ -121,7 +126,7 @@ def log(folder: Path, as_json: bool) -> None:
 
 
 def _event_lines(event: Mapping[str, Any]) -> list[str]:
-    """An event for people."""
+    """Return the lines of text on an event."""
     moment = f"  {event['date'][:19].replace('T', ' ')}"
     if event["event"] == "start":
         states = ", ".join(
@@ -142,74 +147,79 @@ def _event_lines(event: Mapping[str, Any]) -> list[str]:
                 + str(run["failure"]).partition("\n")[0]
                 for run in event["failed"]
             ),
-            *(f"{moment}    {error}" for error in event["errors"]),
         ]
     if event["event"] == "error":
         return [f"{moment}  {event['sequence']}: {event['error']}"]
     return [f"{moment}  {event['outcome']} after {event['seconds']:.1f} s"]
 
 
+@dataclass(frozen=True, kw_only=True)
+class RemoveOptions:
+    """Options of `remove`."""
+
+    folder: Path = argument(default=Path("results"), required=False)
+    tracker: str = option("Only trackers that match this pattern.", default="*")
+    sequence: str = option("Only sequences that match this pattern.", default="*")
+    failed: bool = option("Only runs that failed.")
+    yes: bool = option("Do not ask for confirmation.")
+
+
 @command.command("remove")
-@folder_argument
-@click.option("--tracker", default="*", help="Only trackers that match; * and ? are wild.")
-@click.option("--sequence", default="*", help="Only sequences that match; * and ? are wild.")
-@click.option("--failed", is_flag=True, help="Only runs that failed.")
-@click.option("--yes", is_flag=True, help="Do not ask.")
-def remove(folder: Path, tracker: str, sequence: str, failed: bool, yes: bool) -> None:
+@with_options(RemoveOptions)
+def remove(options: RemoveOptions) -> None:
     """Remove runs from FOLDER."""
     from trackmark.bench.store.index import list_runs
     from trackmark.bench.store.layout import Cell, cell_of, experiment_folders
     from trackmark.bench.store.results import Results
 
-    chosen: dict[Path, list[Cell]] = {}
-    for experiment in experiment_folders(folder):
+    selected: dict[Path, list[Cell]] = {}
+    for experiment in experiment_folders(options.folder):
         results = Results(experiment)
-        # By keys alone: damaged runs can be removed, too.
+        # Selected by their keys alone, so that damaged runs can be removed, too.
         cells = [
             cell
             for cell in results.cells()
-            if fnmatchcase(cell[0], tracker) and fnmatchcase(cell[1], sequence)
+            if fnmatchcase(cell[0], options.tracker) and fnmatchcase(cell[1], options.sequence)
         ]
-        if failed:
-            ended = {cell_of(row) for row in list_runs(results) if row["status"] == "failed"}
-            cells = [cell for cell in cells if cell in ended]
-        chosen[experiment] = cells
-    number = sum(len(cells) for cells in chosen.values())
+        if options.failed:
+            failed = {cell_of(row) for row in list_runs(results) if row["status"] == "failed"}
+            cells = [cell for cell in cells if cell in failed]
+        selected[experiment] = cells
+    number = sum(len(cells) for cells in selected.values())
     if not number:
         click.echo("No run matches; nothing was removed.")
         return
-    if not yes:
-        click.confirm(f"Remove {number} runs from {folder}?", abort=True)
-    for experiment, gone in chosen.items():
-        Results(experiment).remove(gone)
+    if not options.yes:
+        click.confirm(f"Remove {number} runs from {options.folder}?", abort=True)
+    for experiment, chosen in selected.items():
+        Results(experiment).remove(chosen)
     click.echo(f"Removed {number} runs.")
 
 
 @command.command("check")
-@folder_argument
-@json_option
-def check_results(folder: Path, as_json: bool) -> int:
-    """Read all results in FOLDER, and report what is not what was written.
+@with_options(FolderOptions)
+def check_results(options: FolderOptions) -> int:
+    """Read all results in FOLDER, and report damage.
 
-    Exit status 1 if there is damage. With --json a line an experiment.
+    With --json, one line per experiment. Exit codes: 0 success; 1 results are damaged.
     """
     from trackmark.bench.store.layout import experiment_folders
     from trackmark.bench.store.results import Results
     from trackmark.bench.store.upkeep import damages
 
-    found = 0
-    for experiment in experiment_folders(folder):
-        said = damages(experiment)
-        found += len(said)
-        runs = 0 if said else len(Results(experiment).cells())
-        if as_json:
-            answer = {"experiment": experiment.name, "runs": runs, "damages": said}
-            click.echo(json.dumps(answer))
+    total = 0
+    for experiment in experiment_folders(options.folder):
+        found = damages(experiment)
+        total += len(found)
+        runs = 0 if found else len(Results(experiment).cells())
+        if options.as_json:
+            data = {"experiment": experiment.name, "runs": runs, "damages": found}
+            click.echo(json.dumps(data))
             continue
-        for sentence in said:
-            click.echo(sentence, err=True)
-        click.echo(f"{experiment}: damaged" if said else f"{experiment}: {runs} runs, undamaged")
-    return EXIT_ANSWER_IS_NO if found else 0
+        for message in found:
+            print_message(message)
+        click.echo(f"{experiment}: damaged" if found else f"{experiment}: {runs} runs, undamaged")
+    return EXIT_ANSWER_IS_NO if total else 0
 
 
 @command.command("convert")
@@ -236,83 +246,79 @@ def convert(folders: tuple[Path, ...]) -> None:
 def merge(sources: tuple[Path, ...], target: Path) -> int:
     """Copy the runs of the experiments SOURCES into the experiment TARGET.
 
-    A run that is there already, with the same identity, is left alone. One that is there
-    with another identity (another version of its tracker, say) is a conflict: nothing is
-    copied then, and the conflicts are listed.
+    Runs that are there already stay. A run that is there by another version of its tracker or
+    sequence is a conflict: the conflicts are listed and nothing is copied (exit status 1).
     """
     from trackmark.bench.store.upkeep import merge_results
 
     copied, conflicts = merge_results(list(sources), target)
     for conflict in conflicts:
-        click.echo(f"conflict: {conflict}", err=True)
+        print_message(f"conflict: {conflict}")
     if conflicts:
-        click.echo(f"{len(conflicts)} conflicts; nothing was copied.", err=True)
-        return 1
+        print_message(f"{len(conflicts)} conflicts; nothing was copied.")
+        return EXIT_ANSWER_IS_NO
     click.echo(f"Copied {copied} runs to {target}.")
     return 0
 
 
-@command.command("import")
-@click.argument("guests", nargs=-1, required=True, metavar="NAME=PATH...")
-@click.option("--sequences", required=True, help="Comma-separated names or paths, as for `run`.")
-@click.option("--name", default="published", show_default=True, help="Of the results' folder.")
-@output_option
-def import_others(guests: tuple[str, ...], sequences: str, name: str, output: Path) -> None:
-    """Keep others' results of trackers, NAME=PATH or NAME=LAYOUT:PATH, as runs.
+@dataclass(frozen=True, kw_only=True)
+class ImportOptions:
+    """Options of `import`."""
 
-    PATH is a tracker's folder, in the layout of OTB, GOT-10k, VOT, pysot or pytracking. Any preset
-    scores them on --sequences, on all of which there must be results.
+    guests: tuple[str, ...] = argument(nargs=-1, metavar="NAME=PATH...")
+    sequences: str = option("Comma-separated names or paths, as for `run`.")
+    name: str = option("Name of the results folder.", default="published")
+    output: Path = option("Folder of the results folder.", default=Path("results"))
+
+
+@command.command("import")
+@with_options(ImportOptions)
+def import_results(options: ImportOptions) -> None:
+    """Store results of other toolkits, NAME=PATH or NAME=FORMAT:PATH, as runs.
+
+    PATH is a tracker's folder in the format of OTB, GOT-10k, VOT, pysot or pytracking. It must have
+    results on all --sequences.
     """
-    number = imported(guests_of(guests), sequences, output / name)
-    click.echo(f"{number} runs are in {output / name}.")
+    folder = options.output / options.name
+    number = import_guests(guests_of(options.guests), options.sequences, folder)
+    click.echo(f"{number} runs are in {folder}.")
+
+
+@dataclass(frozen=True, kw_only=True)
+class ExportOptions:
+    """Options of `export`."""
+
+    experiment: Path = argument()
+    folder: Path = argument()
+    format: str = option("otb, otb-json, got10k, vot, pysot, pytracking.", "--as")
+    tracker: str = option("Only trackers that match this pattern.", default="*")
+    sequence: str = option("Only sequences that match this pattern.", default="*")
+    origin: int | None = option(
+        "Number of the first pixel.  [default: that of the format]",
+        "--from",
+        type=click.IntRange(0, 1),
+    )
+    force: bool = option("Replace existing files.")
+    protocol: str | None = protocol_option()
+    trace: "Trace" = trace_option()
 
 
 @command.command("export")
-@click.argument("experiment", type=click.Path(path_type=Path))
-@click.argument("folder", type=click.Path(path_type=Path))
-@click.option(
-    "--as", "layout", required=True, help="otb, otb-json, got10k, vot, pysot, pytracking."
-)
-@click.option("--tracker", default="*", help="Only trackers that match; * and ? are wild.")
-@click.option("--sequence", default="*", help="Only sequences that match; * and ? are wild.")
-@click.option(
-    "--from",
-    "origin",
-    type=click.IntRange(0, 1),
-    help="Number of the first pixel.  [default: the layout's]",
-)
-@click.option("--force", is_flag=True, help="Replace files that are there.")
-@protocol_option
-@trace_option
-def export(
-    experiment: Path,
-    folder: Path,
-    layout: str,
-    tracker: str,
-    sequence: str,
-    origin: int | None,
-    force: bool,
-    protocol: str | None,
-    trace: Any,
-) -> None:
-    """Write the runs of EXPERIMENT into FOLDER, for others' tools: a folder a tracker."""
+@with_options(ExportOptions)
+def export(options: ExportOptions) -> None:
+    """Write the runs of EXPERIMENT to FOLDER for other toolkits, one folder per tracker."""
     from trackmark.bench.exchange.exporting import export_results
-    from trackmark.bench.store.layout import experiment_folders
 
-    found = experiment_folders(experiment)
-    if len(found) > 1:
-        names = ", ".join(path.name for path in found)
-        raise click.UsageError(f"{experiment} holds several experiments ({names}): name one.")
-    written = export_results(
-        found[0],
-        layout,
-        folder,
-        say,
-        tracker=tracker,
-        sequence=sequence,
-        origin=origin,
-        force=force,
-        trace=trace,
-        protocol=protocol or "one-pass",
+    files = export_results(
+        only_experiment(options.experiment),
+        options.format,
+        options.folder,
+        print_message,
+        tracker=options.tracker,
+        sequence=options.sequence,
+        origin=options.origin,
+        force=options.force,
+        trace=options.trace,
+        protocol=options.protocol or "one-pass",
     )
-    click.echo(f"{len(written)} files are in {folder}.")
+    click.echo(f"{len(files)} files are in {options.folder}.")

@@ -1,4 +1,4 @@
-"""Run trackers on sequences and keep the results."""
+"""Run trackers on sequences and store the results."""
 
 import hashlib
 import json
@@ -6,28 +6,28 @@ import math
 import re
 import shlex
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import chain, count
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from trackmark.bench.commands import EXIT_ANSWER_IS_NO, EXIT_INTERRUPTED, EXIT_WRONG_INPUT
+from trackmark.bench.commands import EXIT_ANSWER_IS_NO, EXIT_WRONG_INPUT
+from trackmark.bench.commands._execution import execute_runs, plan_experiment, stored_runs
 from trackmark.bench.commands._options import (
-    chosen_sequences,
-    engine_options,
-    json_option,
+    EngineOptions,
+    JsonOptions,
+    argument,
+    matching_sequences,
     metrics_option,
-    output_option,
-    patience,
-    progress_bar,
+    option,
     protocol_option,
-    refresh_index,
     split_list,
-    telling_of_replaced,
     truth_option,
+    with_options,
 )
+from trackmark.bench.commands._progress import patience, print_message
 from trackmark.bench.commands._terminal import complain
 from trackmark.bench.experiments.experiment import (
     Experiment,
@@ -38,258 +38,193 @@ from trackmark.bench.experiments.experiment import (
 
 if TYPE_CHECKING:
     from trackmark.bench.execution.executor import Execution
-    from trackmark.bench.execution.plan import KnownSequences, Plan
+    from trackmark.bench.execution.plan import KnownSequences
     from trackmark.bench.store.layout import Cell
 
-_LONGEST = 24  # letters of a tracker's or a sequence's name in that of a folder
+_MAX_NAME = 24  # characters of a tracker or a sequence in the name of a folder
+
+
+@dataclass(frozen=True, kw_only=True)
+class RunOptions(JsonOptions, EngineOptions):
+    """Options of the command."""
+
+    experiment: tuple[str, ...] = argument(nargs=-1, required=False, metavar="[EXPERIMENT]")
+    trackers: str | None = option(
+        "Comma-separated: NAME[:preset=PRESET][:PARAMETER=VALUE]…, or path/to/file.py[:CLASS]."
+    )
+    sequences: str | None = option(
+        "Comma-separated names, paths, folders or patterns with * and ?."
+    )
+    truth: Path | None = truth_option()
+    seeds: int | None = option("Repetitions of stochastic trackers.", minimum=1)
+    protocol: str | None = protocol_option()
+    timing: bool = option("Time the trackers, one by one, instead.")
+    arrays: bool = option(
+        "Store masks, contours, particles and maps of new runs for the report's player."
+    )
+    name: str | None = option("Name of the results folder.  [default: made from the options]")
+    keep: bool = option(
+        "Replace no stored run of another version: use the folder NAME-2, NAME-3, …"
+    )
+    retry_failed: bool = option("Also repeat runs that failed.")
+    dry_run: bool = option("Execute nothing; print the plan.")
+    metrics: list[str] = metrics_option()
 
 
 @click.command("run")
-@click.argument("experiment", nargs=-1, metavar="[EXPERIMENT]")
-@click.option(
-    "--trackers",
-    help="Comma-separated: NAME[:preset=PRESET][:PARAMETER=VALUE]…, or path/to/file.py[:CLASS].",
-)
-@click.option("--sequences", help="Comma-separated names or paths, with * and ?, or folders.")
-@truth_option
-@click.option("--seeds", type=click.IntRange(1), help="Repetitions of trackers that draw.")
-@protocol_option
-@click.option("--timing", is_flag=True, help="Time the trackers, one by one, instead.")
-@click.option(
-    "--arrays",
-    is_flag=True,
-    help="New runs keep masks, contours, particles and maps, which the report's player shows.",
-)
-@click.option("--name", help="Name of the results' folder.  [default: made from what is asked]")
-@click.option(
-    "--keep",
-    is_flag=True,
-    help="Replace no stored run of another version: put all into NAME-2, NAME-3, …",
-)
-@click.option("--retry-failed", is_flag=True, help="Also repeat runs that failed.")
-@click.option("--dry-run", is_flag=True, help="Run nothing; print what would be run.")
-@output_option
-@metrics_option
-@engine_options
-@json_option
-def command(
-    experiment: tuple[str, ...],
-    trackers: str | None,
-    sequences: str | None,
-    truth: Path | None,
-    seeds: int | None,
-    protocol: str | None,
-    timing: bool,
-    arrays: bool,
-    name: str | None,
-    keep: bool,
-    retry_failed: bool,
-    dry_run: bool,
-    output: Path,
-    metrics: list[str],
-    means: dict[str, Any],
-    as_json: bool,
-) -> int:
+@with_options(RunOptions)
+def command(options: RunOptions) -> int:
     """Run EXPERIMENT (a name or a .toml file), or --trackers on --sequences.
 
-    What is done already is not done again. With --json a line with its scores for every run
-    asked for (by --metrics, too); else tables of them. Exit status 1 where runs failed. With
-    --dry-run nothing is run: the plan is printed, and how long it will take.
+    Stored runs are not repeated. Prints tables of scores by --metrics; with --json, one line per
+    requested run. With --dry-run it prints the plan and the estimated time only.
+
+    Exit codes: 0 success; 1 runs failed; 2 invalid usage or input; 130 interrupted.
     """
-    if not experiment and not (trackers and sequences):
+    experiment = _experiment(options)
+    known: KnownSequences = {}
+    if options.keep:
+        experiment = _without_stale_runs(experiment, options.output, known)
+    execution = plan_experiment(experiment, options, retry_failed=options.retry_failed, known=known)
+    if options.dry_run:
+        _print_plan(execution, as_json=options.as_json)
+        return 0
+    return execute(execution, options.metrics, as_json=options.as_json)
+
+
+def _experiment(options: RunOptions) -> Experiment:
+    """Return the experiment that is named, with other options, or one that is made of options."""
+    trackers, sequences, truth = options.trackers, options.sequences, options.truth
+    if not options.experiment and not (trackers and sequences):
         raise click.UsageError("Give an experiment, or --trackers and --sequences.")
-    base = _only(experiment, options=bool(trackers or sequences))
+    base = _named_experiment(options.experiment, has_options=bool(trackers or sequences))
     if base is not None and truth is not None:
         raise ExperimentError("--truth goes with --sequences.")
-    given: dict[str, Any] = {
-        "name": name,
+    values: dict[str, Any] = {
+        "name": options.name,
         "trackers": tuple(split_list(trackers or "")),
-        "sequences": chosen_sequences(sequences, truth) if sequences else (),
-        "repetitions": seeds,
-        "protocol": protocol,
-        "timing": timing,
-        "arrays": arrays,
+        "sequences": matching_sequences(sequences, truth) if sequences else (),
+        "repetitions": options.seeds,
+        "protocol": options.protocol,
+        "timing": options.timing,
+        "arrays": options.arrays,
     }
-    given = {key: value for key, value in given.items() if value}
-    if seeds:
-        given["repeated"] = {}  # also for trackers that have a number of their own
-    if base is None:
-        named = ad_hoc_name(given.get("trackers", ()), split_list(sequences or ""), truth)
-        chosen = Experiment(**{"name": named} | given)
-    else:
-        chosen = replace(base, **given)
-    if keep:
-        chosen, means["known"] = _kept_apart(chosen, output)
-    if dry_run:
-        return _show_plan(chosen, output, retry_failed=retry_failed, as_json=as_json, **means)
-    means["metrics"] = metrics
-    return execute(chosen, output, retry_failed=retry_failed, as_json=as_json, **means)
+    values = {key: value for key, value in values.items() if value}
+    if options.seeds:
+        values["repeated"] = {}  # also for trackers with a number of their own
+    if base is not None:
+        return replace(base, **values)
+    name = default_name(values.get("trackers", ()), split_list(sequences or ""), truth)
+    return Experiment(**{"name": name} | values)
 
 
-def _only(experiments: Sequence[str], *, options: bool) -> Experiment | None:
-    """The experiment that is named, if any is.
+def _named_experiment(names: Sequence[str], *, has_options: bool) -> Experiment | None:
+    """Return the experiment that is named, if any.
 
-    Raises `ExperimentError` for several, as a shell makes of a pattern behind an option.
+    Raises `ExperimentError` for several names, which a shell makes of a pattern after an option.
     """
     known = experiment_names()
-    others = [name for name in experiments if name not in known and not name.endswith(".toml")]
-    if options and others and Path(others[0]).exists():
+    paths = [name for name in names if name not in known and not name.endswith(".toml")]
+    if has_options and paths and Path(paths[0]).exists():
         raise ExperimentError(
-            f"{others[0]} is no experiment. Does it come of a pattern? Put that in quotes, for "
-            "your shell not to write it out: --sequences 'folder/*'."
+            f"{paths[0]} is not an experiment. If it results from a pattern, put the pattern in "
+            "quotes, so that your shell does not expand it: --sequences 'folder/*'."
         )
-    if len(experiments) > 1:
-        raise ExperimentError(f"give one experiment, not {len(experiments)}.")
-    return read_experiment(experiments[0]) if experiments else None
+    if len(names) > 1:
+        raise ExperimentError(f"{len(names)} experiments are named. Give one experiment.")
+    return read_experiment(names[0]) if names else None
 
 
-def ad_hoc_name(trackers: Sequence[str], sequences: Sequence[str], truth: Path | None) -> str:
-    """A name of what was asked: equal for the same trackers, sequences and truth, as typed.
+def default_name(trackers: Sequence[str], sequences: Sequence[str], truth: Path | None) -> str:
+    """Return the name of an ad-hoc experiment: equal for equal texts in any order.
 
-    Raises `ExperimentError` where there are none.
+    Raises `ExperimentError` if there are no trackers or no sequences.
     """
     if not (trackers and sequences):
         raise ExperimentError("there must be a tracker and a sequence to run.")
     trackers, sequences = sorted(trackers), sorted(sequences)
-    asked = json.dumps([trackers, sequences, str(truth or "")])
-    digest = hashlib.sha256(asked.encode()).hexdigest()[:6]
-    return f"{_in_short(trackers)}-on-{_in_short(sequences)}-{digest}"
+    content = json.dumps([trackers, sequences, str(truth or "")])
+    digest = hashlib.sha256(content.encode()).hexdigest()[:6]
+    return f"{_short_name(trackers)}-on-{_short_name(sequences)}-{digest}"
 
 
-def _in_short(texts: Sequence[str]) -> str:
-    """The first text's last part that has letters, and how many there are besides: `static+2`."""
+def _short_name(texts: Sequence[str]) -> str:
+    """Return the last part of the first text and the number of other texts: `static+2`."""
     parts = [re.sub(r"[^\w.=]+", "-", part).strip("-._") for part in texts[0].split("/")]
-    name = next(filter(None, reversed(parts)), "any")[:_LONGEST]
+    name = next(filter(None, reversed(parts)), "any")[:_MAX_NAME]
     return f"{name}+{len(texts) - 1}" if len(texts) > 1 else name
 
 
-def _kept_apart(experiment: Experiment, output: Path) -> tuple[Experiment, "KnownSequences"]:
-    """The experiment by the first name under which it replaces no run, and what it opened."""
+def _without_stale_runs(
+    experiment: Experiment, output: Path, known: "KnownSequences"
+) -> Experiment:
+    """Return the experiment by the first name under which it replaces no run."""
     from trackmark.bench.execution.plan import State, make_plan
     from trackmark.bench.store.results import Results
 
-    known: KnownSequences = {}
     names = chain([experiment.name], (f"{experiment.name}-{number}" for number in count(2)))
     plans = (
         make_plan(replace(experiment, name=name), Results(output / name), known) for name in names
     )
-    return next(plan.experiment for plan in plans if not plan.count(State.STALE)), known
+    return next(plan.experiment for plan in plans if not plan.count(State.STALE))
 
 
-def execute(
-    experiment: Experiment,
-    output: Path,
-    jobs: int | None = None,
-    *,
-    retry_failed: bool = False,
-    as_json: bool = False,
-    metrics: Sequence[str] = ("native",),
-    **means: Any,
-) -> int:
-    """Run an experiment, say what came of it by some presets' `metrics`, give the exit status."""
-    from trackmark.bench.execution.executor import Execution
+def execute(execution: "Execution", metrics: Sequence[str], *, as_json: bool = False) -> int:
+    """Execute a plan, print its scores by metrics presets and return the exit status.
+
+    Without presets, scores are printed only if runs failed.
+    """
     from trackmark.bench.execution.plan import State
-    from trackmark.bench.store.index import read_index
     from trackmark.bench.store.layout import cell_of
-    from trackmark.bench.store.results import Results
 
-    refresh_index(output / experiment.name)
-    with patience("Opening sequences") as opened:
-        execution = Execution(
-            experiment, output, jobs, retry_failed=retry_failed, opened=opened, **means
-        )
     plan = execution.plan
-    _remark(plan)
-    stopped = False
+    for sequence in plan.sequences:
+        if sequence.images_beyond_truth:
+            print_message(
+                f"{sequence.name}: {sequence.images_beyond_truth} images after the last row of "
+                "the ground truth are not read."
+            )
     printed: set[Cell] = set()
-    with telling_of_replaced(execution, " (--keep: in a folder of their own)"):
-        try:
-            with progress_bar(execution.work, "frame") as progress:
-                for row in execution.rows(progress):
-                    if as_json:
-                        _print_row(row, execution.folder, metrics)
-                        printed.add(cell_of(row))
-        except KeyboardInterrupt:
-            stopped = True
-    # Counted on disk: a worker may have finished a run that nobody heard of any more.
-    rows = read_index(Results(execution.folder))
-    now = plan.seen_in(rows)
+
+    def print_row(row: Mapping[str, Any]) -> None:
+        if as_json:
+            _print_row(row, execution.folder, metrics)
+            printed.add(cell_of(row))
+
+    remark = " (--keep: in a folder of their own)"
+    execute_runs(execution, print_row, remark=remark, keep_errors=True)
+    rows, now, state = stored_runs(execution)
     failed = now.count(State.FAILED)
-    there = f"{now.count(State.DONE)} of {len(plan)} runs are in {execution.folder}"
-    there += f", {failed} failed." if failed else "."
-    if stopped:
-        click.echo(f"Stopped: {there} The same command goes on from there.", err=True)
-        return EXIT_INTERRUPTED
     for error in execution.errors:
         complain(error)
     if as_json:
-        _print_others(now, rows, printed, execution.folder, metrics)
-        click.echo(there, err=True)
+        for row in rows:
+            cell = cell_of(row)
+            if cell in now.cells and cell not in printed and now.state(cell) >= State.FAILED:
+                _print_row(row, execution.folder, metrics)
+        print_message(state)
     elif metrics or failed:
         _print_tables(execution, metrics or ("native",))
-        click.echo(there)
+        click.echo(state)
         _print_remarks(execution, failed)
-        _print_formats([source.text for source in experiment.sequences])
     if execution.errors:
         return EXIT_WRONG_INPUT
     return EXIT_ANSWER_IS_NO if failed else 0
 
 
-def _remark(plan: "Plan") -> None:
-    """Say what of the input is not read."""
-    for sequence in plan.sequences:
-        if sequence.images_beyond_truth:
-            click.echo(
-                f"{sequence.name}: {sequence.images_beyond_truth} images beyond the last truth "
-                "row are not read.",
-                err=True,
-            )
-
-
-def _print_formats(texts: Sequence[str]) -> None:
-    """What paths among the sequences were taken for, a line a format."""
-    from trackmark import datasets
-    from trackmark.reports.printable import wrapped
-
-    kinds = {text: datasets.taken_for(text) for text in texts}
-    for kind in filter(None, dict.fromkeys(kinds.values())):
-        first, *others = [text for text in texts if kinds[text] == kind]
-        more = f" and {len(others)} more" if others else ""
-        click.echo(wrapped(f"{first}{more}: taken for {kind}."))
-
-
 def _print_row(row: Mapping[str, Any], folder: Path, metrics: Sequence[str]) -> None:
-    """A line of JSON: with the scores by other presets where these are asked for."""
+    """Print a line of JSON, with scores by other presets if these are requested."""
     from trackmark.bench.store.index import for_json
 
-    told = for_json(row)
+    data = for_json(row)
     if list(metrics) != ["native"] or row["protocol"] not in ("accuracy", "timing"):
-        from trackmark.bench.reporting.by_preset import (  # brings what makes tables
-            fitting,
-            scores_by,
-        )
+        # Imports the table renderers.
+        from trackmark.bench.reporting.by_preset import presets_for, scores_by
 
-        fit = fitting(metrics, row["protocol"])
-        if others := [name for name in fit if name != "native"]:
-            told["metrics"] = scores_by(folder, row, others)
-    click.echo(json.dumps(told, allow_nan=False))
-
-
-def _print_others(
-    now: "Plan",
-    rows: Sequence[Mapping[str, Any]],
-    printed: "set[Cell]",
-    folder: Path,
-    metrics: Sequence[str],
-) -> None:
-    """Rows of what was done before, which is an answer too."""
-    from trackmark.bench.execution.plan import State
-    from trackmark.bench.store.layout import cell_of
-
-    for row in rows:
-        cell = cell_of(row)
-        if cell in now.cells and cell not in printed and now.state(cell) >= State.FAILED:
-            _print_row(row, folder, metrics)
+        presets = presets_for(metrics, row["protocol"])
+        if others := [name for name in presets if name != "native"]:
+            data["metrics"] = scores_by(folder, row, others)
+    click.echo(json.dumps(data, allow_nan=False))
 
 
 def _print_tables(execution: "Execution", metrics: Sequence[str]) -> None:
@@ -301,52 +236,60 @@ def _print_tables(execution: "Execution", metrics: Sequence[str]) -> None:
 
 
 def _print_remarks(execution: "Execution", failed: int) -> None:
+    """Print where failures are listed, the harness's own time, and the formats of paths."""
+    from trackmark import datasets
+    from trackmark.reports.printable import wrapped
+
     if failed:
         command = shlex.join(["trackmark", "results", "failures", str(execution.folder)])
-        click.echo(f"`{command}` tells why runs failed.")
+        click.echo(f"`{command}` lists the reasons of failures.")
     if math.isfinite(execution.overhead):
         microseconds = execution.overhead * 1e6
-        click.echo(f"The harness itself took {microseconds:.1f} µs a frame and tracker.")
+        click.echo(f"The harness itself took {microseconds:.1f} µs per frame and tracker.")
+    texts = [source.text for source in execution.experiment.sequences]
+    formats = {text: datasets.taken_for(text) for text in texts}
+    for name in filter(None, dict.fromkeys(formats.values())):
+        first, *others = [text for text in texts if formats[text] == name]
+        more = f" and {len(others)} more" if others else ""
+        click.echo(wrapped(f"{first}{more}: read as {name}."))
 
 
-def _show_plan(
-    experiment: Experiment,
-    output: Path,
-    *,
-    retry_failed: bool,
-    as_json: bool,
-    **means: Any,
-) -> int:
-    """Print which runs are there, which are left, and how long these will take."""
+_BASES = {
+    "sequence": "runs of the same tracker on the same sequence",
+    "tracker": "runs of the same tracker on other sequences",
+    "name": "runs of the same tracker with other parameters",
+    "probe": "a tracker's first frames on the shortest sequence, just now",
+    "nothing": "nothing (the tracker failed on these frames; not counted)",
+}
+
+
+def _print_plan(execution: "Execution", *, as_json: bool) -> None:
+    """Print which runs are stored, which are left, and how long these will take."""
     from trackmark.bench.execution.estimate import estimate, measured_before, words
-    from trackmark.bench.execution.executor import Execution
     from trackmark.bench.execution.plan import State
 
-    refresh_index(output / experiment.name)
-    with patience("Opening sequences") as opened:
-        execution = Execution(experiment, output, retry_failed=retry_failed, opened=opened, **means)
     plan, units = execution.plan, execution.units
-    found = estimate(units, measured_before(output), execution.limits)
+    result = estimate(units, measured_before(execution.output), execution.limits)
     states = [state.name.lower() for state in (State.DONE, State.FAILED, State.STALE, State.LEFT)]
     by_tracker = {
-        chosen.label: dict(zip(states, reversed(counts), strict=True))
-        for chosen, counts in zip(plan.trackers.values(), plan.counts().tolist(), strict=True)
+        spec.label: dict(zip(states, reversed(counts), strict=True))
+        for spec, counts in zip(plan.trackers.values(), plan.counts().tolist(), strict=True)
     }
-    bases = {basis.name.lower(): count for basis, count in found.bases.items()}
+    bases = {basis.name.lower(): number for basis, number in result.bases.items()}
     if as_json:
-        told = {
-            "experiment": experiment.name,
+        data = {
+            "experiment": execution.experiment.name,
             "trackers": by_tracker,
             "sequences": len(plan.sequences),
             "runs": len(plan),
             "to_run": units.runs,
             "units": len(units),
             "workers": units.workers,
-            "seconds": [found.low, found.high],
+            "seconds": [result.low, result.high],
             "estimated_from": bases,
         }
-        click.echo(json.dumps(told))
-        return 0
+        click.echo(json.dumps(data))
+        return
     total = {state: sum(counts[state] for counts in by_tracker.values()) for state in states}
     width = max(len(label) for label in [*by_tracker, "in all"])
     click.echo(f"{'tracker':{width}}" + "".join(f"{state:>9}" for state in states))
@@ -357,16 +300,6 @@ def _show_plan(
         f"{len(units)} units of work on {units.workers} workers.\nRuns go to {execution.folder}."
     )
     if units.runs:
-        click.echo(f"This will take {words(found)}, estimated from:")
-        for basis, count in bases.items():
-            click.echo(f"  {_BASES[basis]}: {count} runs")
-    return 0
-
-
-_BASES = {
-    "sequence": "runs of the same tracker on the same sequence",
-    "tracker": "runs of the same tracker on other sequences",
-    "name": "runs of the same tracker with other parameters",
-    "probe": "a tracker's first frames on the shortest sequence, just now",
-    "nothing": "nothing (the tracker failed on these frames; not counted)",
-}
+        click.echo(f"This will take {words(result)}, estimated from:")
+        for basis, number in bases.items():
+            click.echo(f"  {_BASES[basis]}: {number} runs")

@@ -1,5 +1,6 @@
-"""Show a sequence and what trackers say of it: film strip, video, or a page to step through."""
+"""Show a sequence and boxes of trackers: film strip, video, or a page to step through."""
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -7,88 +8,70 @@ import click
 
 from trackmark.bench.commands import EXIT_ANSWER_IS_NO
 from trackmark.bench.commands._options import (
-    patience,
-    progress_bar,
+    argument,
+    option,
     split_list,
     trace_option,
     truth_option,
+    with_options,
 )
+from trackmark.bench.commands._progress import patience, progress_bar
 from trackmark.bench.commands._terminal import complain
 
 if TYPE_CHECKING:
     from trackmark.bench.evaluation.run_record import Trace
+    from trackmark.datasets import Sequence
+
+
+@dataclass(frozen=True, kw_only=True)
+class ShowOptions:
+    """Options of the command."""
+
+    sequence: str = argument()
+    truth: Path | None = truth_option()
+    results: Path | None = option("Draw boxes of stored runs, too.")
+    live: str | None = option(
+        "Run trackers on SEQUENCE and write a page with their internal data.",
+        metavar="TRACKER[,TRACKER]…",
+    )
+    trace: "Trace" = trace_option()
+    repetition: int = option(
+        "Repetition of stochastic trackers that is drawn or run.", default=0, minimum=0
+    )
+    output: Path | None = option(
+        "Film strip (.png) or video (.mp4, H.264).  [--live: live.html]",
+        type=click.Path(path_type=Path, dir_okay=False),
+    )
+    count: int = option("Number of frames of a film strip.", "--frames", default=10, minimum=1)
+    first: int = option("First frame that is drawn.", default=0, minimum=0)
+    last: int | None = option("Last frame that is drawn.  [default: the last one]", minimum=0)
 
 
 @click.command("show")
-@click.argument("sequence")
-@truth_option
-@click.option(
-    "--results",
-    type=click.Path(path_type=Path),
-    help="Draw what the runs in this folder said, too.",
-)
-@click.option(
-    "--live",
-    metavar="TRACKER[,TRACKER]…",
-    help="Run them on SEQUENCE, and write a page that steps through what they see.",
-)
-@trace_option
-@click.option(
-    "--repetition",
-    type=click.IntRange(0),
-    default=0,
-    show_default=True,
-    help="Which one is drawn, or run, of trackers that draw random numbers.",
-)
-@click.option(
-    "--output",
-    type=click.Path(path_type=Path, dir_okay=False),
-    help="A .png is a film strip, an .mp4 a video (H.264).  [--live: live.html]",
-)
-@click.option(
-    "--frames",
-    "count",
-    type=click.IntRange(1),
-    default=10,
-    show_default=True,
-    help="Frames on a film strip.",
-)
-@click.option("--first", type=click.IntRange(0), default=0, help="First frame shown.")
-@click.option("--last", type=click.IntRange(0), help="Last frame shown.")
-def command(
-    sequence: str,
-    truth: Path | None,
-    results: Path | None,
-    live: str | None,
-    trace: "Trace",
-    repetition: int,
-    output: Path | None,
-    count: int,
-    first: int,
-    last: int | None,
-) -> int:
-    """Show SEQUENCE (a name or a path), its truth, and with --results what trackers said.
+@with_options(ShowOptions)
+def command(options: ShowOptions) -> int:
+    """Draw SEQUENCE (a name or a path) with its ground truth and boxes of stored runs.
 
-    With --live trackers are run on it, and a page in one file steps through boxes, masks,
-    contours, particles, maps of what pixels weigh, and the trackers' own numbers. Exit status 1
-    where one failed.
+    With --live, trackers are run on it. A page in one file then steps through boxes, masks,
+    contours, particles, weight maps and the trackers' own numbers.
+
+    Exit codes: 0 success; 1 a tracker of --live failed; 2 invalid usage or input.
     """
     from trackmark import datasets
     from trackmark.reports.overlay import TRUTH
 
-    if live is not None:
-        where = output or Path("live.html")
-        return _live(sequence, truth, split_list(live), where, repetition)
+    if options.live is not None:
+        return _live(options, split_list(options.live))
+    sequence, output, results = options.sequence, options.output, options.results
+    first, last = options.first, options.last
     if output is None:
         raise click.UsageError("Give --output, a .png or an .mp4 file, or --live.")
     if output.suffix not in (".png", ".mp4"):
         raise click.BadParameter(f"{output} is neither .png nor .mp4.", param_hint="--output")
-    if results is None and trace != "online":
-        raise click.BadParameter(
-            "it chooses among the boxes of --results; give both.", param_hint="--trace"
-        )
+    if results is None and options.trace != "online":
+        raise click.BadParameter("it selects boxes of --results: give both.", param_hint="--trace")
     with patience(f"Opening {sequence}"):
-        opened = datasets.load(sequence, truth=truth)
+        opened = datasets.load(sequence, truth=options.truth)
     source = Path(sequence).resolve()
     if output.exists() and source in (output.resolve(), *output.resolve().parents):
         raise click.BadParameter(
@@ -99,95 +82,87 @@ def command(
         raise click.BadParameter(
             f"frames {first} to {end} are not among 0 to {len(opened) - 1}.", param_hint="--last"
         )
-    boxes: dict[str, Any] = {}
+    boxes: dict[str, Any] = {TRUTH: opened.boxes} if opened.present.any() else {}
     outlines: dict[str, Any] = {}
-    if opened.present.any():
-        boxes[TRUTH] = opened.boxes
     if results is not None:
-        found, outlines = _said(results, opened, repetition, trace)
-        boxes |= found
-    _draw(opened, range(first, end + 1), boxes, outlines, output, count)
+        stored, outlines = _stored(results, opened, options.repetition, options.trace)
+        boxes |= stored
+    _draw(opened, range(first, end + 1), boxes, outlines, output, options.count)
     click.echo(str(output))
     return 0
 
 
-def _live(
-    sequence: str, truth: Path | None, trackers: list[str], output: Path, repetition: int
-) -> int:
+def _live(options: ShowOptions, trackers: list[str]) -> int:
+    """Run trackers, write the page, and return the exit status."""
     from trackmark.bench.experiments.experiment import SequenceSource
     from trackmark.bench.pages.live_page import write_live_page
 
+    output = options.output or Path("live.html")
     context = click.get_current_context()
-    given = click.core.ParameterSource.COMMANDLINE
     for name in ("results", "trace", "count", "first", "last"):
-        if context.get_parameter_source(name) == given:
+        if context.get_parameter_source(name) == click.core.ParameterSource.COMMANDLINE:
             option = "--frames" if name == "count" else f"--{name}"
             raise click.UsageError(f"{option} and --live exclude each other.")
     if output.suffix != ".html":
-        raise click.BadParameter(f"{output} is no .html file.", param_hint="--output")
+        raise click.BadParameter(f"{output} is not an .html file.", param_hint="--output")
     if not trackers:
         raise click.BadParameter("it names no tracker.", param_hint="--live")
-    source = SequenceSource(sequence, truth)
+    source = SequenceSource(options.sequence, options.truth)
     with progress_bar(None, "frame") as progress:
-        paths, failures = write_live_page(trackers, source, output, progress, repetition)
+        paths, failures = write_live_page(trackers, source, output, progress, options.repetition)
     for failure in failures:
         complain(failure.partition("\n")[0])
     click.echo(str(paths[0]))
     return EXIT_ANSWER_IS_NO if failures else 0
 
 
-def _said(
-    results: Path, sequence: Any, repetition: int, trace: "Trace"
+def _stored(
+    results: Path, sequence: "Sequence", repetition: int, trace: "Trace"
 ) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return boxes and outlines of stored runs on a sequence, by tracker."""
     import numpy as np
 
-    from trackmark.bench.reporting.pictures import said_on
+    from trackmark.bench.reporting.film_strips import boxes_on
     from trackmark.bench.store.files import ResultsError
     from trackmark.reports.overlay import TRUTH
 
-    found, outlines = said_on(results, sequence.name, repetition, trace)
-    if not found:
+    boxes, outlines = boxes_on(results, sequence.name, repetition, trace)
+    if not boxes:
         raise ResultsError(f"{results}: there are no runs on {sequence.name}.")
-    known = sequence.present.any()
-    if len(found[TRUTH]) != len(sequence) or (
-        known and not np.array_equal(found[TRUTH], sequence.boxes, equal_nan=True)
+    if len(boxes[TRUTH]) != len(sequence) or (
+        sequence.present.any() and not np.array_equal(boxes[TRUTH], sequence.boxes, equal_nan=True)
     ):
         raise ResultsError(
             f"{results}: the runs on {sequence.name} were made on another version of it. "
-            "Run them again on the sequence as it is."
+            "Run them again on the current sequence."
         )
-    return found, outlines
+    return boxes, outlines
 
 
 def _draw(
-    sequence: Any,
-    shown: range,
+    sequence: "Sequence",
+    frames: range,
     boxes: dict[str, Any],
     outlines: dict[str, Any],
     output: Path,
     count: int,
 ) -> None:
-    from trackmark.bench.reporting.pictures import outlines_on
+    """Write a film strip of `count` frames, or a video of all of them."""
+    from trackmark.bench.reporting.outlines import outlines_on
     from trackmark.reports.film_strip import evenly_spaced, film_strip, write_film_strip
-
-    if output.suffix == ".png":
-        numbers = evenly_spaced(shown.start, shown.stop - 1, count)
-        strip = film_strip(
-            sequence.__getitem__,
-            numbers,
-            boxes,
-            sequence.name,
-            lines_of=outlines_on(sequence, outlines),
-        )
-        write_film_strip(output, strip)
-        return
     from trackmark.reports.video import write_video
 
-    with progress_bar(len(shown), "frame") as progress:
+    lines = outlines_on(sequence, outlines)
+    if output.suffix == ".png":
+        numbers = evenly_spaced(frames.start, frames.stop - 1, count)
+        image = sequence.__getitem__
+        write_film_strip(output, film_strip(image, numbers, boxes, sequence.name, lines_of=lines))
+        return
+    with progress_bar(len(frames), "frame") as progress:
 
         def images() -> Any:
-            for done, number in enumerate(shown):
+            for done, number in enumerate(frames):
                 progress(done)
                 yield number, sequence[number]
 
-        write_video(output, images(), boxes, sequence.fps, outlines_on(sequence, outlines))
+        write_video(output, images(), boxes, sequence.fps, lines)

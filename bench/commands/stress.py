@@ -2,189 +2,177 @@
 
 import json
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
+from trackmark.bench.commands._execution import run_experiment
 from trackmark.bench.commands._options import (
-    chosen_sequences,
-    engine_options,
-    json_option,
-    output_option,
-    progress_bar,
-    refresh_index,
+    EngineOptions,
+    JsonOptions,
+    argument,
+    matching_sequences,
+    option,
     split_list,
-    telling_of_replaced,
+    with_options,
 )
+from trackmark.bench.commands._progress import print_message
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 
 if TYPE_CHECKING:
     import pandas as pd
 
-    from trackmark.bench.comparing.stressing import Series
+    from trackmark.bench.comparing.breaking_points import Series
     from trackmark.bench.execution.plan import KnownSequences
 
 REPETITIONS = 3
-"""Of trackers that draw random numbers, on --recorded sequences."""
+"""Repetitions of stochastic trackers on --recorded sequences."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class StressOptions(JsonOptions, EngineOptions):
+    """Options of the command."""
+
+    trackers: tuple[str, ...] = argument(nargs=-1, required=True)
+    knobs: str = option(
+        "Comma-separated filters (noise, blur, gain, size, motion, step, occlusion, similarity, "
+        "box_error) or parameters of the scenes; NAME=FROM..TO sets the range, from easy to hard.",
+        "--knob",
+    )
+    sequences: str = option(
+        "Comma-separated names, paths or patterns; scenes vary unless one is named.",
+        default="plain/target",
+    )
+    runs: int = option("Maximum number of runs of a tracker under a knob.", default=100, minimum=20)
+    against: str = option("Baseline of the factors.", default="camshift")
+    recorded: str | None = option("Correlate breaking points with the overlap on these sequences.")
+    name: str = option("Name of the results folder.", default="stress")
+    folder: Path | None = option("Write tables, curves and all runs to this folder.")
 
 
 @click.command("stress")
-@click.argument("trackers", nargs=-1, required=True)
-@click.option(
-    "--knob",
-    "knobs",
-    required=True,
-    help="Comma-separated filters (noise, blur, gain, size, motion, step, occlusion, similarity, "
-    "box_error) or knobs of the scenes; NAME=FROM..TO sets the range, from easy to hard.",
-)
-@click.option(
-    "--sequences",
-    default="plain/target",
-    show_default=True,
-    help="Comma-separated names (with * and ?) or paths; scenes vary unless one is named.",
-)
-@click.option(
-    "--runs",
-    type=click.IntRange(20),
-    default=100,
-    show_default=True,
-    help="Most runs of a tracker under a knob; fewer where its point is known before.",
-)
-@click.option(
-    "--against",
-    default="camshift",
-    show_default=True,
-    help="The baseline that breaking points are set beside.",
-)
-@click.option("--recorded", help="Correlate breaking points with the overlap on these sequences.")
-@click.option("--name", default="stress", show_default=True, help="Name of the results' folder.")
-@click.option(
-    "--folder", type=click.Path(path_type=Path), help="Write tables, curves and all runs here."
-)
-@output_option
-@engine_options
-@json_option
-def command(
-    trackers: tuple[str, ...],
-    knobs: str,
-    sequences: str,
-    runs: int,
-    against: str,
-    recorded: str | None,
-    name: str,
-    folder: Path | None,
-    output: Path,
-    means: dict[str, Any],
-    as_json: bool,
-) -> int:
-    """Turn one knob after another until TRACKERS lose the target.
+@with_options(StressOptions)
+def command(options: StressOptions) -> int:
+    """Increase one difficulty after another until TRACKERS lose the target.
 
-    Runs are placed where the runs before leave most in doubt. What was run before is not run
-    again. See docs/stress.md.
+    Runs are placed at the levels that are most informative. Stored runs are not repeated. See
+    docs/stress.md.
     """
-    from trackmark.bench.comparing.breaking import Breaking, as_data, tables, write_curves
-    from trackmark.bench.comparing.stressing import Course, Series, knob_of
+    from trackmark.bench.comparing.breaking_points import (
+        BreakingPoints,
+        RunSequences,
+        Series,
+        as_data,
+        knob_of,
+        tables,
+        write_curves,
+    )
     from trackmark.bench.experiments.tracker_files import settled
     from trackmark.reports.renderers import to_text
     from trackmark.reports.table_width import on_terminal
     from trackmark.reports.write import what_was_written, write_tables
 
-    asked = split_list(knobs)
-    if not asked:
+    if not (knob_texts := split_list(options.knobs)):
         raise click.UsageError("--knob names none.")
-    chosen = settled(text for given in (*trackers, against) for text in split_list(given))
-    texts = {one.label: text for text, one in chosen.items()}
-    course = Course([source.text for source in chosen_sequences(sequences, None)])
-    turned = {knob_of(text, course.sequences): None for text in asked}
-    if len({knob.name for knob in turned}) < len(turned):
+    specs = settled(
+        text for texts in (*options.trackers, options.against) for text in split_list(texts)
+    )
+    texts = {spec.label: text for text, spec in specs.items()}
+    known: KnownSequences = {}
+    sequences = RunSequences([source.text for source in matching_sequences(options.sequences)])
+    knobs = {knob_of(text, sequences.sequences): None for text in knob_texts}
+    if len({knob.name for knob in knobs}) < len(knobs):
         raise click.UsageError("--knob names one twice, with different ranges.")
-    series = [Series(label, knob, course, runs) for knob in turned for label in texts]
-    runner = _Runner(name, output, means)
-    performed = _performed(runner, texts, series)
-    scores = _scores(runner, texts, recorded) if recorded else {}
-    found = Breaking(performed, chosen[against].label, scores)
-    if as_json:
-        click.echo(json.dumps(as_data(found), allow_nan=False))
+    series = [Series(label, knob, sequences, options.runs) for knob in knobs for label in texts]
+    series = _execute_series(options, known, texts, series)
+    scores = _recorded_scores(options, known, texts)
+    result = BreakingPoints(series, specs[options.against].label, scores)
+    if options.as_json:
+        click.echo(json.dumps(as_data(result), allow_nan=False))
     else:
-        click.echo("\n".join(on_terminal(table, to_text) for table in tables(found)), nl=False)
-    if folder is not None:
-        paths = [*write_tables(folder, tables(found, whole=True)), *write_curves(found, folder)]
-        click.echo("\n".join(what_was_written(paths)), err=True)
+        click.echo("\n".join(on_terminal(table, to_text) for table in tables(result)), nl=False)
+    if (folder := options.folder) is not None:
+        paths = [*write_tables(folder, tables(result, whole=True)), *write_curves(result, folder)]
+        print_message("\n".join(what_was_written(paths)))
     return 0
 
 
-class _Runner:
-    """Runs trackers on sequences into one folder of results: what is not there yet."""
-
-    def __init__(self, name: str, output: Path, means: Mapping[str, Any]) -> None:
-        self._name, self._output, self._means = name, output, means
-        self.known: KnownSequences = {}
-        refresh_index(output / name)
-
-    def run(
-        self, trackers: Sequence[str], sequences: Sequence[SequenceSource], repetitions: int = 1
-    ) -> "pd.DataFrame":
-        """The runs of all trackers on all sequences, as `load_results` gives them."""
-        from trackmark.bench.execution.executor import Execution
-        from trackmark.bench.store.loading import load_results
-        from trackmark.datasets import SequenceError
-
-        experiment = Experiment(
-            self._name, tuple(trackers), tuple(sequences), repetitions, title="Breaking points"
-        )
-        execution = Execution(experiment, self._output, known=self.known, **self._means)
-        with telling_of_replaced(execution), progress_bar(execution.work, "frame") as progress:
-            for _ in execution.rows(progress):
-                pass
-        if execution.errors:
-            raise SequenceError("\n".join(execution.errors))
-        return load_results(execution.folder, execution.plan.asked().cells)
-
-
-def _performed(
-    runner: _Runner, texts: Mapping[str, str], series: "Sequence[Series]"
+def _execute_series(
+    options: StressOptions,
+    known: "KnownSequences",
+    texts: Mapping[str, str],
+    series: "Sequence[Series]",
 ) -> "list[Series]":
-    """All series to their ends, a batch of each at a time.
+    """Return the completed series; in each round all of them get a batch of runs.
 
-    Trackers that want the same runs, as all do first, make them in lock step.
+    Trackers whose next runs are on the same sequences run in lock step.
     """
     current = list(series)
-    while any(one.wanted() for one in current):
-        alike: dict[tuple[str, ...], list[str]] = {}
+    while any(entry.next_runs() for entry in current):
+        labels_by_runs: dict[tuple[str, ...], list[str]] = {}
         for label in texts:
-            wanted = [text for one in current if one.tracker == label for text, _ in one.wanted()]
-            alike.setdefault(tuple(wanted), []).append(label)
+            runs = [run for entry in current if entry.tracker == label for run in entry.next_runs()]
+            labels_by_runs.setdefault(tuple(text for text, _ in runs), []).append(label)
         outcomes: dict[str, dict[str, tuple[bool, str]]] = {}
-        for together, labels in alike.items():
-            if together:
-                outcomes |= _outcomes(runner, {label: texts[label] for label in labels}, together)
+        for sequences, labels in labels_by_runs.items():
+            if sequences:
+                trackers = [texts[label] for label in labels]
+                outcomes |= _outcomes(options, known, trackers, sequences)
         current = [
-            one.with_trials(outcomes[one.tracker]) if one.wanted() else one for one in current
+            entry.with_outcomes(outcomes[entry.tracker]) if entry.next_runs() else entry
+            for entry in current
         ]
-        runs = sum(len(one.trials) for one in current)
-        click.echo(f"{runs} runs; {sum(bool(one.wanted()) for one in current)} go on.", err=True)
+        n_runs = sum(len(entry.trials) for entry in current)
+        n_left = sum(bool(entry.next_runs()) for entry in current)
+        print_message(f"{n_runs} runs; {n_left} of {len(current)} series continue.")
     return current
 
 
 def _outcomes(
-    runner: _Runner, texts: Mapping[str, str], wanted: Sequence[str]
+    options: StressOptions,
+    known: "KnownSequences",
+    trackers: Sequence[str],
+    sequences: Sequence[str],
 ) -> dict[str, dict[str, tuple[bool, str]]]:
-    """By tracker and sequence: whether the run survived, and why it failed."""
-    sources = [SequenceSource(text) for text in wanted]
-    runs = runner.run(list(texts.values()), sources)
-    by_name = {runner.known[source].name: source.text for source in sources}
-    found: dict[str, dict[str, tuple[bool, str]]] = {label: {} for label in texts}
+    """Return by tracker and sequence whether the run survived, and why it failed."""
+    runs, texts = _runs(options, known, trackers, [SequenceSource(text) for text in sequences])
+    outcomes: dict[str, dict[str, tuple[bool, str]]] = {}
     columns = ["tracker", "sequence", "status", "failure", "first_loss", "frames"]
     for label, name, status, failure, loss, frames in runs[columns].itertuples(index=False):
         survived = status == "finished" and loss >= frames
-        found[label][by_name[name]] = bool(survived), "" if status == "finished" else str(failure)
-    return found
+        reason = "" if status == "finished" else str(failure)
+        outcomes.setdefault(label, {})[texts[name]] = bool(survived), reason
+    return outcomes
 
 
-def _scores(runner: _Runner, texts: Mapping[str, str], recorded: str) -> dict[str, list[float]]:
+def _recorded_scores(
+    options: StressOptions, known: "KnownSequences", texts: Mapping[str, str]
+) -> dict[str, list[float]]:
     """Return the mean overlap by tracker and recorded sequence; a failed run counts as 0."""
-    runs = runner.run(list(texts.values()), chosen_sequences(recorded, None), REPETITIONS)
+    if not options.recorded:
+        return {}
+    sequences = matching_sequences(options.recorded)
+    runs, _ = _runs(options, known, list(texts.values()), sequences, REPETITIONS)
     runs["mean_overlap"] = runs["mean_overlap"].mask(runs["status"] == "failed", 0.0)
     cells = runs.groupby(["tracker", "sequence"], observed=True, sort=False)["mean_overlap"].mean()
     return {label: cells[label].tolist() for label in texts}
+
+
+def _runs(
+    options: StressOptions,
+    known: "KnownSequences",
+    trackers: Sequence[str],
+    sequences: Sequence[SequenceSource],
+    repetitions: int = 1,
+) -> "tuple[pd.DataFrame, dict[str, str]]":
+    """Execute missing runs; return all of them, and the texts of the sequences by name."""
+    from trackmark.bench.store.loading import load_results
+
+    experiment = Experiment(
+        options.name, tuple(trackers), tuple(sequences), repetitions, title="Breaking points"
+    )
+    execution = run_experiment(experiment, options, known)
+    texts = {sequence.name: sequence.source.text for sequence in execution.plan.sequences}
+    return load_results(execution.folder, execution.plan.asked().cells), texts

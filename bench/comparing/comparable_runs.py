@@ -1,17 +1,24 @@
 """Runs that can be compared, stored or published: of one protocol, with all scores."""
 
+from collections import Counter, defaultdict
 from collections.abc import Sequence
 from dataclasses import replace
-from itertools import product
+from functools import cache
+from itertools import combinations, product
 from math import isfinite, nan
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 from trackmark.bench.protocols import STORED_ONCE, TIMING, title
 from trackmark.bench.store.files import ResultsError
+from trackmark.bench.store.results import Results
 from trackmark.reports.tables import Measure
+
+DECIMALS = 3
+"""Decimals of boxes that are compared [pixels]."""
 
 
 class ComparisonError(ResultsError):
@@ -38,9 +45,104 @@ def of_protocol(runs: pd.DataFrame, stored: str, measure: Measure) -> tuple[pd.D
         measure = replace(measure, title=f"{measure.title}, protocol {title(stored)}")
     if stored == STORED_ONCE:
         return runs, measure
-    chosen = protocols.isin([stored, TIMING])
-    renamed = protocols[chosen].replace(stored, STORED_ONCE)
-    return runs[chosen].assign(protocol=renamed, first_loss=nan), measure
+    selected = protocols.isin([stored, TIMING])
+    renamed = protocols[selected].replace(stored, STORED_ONCE)
+    return runs[selected].assign(protocol=renamed, first_loss=nan), measure
+
+
+def selected_trackers(
+    scored: pd.DataFrame, trackers: Sequence[str] | None, against: str | None
+) -> list[str]:
+    """Return the labels of the compared trackers; raise `ComparisonError` if there are too few."""
+    stored = [str(name) for name in scored["tracker"].unique()]
+    selected = list(stored if trackers is None else trackers)
+    if against is not None and against not in selected:
+        selected.insert(0, against)
+    for name in selected:
+        if name not in stored:
+            raise ComparisonError(
+                f"{name!r}: no stored runs of this tracker. Stored are {', '.join(stored)}."
+            )
+        if selected.count(name) > 1:
+            raise ComparisonError(f"{name!r} is named twice. Name each tracker once.")
+    if len(selected) < 2:
+        raise ComparisonError(f"{len(selected)} tracker to compare. Name two or more.")
+    return selected
+
+
+def check_runs(
+    scored: pd.DataFrame, trackers: Sequence[str], sequences: Sequence[str], measure: Measure
+) -> None:
+    """Raise `ComparisonError` unless all runs can be compared."""
+    remedy = "with `trackmark run` or with --sequences, or name other trackers."
+    for status in ("missing", "stale"):
+        rows = scored[scored["status"] == status]
+        if len(rows):
+            row = rows.iloc[0]
+            raise ComparisonError(
+                f"{_place(row)}, repetition {row['repetition']}: the run is {status} ({len(rows)} "
+                f"of {len(scored)} runs are). All runs are needed. Execute them {remedy}"
+            )
+    present = set(zip(scored["tracker"].astype(str), scored["sequence"].astype(str), strict=True))
+    for name, sequence in product(trackers, sequences):
+        if (name, sequence) not in present:
+            raise ComparisonError(
+                f"tracker {name}, sequence {sequence}: the run is missing. Execute it {remedy}"
+            )
+    versions = scored.dropna(subset="fingerprint").groupby("sequence", observed=True)["fingerprint"]
+    counts = versions.nunique()
+    if changed := counts[counts > 1].index.tolist():
+        raise ComparisonError(
+            f"sequence {changed[0]}: its images or its ground truth changed between stored runs. "
+            "Run all trackers on it again."
+        )
+    if measure.name not in scored:
+        raise ComparisonError(f"the runs have no score {measure.name!r}.")
+    undefined = scored[~np.isfinite(scored[measure.name])]
+    if len(undefined):
+        row = undefined.iloc[0]
+        raise ComparisonError(
+            f"{_place(row)}: {measure.title} is {row[measure.name]}. Choose another --metric, or "
+            "omit the sequence."
+        )
+
+
+def _place(row: "pd.Series[str]") -> str:
+    return f"tracker {row['tracker']}, sequence {row['sequence']}"
+
+
+def same_boxes(
+    folder: Path, runs: pd.DataFrame, stored: str = STORED_ONCE
+) -> Counter[tuple[str, str]]:
+    """Return the number of sequences on which two trackers gave the same boxes in all runs.
+
+    `folder`: of the experiment. `runs`: as `load_results` gives them. `stored`: protocol under
+    which the runs are filed. Raises `ResultsError` if a file is damaged.
+    """
+    results = Results(folder)
+
+    @cache
+    def boxes(tracker: str, sequence: str, seed: int) -> NDArray[np.float64]:
+        run = results.read((tracker, sequence, seed, stored))
+        return np.round(run.boxes, DECIMALS)
+
+    columns = ["sequence", "tracker", "repetition", "mean_overlap", "centre_error"]
+    finished = runs[(runs["protocol"] == stored) & (runs["status"] == "finished")]
+    rows = finished.reindex(columns=columns).astype({"sequence": str, "tracker": str}).round(9)
+    scores: defaultdict[str, dict[str, dict[int, list[float]]]] = defaultdict(dict)
+    for sequence, tracker, seed, *own in rows.fillna(-1.0).itertuples(index=False, name=None):
+        scores[sequence].setdefault(tracker, {})[seed] = own
+    same: Counter[tuple[str, str]] = Counter()
+    for sequence, by_tracker in scores.items():
+        for first, second in combinations(by_tracker, 2):
+            # Equal boxes have equal scores: files of other runs are not opened.
+            same[first, second] += by_tracker[first] == by_tracker[second] and all(
+                np.array_equal(
+                    boxes(first, sequence, seed), boxes(second, sequence, seed), equal_nan=True
+                )
+                for seed in by_tracker[first]
+            )
+    return +same
 
 
 def with_published(
@@ -72,69 +174,8 @@ def with_published(
     return whole, list(published["tracker"].unique())
 
 
-def chosen_trackers(
-    scored: pd.DataFrame, trackers: Sequence[str] | None, against: str | None
-) -> list[str]:
-    """Return the labels of the compared trackers; raise `ComparisonError` if there are too few."""
-    stored = [str(name) for name in scored["tracker"].unique()]
-    chosen = list(stored if trackers is None else trackers)
-    if against is not None and against not in chosen:
-        chosen.insert(0, against)
-    for name in chosen:
-        if name not in stored:
-            raise ComparisonError(
-                f"{name!r}: no stored runs of this tracker. Stored are {', '.join(stored)}."
-            )
-        if chosen.count(name) > 1:
-            raise ComparisonError(
-                f"{name!r} is named twice. Name each tracker once; a tracker is not compared with "
-                "itself."
-            )
-    if len(chosen) < 2:
-        raise ComparisonError(f"{len(chosen)} tracker to compare. Name two or more.")
-    return chosen
-
-
-def check_runs(
-    scored: pd.DataFrame, chosen: Sequence[str], sequences: Sequence[str], measure: Measure
-) -> None:
-    """Raise `ComparisonError` unless all runs can be compared."""
-    remedy = "with `trackmark run` or with --sequences, or name other trackers."
-    for status in ("missing", "stale"):
-        rows = scored[scored["status"] == status]
-        if len(rows):
-            row = rows.iloc[0]
-            raise ComparisonError(
-                f"tracker {row['tracker']}, sequence {row['sequence']}, repetition "
-                f"{row['repetition']}: the run is {status} ({len(rows)} of {len(scored)} runs "
-                f"are). All runs are needed. Execute them {remedy}"
-            )
-    present = set(zip(scored["tracker"].astype(str), scored["sequence"].astype(str), strict=True))
-    for name, sequence in product(chosen, sequences):
-        if (name, sequence) not in present:
-            raise ComparisonError(
-                f"tracker {name}, sequence {sequence}: the run is missing. Execute it {remedy}"
-            )
-    versions = scored.dropna(subset="fingerprint").groupby("sequence", observed=True)["fingerprint"]
-    counts = versions.nunique()
-    if changed := counts[counts > 1].index.tolist():
-        raise ComparisonError(
-            f"sequence {changed[0]}: its images or its ground truth changed between stored runs. "
-            "Run all trackers on it again."
-        )
-    if measure.name not in scored:
-        raise ComparisonError(f"the runs have no score {measure.name!r}.")
-    undefined = scored[~np.isfinite(scored[measure.name])]
-    if len(undefined):
-        row = undefined.iloc[0]
-        raise ComparisonError(
-            f"tracker {row['tracker']}, sequence {row['sequence']}: {measure.title} is "
-            f"{row[measure.name]}. Choose another --metric, or omit the sequence."
-        )
-
-
 def _read_published_scores(file: Path, measure: Measure) -> pd.DataFrame:
-    """Read tracker, sequence and score of every row; the index holds the line in the file."""
+    """Return tracker, sequence and score of every row."""
     columns = ["tracker", "sequence", measure.name]
     try:
         table = pd.read_csv(
@@ -146,22 +187,20 @@ def _read_published_scores(file: Path, measure: Measure) -> pd.DataFrame:
         raise ComparisonError(
             f"{file}: missing columns {', '.join(missing)}. Needed are {', '.join(columns)}."
         )
-    table.index += 2  # the first line holds the columns' names
-    table = table.loc[(table != "").any(axis=1), columns].copy()
-    for column in columns[:2]:
-        empty = table[column].str.strip() == ""
-        if empty.any():
-            place = f"{file}, line {empty.idxmax()}"
-            raise ComparisonError(f"{place}: the {column} has no name. Add it, or remove the row.")
-    scores = [
-        _parse_score(text, f"{file}, line {line}", measure)
-        for line, text in table[measure.name].items()
-    ]
-    twice = table.duplicated(["tracker", "sequence"])
-    if twice.any():
-        place = f"{file}, line {twice.idxmax()}"
-        raise ComparisonError(f"{place}: an earlier line has the same tracker and sequence.")
-    return table.assign(**{measure.name: np.array(scores, np.float64)})
+    table = table[columns]
+    rows: dict[tuple[str, str], float] = {}
+    for line, (tracker, sequence, text) in enumerate(table.itertuples(index=False), 2):
+        if not (tracker or sequence or text):
+            continue
+        place = f"{file}, line {line}"
+        for kind, name in (("tracker", tracker), ("sequence", sequence)):
+            if not name.strip():
+                raise ComparisonError(f"{place}: the {kind} has no name. Add it to the row.")
+        if (tracker, sequence) in rows:
+            raise ComparisonError(f"{place}: an earlier line has the same tracker and sequence.")
+        rows[tracker, sequence] = _parse_score(text, place, measure)
+    names = pd.DataFrame(list(rows), columns=columns[:2], dtype=str)
+    return names.assign(**{measure.name: np.array(list(rows.values()), np.float64)})
 
 
 def _parse_score(text: str, place: str, measure: Measure) -> float:
@@ -172,9 +211,10 @@ def _parse_score(text: str, place: str, measure: Measure) -> float:
         score = nan
     if not isfinite(score) or "_" in text:  # Python reads 1_0 as 10
         raise ComparisonError(f"{place}: {text!r} is not a number.")
-    if score < 0 or (score > 1 and measure.unit != "px"):
+    in_pixels = measure.unit == "px"
+    if score < 0 or (score > 1 and not in_pixels):
+        expected = "of pixels, 0 or more" if in_pixels else "from 0 to 1"
         raise ComparisonError(
-            f"{place}: {score:g} is not a {measure.name}. Expected is a number "
-            f"{'of pixels, 0 or more' if measure.unit == 'px' else 'from 0 to 1'}."
+            f"{place}: {score:g} is not a {measure.name}. Expected is a number {expected}."
         )
     return score

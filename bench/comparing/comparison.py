@@ -1,7 +1,7 @@
-"""From stored runs to answers: which tracker is better, by how much, and how surely.
+"""Comparison of trackers on stored runs: differences of pairs with intervals and answers.
 
-A tracker's repetitions on a sequence are averaged first, then the sequences of a unit. Trackers are
-paired by sequence, never by seed: the same seed means nothing to two methods.
+Repetitions on a sequence are averaged first, then the sequences of a unit. Trackers are paired by
+sequence, not by seed: equal seeds have no common effect on two methods.
 """
 
 from collections.abc import Collection, Mapping, Sequence
@@ -14,7 +14,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from trackmark.bench.comparing.comparable_runs import AllFailedError, check_runs, chosen_trackers
+from trackmark.bench.comparing.comparable_runs import AllFailedError, check_runs, selected_trackers
 from trackmark.bench.protocols import STORED_ONCE, TIMING
 from trackmark.bench.reporting.failed_runs import failed_runs
 from trackmark.bench.reporting.tables import own_times, uncertainty_of
@@ -143,11 +143,11 @@ def parts_of(
         ]
         distinct = sorted({value for value in values if value is not None}, key=_in_order)
         for value in distinct if len(distinct) > 1 else ():
-            parts[knob, value] = np.array([own == value for own in values])
+            parts[knob, value] = np.array([row_value == value for row_value in values])
     for name in sorted({name for names in attributes for name in names}):
-        having = np.array([name in names for names in attributes])
-        if not having.all():
-            parts["attribute", name] = having
+        occurs = np.array([name in names for names in attributes])
+        if not occurs.all():
+            parts["attribute", name] = occurs
     return parts
 
 
@@ -194,7 +194,7 @@ def compare(
     Raises `ComparisonError` for runs that cannot be compared, `AllFailedError` if all failed.
     """
     scored = runs[runs["protocol"] == STORED_ONCE]
-    chosen = chosen_trackers(scored, trackers, against)
+    chosen = selected_trackers(scored, trackers, against)
     scored = scored[scored["tracker"].isin(chosen)]
     failures = failed_runs(scored, "0" if measure.direction == "higher" else "the worst score")
     scored = scored[~scored["tracker"].isin(failures.left_out)]
@@ -206,7 +206,7 @@ def compare(
     grouped = scored.groupby(["tracker", "sequence"], observed=True, sort=False)[measure.name]
     cells = {key: values.to_numpy(np.float64) for key, values in grouped}
     scores = {name: [cells[name, sequence] for sequence in sequences] for name in chosen}
-    means = {name: np.array([run.mean() for run in of]) for name, of in scores.items()}
+    means = {name: np.array([run.mean() for run in row]) for name, row in scores.items()}
     losses = {name: _losses(scored[scored["tracker"] == name]) for name in chosen}
     units = units_of(sequences, "scene" if by_scene else None)
     standings = _standings(runs, means, losses, units, measure)

@@ -1,4 +1,4 @@
-"""A comparison as tables and as JSON."""
+"""A comparison as tables, as JSON, and as a paragraph for a paper."""
 
 import json
 import textwrap
@@ -11,24 +11,33 @@ from typing import Any
 import pandas as pd
 
 from trackmark.bench.comparing.comparison import Comparison, Pair, means_in_part, parts_of
-from trackmark.bench.comparing.summary_text import (
-    answer_text,
-    between,
-    margin_text,
-    number,
-    paragraph,
-    same_boxes_text,
-    shown_pairs,
-    times,
-    too_few,
-    wins_text,
+from trackmark.bench.statistics.rules import (
+    MIN_UNITS,
+    MIN_UNITS_FOR_SMALL,
+    corrected_level,
+    interval_or_none,
 )
-from trackmark.bench.statistics.rules import interval_or_none
 from trackmark.reports.printable import width
 from trackmark.reports.tables import MISSING, Cell, Table
 
 LONGEST_PAIR = 44
-"""Letters of a pair's names; longer ones get a line of their own on a screen."""
+"""Maximum length of a pair's names on one line of a screen."""
+
+SHOWN_PAIRS = 10
+"""Maximum number of pairs on a screen; of more, those with the main tracker are shown."""
+
+SENTENCE_PAIRS = 3
+"""Maximum number of pairs with a sentence each; of more, each answer has one sentence."""
+
+VERBS = {
+    "better": "was better than",
+    "worse": "was worse than",
+    "equivalent": "was equivalent to",
+    "inconclusive": "compared with",
+}
+
+Limits = tuple[float, float] | None
+"""Interval of scores or differences; None for too few units."""
 
 
 def screen(comparison: Comparison) -> list[Table]:
@@ -38,14 +47,13 @@ def screen(comparison: Comparison) -> list[Table]:
     """
     if not comparison.pairs:
         return [_standings(comparison)]
-    few = too_few(comparison)
-    pairs = _differences(comparison) if few else _pair_table(comparison, on_screen=True)
-    return [_standings(comparison), pairs]
+    pairs = _differences if _too_few(comparison) else _screen_pairs
+    return [_standings(comparison), pairs(comparison)]
 
 
 def files(comparison: Comparison) -> list[Table]:
     """Return all tables, for a folder: also scores by sequence, and differences by part."""
-    pairs = [_pair_table(comparison)] if comparison.pairs else []
+    pairs = [_file_pairs(comparison)] if comparison.pairs else []
     parts = _parts(comparison)
     tables = [_standings(comparison), *pairs, _sequences(comparison)]
     return [*tables, parts] if parts.rows else tables
@@ -53,12 +61,12 @@ def files(comparison: Comparison) -> list[Table]:
 
 def as_data(comparison: Comparison) -> dict[str, Any]:
     """Return the comparison for `--json`; scores unscaled, gaps null."""
-    units = comparison.units
+    units, measure = comparison.units, comparison.measure
     return {
-        "measure": comparison.measure.name,
-        "title": comparison.measure.title,
-        "direction": comparison.measure.direction,
-        "margin": comparison.measure.margin,
+        "measure": measure.name,
+        "title": measure.title,
+        "direction": measure.direction,
+        "margin": measure.margin,
         "unit": units.kind,
         "units": list(units.labels),
         "scope": units.scope,
@@ -88,8 +96,13 @@ def as_data(comparison: Comparison) -> dict[str, Any]:
     }
 
 
+def shown_pairs(comparison: Comparison) -> list[Pair]:
+    """Return all pairs, or those with the main tracker if there are too many for a screen."""
+    few = len(comparison.pairs) <= SHOWN_PAIRS
+    return list(comparison.pairs) if few else comparison.main_pairs
+
+
 def _standings(comparison: Comparison) -> Table:
-    """Return means of the trackers."""
     rows, data = [], []
     for standing in comparison.standings:
         time = f"{'' if standing.timed else '~'}{standing.milliseconds:.3g}"
@@ -97,15 +110,15 @@ def _standings(comparison: Comparison) -> Table:
         rows.append(
             [
                 Cell(standing.tracker + remark),
-                Cell(number(comparison, standing.mean), standing.contender),
-                Cell(between(comparison, standing.interval)),
+                Cell(_number(comparison, standing.mean), standing.contender),
+                Cell(_interval(comparison, standing.interval)),
                 Cell(f"{100 * standing.kept:.0f}" if isfinite(standing.kept) else MISSING),
                 Cell(time if isfinite(standing.milliseconds) else MISSING),
             ]
         )
         failures = comparison.failures.get(standing.tracker, "")
         data.append({**vars(standing), **_ends(standing.interval), "failures": failures})
-    few = too_few(comparison)
+    few = _too_few(comparison)
     notes = [
         few or "* marks the best mean and all that no other tracker is better than, over all pairs."
     ]
@@ -127,29 +140,47 @@ def _standings(comparison: Comparison) -> Table:
 
 
 def _caption(comparison: Comparison) -> str:
-    text, m = f"{comparison.measure.head}, {times(comparison)}", len(comparison.pairs)
-    if m and not too_few(comparison):
+    text, m = f"{comparison.measure.head}, {_counts(comparison)}", len(comparison.pairs)
+    if m and not _too_few(comparison):
         intervals = "interval holds" if m == 1 else f"{m} intervals hold together"
         text += f"; the {intervals} at 95 %"
     return f"{text}, {comparison.units.scope}"
 
 
-def _pair_table(comparison: Comparison, *, on_screen: bool = False) -> Table:
-    """Return answers on pairs; on a screen, reasons and long names have lines of their own."""
-    caption = f": {_caption(comparison)}. Margin {margin_text(comparison)}."
-    if on_screen:
-        caption = f"; better on so many {comparison.units.plural}."
-    pairs, rows = shown_pairs(comparison) if on_screen else comparison.pairs, []
+def _screen_pairs(comparison: Comparison) -> Table:
+    """Return answers on pairs; reasons and long names have lines of their own."""
+    pairs, rows = shown_pairs(comparison), []
     for pair in pairs:
-        same = same_boxes_text(comparison, pair)
-        numbers = [*_texts(comparison, pair.difference, pair.interval), wins_text(pair)]
-        if on_screen:
-            reasons = "; ".join(filter(None, [pair.answer.reason, same]))
-            rows += _pair_on_screen(pair.label, [*numbers, pair.answer.label], reasons)
-        else:
-            answer = "; ".join(filter(None, [answer_text(pair), same]))
-            rows.append([pair.label, *numbers, answer])
+        texts = [*_pair_texts(comparison, pair), pair.answer.label]
+        empty = [""] * len(texts)
+        long = len(pair.label) > LONGEST_PAIR
+        names = textwrap.wrap(pair.label, width(), break_on_hyphens=False)
+        reasons = "; ".join(filter(None, [pair.answer.reason, _same_boxes(comparison, pair)]))
+        rows += [[line, *empty] for line in names if long]
+        rows.append(["" if long else pair.label, *texts])
+        rows += [[f"    {line}", *empty] for line in textwrap.wrap(reasons, width() - 4)]
     others = len(comparison.pairs) - len(pairs)
+    notes = [f"{others} other pairs are in --json and --folder."] if others else []
+    caption = f"; better on so many {comparison.units.plural}."
+    return replace(_pair_table(comparison, pairs, caption, rows), notes=notes)
+
+
+def _file_pairs(comparison: Comparison) -> Table:
+    rows = [
+        [
+            pair.label,
+            *_pair_texts(comparison, pair),
+            "; ".join(filter(None, [_answer(pair), _same_boxes(comparison, pair)])),
+        ]
+        for pair in comparison.pairs
+    ]
+    caption = f": {_caption(comparison)}. Margin {_margin(comparison)}."
+    return _pair_table(comparison, comparison.pairs, caption, rows)
+
+
+def _pair_table(
+    comparison: Comparison, pairs: Sequence[Pair], caption: str, rows: Iterable[Sequence[str]]
+) -> Table:
     return Table(
         name="comparison-pairs",
         caption=f"Differences, first minus second{caption}",
@@ -157,17 +188,14 @@ def _pair_table(comparison: Comparison, *, on_screen: bool = False) -> Table:
         n_labels=1,
         rows=_cells(rows),
         ranks=[1, 1, 2, 0],
-        notes=[f"{others} other pairs are in --json and --folder."] if others else [],
         data=pd.DataFrame(_pair_data(pair) | _ends(pair.interval) for pair in pairs),
     )
 
 
-def _pair_on_screen(label: str, texts: list[str], reasons: str) -> list[list[str]]:
-    empty = [""] * len(texts)
-    names = textwrap.wrap(label, width(), break_on_hyphens=False)
-    above = [[line, *empty] for line in names] if len(label) > LONGEST_PAIR else []
-    below = [[f"    {line}", *empty] for line in textwrap.wrap(reasons, width() - 4)]
-    return [*above, ["" if above else label, *texts], *below]
+def _pair_texts(comparison: Comparison, pair: Pair) -> list[str]:
+    """Return difference, interval and number of wins."""
+    interval = _interval(comparison, pair.interval, signed=True)
+    return [_number(comparison, pair.difference, signed=True), interval, _wins(pair)]
 
 
 def _pair_data(pair: Pair) -> dict[str, Any]:
@@ -192,11 +220,11 @@ def _differences(comparison: Comparison) -> Table:
     if max(map(len, labels)) > LONGEST_PAIR:
         notes = [f"pair {n}: {label}" for n, label in enumerate(labels, 1)]
         labels = [f"pair {n}" for n in range(1, len(pairs) + 1)]
-    remarks = [same_boxes_text(comparison, pair) for pair in pairs]
+    remarks = [_same_boxes(comparison, pair) for pair in pairs]
     notes += [f"{label}: {same}" for label, same in zip(labels, remarks, strict=True) if same]
     columns = [[*pair.by_unit.tolist(), pair.difference] for pair in pairs]
     rows = [
-        [unit, *(number(comparison, value, signed=True) for value in values)]
+        [unit, *(_number(comparison, value, signed=True) for value in values)]
         for unit, *values in zip([*comparison.units.labels, "mean"], *columns, strict=True)
     ]
     return Table(
@@ -217,8 +245,8 @@ def _sequences(comparison: Comparison) -> Table:
         for tracker, by_sequence in comparison.scores.items():
             runs = by_sequence[position]
             mean, spread = float(runs.mean()), float(runs.std(ddof=1)) if len(runs) > 1 else nan
-            text = f" ±{number(comparison, spread)}" if isfinite(spread) else ""
-            row.append(f"{number(comparison, mean)}{text}")
+            text = f" ±{_number(comparison, spread)}" if isfinite(spread) else ""
+            row.append(f"{_number(comparison, mean)}{text}")
             numbers = {"mean": mean, "standard_deviation": spread, "runs": len(runs)}
             data.append({"sequence": sequence, "tracker": tracker, **numbers})
         rows.append(row)
@@ -233,16 +261,20 @@ def _sequences(comparison: Comparison) -> Table:
 
 
 def _parts(comparison: Comparison) -> Table:
+    """Return differences on the sequences with a parameter's value or an attribute."""
     rows, data = [], []
     widest = comparison.measure.most - comparison.measure.least
     parts = parts_of(comparison.sequences, comparison.attributes)
     for pair, ((knob, value), chosen) in product(shown_pairs(comparison), parts.items()):
         n, by_unit = int(chosen.sum()), means_in_part(comparison.units, pair.differences, chosen)
         mean, interval = float(by_unit.mean()), interval_or_none(by_unit, 1, -widest, widest)
-        rows.append([pair.label, f"{knob}={value}", str(n), *_texts(comparison, mean, interval)])
-        numbers = {"sequences": n, "difference": mean, **_ends(interval)}
+        texts = [
+            _number(comparison, mean, signed=True),
+            _interval(comparison, interval, signed=True),
+        ]
+        rows.append([pair.label, f"{knob}={value}", str(n), *texts])
         part = {"first": pair.first, "second": pair.second, "knob": knob, "value": value}
-        data.append(part | numbers)
+        data.append(part | {"sequences": n, "difference": mean, **_ends(interval)})
     return Table(
         name="comparison-parts",
         caption=(
@@ -257,22 +289,151 @@ def _parts(comparison: Comparison) -> Table:
     )
 
 
+def paragraph(comparison: Comparison) -> str:
+    """Return the comparison in sentences for a paper: methods, failed runs and answers."""
+    units, n = comparison.units, len(comparison.standings)
+    sentences = [
+        f"{n} tracker{'s were' if n > 1 else ' was'} compared by {comparison.measure.title} on "
+        f"{_counts(comparison)}; the unit is the {units.kind}.",
+        *_methods(comparison),
+        *(f"{name}: {note}." for name, note in comparison.failures.items()),
+    ]
+    if comparison.not_repeatable:
+        names = ", ".join(comparison.not_repeatable)
+        sentences.append(f"Not repeatable (other boxes with the same seed): {names}.")
+    if len(comparison.pairs) <= SENTENCE_PAIRS:
+        sentences += [_sentence(comparison, pair) for pair in comparison.pairs]
+    else:
+        sentences += _summary(comparison)
+    return " ".join(sentences)
+
+
+def _methods(comparison: Comparison) -> list[str]:
+    """Return sentences on the intervals and on the meaning of the answers."""
+    if reason := _too_few(comparison):
+        return [f"{reason[:1].upper()}{reason[1:]}."]
+    m, units, margin = len(comparison.pairs), comparison.units, _margin(comparison)
+    if not m:
+        return []
+    level = f"{100 * corrected_level(m):.4g} %"
+    if m > 1:
+        level += f" each (Bonferroni over {m} comparisons, together 95 %)"
+    return [
+        f"Intervals of mean differences over {units.plural} are the union of Student's t interval "
+        f"and Hall's skewness-corrected one, at {level}, {units.scope}.",
+        f"A tracker is better if its interval excludes 0 and is not inside {margin}; equivalence "
+        f"needs an interval inside {margin} and {MIN_UNITS_FOR_SMALL} {units.plural}.",
+    ]
+
+
+def _sentence(comparison: Comparison, pair: Pair) -> str:
+    difference = _with_interval(comparison, pair.difference, pair.interval)
+    details = [f"difference {difference}", f"better on {_wins(pair)}"]
+    details += filter(None, [_same_boxes(comparison, pair)])
+    text = f"{pair.first} {VERBS[pair.answer.label]} {pair.second}"
+    if pair.answer.reason and pair.interval is not None:
+        text += f" was {_answer(pair)}"
+    return f"{text} ({', '.join(details)})."
+
+
+def _summary(comparison: Comparison) -> list[str]:
+    """Return one sentence per answer on the main pairs, and one on the other pairs."""
+    opposites = {"better": "worse", "worse": "better"}
+    groups: dict[str, list[str]] = {}
+    for pair in comparison.main_pairs:
+        label, other, difference = str(pair.answer.label), pair.second, pair.difference
+        interval: Limits = pair.interval
+        if pair.first != comparison.main:
+            label, other = opposites.get(label, label), pair.first
+            difference, interval = -difference, interval and (-interval[1], -interval[0])
+        details = _with_interval(comparison, difference, interval)
+        if interval is not None and pair.answer.reason:
+            details += f", {pair.answer.reason}"
+        groups.setdefault(label, []).append(f"{other} ({details})")
+    sentences = [
+        f"{comparison.main} {verb} {'; '.join(groups[label])}"
+        f"{' was inconclusive' * (label == 'inconclusive')}."
+        for label, verb in VERBS.items()
+        if label in groups
+    ]
+    if others := len(comparison.pairs) - len(comparison.main_pairs):
+        sentences.append(f"The other {others} pairs are in the table of pairs.")
+    return sentences
+
+
+def _counts(comparison: Comparison) -> str:
+    """Return the number of sequences, units and runs: `8 sequences, 5 runs each`."""
+    n, sequences = len(comparison.sequences), _unit_count(comparison)
+    if n > len(comparison.units):
+        sequences = f"{n} sequences ({sequences})"
+    fewest, most = comparison.repetitions
+    runs = f"{most}" if fewest == most else f"{fewest} to {most}"
+    return f"{sequences}, {runs} run{'s' if most > 1 else ''} each"
+
+
+def _unit_count(comparison: Comparison) -> str:
+    units = comparison.units
+    return f"{len(units)} {units.plural if len(units) != 1 else units.kind}"
+
+
+def _too_few(comparison: Comparison) -> str:
+    """Return why there are no intervals; empty if there are enough units."""
+    if len(comparison.units) >= MIN_UNITS:
+        return ""
+    remedy = comparison.units.remedy
+    return f"{_unit_count(comparison)}: too few for intervals ({MIN_UNITS} needed){remedy}"
+
+
+def _answer(pair: Pair) -> str:
+    return ": ".join(filter(None, [pair.answer.label, pair.answer.reason]))
+
+
+def _wins(pair: Pair) -> str:
+    return f"{pair.wins} of {len(pair.by_unit)}"
+
+
+def _same_boxes(comparison: Comparison, pair: Pair) -> str:
+    n = len(comparison.sequences)
+    return f"same boxes on {pair.same_boxes} of {n} sequences" if pair.same_boxes else ""
+
+
+def _margin(comparison: Comparison) -> str:
+    """Return the margin with its unit: `±0.5 px`."""
+    return f"±{comparison.measure.margin * comparison.measure.scale:g}{_unit(comparison)}"
+
+
+def _unit(comparison: Comparison) -> str:
+    return f" {comparison.measure.unit}" if comparison.measure.unit else ""
+
+
+def _number(comparison: Comparison, value: float, *, signed: bool = False) -> str:
+    """Return a score or a difference, scaled and rounded as the measure states."""
+    measure = comparison.measure
+    return f"{value * measure.scale:{'+' if signed else ''}.{measure.decimals}f}"
+
+
+def _interval(comparison: Comparison, interval: Limits, *, signed: bool = False) -> str:
+    if interval is None:
+        return MISSING
+    low, high = (_number(comparison, end, signed=signed) for end in interval)
+    return f"[{low}, {high}]"
+
+
+def _with_interval(comparison: Comparison, difference: float, interval: Limits) -> str:
+    """Return a difference with its unit and its interval, if there is one."""
+    text = f"{_number(comparison, difference, signed=True)}{_unit(comparison)}"
+    return text if interval is None else f"{text} {_interval(comparison, interval, signed=True)}"
+
+
 def _cells(rows: Iterable[Sequence[str]]) -> list[list[Cell]]:
     return [[Cell(text) for text in row] for row in rows]
-
-
-def _texts(
-    comparison: Comparison, difference: float, interval: tuple[float, float] | None
-) -> list[str]:
-    around = between(comparison, interval, signed=True)
-    return [number(comparison, difference, signed=True), around]
 
 
 def _difference_head(comparison: Comparison) -> str:
     return replace(comparison.measure, title="difference").head
 
 
-def _ends(interval: tuple[float, float] | None) -> dict[str, float]:
+def _ends(interval: Limits) -> dict[str, float]:
     low, high = interval or (nan, nan)
     return {"low": low, "high": high}
 

@@ -142,10 +142,9 @@ def _perform_unit(command: str, limits: Limits, source: str, unit: Unit) -> _Res
                 "started before a change."
             )
         key = command, limits
-        if getattr(_pools, "key", key) != key:
-            _pools.pool.close()
-            del _pools.key
-        if not hasattr(_pools, "key"):
+        if getattr(_pools, "key", None) != key:
+            if hasattr(_pools, "pool"):
+                _pools.pool.close()
             _pools.key, _pools.pool = key, Pool(limits)
         result: _Result
         ((_, result),) = _pools.pool.perform([unit])

@@ -73,7 +73,7 @@ _SLOTS = struct.Struct(f"={len(Sight._fields)}q")
 
 def reset(descriptor: int, entry: int, message: bytes) -> None:
     """Write a message of the parent; everything else in the file is lost."""
-    os.ftruncate(descriptor, 0)
+    os.ftruncate(descriptor, HEAD)  # the worker maps so much
     slots = Sight(0, 0, entry, 0, 0, 0, len(message))
     _write(descriptor, 0, [_SLOTS.pack(*slots).ljust(HEAD, b"\0"), message])
 

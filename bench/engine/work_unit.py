@@ -30,7 +30,7 @@ class Unit:
     # A process performs units of one owner only. Empty for trackers of the package.
     owner: str = ""
     arrays: bool = False  # whether arrays, masks and maps are kept
-    truth: str = ""  # fingerprint of the sequence; empty if unknown
+    truth: str = ""  # path of the ground truth in the results folder; empty if unknown
 
     @property
     def work(self) -> int:

@@ -49,7 +49,6 @@ from trackmark.bench.protocols import TIMING
 from trackmark.datasets import Sequence, SequenceError
 from trackmark.trackers import Randomness, TrackerError
 
-_PARENT_SECONDS = 1.0
 _IDLE_SECONDS = 60.0  # a Dask worker outlives the command that it worked for
 _DEATH_SIGNAL = 1  # Linux: PR_SET_PDEATHSIG
 _SUBREAPER = 36  # Linux: PR_SET_CHILD_SUBREAPER
@@ -76,7 +75,7 @@ def main() -> None:
     _end_with(parent)
     cv2.setNumThreads(1)
     # What was printed last must be in the file if the process dies.
-    sys.stdout.reconfigure(line_buffering=True, errors="backslashreplace")  # type: ignore[union-attr]  # a file
+    sys.stdout.reconfigure(encoding="utf-8", errors="backslashreplace", line_buffering=True)  # type: ignore[union-attr]  # a file
     heartbeat = Heartbeat(shared)
     attend(heartbeat.compiling)
     limit_memory(memory)
@@ -273,16 +272,11 @@ def _check_state(runs: list[Run], before: ProcessState, trackers: list[Contestan
 
 
 def _end_with(parent: int) -> None:
-    """End this process when its parent is gone."""
+    """End this process when its parent ends; elsewhere than on Linux, after the present unit."""
     if sys.platform == "linux":
         # At once, and even if a tracker lets no thread run.
         ctypes.CDLL(None).prctl(_DEATH_SIGNAL, signal.SIGKILL)
         # Processes that a tracker starts and abandons stay descendants, and are ended too.
         ctypes.CDLL(None).prctl(_SUBREAPER, 1)
-    threading.Thread(target=_watch_parent, args=(parent,), daemon=True).start()
-
-
-def _watch_parent(parent: int) -> None:
-    while os.getppid() == parent:
-        time.sleep(_PARENT_SECONDS)
-    os._exit(1)
+    if os.getppid() != parent:  # it has ended meanwhile
+        os._exit(1)

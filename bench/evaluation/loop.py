@@ -238,16 +238,14 @@ class _Walk:
                 self._going = going = [recorder for recorder in group if not recorder.failure]
                 for recorder in going:
                     recorder.begin_segment(segment, view)
-                first = view.first_frame
-                stop = len(view) if most is None else first + most
-                for frame in range(first, stop if going else first):
-                    if not to_the_end and all(recorder.failure for recorder in going):
-                        break
-                    if frame == first:
-                        self._start(first)
-                    else:
-                        self._follow(frame)
-                    self._observer.shown(int(before + (frame - first + 1) * share))
+                if going:
+                    first = view.first_frame
+                    self._start(first)
+                    self._observer.shown(int(before + share))
+                    for frame in range(first + 1, len(view) if most is None else first + most):
+                        if not to_the_end and all(recorder.failure for recorder in going):
+                            break
+                        self._follow(frame, int(before + (frame - first + 1) * share))
                 before += len(self._numbers) * share
 
     def _start(self, first: int) -> None:
@@ -277,8 +275,8 @@ class _Walk:
             recorder.start(shown, first, mask)
             observer.called()
 
-    def _follow(self, frame: int) -> None:
-        """Show a later frame."""
+    def _follow(self, frame: int, done: int) -> None:
+        """Show a later frame; `done`: number of frames that trackers have seen then."""
         began = perf_counter()
         observer, number = self._observer, self._numbers[frame]
         observer.reading(number)
@@ -293,6 +291,7 @@ class _Walk:
                 observer.called()
                 running += 1
         reading_masks = self._compare(frame)
+        observer.shown(done)
         self.fetching += fetched - began + reading_masks
         self.fetched += 1
         if running:

@@ -1,4 +1,4 @@
-"""Our stored runs written for others' tools: a folder a tracker, in a layout."""
+"""Export of stored runs for other toolkits: a folder a tracker, in a layout."""
 
 import os
 from collections.abc import Callable, Mapping
@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackmark.bench.evaluation.run_record import Run, Trace
-from trackmark.bench.exchange import layout, names
-from trackmark.bench.exchange.result_format import ExchangeError, Said, file_name
+from trackmark.bench.exchange import is_layout_of, layout, names
+from trackmark.bench.exchange.result_format import ExchangeError, Said, file_name, some
 from trackmark.bench.protocols import ONCE, TIMING
 from trackmark.bench.protocols import protocol as protocol_of
 from trackmark.bench.store.index import read_index
@@ -37,9 +37,9 @@ def export_results(
 ) -> list[Path]:
     """Write the finished runs of an experiment in a layout, and return the files.
 
-    `target` gets a folder per tracker. `tell`: called with sentences on what the layout keeps and
-    what is left out. `kind`: name of the layout. `tracker`, `sequence`: patterns. `origin`: number
-    of the first pixel, if it is not the layout's. `force`: replace existing files; otherwise
+    `target` gets a folder per tracker. `tell`: called with sentences on the content of the layout
+    and on omitted runs. `kind`: name of the layout. `tracker`, `sequence`: patterns. `origin`:
+    number of the first pixel, if it is not the layout's. `force`: replace existing files; otherwise
     nothing is written if there is one.
 
     Raises `ExchangeError` or `ProtocolError` if nothing matches, two runs would be one file, a file
@@ -48,7 +48,13 @@ def export_results(
     """
     form, results = layout(kind), Results(experiment)
     start = form.origin if origin is None else origin
-    rows = _meant(results, tracker, sequence, protocol_of(protocol).text)
+    rows = [
+        row
+        for row in read_index(results)
+        if row["protocol"] == protocol_of(protocol).text
+        and fnmatchcase(row["tracker"], tracker)
+        and fnmatchcase(row["sequence"], sequence)
+    ]
     finished = [row for row in rows if row["status"] == "finished"]
     repeats = form.repeats and form.segments(protocol) is None
     exported = [row for row in finished if repeats or not row["repetition"]]
@@ -58,22 +64,35 @@ def export_results(
     for row in exported:
         run = results.read(cell_of(row))
         content = _content_of(run, results, start, trace)
-        files = _files_of(run, content, kind, target / file_name(row["tracker"]))
-        _add_files(texts, files)
+        folder = target / file_name(row["tracker"])
+        _check_layout(folder, kind)
+        files = _files_of(run, content, kind, folder)
+        if both := texts.keys() & files.keys():
+            raise ExchangeError(f"{min(both)} would hold two runs: export them into two folders.")
+        texts |= files
     _write(texts, force=force)
     tell(f"{kind} keeps {form.holds}; pixels count from {start}.")
     if failed := len(rows) - len(finished):
         tell(f"{failed} runs failed and are left out.")
     if further := len(finished) - len(exported):
         tell(f"{further} runs are left out: {kind} has room for one repetition.")
+    written = {(row["tracker"], row["sequence"]) for row in exported}
+    if missing := sorted({(row["tracker"], row["sequence"]) for row in rows} - written):
+        pairs = some([f"{name} on {on}" for name, on in missing])
+        runs = "all its runs" if repeats else "its first repetition"
+        tell(f"nothing is written for {pairs}: {runs} failed.")
     return list(texts)
 
 
-def _add_files(texts: dict[Path, str], files: Mapping[Path, str]) -> None:
-    """Add the files of a run to the texts by path."""
-    if both := texts.keys() & files.keys():
-        raise ExchangeError(f"{min(both)} would hold two runs: export them into two folders.")
-    texts |= files
+def _check_layout(folder: Path, kind: str) -> None:
+    """Refuse a tracker's folder with results of another layout: readers would mix the two."""
+    if folder.is_dir() and layout(kind).fits:  # files of other layouts cannot be told apart
+        for name in names():
+            if name != kind and is_layout_of(name, folder):
+                raise ExchangeError(
+                    f"{folder}: the folder holds results in the layout {name!r}. Readers would mix "
+                    f"them with those in the layout {kind!r}. Choose another folder."
+                )
 
 
 def _write(texts: Mapping[Path, str], *, force: bool) -> None:
@@ -86,17 +105,6 @@ def _write(texts: Mapping[Path, str], *, force: bool) -> None:
         )
     for path, text in texts.items():
         write_file(path, partial(Path.write_text, data=text, encoding="utf-8"))
-
-
-def _meant(results: Results, tracker: str, sequence: str, stored: str) -> list[dict[str, Any]]:
-    """Rows of runs by a protocol that two patterns fit."""
-    return [
-        row
-        for row in read_index(results)
-        if row["protocol"] == stored
-        and fnmatchcase(row["tracker"], tracker)
-        and fnmatchcase(row["sequence"], sequence)
-    ]
 
 
 def _files_of(run: Run, content: Said, kind: str, folder: Path) -> Mapping[Path, str]:
@@ -135,23 +143,21 @@ def _segments(run: Run, content: Said) -> list[tuple[NDArray[Any], Said]]:
 
 
 def _seconds(run: Run, results: Results) -> NDArray[np.float64] | None:
-    """Times by frame: of the timing run of the same thing, else the run's own median update.
+    """Return the times by frame: those of the timing run, else the run's own median update.
 
-    Without a timing run nothing is known of the initialisation, during which kernels may have been
-    compiled. None of runs that were stored without the time of an update.
+    Without a timing run the time of the initialisation is unknown, as kernels may have been
+    compiled meanwhile. None if a run was stored without the time of an update.
     """
     first = int(np.isfinite(run.boxes).all(axis=1).argmax())
     key = run.identity
     timed = key.tracker, key.sequence, key.repetition, TIMING
     if timed in results.cells():
         other = results.read(timed)
-        same = (key.fingerprint, key.tracker_version)
-        if other.times is not None and same == (
-            other.identity.fingerprint,
-            other.identity.tracker_version,
-        ):
-            seconds = np.array(other.times.wall, np.float64)
-            seconds[first] = other.times.initialisation_wall
+        times, identity = other.times, other.identity
+        same = identity.fingerprint, identity.tracker_version
+        if times is not None and same == (key.fingerprint, key.tracker_version):
+            seconds = np.array(times.wall, np.float64)
+            seconds[first] = times.initialisation_wall
             return seconds
     return _median_update(run, run.boxes)
 

@@ -1,8 +1,8 @@
-"""Others' results as runs: in a folder of their own, or beside those of an experiment for a while.
+"""Import of other toolkits' results as runs: in a folder of their own, or next to an experiment's.
 
-Boxes are scored by the truth of the sequences that are named. Their first is the truth's; by it,
-too, is seen whether a file counts pixels from 0 or from 1. Times are not taken: they are of other
-machines.
+Boxes are scored by the ground truth of the named sequences. The first box is replaced by the ground
+truth; it also shows whether a file counts pixels from 0 or from 1. Times are not imported: they
+come from other machines.
 """
 
 import hashlib
@@ -20,7 +20,7 @@ from trackmark import datasets
 from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.exchange import layout, names, sniffed
 from trackmark.bench.exchange.first_boxes import FirstBox, check_first_boxes, origin_of
-from trackmark.bench.exchange.result_format import ExchangeError, Layout, On, Said, letters
+from trackmark.bench.exchange.result_format import ExchangeError, Layout, On, Said, letters, some
 from trackmark.bench.experiments.experiment import SequenceSource
 from trackmark.bench.experiments.tracker_spec import IMPORTED, Identity
 from trackmark.bench.protocols import STORED_ONCE
@@ -35,17 +35,17 @@ from trackmark.bench.store.truth import read_truth, write_truth
 
 @dataclass(frozen=True)
 class Guest:
-    """A tracker whose results are others'."""
+    """Tracker whose results are imported."""
 
-    tracker: str  # its label in tables
+    tracker: str  # label in tables
     layout: str
     folder: Path
 
 
 def guest(text: str) -> Guest:
-    """A tracker of `NAME=PATH` or `NAME=LAYOUT:PATH`.
+    """Return the tracker of `NAME=PATH` or `NAME=LAYOUT:PATH`.
 
-    Raises `ExchangeError` for a text of another form, and where no layout fits.
+    Raises `ExchangeError` for a text of another form, and if no layout fits.
     """
     tracker, equals, path = (part.strip() for part in text.partition("="))
     if not (tracker and equals and path):
@@ -59,28 +59,28 @@ def guest(text: str) -> Guest:
 
 
 def on_sequences(sources: Sequence[SequenceSource], folder: Path) -> list[On]:
-    """Sequences that are opened for it; their truth is kept in an experiment's folder.
+    """Open sequences, and write their ground truth into an experiment's folder.
 
-    Raises `SequenceError` for one that can't be opened, or has no truth.
+    Raises `SequenceError` for one that cannot be opened, or has no ground truth.
     """
-    found = []
+    opened = []
     for source in sources:
         sequence = datasets.load(source.text, truth=source.truth)
         sequence.check_runnable()
         write_truth(folder, sequence)
         place = source.absolute()
         key = sequence.name, sequence.fingerprint, sequence.boxes
-        found.append(On(*key, place.text, str(place.truth or "")))
-    return found
+        opened.append(On(*key, place.text, str(place.truth or "")))
+    return opened
 
 
 def import_results(
     guests: Sequence[Guest], on: Sequence[On], folder: Path, tell: Callable[[str], None]
 ) -> int:
-    """Keep results as runs in an experiment's folder, in which the truths lie; give their number.
+    """Write results as runs into a folder that has the ground truths; return their number.
 
-    `tell` is given a sentence on what of a tracker's files is not taken. Raises `ExchangeError` for
-    a sequence without results, and files that are malformed or too short or long.
+    `tell`: called with a sentence on files that are not imported. Raises `ExchangeError` for a
+    sequence without results, and for files that are malformed, too short or too long.
     """
     results = Results(folder)
     runs = [run for one in guests for run in _by_protocol(list(_runs(one, on, tell)))]
@@ -106,10 +106,10 @@ def with_guests(
     tell: Callable[[str], None],
     sequences: Collection[str] | None = None,
 ) -> Iterator[Path]:
-    """An experiment's folder with others' results in it, for as long as it is looked at.
+    """Provide a temporary copy of an experiment's folder, with imported results in it.
 
-    It is a copy. `sequences`: those of the experiment that
-    are meant, all by default. Raises as `import_results`.
+    `sequences`: those of the experiment for which results
+    are imported, all by default. Raises as `import_results`.
     """
     stored = list_runs(Results(experiment))
     taken = {row["tracker"] for row in stored}
@@ -121,17 +121,12 @@ def with_guests(
         folder.mkdir()
         with connected(experiment) as database:
             database.copy(folder)
-        on = [
-            On(
-                row["sequence"],
-                row["fingerprint"],
-                read_truth(experiment, row["sequence"], row["fingerprint"]).boxes,
-                row["source"],
-                row["truth"],
-            )
-            for row in rows
-            if sequences is None or row["sequence"] in sequences
-        ]
+        on = []
+        for row in rows:
+            if sequences is None or row["sequence"] in sequences:
+                key = row["sequence"], row["fingerprint"]
+                boxes = read_truth(experiment, *key).boxes
+                on.append(On(*key, boxes, row["source"], row["truth"]))
         import_results(guests, on, folder, tell)
         yield folder
 
@@ -141,7 +136,7 @@ _BEGUN_AGAIN = "supervised"  # the protocol of runs that say so
 
 
 def _by_protocol(runs: list[Run]) -> list[Run]:
-    """A tracker's runs, which were begun again after failures where one of them was."""
+    """Return a tracker's runs, all supervised if one of them was restarted after a failure."""
     if all(run.states is None for run in runs):
         return runs
     return [
@@ -151,7 +146,7 @@ def _by_protocol(runs: list[Run]) -> list[Run]:
 
 
 def _runs(one: Guest, on: Sequence[On], tell: Callable[[str], None]) -> Iterator[Run]:
-    """Runs of a tracker on all of the sequences."""
+    """Yield the runs of a tracker on all of the sequences."""
     kind = layout(one.layout)
     there = kind.files(one.folder)
     by_letters: dict[str, list[str]] = {}
@@ -164,12 +159,12 @@ def _runs(one: Guest, on: Sequence[On], tell: Callable[[str], None]) -> Iterator
         if not name:
             raise ExchangeError(
                 f"{one.folder}: there are no results on {sequence.name}. Looked for "
-                f"{kind.expects}; there are {_some(sorted(there))}."
+                f"{kind.expects}; there are {some(sorted(there))}."
             )
         used.add(name)
         yield from _runs_on(one, kind, sequence, there[name], tell)
     if left := sorted(set(there) - used):
-        tell(f"{one.folder}: not taken, as their sequences are not asked for: {_some(left)}.")
+        tell(f"{one.folder}: not taken, as their sequences are not asked for: {some(left)}.")
 
 
 def _runs_on(
@@ -185,33 +180,19 @@ def _runs_on(
         if content.remark:
             tell(f"{file}: {content.remark}.")
         protocol = _stored_protocol(content, segments, on, file, tell)
-        key = Identity(
-            tracker.tracker,
-            tracker.tracker,
-            "",
-            {},
-            version,
-            on.name,
-            on.fingerprint,
-            repetition,
-            protocol,
+        name, sequence = tracker.tracker, (on.name, on.fingerprint)
+        key = Identity(name, name, "", {}, version, *sequence, repetition, protocol)
+        unknown = np.full(len(boxes), np.nan)
+        run = Run(
+            key,
+            boxes,
+            np.asarray(np.isfinite(boxes).all(axis=1)),
+            unknown if content.confidence is None else content.confidence,
+            states=content.states,
+            segments=tuple(segments) if content.protocol else (),
+            circumstances={"source": on.source, "truth": on.truth, "file": str(file.resolve())},
         )
-        yield _padded(
-            Run(
-                key,
-                boxes,
-                np.asarray(np.isfinite(boxes).all(axis=1)),
-                np.full(len(boxes), np.nan) if content.confidence is None else content.confidence,
-                states=content.states,
-                segments=tuple(segments) if content.protocol else (),
-                circumstances={
-                    "source": on.source,
-                    "truth": on.truth,
-                    "file": str(file.resolve()),
-                },
-            ),
-            on,
-        )
+        yield _padded(run, on)
 
 
 def _segments(kind: Layout, content: Said, on: On, file: Path) -> list[NDArray[Any]]:
@@ -249,9 +230,7 @@ def _boxes(
 ) -> NDArray[np.float64]:
     """Return boxes in our numbers, by segment from the box at initialisation on."""
     boxes, present = content.boxes.copy(), _present(on)
-    moved = (
-        protocol_of(content.protocol).segments(present, {}) if content.protocol == "sre" else None
-    )
+    moved = protocol_of("sre").segments(present, {}) if content.protocol == "sre" else None
     rows, first_boxes, end = [], [], 0
     for number, frames in enumerate(segments):
         first = int(present[frames].argmax())
@@ -326,8 +305,3 @@ def _padded(run: Run, on: On) -> Run:
         confidence=np.insert(run.confidence, before, np.nan),
         segments=tuple(segments),
     )
-
-
-def _some(found: Collection[str]) -> str:
-    shown = ", ".join(list(found)[:3]) or "none"
-    return f"{shown} and {len(found) - 3} more" if len(found) > 3 else shown

@@ -1,4 +1,4 @@
-"""What a layout of results is: where a tracker's files lie, how they are read, how written.
+"""Layout of results: the places and texts of a tracker's files.
 
 A layout is a file in `bench/exchange/formats`, which exports one `Layout`. Its numbers are those of
 the files; `importing` and `exporting` shift them.
@@ -20,12 +20,12 @@ from trackmark.datasets.truth_file import read_text
 
 
 class ExchangeError(ResultsError):
-    """Results that can't be read or written in a layout; the message names file and line."""
+    """Failure to read or write results in a layout; the message names file and line."""
 
 
 @dataclass(frozen=True)
 class On:
-    """A sequence that results are of: its truth, and where it was opened from."""
+    """Sequence of imported results: its ground truth, and where it was opened from."""
 
     name: str
     fingerprint: str
@@ -47,38 +47,21 @@ class Header:
 
 @dataclass(frozen=True)
 class Said:
-    """What a tracker said of a sequence's frames, in a file's own numbers.
+    """Estimates of a tracker for n rows, in the numbers of a file."""
 
-    Attributes
-    ----------
-    boxes : ndarray of float64, shape (n, 4)
-        `[x, y, width, height]` in pixels; NaN rows where it gave none.
-    confidence : ndarray of float64, shape (n,), or None
-        NaN where it gave none.
-    states : ndarray of int, shape (n,), or None
-        A `bench.metrics.preset.State` a frame, of runs of the supervised protocol.
-    seconds : ndarray of float64, shape (n,), or None
-        Time of each frame's update, in the frame of initialisation that of it; NaN where unknown.
-        They are written, and never read: others' times are of other machines.
-    remark : str
-        What of the file is not taken as it stands: a part of a sentence.
-    headers : tuple of Header
-        Statements about the rows, one per segment, in the order of the rows.
-    protocol : str
-        Name of the protocol with segments that the file states; empty for one pass.
-    """
-
-    boxes: NDArray[np.float64]
-    confidence: NDArray[np.float64] | None = None
-    states: NDArray[Any] | None = None
+    boxes: NDArray[np.float64]  # (n, 4): `[x, y, width, height]` in pixels; NaN rows if missing
+    confidence: NDArray[np.float64] | None = None  # (n,): NaN if missing
+    states: NDArray[Any] | None = None  # (n,): `bench.metrics.preset.State`, of supervised runs
+    # (n,): time of each update, or of the initialisation; NaN if unknown. Times are written and
+    # never read: those of imported results come from other machines.
     seconds: NDArray[np.float64] | None = None
-    remark: str = ""
-    headers: tuple[Header, ...] = ()
-    protocol: str = ""
+    remark: str = ""  # how the file was simplified: a part of a sentence
+    headers: tuple[Header, ...] = ()  # one per segment, in the order of the rows
+    protocol: str = ""  # name of the protocol with segments that the file states
 
 
 Held: TypeAlias = Callable[[NDArray[np.float64]], NDArray[np.float64]]
-"""What is kept of boxes, float64 of shape (n, 4)."""
+"""Rounds boxes, float64 of shape (n, 4), as the text of a file does."""
 
 
 SegmentWriter: TypeAlias = Callable[
@@ -87,79 +70,37 @@ SegmentWriter: TypeAlias = Callable[
 """`(folder, sequence, segments) -> files`; a segment is its frames, and its rows in their order."""
 
 
-def _one_file(file: Path) -> Sequence[Path]:
-    return [file]
-
-
-def _no_segments(protocol: str) -> SegmentWriter | None:
-    return None
-
-
-def _as_it_is(boxes: NDArray[np.float64]) -> NDArray[np.float64]:
-    return boxes
-
-
 def rounded(decimals: int) -> Held:
-    """Boxes with so many decimals: what a text of them keeps."""
+    """Return a function that rounds boxes to so many decimals."""
     return lambda boxes: np.round(boxes, decimals)
 
 
 @dataclass(frozen=True)
 class Layout:
-    """Where a tracker's files lie, how they are read, how written.
+    """Places and texts of a tracker's files: how they are read, how written."""
 
-    Attributes
-    ----------
-    expects : str
-        What a tracker's folder holds.
-    holds : str
-        What of boxes and times is kept: the exporter's line.
-    origin : int
-        Number of the first pixel, where a file itself doesn't show it.
-    files : callable
-        `(folder) -> {sequence: files}`, a file a repetition, in order.
-    fits : callable, or None
-        `(file) -> bool`: whether one of these is of this layout and no other one; None for a layout
-        that is known by its name alone.
-    read : callable
-        `(file) -> Said`. Raises `ExchangeError` naming the line.
-    write : callable
-        `(folder, sequence, repetition, said) -> files`, into a tracker's folder.
-    held : callable
-        What is kept of boxes: rounded to so many digits, say.
-    repeats : bool
-        Whether it has room for several repetitions.
-    row : str
-        What a frame's box is called in messages.
-    parts : callable
-        `(file) -> files`: all files of a run, of which `files` lists the first.
-    frames : callable, or None
-        `(headers, on) -> frames`: numbers of the frames of each header's rows, from 0. Raises
-        `ExchangeError` for a header that does not fit the sequence.
-    segments : callable
-        `(protocol) -> SegmentWriter or None`, by the text of a protocol with segments.
-    holds_segments : str
-        The protocols for which `segments` returns a writer: a list in words.
-    """
-
-    expects: str
-    holds: str
-    origin: int
-    files: Callable[[Path], Mapping[str, Sequence[Path]]]
+    expects: str  # what a tracker's folder holds
+    holds: str  # which boxes, confidences and times an export keeps
+    origin: int  # number of the first pixel, if a file itself does not show it
+    files: Callable[[Path], Mapping[str, Sequence[Path]]]  # by sequence, one per repetition
+    # Returns whether a file is of this layout and of no other one; None if the user must name it.
     fits: Callable[[Path], bool] | None
-    read: Callable[[Path], Said]
+    read: Callable[[Path], Said]  # raises `ExchangeError` that names the line
+    # `(folder, sequence, repetition, content) -> texts by path`, in a tracker's folder.
     write: Callable[[Path, str, int, Said], Mapping[Path, str]]
-    held: Held = _as_it_is
-    repeats: bool = False
-    row: str = "line"
-    parts: Callable[[Path], Sequence[Path]] = _one_file
+    held: Held = lambda boxes: boxes
+    repeats: bool = False  # True if there is room for several repetitions
+    row: str = "line"  # what messages call the box of a frame
+    parts: Callable[[Path], Sequence[Path]] = lambda file: [file]  # all files of a run
+    # Frames of the rows of each header, from 0. Raises `ExchangeError` if a header does not fit.
     frames: Callable[[Sequence[Header], On], list[NDArray[Any]]] | None = None
-    segments: Callable[[str], SegmentWriter | None] = _no_segments
-    holds_segments: str = ""
+    # Writer of runs by a protocol with segments, given its text.
+    segments: Callable[[str], SegmentWriter | None] = lambda _: None
+    holds_segments: str = ""  # protocols for which `segments` returns a writer: a list in words
 
 
 def text_of(file: Path) -> str:
-    """Text of a file; raises `ExchangeError` where it can't be read."""
+    """Return the text of a file; raise `ExchangeError` if it cannot be read."""
     try:
         return read_text(file)
     except SequenceError as error:
@@ -167,12 +108,12 @@ def text_of(file: Path) -> str:
 
 
 def first_line(file: Path) -> str:
-    """The first line of a file; empty where there is none."""
+    """Return the first line of a file; empty if there is none."""
     return text_of(file).partition("\n")[0].strip()
 
 
 def numbers_of(line: str, place: str, count: int | None = None) -> list[float]:
-    """Numbers between commas, tabs or blanks; raises `ExchangeError` for another `count` of them.
+    """Return numbers between commas, tabs or blanks; raise `ExchangeError` unless `count` of them.
 
     `place`: file and line, for the message.
     """
@@ -188,14 +129,14 @@ def numbers_of(line: str, place: str, count: int | None = None) -> list[float]:
 
 
 def boxes_from(file: Path) -> Said:
-    """Boxes of a text with four numbers a line."""
+    """Read a text with four numbers a line."""
     lines = text_of(file).rstrip().splitlines()
     rows = [numbers_of(line, f"{file}, line {n}", 4) for n, line in enumerate(lines, 1)]
     return Said(np.array(rows, np.float64).reshape(-1, 4))
 
 
 def column_from(file: Path, frames: int) -> NDArray[np.float64] | None:
-    """Numbers of a text with one a line, or none; None where there is no such file."""
+    """Return the numbers of a text with at most one a line; None if there is no such file."""
     if not file.is_file():
         return None
     lines = text_of(file).removesuffix("\n").split("\n")
@@ -208,8 +149,13 @@ def column_from(file: Path, frames: int) -> NDArray[np.float64] | None:
     return np.array(values, np.float64)
 
 
+def column_text(values: NDArray[np.float64]) -> str:
+    """Return a text with a number a line, empty if it is NaN."""
+    return "".join("\n" if value != value else f"{value!r}\n" for value in values.tolist())
+
+
 def by_sequence(folder: Path, pattern: str, besides: Sequence[str] = ()) -> dict[str, list[Path]]:
-    """Files by what stands for `*` in a pattern, but for those whose names end in `besides`."""
+    """Return files by the text for `*` in a pattern, except those whose names end in `besides`."""
     before, after = pattern.split("*")
     found = [path for path in sorted(folder.glob(pattern)) if path.is_file()]
     return {
@@ -220,10 +166,16 @@ def by_sequence(folder: Path, pattern: str, besides: Sequence[str] = ()) -> dict
 
 
 def file_name(sequence: str) -> str:
-    """A sequence's name as that of a file."""
+    """Return a sequence's name as the name of a file."""
     return re.sub(r"[^\w.+=-]", "_", sequence)
 
 
 def letters(name: str) -> str:
     """Return a name without what toolkits write differently: `Jogging.1`, `jogging-1`."""
     return re.sub(r"[^a-z0-9]", "", name.lower())
+
+
+def some(names: Sequence[str]) -> str:
+    """Return the first three of many names for a message, and the number of the others."""
+    shown = ", ".join(names[:3]) or "none"
+    return f"{shown} and {len(names) - 3} more" if len(names) > 3 else shown

@@ -1,4 +1,4 @@
-"""Running an experiment: plan, perform what is left, keep index and log."""
+"""Execution of an experiment: its plan, its missing runs, their index and log."""
 
 import math
 import os
@@ -34,24 +34,24 @@ def run(
     address: str | None = None,
     limits: Limits | None = None,
 ) -> Path:
-    """Run what an experiment asks for and is not there yet.
+    """Execute the missing runs of an experiment.
 
     Parameters
     ----------
     experiment : Experiment, str or Path
-        What to run; a name or a TOML file is read by `read_experiment`.
+        Experiment, or its name or TOML file for `read_experiment`.
     output : str or Path
-        Folder of results; the experiment gets a folder of its name in it.
+        Results folder; the experiment gets a subfolder of its name.
     jobs : int, optional
-        Worker processes; as many as there are cores by default.
+        Number of worker processes; one per core by default.
     retry_failed : bool
-        Also repeat runs that failed.
+        Whether failed runs are repeated.
     engine : {'local', 'dask'}
-        Run on this machine, or on a Dask cluster.
+        Execute on this machine, or on a Dask cluster.
     address : str, optional
         Scheduler of a running Dask cluster.
     limits : Limits, optional
-        What a tracker may take before it counts as failed.
+        Limits of time and memory of a tracker.
 
     Returns
     -------
@@ -61,7 +61,7 @@ def run(
     Raises
     ------
     TrackerError, SequenceError, ExperimentError, ResultsError
-        For what can't be run. What had finished stays, and is not run again.
+        If a part of the experiment cannot be run. Finished runs are stored and not repeated.
     """
     if not isinstance(experiment, Experiment):
         experiment = read_experiment(experiment)
@@ -83,25 +83,21 @@ def run(
 
 @dataclass
 class Execution:
-    """One go at an experiment.
+    """Execution of an experiment.
 
-    `folder` holds the experiment's results; `plan` says what was there and what was left when it
-    began.
+    `folder`: the experiment's results. `plan`: states of the runs before the execution.
     """
 
-    experiment: Experiment  # as `run` has them
+    experiment: Experiment  # these fields are as in `run`
     output: Path
     jobs: int | None = None
     retry_failed: bool = False
     engine: str = "local"
     address: str | None = None
     limits: Limits = field(default_factory=Limits)
-    # Sequences that were opened for another execution, and need not be again.
-    known: KnownSequences = field(default_factory=dict)
-    # Told how many sequences have been opened, and of how many.
-    opened: Callable[[int, int], None] = lambda *_: None
-    # Sequences that could not be read to their end; the other runs went on.
-    errors: list[str] = field(default_factory=list)
+    known: KnownSequences = field(default_factory=dict)  # sequences that are open
+    opened: Callable[[int, int], None] = lambda *_: None  # called with numbers of opened ones, all
+    errors: list[str] = field(default_factory=list)  # of sequences that could not be read
 
     def __post_init__(self) -> None:
         self.folder = self.output / self.experiment.name
@@ -114,39 +110,39 @@ class Execution:
 
     @cached_property
     def performer(self) -> Engine:
-        """The engine; runs that depend on how long trackers take go one by one."""
+        """Engine; runs that depend on the time of updates are executed one by one."""
         jobs = 1 if self.experiment.clocked else self.jobs
         return engine(self.engine, jobs=jobs, address=self.address)
 
     @cached_property
     def units(self) -> Units:
-        """What is left to do."""
+        """Work units of the missing runs."""
         workers = self.performer.workers
         return left_of(self.plan, workers=workers, retry_failed=self.retry_failed)
 
     @property
     def work(self) -> int:
-        """How much that is: frames times trackers."""
+        """Amount of work: frames times trackers."""
         return self.units.work
 
     @property
     def overhead(self) -> float:
-        """The harness's own seconds per frame and tracker so far; NaN where nothing was run."""
+        """Time of the harness itself per frame and tracker [s]; NaN before the first run."""
         return self._own_seconds / self._shown_frames if self._shown_frames else math.nan
 
     def rows(self, progress: Callable[[int], None] | None = None) -> Iterator[dict[str, Any]]:
-        """Perform what is left; give the index's row of every run as it is finished.
+        """Execute the missing runs; yield the index row of each finished run.
 
-        Raises `ResultsError` where results can't be written.
+        Raises `ResultsError` if results cannot be written.
         """
         units = self.units
         self._results.prepare(self.plan.asked())
         if not units.runs:
             return
         log = RunLog(self.folder)
-        log.write("start", **self._told())
-        began = time.monotonic()
-        ended = "stopped"
+        log.write("start", **self._start_entry())
+        started_at = time.monotonic()
+        end = "stopped"
         scored: list[dict[str, Any]] = []
         try:
             report = progress or (lambda _: None)
@@ -156,20 +152,20 @@ class Execution:
                         raise outcome
                     rows = self._store(unit, outcome)
                 except SequenceError as error:
-                    log.write("error", **_named(unit), error=str(error))
+                    log.write("error", **_unit_entry(unit), error=str(error))
                     if str(error) not in self.errors:
                         self.errors.append(str(error))
                     continue
-                log.write("unit", **_named(unit), **_spent(outcome, rows))
+                log.write("unit", **_unit_entry(unit), **_outcome_entry(outcome, rows))
                 if math.isfinite(outcome.overhead):
                     self._own_seconds += outcome.overhead * unit.work
                     self._shown_frames += unit.work
                 scored += rows
                 yield from rows
-            ended = "finished"
+            end = "finished"
         finally:
             add_scores(self._results, scored)  # after a kill, the next reader computes them again
-            log.write("end", outcome=ended, seconds=round(time.monotonic() - began, 3))
+            log.write("end", outcome=end, seconds=round(time.monotonic() - started_at, 3))
 
     def _store(self, unit: Unit, outcome: Outcome) -> list[dict[str, Any]]:
         """Store and score the runs of a unit; return their rows of the index."""
@@ -193,14 +189,14 @@ class Execution:
         truth = cache(partial(read_truth, self.folder))
         return [index_row(r, truth(r.identity.sequence, r.identity.fingerprint)) for r in stored]
 
-    def _told(self) -> dict[str, Any]:
-        """What a log begins with."""
+    def _start_entry(self) -> dict[str, Any]:
+        """Return the first entry of the log."""
         limits = self.limits
         return {
             "trackmark": version("trackmark"),
             "experiment": self.experiment.name,
             "protocol": self.plan.protocol,
-            "trackers": [chosen.label for chosen in self.plan.trackers.values()],
+            "trackers": [spec.label for spec in self.plan.trackers.values()],
             "sequences": len(self.plan.sequences),
             "runs": len(self.plan),
             **{state.name.lower(): self.plan.count(state) for state in State},
@@ -211,16 +207,16 @@ class Execution:
         }
 
 
-def _named(unit: Unit) -> dict[str, Any]:
-    """A unit as a log tells it."""
+def _unit_entry(unit: Unit) -> dict[str, Any]:
+    """Return the sequence and the runs of a unit for the log."""
     runs: dict[str, list[int]] = {}
     for entry in unit.entries:
         runs.setdefault(entry.tracker, []).append(entry.repetition)
     return {"sequence": unit.source.text, "frames": unit.frames, "runs": runs}
 
 
-def _spent(outcome: Outcome, rows: list[dict[str, Any]]) -> dict[str, Any]:
-    """What a unit cost, and which of its runs failed."""
+def _outcome_entry(outcome: Outcome, rows: list[dict[str, Any]]) -> dict[str, Any]:
+    """Return the cost of a unit and its failed runs for the log."""
     failed = [
         {key: row[key] for key in ("tracker", "repetition", "failure")}
         for row in rows

@@ -1,4 +1,4 @@
-"""What is left of a plan as units of work, made one after another as they are asked for."""
+"""Work units of the missing runs of a plan, created one after another."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -18,25 +18,24 @@ class _Group(NamedTuple):
     """Runs that may share a process."""
 
     owner: str  # see `Unit`
-    alone: bool  # whether each has a unit to itself
-    runs: NDArray[np.bool_]  # which they are, shape (runs on a sequence,)
+    alone: bool  # whether each run has its own unit
+    runs: NDArray[np.bool_]  # True for the runs of the group, shape (runs on a sequence,)
 
 
 @dataclass(frozen=True, eq=False)
 class Units:
-    """Units of a plan, made one after another as they are asked for.
+    """Work units of a plan, created one after another.
 
-    Trackers whose random numbers live in the process never share one with others; nor do
-    trackers that are timed, or that are none of the package: what such a one does to its process
-    must not show in others. These come first, one after the other. Within a group that may share
-    a process come sequences, the longest first: no core waits at the end for a long one that began
-    late. No unit is larger than the share of one worker, unless it holds a single run; and the
-    sequences of a last round, which are fewer than there are workers, are split among all of them.
+    Trackers that use the random generator of their process share no process with other trackers,
+    nor do trackers that are timed or that are outside the package. Their units come first. Within a
+    group that may share a process, the longest sequences come first, so that no worker finishes
+    much later than the others. No unit is larger than the share of one worker, unless it holds a
+    single run. The sequences of the last round, which are fewer than the workers, are split.
     """
 
     plan: Plan
-    wanted: NDArray[np.bool_]  # which of them, shape (sequences, runs on a sequence)
-    workers: int  # how many units are performed at once
+    wanted: NDArray[np.bool_]  # runs to execute, shape (sequences, runs on a sequence)
+    workers: int  # number of units that are executed at the same time
 
     @property
     def runs(self) -> int:
@@ -66,29 +65,28 @@ class Units:
 
     @cached_property
     def _groups(self) -> list[_Group]:
-        """Runs by what may share a process; those of the package's trackers come last."""
+        """Runs that may share a process; those of the package's trackers come last."""
         clocked = self.plan.experiment.clocked
         keys = [
             (
-                chosen.label if clocked else owner_of(chosen),
-                clocked or chosen.randomness is Randomness.PROCESS,
+                spec.label if clocked else owner_of(spec),
+                clocked or spec.randomness is Randomness.PROCESS,
             )
-            for chosen in self.plan.trackers.values()
+            for spec in self.plan.trackers.values()
         ]
-        of = self.plan.run_trackers
         return [
-            _Group(*key, np.array([other == key for other in keys])[of])
+            _Group(*key, np.array([other == key for other in keys])[self.plan.run_trackers])
             for key in sorted(dict.fromkeys(keys), key=lambda key: key == ("", False))
         ]
 
     def _parts(self, group: _Group) -> NDArray[np.int64]:
-        """Into how many units the runs of each sequence go."""
+        """Return the number of units of each sequence."""
         runs: NDArray[np.int64] = (self.wanted & group.runs).sum(axis=1)
         if group.alone:
             return runs
         most = np.maximum(self.work // (self.workers * self.plan.frames), 1)
         parts: NDArray[np.int64] = -(-runs // most)
-        # What is left over for a last round goes to all workers: else some would only wait.
+        # Sequences of the last round are split among all workers, so that none waits.
         longest_first = np.argsort(-self.plan.frames * runs, kind="stable")
         busy = longest_first[: np.count_nonzero(runs)]
         last = busy[len(busy) - len(busy) % self.workers :]
@@ -96,42 +94,33 @@ class Units:
         return parts
 
     def _unit(self, sequence: int, runs: list[int], owner: str) -> Unit:
-        plan = self.plan
+        plan, planned = self.plan, self.plan.sequences[sequence]
         texts = list(plan.trackers)
-        found = plan.sequences[sequence]
         entries = []
         for run in runs:
             tracker, repetition = int(plan.run_trackers[run]), int(plan.run_repetitions[run])
             text = texts[tracker]
-            cell = plan.trackers[text].label, found.name, repetition, plan.protocol
+            cell = plan.trackers[text].label, planned.name, repetition, plan.protocol
             replaced, _ = plan.stored.get(cell, ("", ""))
             entries.append(Entry(text, repetition, plan.versions[sequence][tracker], replaced))
-        arrays = plan.experiment.arrays
-        return Unit(
-            found.source,
-            tuple(entries),
-            plan.protocol,
-            found.frames,
-            owner,
-            arrays,
-            found.fingerprint,
-        )
+        arrays, frames, truth = plan.experiment.arrays, planned.frames, planned.fingerprint
+        return Unit(planned.source, tuple(entries), plan.protocol, frames, owner, arrays, truth)
 
 
-def owner_of(chosen: Contestant) -> str:
-    """Who has the process of a tracker to itself: a tracker that is none of the package.
+def owner_of(spec: Contestant) -> str:
+    """Return the name of a tracker outside the package, which shares its process with no other.
 
-    Empty for the others, whose source is ours: they leave to others what is the process's.
+    It is empty for the package's trackers, which leave the state of the process unchanged.
     """
-    if chosen.file is not None and chosen.file.parent == PACKAGE:
+    if spec.file is not None and spec.file.parent == PACKAGE:
         return ""
-    return f"{chosen.file}:{chosen.name}"
+    return f"{spec.file}:{spec.name}"
 
 
 def left_of(plan: Plan, *, workers: int = 1, retry_failed: bool = False) -> Units:
-    """What is left to do of a plan.
+    """Return the work units of the missing runs of a plan.
 
-    `plan`: with the states of its runs. `workers`: how many units are performed at once.
-    `retry_failed`: whether runs that failed are left to do, too.
+    `workers`: number of units that are executed at the same time. `retry_failed`: whether failed
+    runs count as missing.
     """
     return Units(plan, plan.states <= (State.FAILED if retry_failed else State.STALE), workers)

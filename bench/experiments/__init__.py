@@ -1,1 +1,1 @@
-"""What is asked for: experiment files, and trackers with settled parameters and a version."""
+"""Experiment files, and trackers with settled parameters and a version."""

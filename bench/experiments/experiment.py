@@ -4,11 +4,11 @@
 version = 1
 title = "Window rules on an easy target"
 protocol = "one-pass"                    # how they are run; another is "supervised:skip=10"
-repetitions = 5                          # of trackers that draw random numbers
+repetitions = 5                          # of stochastic trackers
 trackers = [
     "static",
-    { name = "camshift", window = ["fixed", "adaptive"] },       # a list is swept
-    { name = "opencv-mil", init = "full", repetitions = 2 },     # by another truth; less often
+    { name = "camshift", window = ["fixed", "adaptive"] },       # one tracker per list entry
+    { name = "opencv-mil", init = "full", repetitions = 2 },     # other ground truth; fewer runs
 ]
 sequences = [
     "samples/face",
@@ -34,38 +34,36 @@ if TYPE_CHECKING:
 
 FOLDER = Path(__file__).parent
 PAPERS = FOLDER.parent / "papers"
-"""A paper's experiments lie in its folder, and are named after both: `<paper>-<file>`."""
+"""Papers' folders; their experiments are named `<paper>-<file>`."""
 
 VERSION = 1
 
-MOST_SWEPT = 1_000_000
-"""Trackers, or sequences, that an experiment's tables may come to."""
+MAX_SWEPT = 1_000_000
+"""Maximum number of trackers or sequences that the tables of an experiment sweep over."""
 
 
 class ExperimentError(ValueError):
-    """An experiment that can't be read; the message names file and key."""
+    """An experiment that cannot be read; the message names file and key."""
 
 
 @dataclass(frozen=True)
 class SequenceSource:
-    """Where a sequence comes from.
+    """Specification of a sequence.
 
     Attributes
     ----------
     text : str
         Name with variant, or path; as for `datasets.load`.
     truth : Path or None
-        Truth file for recorded data that has none of its own.
+        Ground-truth file of recorded data without its own.
     """
 
     text: str
     truth: Path | None = None
 
     def absolute(self) -> "SequenceSource":
-        """The same, wherever it is opened from."""
-        from trackmark.datasets.catalogue import (
-            is_built_in,  # its suites, which not every caller needs
-        )
+        """Return the source with absolute paths."""
+        from trackmark.datasets.catalogue import is_built_in  # imports the suites
 
         path = Path(self.text).expanduser()
         text = self.text if is_built_in(self.text) else str(path.absolute())
@@ -74,29 +72,28 @@ class SequenceSource:
 
 @dataclass(frozen=True)
 class Experiment:
-    """What to run.
+    """Trackers, sequences and repetitions to run.
 
     Attributes
     ----------
     name : str
         Folder of its results.
     trackers : tuple of str
-        Text forms.
+        Specifications.
     sequences : tuple of SequenceSource
-        Paths among them are relative to where the command is typed.
+        Their paths are relative to the current folder.
     repetitions : int
-        Of every tracker that draws random numbers; the others run once.
+        Repetitions of stochastic trackers; the others run once.
     repeated : mapping of str to int
-        Repetitions of those trackers, by their text, that have a number of their own.
+        Repetitions of trackers with a number of their own, by specification.
     timing : bool
         Whether runs are timed, one by one, instead of scored in lock step.
     title : str
-        Headline of its report.
+        Title of its report.
     protocol : str
-        How trackers are run, as `bench.protocols.protocol` takes it; timing runs are in one pass.
+        Protocol, as `bench.protocols.protocol` takes it; timing runs are one-pass.
     arrays : bool
-        Whether runs that are made keep what trackers tell besides numbers: masks, contours,
-        particles, maps. Runs that are there already stay as they are.
+        Whether new runs store masks, contours, particles and maps of trackers.
     """
 
     name: str
@@ -111,21 +108,19 @@ class Experiment:
 
     @property
     def filed_under(self) -> str:
-        """Canonical text of the protocol, as runs are filed under it; `timing` of timing runs."""
+        """Canonical text of the protocol, under which runs are filed; `timing` for timing runs."""
         from trackmark.bench.protocols import TIMING
 
         return TIMING if self.timing else self._protocol.text
 
     @property
     def clocked(self) -> bool:
-        """Whether runs depend on how long trackers take, so that they go one by one."""
+        """Whether runs depend on the time of updates, so that they are executed one by one."""
         return self.timing or self._protocol.clocked
 
     @property
     def _protocol(self) -> "Protocol":
-        from trackmark.bench.protocols import (
-            protocol,  # brings numerics, which help texts have no need of
-        )
+        from trackmark.bench.protocols import protocol  # imports NumPy
 
         return protocol(self.protocol)
 
@@ -138,36 +133,35 @@ class Experiment:
                 raise ExperimentError(f"{self.name}: repetitions is {number}; give 1 or more.")
         if not self.trackers or not self.sequences:
             raise ExperimentError(f"{self.name}: there must be a tracker and a sequence to run.")
-        for named in (self.trackers, [source.text for source in self.sequences]):
-            ((text, number),) = Counter(named).most_common(1)
+        for texts in (self.trackers, [source.text for source in self.sequences]):
+            ((text, number),) = Counter(texts).most_common(1)
             if number > 1:
                 raise ExperimentError(f"{self.name}: {brief(text)} is named twice.")
         try:
-            once = self.protocol == Experiment.protocol
-            once = once or self._protocol.name == Experiment.protocol
+            one_pass = self.protocol == Experiment.protocol
+            one_pass = one_pass or self._protocol.name == Experiment.protocol
         except ValueError as error:
             raise ExperimentError(f"{self.name}: {error}") from None
-        if self.arrays and (self.timing or not once):
-            raise ExperimentError(f"{self.name}: arrays are kept of runs in one pass alone.")
-        if self.timing and not once:
+        if self.arrays and (self.timing or not one_pass):
+            raise ExperimentError(f"{self.name}: arrays are stored of runs in one pass only.")
+        if self.timing and not one_pass:
             raise ExperimentError(
-                f"{self.name}: timing runs are in one pass; leave out the protocol {self.protocol}."
+                f"{self.name}: timing runs are in one pass; omit the protocol {self.protocol}."
             )
 
 
 def experiment_names() -> list[str]:
-    """Names of the experiments that come with trackmark."""
+    """Return the names of the experiments in the package."""
     return sorted(_files())
 
 
 def _files() -> dict[str, Path]:
-    """Files of the experiments that come with trackmark, by name."""
+    """Return the files of the experiments in the package, by name."""
     files = [*FOLDER.glob("*.toml"), *PAPERS.glob("*/experiments/*.toml")]
     return {_name_of(file): file for file in files}
 
 
 def _name_of(path: Path) -> str:
-    """What a file's experiment is called."""
     folder = path.absolute().parent
     of_paper = folder.name == "experiments" and folder.parent.parent == PAPERS.absolute()
     return f"{folder.parent.name}-{path.stem}" if of_paper else path.stem
@@ -179,26 +173,25 @@ def read_experiment(name_or_path: str | Path) -> Experiment:
     Raises
     ------
     ExperimentError
-        Naming the file and the key that is missing, unknown or of the wrong kind.
+        Naming the file and the key that is missing, unknown or of the wrong type.
     """
     path = Path(name_or_path)
     if path.suffix != ".toml":
         files = _files()
-        path = files.get(str(name_or_path), path)
-        if path.suffix != ".toml":
-            known = sorted(files)
-            hint = close_match(str(name_or_path), known)
+        if str(name_or_path) not in files:
+            names = sorted(files)
             raise ExperimentError(
-                f"unknown experiment {str(name_or_path)!r}.{hint} "
-                f"Known: {', '.join(known)}; or give a .toml file."
+                f"unknown experiment {str(name_or_path)!r}.{close_match(str(name_or_path), names)} "
+                f"Known: {', '.join(names)}; or give a .toml file."
             )
+        path = files[str(name_or_path)]
     return _experiment(path, read_toml(path, ExperimentError))
 
 
 def read_toml(path: Path, error: type[ValueError]) -> dict[str, Any]:
-    """What a TOML file says; one that can't be read is told as this error, with its name."""
+    """Return the content of a TOML file; raise `error` with its name if it cannot be read."""
     try:
-        return tomllib.loads(path.read_text("utf-8-sig"))  # editors of Windows begin it with a mark
+        return tomllib.loads(path.read_text("utf-8-sig"))  # Windows editors write a BOM
     except OSError as reason:
         raise error(f"{path}: {reason.strerror}.") from None
     except ValueError as reason:  # also UnicodeDecodeError, and integers of over 4300 digits
@@ -207,7 +200,7 @@ def read_toml(path: Path, error: type[ValueError]) -> dict[str, Any]:
         raise error(f"{path}: lists or tables are nested too deeply.") from None
 
 
-_KINDS: Mapping[str, type] = {
+_TYPES: Mapping[str, type] = {
     "version": int,
     "title": str,
     "protocol": str,
@@ -219,89 +212,64 @@ _KINDS: Mapping[str, type] = {
 }
 
 
-def _experiment(path: Path, table: Mapping[str, Any]) -> Experiment:
+def _experiment(path: Path, table: dict[str, Any]) -> Experiment:
     for key, value in table.items():
-        if key not in _KINDS:
-            raise ExperimentError(f"{path}: unknown key {key!r}. Known: {', '.join(_KINDS)}.")
-        if type(value) is not _KINDS[key]:
-            raise ExperimentError(f"{path}: {key} must be of type {_KINDS[key].__name__}.")
+        if key not in _TYPES:
+            raise ExperimentError(f"{path}: unknown key {key!r}. Known: {', '.join(_TYPES)}.")
+        if type(value) is not _TYPES[key]:
+            raise ExperimentError(f"{path}: {key} must be of type {_TYPES[key].__name__}.")
     for key in ("version", "trackers", "sequences"):
         if key not in table:
             raise ExperimentError(f"{path}: the key {key!r} is missing.")
-    if table["version"] != VERSION:
-        raise ExperimentError(
-            f"{path}: version {table['version']} is not the version {VERSION} that is known here."
-        )
-    for key in ("trackers", "sequences"):
-        _check_count(path, key, table[key])
-    entrants = list(_entrants(path, table["trackers"]))
+    if (version := table.pop("version")) != VERSION:
+        raise ExperimentError(f"{path}: version {version} is not supported; use {VERSION}.")
+    trackers = list(_expanded(path, "trackers", table.pop("trackers"), "repetitions"))
+    for text, number in trackers:
+        if number is not None and type(number) is not int:
+            raise ExperimentError(f"{path}: trackers: {text!r}: repetitions must be a number.")
+    sequences = _expanded(path, "sequences", table.pop("sequences"), "truth")
     return Experiment(
         name=_name_of(path),
-        title=table.get("title", _name_of(path)),
-        trackers=tuple(text for text, _ in entrants),
-        sequences=tuple(_sources(path, table["sequences"])),
-        repeated={text: number for text, number in entrants if number is not None},
-        repetitions=table.get("repetitions", 1),
-        timing=table.get("timing", False),
-        arrays=table.get("arrays", False),
-        protocol=table.get("protocol", Experiment.protocol),
+        trackers=tuple(text for text, _ in trackers),
+        sequences=tuple(
+            SequenceSource(text, None if truth is None else Path(str(truth)))
+            for text, truth in sequences
+        ),
+        repeated={text: number for text, number in trackers if number is not None},
+        **{"title": _name_of(path)} | table,
     )
 
 
-def _check_count(path: Path, key: str, entries: Iterable[Any]) -> None:
-    """Refuse more sweeps than anybody runs, before they are written out."""
+def _expanded(
+    path: Path, kind: str, entries: Iterable[Any], special: str
+) -> Iterable[tuple[str, Any]]:
+    """Return the specifications of entries; a table is swept over the product of its lists.
+
+    `special`: key that is not part of the specification; its value is returned with it.
+    """
     count = sum(
         math.prod(len(value) for value in entry.values() if isinstance(value, list))
         for entry in entries
         if isinstance(entry, dict)
     )
-    if count > MOST_SWEPT:
+    if count > MAX_SWEPT:  # checked first: the product may not fit into memory
         raise ExperimentError(
-            f"{path}: {key} sweeps over {count} combinations; at most {MOST_SWEPT} make an "
-            "experiment. Sweep over fewer values."
+            f"{path}: {kind} sweeps over {count} combinations; the maximum is {MAX_SWEPT}. Sweep "
+            "over fewer values."
         )
-
-
-def _entrants(path: Path, entries: Iterable[Any]) -> Iterable[tuple[str, int | None]]:
-    """Trackers; a table's `repetitions` is no parameter but how often they are run."""
-    for entry in entries:
-        number = None
-        if isinstance(entry, dict) and "repetitions" in entry:
-            number = entry["repetitions"]
-            if type(number) is not int:
-                raise ExperimentError(f"{path}: trackers: {entry!r}: repetitions must be a number.")
-            entry = {key: value for key, value in entry.items() if key != "repetitions"}
-        for text in _texts(path, "trackers", [entry]):
-            yield text, number
-
-
-def _sources(path: Path, entries: Iterable[Any]) -> Iterable[SequenceSource]:
-    """Sequences; a table's `truth` is no variant but the file of recorded data's truth."""
-    for entry in entries:
-        truth = None
-        if isinstance(entry, dict) and "truth" in entry:
-            truth = Path(str(entry["truth"]))
-            entry = {key: value for key, value in entry.items() if key != "truth"}
-        for text in _texts(path, "sequences", [entry]):
-            yield SequenceSource(text, truth)
-
-
-def _texts(path: Path, key: str, entries: Iterable[Any]) -> Iterable[str]:
-    """Text forms of entries; a table with lists is swept over their product."""
     for entry in entries:
         if isinstance(entry, str):
-            texts = [entry]
+            yield entry, None
         elif isinstance(entry, dict) and isinstance(entry.get("name"), str | list):
             options = {"name": entry["name"], **entry}
-            values = [value if isinstance(value, list) else [value] for value in options.values()]
-            if not all(values):
-                raise ExperimentError(f"{path}: {key}: {entry!r} sweeps over an empty list.")
-            texts = [
-                format_text(str(chosen[0]), dict(zip(list(options)[1:], chosen[1:], strict=True)))
-                for chosen in product(*values)
-            ]
+            value = options.pop(special, None)
+            lists = [item if isinstance(item, list) else [item] for item in options.values()]
+            if not all(lists):
+                raise ExperimentError(f"{path}: {kind}: {entry!r} sweeps over an empty list.")
+            for name, *values in product(*lists):
+                keys = list(options)[1:]
+                yield format_text(str(name), dict(zip(keys, values, strict=True))), value
         else:
             raise ExperimentError(
-                f"{path}: {key}: {entry!r} is neither a text nor a table with a name."
+                f"{path}: {kind}: {entry!r} is neither a text nor a table with a name."
             )
-        yield from texts

@@ -1,4 +1,4 @@
-"""A tracker as the harness sees it: how to make it, and everything its boxes depend on."""
+"""Trackers with settled parameters: how to create them, and what their boxes depend on."""
 
 import hashlib
 import inspect
@@ -28,7 +28,7 @@ GOLDEN = PACKAGE / "golden.json"
 """Seals of the trackers; see `datasets.versioning`."""
 
 BOXES = "boxes"
-"""Name of the truth that every sequence has, and that a run starts from unless told otherwise."""
+"""Name of the ground truth that every sequence has; runs start from it by default."""
 
 IMPORTED = "results of others"
 """Source in the tracker version of runs that were imported."""
@@ -40,21 +40,18 @@ class Identity:
 
     tracker: str  # canonical text form: name, preset unless it is the default, changed parameters
     tracker_name: str  # the name alone; the seed depends on it
-    # Where the parameters start from; `recommended` for what the name alone means, too.
-    preset: str
-    # All parameters, the defaults too; of a tracker whose parameters are younger than its first
+    preset: str  # `recommended` also for the name alone
+    # All parameters with their defaults; of a tracker whose parameters are younger than its first
     # results (`OpenCVParameters`) those that differ from their defaults.
     parameters: Mapping[str, Any]
-    # `source` (its sealed version, or a digest of the syntax trees of the tracker's file and of the
+    # `source` (sealed version, or digest of the syntax trees of the tracker's file and of the
     # shared modules it imports) and `libraries` (version by distribution).
     tracker_version: Mapping[str, Any]
     sequence: str
     fingerprint: str
     repetition: int
-    protocol: str  # how it was run, as `bench.protocols.Protocol.text` has it; or `timing`
-    # Truth that the tracker was initialised with and is scored by: `boxes`, or the name of one of
-    # the sequence's regions.
-    init: str = "boxes"
+    protocol: str  # `bench.protocols.Protocol.text`, or `timing`
+    init: str = "boxes"  # ground truth of initialisation and scores: `boxes` or a region's name
 
     @property
     def imported(self) -> bool:
@@ -63,21 +60,22 @@ class Identity:
 
     @cached_property
     def digest(self) -> str:
-        """16 hexadecimal digits over all of it."""
+        """Digest of all fields."""
         return _digest(asdict(self))
 
     @cached_property
     def version(self) -> str:
-        """16 hexadecimal digits over all but the repetition: what a mean may be taken over."""
+        """Digest of all fields but the repetition; runs of one version may be averaged."""
         return _digest({key: value for key, value in asdict(self).items() if key != "repetition"})
 
     @cached_property
     def tracker_digest(self) -> str:
-        """16 hexadecimal digits over the tracker's source and libraries, wherever it ran."""
+        """Digest of the tracker's source and libraries."""
         return _digest(self.tracker_version)
 
 
 def _digest(determining: Mapping[str, Any]) -> str:
+    """Return 16 hexadecimal digits."""
     text = json.dumps(determining, sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 
@@ -86,48 +84,61 @@ def _digest(determining: Mapping[str, Any]) -> str:
 class Contestant:
     """A tracker with settled parameters."""
 
-    label: str  # canonical text form, without what equals the defaults; `init` stands last in it
+    label: str  # canonical specification without defaults; `init` stands last
     name: str  # name without parameters
     preset: str  # as in `Identity`
     parameters: Mapping[str, Any]
-    randomness: Randomness  # where its random numbers come from
-    make: TrackerMaker  # gives a fresh tracker from a seed sequence
+    randomness: Randomness  # source of its random numbers
+    make: TrackerMaker  # creates a tracker from a seed sequence
     file: Path | None  # source file; None for a callable without one
-    init: str = BOXES  # truth that it is initialised with: `boxes`, or the name of a region
-    class_name: str = ""  # class within its file, where the name does not tell it
-    # Parameters that its runs are identified without; see `Identity.parameters`.
-    implied: list[str] = field(default_factory=list)
+    init: str = BOXES  # as in `Identity`
+    class_name: str = ""  # class within its file, if the name does not contain it
+    implied: list[str] = field(default_factory=list)  # not in `Identity.parameters`
 
     @cached_property
     def version(self) -> dict[str, Any]:
-        """Its sealed version, or a digest of its source, with its libraries'; see `Identity`."""
-        if self.file is None:
-            return {"source": "unknown", "libraries": {}}
-        source, libraries = source_digest(self.file, PACKAGE)
-        seal = seal_of(self.name, GOLDEN) if self.file.parent == PACKAGE else None
-        if seal is not None:
-            source = "-".join(map(str, seal.named(source)))
-            libraries = library_versions(set(seal.libraries))
-        source = f"{source}-{self.class_name}" if self.class_name else source
-        return {"source": source, "libraries": libraries}
+        """Sealed version or digest of the source, and versions of libraries; see `Identity`."""
+        return tracker_version(self.name, self.file, self.class_name)
+
+
+def tracker_version(name: str, file: Path | None, class_name: str = "") -> dict[str, Any]:
+    """Return the version of a tracker by its source file; see `Identity.tracker_version`."""
+    if file is None:
+        return {"source": "unknown", "libraries": {}}
+    source, libraries = source_digest(file, PACKAGE)
+    seal = seal_of(name, GOLDEN) if file.parent == PACKAGE else None
+    if seal is not None:
+        source = "-".join(map(str, seal.named(source)))
+        libraries = library_versions(set(seal.libraries))
+    source = f"{source}-{class_name}" if class_name else source
+    return {"source": source, "libraries": libraries}
+
+
+def built_in_digest(name: str) -> str | None:
+    """Return `Identity.tracker_digest` of a tracker's current version; None for an outside one.
+
+    The tracker is not imported.
+    """
+    file = PACKAGE / f"{name.replace('-', '_')}.py"
+    return _digest(tracker_version(name, file)) if file.is_file() else None
 
 
 def contestant(tracker: str | TrackerMaker) -> Contestant:
-    """Settle a tracker from its text form, or from a callable that makes it.
+    """Return a tracker from its specification, or from a callable that creates it.
 
     `tracker`: `name:key=value:…`, with `preset` and `init` among the keys;
-    `path/to/file.py:ClassName:…`, without the class where the file holds one tracker, and with `as`
+    `path/to/file.py:ClassName:…`, without the class if the file holds one tracker, and with `as`
     among the keys; or a callable that takes a `numpy.random.SeedSequence`.
 
-    Raises `TrackerError` for an unknown name, preset or parameter, or a malformed text. Raises
-    `TypeError`: for a ready tracker, whose seed nobody knows.
+    Raises `TrackerError` for an unknown name, preset or parameter, or a malformed text, and
+    `TypeError` for a tracker object, whose seed is unknown.
     """
     if isinstance(tracker, str):
         return _from_text(tracker)
     if not callable(tracker):
         raise TypeError(
-            f"{type(tracker).__name__} is a ready tracker, and its seed is unknown. Give its name, "
-            "or a callable that makes it from a numpy.random.SeedSequence."
+            f"{type(tracker).__name__} is a tracker object, whose seed is unknown. Give its name, "
+            "or a callable that creates it from a numpy.random.SeedSequence."
         )
     name = getattr(tracker, "__qualname__", type(tracker).__qualname__)
     try:
@@ -150,10 +161,10 @@ KnownVersions: TypeAlias = dict[tuple[Path | None, str], dict[str, Any]]
 
 
 def contestants(texts: Iterable[str], known: KnownVersions | None = None) -> dict[str, Contestant]:
-    """Settle trackers by their text forms; see `contestant`.
+    """Return trackers by their specifications; see `contestant`.
 
-    Those of one file have one version, which is found out once: it costs far more than the rest.
-    `known`: where some were found out just now; others are added.
+    The version of a file is computed once, as it takes the most time. `known`: versions that were
+    computed before; others are added.
     """
     known = {} if known is None else known
     chosen = {text: contestant(text) for text in dict.fromkeys(texts)}
@@ -166,35 +177,29 @@ def contestants(texts: Iterable[str], known: KnownVersions | None = None) -> dic
 
 
 def run_seed(name: str, sequence: str, repetition: int, begun: int = 0) -> np.random.SeedSequence:
-    """Seed of a run: depends on tracker name, sequence name and repetition, on nothing else.
+    """Return the seed of a run: it depends on tracker name, sequence name and repetition only.
 
-    `begun`: how many trackers were begun before in the same run, by a protocol that does so.
-
-    Parameters never enter, so variants of a tracker share their random numbers; neither
-    does what else is run, so adding a tracker changes nobody's.
+    Variants of a tracker share their random numbers, and other trackers have no influence.
+    `begun`: number of trackers that the protocol has started before in the same run.
     """
     key = (zlib.crc32(name.encode()), zlib.crc32(sequence.encode()))
     return np.random.SeedSequence(repetition, spawn_key=(*key, begun) if begun else key)
 
 
 class Known(typing.Protocol):
-    """What of a sequence is part of what determines a run."""
+    """Name and fingerprint of a sequence."""
 
     @property
-    def name(self) -> str:
-        """Canonical name."""
-        ...
+    def name(self) -> str: ...  # noqa: D102  # canonical
 
     @property
-    def fingerprint(self) -> str:
-        """Changes when a pixel or a truth value changes."""
-        ...
+    def fingerprint(self) -> str: ...  # noqa: D102  # digest of pixels and ground truth
 
 
 def identify(
     chosen: Contestant, sequence: Known, repetition: int, protocol: str = STORED_ONCE
 ) -> Identity:
-    """What determines a run of this tracker on this sequence."""
+    """Return the identity of a run of a tracker on a sequence."""
     return Identity(
         tracker=chosen.label,
         tracker_name=chosen.name,
@@ -213,7 +218,7 @@ def identify(
 
 def _from_text(text: str) -> Contestant:
     name, options = split_text(text)
-    # What a run starts from is the harness's business: no tracker has such a parameter.
+    # The initialisation is a choice of the harness, not a parameter of the tracker.
     init = options.pop("init", BOXES)
     specification = trackers.resolve(name, **options)
     parameters = specification.parameters
@@ -235,7 +240,7 @@ def _from_text(text: str) -> Contestant:
 
 
 def _implied(parameters: trackers.Parameters) -> list[str]:
-    """Parameters that have their defaults, of a tracker that had results before it had any."""
+    """Return the default parameters of a tracker that had results before it had parameters."""
     if not getattr(parameters, "implied", False):
         return []
     fields = type(parameters).model_fields
@@ -243,7 +248,7 @@ def _implied(parameters: trackers.Parameters) -> list[str]:
 
 
 def split_text(text: str) -> tuple[str, dict[str, str]]:
-    """Name and options of a text form; the name of a tracker in a file is as `trackers` takes it.
+    """Return name and options of a specification; a file is part of the name.
 
     Raises `TrackerError` for a malformed text.
     """

@@ -1,4 +1,4 @@
-"""Distance of box centres, in pixels, and whether a centre lies inside a box."""
+"""Distance of box centres [px], and whether a centre lies inside a box; boxes: shape (n, 4)."""
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -9,12 +9,10 @@ FARTHEST = 1e100
 """Largest finite centre error [px]: sums and squares of larger ones would overflow."""
 
 
-@np.errstate(over="ignore")  # boxes of 1e308
+@np.errstate(over="ignore", invalid="ignore")  # boxes of 1e308
 def centres(boxes: ArrayLike) -> NDArray[np.float64]:
-    """Centres (x, y) of boxes, shape (n, 2), in pixels.
+    """Return the centres (x, y) of boxes, shape (n, 2), in pixels.
 
-    Examples
-    --------
     >>> centres([[10, 20, 4, 6]])
     array([[12., 23.]])
     """
@@ -22,35 +20,27 @@ def centres(boxes: ArrayLike) -> NDArray[np.float64]:
     return b[:, :2] + b[:, 2:] / 2
 
 
-@np.errstate(over="ignore")  # boxes of 1e308
+@np.errstate(over="ignore", invalid="ignore")  # boxes of 1e308
 def centre_error(truth: ArrayLike, estimate: ArrayLike) -> NDArray[np.float64]:
-    """Euclidean distance of box centres, row by row.
+    """Return the Euclidean distance of box centres by row [px], shape (n,).
 
-    Parameters
-    ----------
-    truth, estimate : array of float64, shape (n, 4)
-        Boxes in pixels.
-
-    Returns
-    -------
-    ndarray of float64, shape (n,)
-        In pixels. NaN where the truth is absent; infinite if the estimate is malformed or farther
-        than `FARTHEST`: such a frame is a miss at every tolerance.
+    NaN if the target is absent; infinite if the estimate is malformed or farther than `FARTHEST`:
+    such a frame is a miss at every tolerance.
     """
     t = np.asarray(truth, np.float64, order="F").reshape(-1, 4)
     e = np.asarray(estimate, np.float64, order="F").reshape(-1, 4)
-    good = is_well_formed(e)
-    difference = centres(t) - centres(np.where(good[:, None], e, 0.0))
+    difference = t[:, :2] + t[:, 2:] / 2 - (e[:, :2] + e[:, 2:] / 2)
     distance = np.hypot(difference[:, 0], difference[:, 1])
-    distance[(distance > FARTHEST) | ~(good | np.isnan(distance))] = np.inf
-    return distance
+    distance[~(is_well_formed(e) & (distance <= FARTHEST))] = np.inf
+    distance[np.isnan(t).any(axis=1)] = np.nan
+    return np.asarray(distance)
 
 
 def centre_inside(truth: ArrayLike, estimate: ArrayLike) -> NDArray[np.bool_]:
-    """Whether the estimate's centre lies inside the truth box, row by row, shape (n,).
+    """Return whether the estimate's centre lies inside the ground-truth box, by row, shape (n,).
 
-    The box is half open: its left and top edges belong to it. False where the truth is
-    absent or the estimate malformed.
+    The left and top edges belong to the box, the others do not. False if the target is absent or
+    the estimate malformed.
     """
     t = np.asarray(truth, np.float64, order="F").reshape(-1, 4)
     e = np.asarray(estimate, np.float64, order="F").reshape(-1, 4)

@@ -7,10 +7,10 @@ OVERLAPS = np.linspace(0, 1, 21)
 """Thresholds of overlap of the OTB family."""
 
 DISTANCES = np.arange(51.0)
-"""Thresholds of the centre's distance of the OTB family, in pixels."""
+"""Thresholds of the centre error of the OTB family [px]."""
 
 NORMALISED_DISTANCES = np.arange(51) / 100
-"""Thresholds of the centre's distance in widths and heights of the truth."""
+"""Thresholds of the centre error in widths and heights of the target."""
 
 
 def shares(
@@ -26,18 +26,3 @@ def shares(
     if above:
         hits = ordered.searchsorted(np.nan) - hits
     return np.array([thresholds, hits / (len(values) or np.nan)]).T
-
-
-def centre_distance(
-    truth: NDArray[np.float64],
-    estimate: NDArray[np.float64],
-    unit: NDArray[np.float64] | float = 1.0,
-) -> NDArray[np.float64]:
-    """Return the distance of centres in units of width and height, row by row, shape (n,).
-
-    Boxes have shape (n, 4), units (n, 2). The distance is no number at most a threshold if the
-    target is absent, the unit is 0 or the estimate is not finite. Boxes need no size.
-    """
-    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):  # boxes of 1e308, too
-        difference = estimate[:, :2] + estimate[:, 2:] / 2 - (truth[:, :2] + truth[:, 2:] / 2)
-        return np.asarray(np.sqrt(((difference / unit) ** 2).sum(axis=1)))

@@ -1,11 +1,9 @@
-"""The metrics preset `native`: the clean definitions, which a perfect tracker scores 1 by.
+"""The metrics preset `native`: the clean definitions, by which a perfect tracker scores 1.
 
-Conventions
------------
-Evaluated are the frames after the one of initialisation in which the target is present.
-Overlap's reference is `boxes`; `frames_inside` and `first_loss` use the region `full`
-where the sequence has one. Unknown visibility counts as visible. A malformed estimate is
-a miss: overlap 0, centre error infinite.
+Frames after that of initialisation in which the target is present are evaluated. The overlap is
+that with `boxes`; `frames_inside` and `first_loss` use the region `full` if the sequence has one.
+Unknown visibility counts as visible. A malformed estimate is a miss: overlap 0, centre error
+infinite.
 """
 
 from collections.abc import Mapping
@@ -28,53 +26,32 @@ VISIBLE_FRACTION = 0.3
 
 
 class Truth(Protocol):
-    """What scores are computed against; a `datasets.Sequence` is one."""
+    """Ground truth of n frames, by which scores are computed; a `datasets.Sequence` is one."""
 
     @property
     def boxes(self) -> NDArray[np.float64]:
-        """Boxes, shape (n, 4); NaN rows where the target is absent."""
+        """Boxes, shape (n, 4); NaN rows if the target is absent."""
         ...
 
     @property
     def regions(self) -> Mapping[str, NDArray[np.float64]]:
-        """Further truths by name, shape (n, 4) each."""
+        """Further ground truths by name, shape (n, 4) each."""
         ...
 
     @property
     def visibility(self) -> NDArray[np.float64]:
-        """Visible fraction, shape (n,); NaN where unknown."""
+        """Visible fraction, shape (n,); NaN if unknown."""
         ...
 
 
 def native(
-    truth: Truth,
-    estimate: NDArray[np.float64],
-    visible: NDArray[np.bool_] | None = None,
+    truth: Truth, estimate: NDArray[np.float64], visible: NDArray[np.bool_] | None = None
 ) -> dict[str, float]:
-    """Score boxes by the preset `native`.
+    """Score boxes by the preset `native`, whose columns state the scores.
 
-    Parameters
-    ----------
-    truth : Truth
-        The sequence's truth, n frames.
-    estimate : ndarray of float64, shape (n, 4)
-        Boxes in pixels; rows up to the frame of initialisation are not looked at.
-    visible : ndarray of bool, shape (n,), optional
-        Whether the tracker said that it sees the target.
-
-    Returns
-    -------
-    dict of str to float
-        `evaluated_frames`, `mean_overlap`, `success_frames`, `success_share`,
-        `frames_inside`, `inside_share`, `first_loss`, `centre_error` (mean), `centre_error_median`,
-        `centre_error_p90`, `normalised_centre_error` (mean of the error divided by the
-        truth's diagonal), `malformed`, `absent_frames`, and `absence_reported`: the share
-        of absent frames reported as not visible (NaN where nothing is known).
-
-    Raises
-    ------
-    ValueError
-        Where there is no truth or the numbers of rows differ.
+    `estimate`: boxes in pixels, shape (n, 4); rows up to the frame of initialisation do not matter.
+    `visible`: shape (n,), whether the tracker reported the target; `absence_reported` is NaN
+    without it. Raises `ValueError` if there is no ground truth or the numbers of rows differ.
     """
     n = len(truth.boxes)
     if estimate.shape != (n, 4):
@@ -106,32 +83,34 @@ def native(
 
 
 def first_loss(
-    inside: NDArray[np.bool_],
-    evaluated: NDArray[np.bool_],
-    visibility: NDArray[np.float64],
+    inside: NDArray[np.bool_], evaluated: NDArray[np.bool_], visibility: NDArray[np.float64]
 ) -> int:
-    """First of `LOSS_FRAMES` consecutive frames with the centre outside; n if there is none.
+    """Return the first of `LOSS_FRAMES` consecutive frames with the centre outside; n if none.
 
-    Consecutive among the evaluated frames in which at least `VISIBLE_FRACTION` of the
-    target, or an unknown fraction, is visible. All arguments have shape (n,).
+    Only evaluated frames count in which at least `VISIBLE_FRACTION` of the target, or an unknown
+    fraction, is visible. All arguments have shape (n,).
     """
     counted = np.flatnonzero(evaluated & ~(visibility < VISIBLE_FRACTION))
-    outside = ~inside[counted]
-    if len(outside) < LOSS_FRAMES:
-        return len(inside)
-    windows = np.lib.stride_tricks.sliding_window_view(outside, LOSS_FRAMES).all(axis=1)
-    starts = np.flatnonzero(windows)
-    return int(counted[starts[0]]) if len(starts) else len(inside)
+    start = first_streak(~inside[counted], LOSS_FRAMES)
+    return int(counted[start]) if start < len(counted) else len(inside)
+
+
+def first_streak(flags: NDArray[np.bool_], length: int) -> int:
+    """Return where the first `length` consecutive true flags begin; their number if nowhere."""
+    if len(flags) < length:
+        return len(flags)
+    streaks = np.lib.stride_tricks.sliding_window_view(flags, length).all(axis=1)
+    return int(streaks.argmax()) if streaks.any() else len(flags)
 
 
 def _mean(values: NDArray[np.float64] | NDArray[np.bool_]) -> float:
-    return float(np.mean(values)) if len(values) else float("nan")
+    return float(np.mean(values)) if len(values) else np.nan
 
 
 def _quantile(values: NDArray[np.float64], q: float) -> float:
     """Quantile by linear interpolation; infinite as soon as an infinite value has a share."""
     if not len(values):
-        return float("nan")
+        return np.nan
     ordered = np.sort(values)
     position = q * (len(values) - 1)
     below = int(position)

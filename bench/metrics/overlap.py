@@ -1,6 +1,6 @@
 """Overlap of boxes.
 
-Conventions: boxes are `[x, y, width, height]` in continuous pixels; no pixel is added or
+Boxes are `[x, y, width, height]` in continuous pixels; no pixel is added or
 rounded away, so a perfect estimate overlaps by exactly 1.
 """
 
@@ -10,46 +10,34 @@ from numpy.typing import ArrayLike, NDArray
 
 @np.errstate(over="ignore", invalid="ignore", divide="ignore")  # boxes of 1e308, empty boxes
 def overlap(truth: ArrayLike, estimate: ArrayLike) -> NDArray[np.float64]:
-    r"""Intersection over union of boxes, row by row.
+    """Return the intersection over union of boxes, shape (n, 4), by row: shape (n,) in [0, 1].
 
-    .. math:: |T \cap E| \,/\, |T \cup E|
+    NaN if the target is absent (a NaN row); 0 if the estimate is malformed (not finite, or without
+    positive size).
 
-    Parameters
-    ----------
-    truth, estimate : array of float64, shape (n, 4)
-        Boxes in pixels.
-
-    Returns
-    -------
-    ndarray of float64, shape (n,)
-        In [0, 1]. NaN where the truth is absent (a NaN row); 0 where the estimate is
-        malformed (not finite, or without positive size).
-
-    Examples
-    --------
     >>> overlap([[0, 0, 10, 10]], [[5, 0, 10, 10]]).round(3)
     array([0.333])
     """
     # By column: NumPy is slow along rows of four numbers.
     t = np.asarray(truth, np.float64, order="F").reshape(-1, 4)
     e = np.asarray(estimate, np.float64, order="F").reshape(-1, 4)
-    good = is_well_formed(e)
-    # A malformed box becomes an empty one: it overlaps nothing.
-    e = np.where(good[:, None], e, 0.0)
     t_low, t_high = t[:, :2], t[:, :2] + t[:, 2:]
     e_low, e_high = e[:, :2], e[:, :2] + e[:, 2:]
     # Sizes are differences of the same corners that the intersection is made of, so that
     # equal boxes give equal areas to the bit.
     common = np.maximum(0.0, np.minimum(t_high, e_high) - np.maximum(t_low, e_low))
-    sizes = common, t_high - t_low, e_high - e_low
-    intersection, t_area, e_area = (size[:, 0] * size[:, 1] for size in sizes)
-    union = t_area + e_area - intersection
-    shared: NDArray[np.float64] = np.minimum(intersection / union, 1.0)
+    t_size, e_size = t_high - t_low, e_high - e_low
+    intersection = common[:, 0] * common[:, 1]
+    union = t_size[:, 0] * t_size[:, 1] + e_size[:, 0] * e_size[:, 1] - intersection
+    shared = np.minimum(intersection / union, 1.0)
+    # A malformed estimate has no intersection, or a union that is not a positive number.
     shared[~(union > 0)] = 0.0
     shared[np.isnan(t).any(axis=1)] = np.nan
-    return shared
+    return np.asarray(shared)
 
 
 def is_well_formed(boxes: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Which boxes are finite with positive width and height, shape (n,)."""
-    return np.asarray(np.isfinite(boxes).all(axis=1) & (boxes[:, 2:] > 0).all(axis=1))
+    """Return which boxes are finite with positive width and height, shape (n,)."""
+    good = np.isfinite(boxes)
+    good[:, 2:] &= boxes[:, 2:] > 0
+    return np.asarray(good.all(axis=1))

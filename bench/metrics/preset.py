@@ -1,8 +1,8 @@
-"""What a metrics preset is: definitions of scores that go by one name.
+"""Metrics preset: definitions of scores that have one name.
 
 A preset is a file in `bench/metrics/presets`. Its docstring is the definition with its source, and
-it exports one `Preset`. It judges one run by its truth, and says what runs on many sequences make
-together, which benchmarks do differently.
+it exports one `Preset`. A preset judges one run by the ground truth, and combines runs on many
+sequences, which benchmarks do differently.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -14,13 +14,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from trackmark.bench.metrics.native import Truth
+from trackmark.bench.metrics.region_overlap import Shapes
 
 Protocol: TypeAlias = Literal["one pass", "supervised", "anchors"]
-"""What a preset takes a run for: once from a box, begun again after failures, from anchors."""
+"""Runs that a preset judges: initialised once, restarted after failures, or from anchors."""
 
 
 class State(IntEnum):
-    """What a frame of a supervised run holds."""
+    """State of a frame of a supervised run."""
 
     SKIPPED = 0  # after a failure, before the tracker is initialised again
     INITIALISED = 1
@@ -30,95 +31,51 @@ class State(IntEnum):
 
 @dataclass(frozen=True)
 class Target:
-    """Truth of a sequence as arrays; a `datasets.Sequence` or a stored truth does as well.
+    """Ground truth of n frames as arrays, for example of a part of a `datasets.Sequence`."""
 
-    Attributes
-    ----------
-    boxes : ndarray of float64, shape (n, 4)
-        `[x, y, width, height]` in pixels; NaN rows where the target is absent.
-    regions : mapping of str to ndarray of float64, shape (n, 4)
-        Further truths by name.
-    visibility : ndarray of float64, shape (n,)
-        Visible fraction; NaN where unknown.
-    image_size : tuple of int, or None
-        Width and height of the images in pixels, by which some presets cut regions off.
-    shapes : sequence of ndarray or None, or None
-        By frame the outline that the box bounds, for presets that have overlaps of regions: a
-        polygon, float64 of shape (k, 2), or a mask, bool of shape (height, width).
-    """
-
-    boxes: NDArray[Any]
-    regions: Mapping[str, NDArray[Any]] = field(default_factory=dict)
-    visibility: NDArray[Any] = field(default_factory=lambda: np.array(np.nan))
-    image_size: tuple[int, int] | None = None
-    shapes: Sequence[NDArray[Any] | None] | None = None
+    boxes: NDArray[Any]  # (n, 4): `[x, y, width, height]` in pixels; NaN rows without target
+    regions: Mapping[str, NDArray[Any]] = field(default_factory=dict)  # further boxes by name
+    visibility: NDArray[Any] = field(default_factory=lambda: np.array(np.nan))  # (n,): in [0, 1]
+    image_size: tuple[int, int] | None = None  # width and height, at which some presets cut regions
+    shapes: Shapes = None  # for presets that have overlaps of regions
 
 
 @dataclass(frozen=True)
 class Answer:
-    """What a tracker said of the frames of a run.
+    """Estimates of a tracker for the n frames of a run."""
 
-    Attributes
-    ----------
-    boxes : array of float64, shape (n, 4)
-        In pixels; rows up to the frame of initialisation are not looked at.
-    visible : ndarray of bool, shape (n,), or None
-        Whether it said that it sees the target; None where nothing is known.
-    confidence : ndarray of float64, shape (n,), or None
-        NaN where it gave none.
-    states : ndarray of int, shape (n,), or None
-        A `State` a frame, in supervised runs.
-    of : int
-        Frames of the whole sequence, where the run goes over a part of it (from an anchor).
-    """
-
-    boxes: ArrayLike
-    visible: NDArray[Any] | None = None
-    confidence: NDArray[Any] | None = None
-    states: NDArray[Any] | None = None
-    of: int = 0
+    boxes: ArrayLike  # (n, 4); rows up to the frame of initialisation do not matter
+    visible: NDArray[Any] | None = None  # (n,): whether the target was reported; None if unknown
+    confidence: NDArray[Any] | None = None  # (n,): NaN if there is none
+    states: NDArray[Any] | None = None  # (n,): a `State` per frame of a supervised run
+    of: int = 0  # frames of the whole sequence, if the run covers a part of it
 
 
 @dataclass(frozen=True)
 class Judged:
-    """What a preset makes of one run, or of many.
+    """Result of a preset for one run, or for many."""
 
-    Attributes
-    ----------
-    scores : mapping of str to float
-        By the preset's columns; NaN where one is undefined.
-    curves : mapping of str to ndarray of float64, shape (k, 2)
-        Points (x, y) by the preset's curves.
-    evidence : mapping of str to ndarray
-        What the preset needs of this run to judge several together.
-    parts : sequence of Judged
-        What it was made of, where the run has segments.
-    """
-
-    scores: Mapping[str, float]
-    curves: Mapping[str, NDArray[Any]]
-    evidence: Mapping[str, NDArray[Any]] = field(default_factory=dict)
-    parts: Sequence["Judged"] = ()
+    scores: Mapping[str, float]  # by column; NaN if a score is undefined
+    curves: Mapping[str, NDArray[Any]]  # points (x, y), shape (k, 2)
+    evidence: Mapping[str, NDArray[Any]] = field(default_factory=dict)  # input of `combine`
+    parts: Sequence["Judged"] = ()  # results of the segments, if the run has any
 
 
 @dataclass(frozen=True)
 class Column:
-    """A score: its meaning, a perfect tracker's (None where that depends), which is better.
-
-    `whole`: whether it is defined of all sequences together alone, and of none by itself.
-    """
+    """Score of a preset."""
 
     meaning: str
-    perfect: float | None = 1.0
+    perfect: float | None = 1.0  # of a perfect tracker; None if that depends on the sequence
     better: Literal["higher", "lower"] | None = "higher"
-    whole: bool = False
+    whole: bool = False  # True if only all sequences together have this score
 
 
 _SIGNS = {"auc": "AUC", "eao": "EAO", "ao": "AO", "sr50": "SR 0.50", "sr75": "SR 0.75", "f": "F"}
 
 
 def heading(score: str) -> str:
-    """A score's name as a table has it.
+    """Return the name of a score for the head of a table.
 
     >>> heading("success_auc")
     'success AUC'
@@ -128,7 +85,7 @@ def heading(score: str) -> str:
 
 @dataclass(frozen=True)
 class Axes:
-    """What a curve shows, and over what."""
+    """Labels of the axes of a curve."""
 
     x: str
     y: str
@@ -139,43 +96,28 @@ Runs: TypeAlias = Sequence[Sequence[Judged]]
 
 
 def mean_of_sequences(runs: Runs) -> Judged:
-    """Mean over each sequence's runs, then over sequences: each counts once.
+    """Return the mean over each sequence's runs, then over sequences: each counts once.
 
     Scores that are undefined (NaN) in a run are left out.
     """
-    first = runs[0][0]
     scores = {
         name: _mean([_mean([run.scores[name] for run in of]) for of in runs])
-        for name in first.scores
+        for name in runs[0][0].scores
     }
     curves = {
         name: np.mean([np.mean([run.curves[name] for run in of], axis=0) for of in runs], axis=0)
-        for name in first.curves
+        for name in runs[0][0].curves
     }
     return Judged(scores, curves)
 
 
 @dataclass(frozen=True)
 class Preset:
-    """Definitions of scores that go by one name.
+    """Definitions of scores that have one name.
 
-    Attributes
-    ----------
-    columns : mapping of str to Column
-        The scores.
-    judge : callable
-        `(truth, answer) -> Judged`, a pure function. Raises `ValueError` where there is no truth,
-        numbers of rows differ, or the answer lacks what the protocol gives.
-    combine : callable
-        `(runs) -> Judged`, of one run a sequence at least; see `overall`.
-    curves : mapping of str to Axes
-        What can be drawn.
-    protocol : str
-        How runs are made that it can judge.
-    agrees : str
-        Whose figures these are.
-    also : tuple of str
-        Further names.
+    `judge` is a pure function. It raises `ValueError` if there is no ground truth, numbers of rows
+    differ, or the answer lacks what the protocol provides. `combine` takes at least one run per
+    sequence; see `overall`.
     """
 
     columns: Mapping[str, Column]
@@ -183,14 +125,14 @@ class Preset:
     combine: Callable[[Runs], Judged] = mean_of_sequences
     curves: Mapping[str, Axes] = field(default_factory=dict)
     protocol: Protocol = "one pass"
-    agrees: str = ""
-    also: tuple[str, ...] = ()
+    agrees: str = ""  # toolkits that compute equal scores
+    also: tuple[str, ...] = ()  # aliases
 
     def overall(self, runs: Runs) -> Judged:
-        """Scores of runs on several sequences together.
+        """Return the scores of runs on several sequences together.
 
-        Where a sequence has no run every score is NaN, and there is no curve: what is missing is
-        never averaged over. The segments of a run count like runs.
+        If a sequence has no run every score is NaN, and there is no curve: missing runs are never
+        averaged over. The segments of a run count like runs.
         """
         if not runs or not all(runs):
             return Judged(dict.fromkeys(self.columns, np.nan), {})
@@ -206,13 +148,13 @@ class Started:
     estimate: NDArray[np.float64]  # (m, 4); the first box is that of the ground truth
     present: NDArray[np.bool_]  # (m,): frames with a target
     size: tuple[int, int] | None  # width and height of the images, if the ground truth has them
-    shapes: Sequence[NDArray[Any] | None] | None  # true outlines; see `Target`
+    shapes: Shapes
 
 
 def started(truth: Truth, answer: Answer) -> Started:
-    """Run and truth from the frame of initialisation on.
+    """Return run and ground truth from the frame of initialisation on.
 
-    Raises `ValueError` where there is no truth or the numbers of rows differ.
+    Raises `ValueError` if there is no ground truth or the numbers of rows differ.
     """
     boxes = np.asarray(truth.boxes, np.float64, order="F")  # see `overlap`
     estimate = np.array(answer.boxes, np.float64, order="F")
@@ -220,26 +162,21 @@ def started(truth: Truth, answer: Answer) -> Started:
     if estimate.shape != (n, 4):
         raise ValueError(f"the boxes have shape {estimate.shape}, the truth ({n}, 4).")
     present = np.asarray(np.isfinite(boxes).all(axis=1))
-    if not present.any():
+    first = int(present.argmax()) if n else 0
+    if not n or not present[first]:
         raise ValueError("there is no truth to score against.")
-    frames = slice(int(present.argmax()), n)
-    estimate[frames.start] = boxes[frames.start]
-    shapes = getattr(truth, "shapes", None)
-    return Started(
-        frames,
-        boxes[frames],
-        estimate[frames],
-        present[frames],
-        getattr(truth, "image_size", None),
-        None if shapes is None else shapes[frames],
-    )
+    frames = slice(first, n)
+    estimate[first] = boxes[first]
+    shapes, size = getattr(truth, "shapes", None), getattr(truth, "image_size", None)
+    shapes = None if shapes is None else shapes[frames]
+    return Started(frames, boxes[frames], estimate[frames], present[frames], size, shapes)
 
 
 def alone(combine: Callable[[Runs], Judged], evidence: Mapping[str, NDArray[Any]]) -> Judged:
-    """A run judged as if it were all that there is."""
+    """Return the result for a run that is the only one of a data set."""
     return replace(combine([[Judged({}, {}, evidence)]]), evidence=evidence)
 
 
 def _mean(values: list[float]) -> float:
-    known = [value for value in values if not np.isnan(value)]
-    return float(np.mean(known)) if known else float("nan")
+    finite = [value for value in values if not np.isnan(value)]
+    return float(np.mean(finite)) if finite else np.nan

@@ -1,13 +1,13 @@
 """Overlap of a true region (box, polygon or mask) with an estimated box, cut off at the image.
 
-Two definitions. `raster_overlap` is that of the VOT toolkit: coordinates are rounded to whole
-pixels and pixels are counted; a box covers the pixels from its corner on, a polygon those of its
-vertices, too. `exact_overlap` takes areas as they are. Where the two differ, and why one wants
-both, is shown in docs/metrics.md.
+`raster_overlap` is that of the VOT toolkit: coordinates are rounded to whole pixels and pixels are
+counted; a box covers the pixels from its corner on, a polygon also those of its vertices.
+`exact_overlap` is that of the areas. docs/metrics.md shows where the two differ.
 """
 
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,8 +17,9 @@ from trackmark.bench.metrics.overlap import is_well_formed, overlap
 FARTHEST = 2.0**30
 """Largest coordinate [px]; larger ones are clipped, so that areas and integers do not overflow."""
 
-Shapes = Sequence[NDArray[np.float64] | NDArray[np.bool_] | None] | None
-"""By frame a polygon, shape (k, 2), a mask, bool of shape (height, width), or None for the box."""
+Shapes: TypeAlias = Sequence[NDArray[Any] | None] | None
+"""True outline by frame: a polygon, float64 of shape (k, 2), a mask, bool of shape (height, width),
+or None if the box is the outline."""
 
 
 def raster_overlap(
@@ -35,11 +36,11 @@ def raster_overlap(
     """
     e = _corners(_whole(np.where(is_well_formed(estimate)[:, None], estimate, 0.0)), size)
     t = _corners(_whole(np.nan_to_num(truth)), size)
-    found = overlap(_boxes(t), _boxes(e))
-    for i, shape in _given(shapes, truth):
+    overlaps = overlap(_boxes(t), _boxes(e))
+    for i, shape in _outlines(shapes, truth):
         pixels = _whole(shape) if shape.dtype != bool else shape
-        found[i] = _counted(pixels, e[i].astype(int), size)
-    return found
+        overlaps[i] = _counted(pixels, e[i].astype(int), size)
+    return overlaps
 
 
 def exact_overlap(
@@ -48,37 +49,36 @@ def exact_overlap(
     size: tuple[int, int] | None = None,
     shapes: Shapes = None,
 ) -> NDArray[np.float64]:
-    """Intersection over union of areas; arguments and result as of `raster_overlap`.
+    """Return the intersection over union of areas; arguments and result as of `raster_overlap`.
 
-    What is inside a polygon that crosses itself is told by the even-odd rule; a mask's pixels are
-    unit squares.
+    The even-odd rule applies to a polygon that crosses itself; pixels of a mask are unit squares.
     """
     e = _corners(np.where(is_well_formed(estimate)[:, None], estimate, 0.0), size)
     t = _corners(np.nan_to_num(truth), size)
-    found = overlap(_boxes(t), _boxes(e))
-    for i, shape in _given(shapes, truth):
+    overlaps = overlap(_boxes(t), _boxes(e))
+    for i, shape in _outlines(shapes, truth):
         everywhere = (0, 0, *size) if size else (-np.inf, -np.inf, np.inf, np.inf)
         area = _mask_area if shape.dtype == bool else _polygon_area
         both = area(shape, e[i])
         either = area(shape, np.array(everywhere)) + np.prod(e[i, 2:] - e[i, :2]) - both
-        found[i] = both / either if either > 0 else 0.0
-    return found
+        overlaps[i] = both / either if either > 0 else 0.0
+    return overlaps
 
 
-def _given(shapes: Shapes, truth: NDArray[np.float64]) -> Iterator[tuple[int, NDArray[np.float64]]]:
-    """Frames whose truth is a shape, and the shape."""
+def _outlines(shapes: Shapes, truth: NDArray[np.float64]) -> Iterator[tuple[int, NDArray[Any]]]:
+    """Yield each frame with a target whose outline is a shape, and the shape."""
     for i, shape in enumerate(() if shapes is None else shapes):
         if shape is not None and np.isfinite(truth[i]).all():
             yield i, np.asarray(shape)
 
 
 def _whole(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Rounded, halves to even numbers, from the single precision that VOT keeps regions in."""
+    """Round, halves to even numbers, from the single precision in which VOT stores regions."""
     return np.round(values.clip(-FARTHEST, FARTHEST).astype(np.float32)).astype(np.float64)
 
 
 def _corners(boxes: NDArray[np.float64], size: tuple[int, int] | None) -> NDArray[np.float64]:
-    """Corners [left, top, right, bottom] of boxes, inside the image; shape (n, 4)."""
+    """Return the corners [left, top, right, bottom] of boxes inside the image, shape (n, 4)."""
     with np.errstate(over="ignore"):
         low, high = boxes[:, :2], boxes[:, :2] + boxes[:, 2:]
     low, high = low.clip(-FARTHEST, FARTHEST), high.clip(-FARTHEST, FARTHEST)
@@ -94,7 +94,7 @@ def _boxes(corners: NDArray[np.float64]) -> NDArray[np.float64]:
 def _counted(
     shape: NDArray[np.float64], corners: NDArray[np.int64], size: tuple[int, int] | None
 ) -> float:
-    """Overlap of a mask, or of a polygon of whole coordinates, with a box, by pixels."""
+    """Return the overlap of a mask, or a polygon of whole coordinates, with a box, by pixels."""
     left, top, right, bottom = (int(value) for value in corners)
     mask, x, y = (shape, 0, 0) if shape.dtype == bool else _polygon_pixels(shape, size, left)
     height, width = mask.shape
@@ -108,12 +108,12 @@ def _counted(
 def _polygon_pixels(
     points: NDArray[np.float64], size: tuple[int, int] | None, from_column: int
 ) -> tuple[NDArray[np.bool_], int, int]:
-    """Pixels of a polygon of whole coordinates, in the image; and where their first one lies.
+    """Return the pixels in the image of a polygon of whole coordinates, and the first one's place.
 
-    A row of pixels is crossed by the polygon's edges, their ends among them; what lies between
-    the first and the second crossing is inside, and so on, both ends included. Crossings at the
-    same place count once, where another one follows. Crossings are cut to whole columns, counted
-    from `from_column` if that is left of the polygon: VOT counts from where either region begins.
+    Edges cross a row of pixels, their ends included. Pixels between the first and the second
+    crossing are inside, and so on, both included. Crossings at the same place count once if another
+    one follows. They are cut to whole columns, counted from `from_column` if that is left of the
+    polygon: VOT counts from the left end of either region.
     """
     low, high = points.min(axis=0), points.max(axis=0)
     low[0] = min(low[0], from_column)
@@ -127,10 +127,10 @@ def _polygon_pixels(
     rows = np.arange(height)[:, None]
     crosses = (np.minimum(sy, end[:, 1]) <= rows) & (rows <= np.maximum(sy, end[:, 1]))
     share = np.divide(rows - sy, dy, out=np.zeros(crosses.shape), where=dy != 0)
-    # What does not cross a row comes last, and is left out.
-    found = np.sort(np.where(crosses, (sx + share * dx).astype(int), np.iinfo(int).max), axis=1)
+    # Edges that do not cross a row are sorted to the end, and left out.
+    columns = np.sort(np.where(crosses, (sx + share * dx).astype(int), np.iinfo(int).max), axis=1)
     counts = np.count_nonzero(crosses, axis=1).tolist()
-    for row, (crossings, count) in enumerate(zip(found.tolist(), counts, strict=True)):
+    for row, (crossings, count) in enumerate(zip(columns.tolist(), counts, strict=True)):
         nodes = crossings[:count]
         while len(nodes) > 1:
             first = nodes.pop(0)
@@ -143,7 +143,7 @@ def _polygon_pixels(
 
 
 def _mask_area(mask: NDArray[np.float64], corners: NDArray[np.float64]) -> float:
-    """Area of a mask's pixels inside a box."""
+    """Return the area of a mask's pixels inside a box."""
     low, high = np.clip(corners.reshape(2, 2), 0, mask.shape[::-1])
     columns, rows = (
         np.clip(np.arange(n) + 1 - a, 0, 1) - np.clip(np.arange(n) + 1 - b, 0, 1)
@@ -153,10 +153,10 @@ def _mask_area(mask: NDArray[np.float64], corners: NDArray[np.float64]) -> float
 
 
 def _polygon_area(points: NDArray[np.float64], corners: NDArray[np.float64]) -> float:
-    """Area of a polygon inside a box, by the even-odd rule.
+    """Return the area of a polygon inside a box, by the even-odd rule.
 
-    Between two neighbouring heights at which edges end, cross each other or the box's sides, the
-    inside consists of trapezoids, whose area is the height by the width in the middle.
+    Between neighbouring heights at which edges end, cross each other or the sides of the box, the
+    inside consists of trapezoids: their area is the height times the width in the middle.
     """
     (sx, sy), (ex, ey) = np.asarray(points, np.float64).T, np.roll(points, -1, axis=0).T
     dx, dy = ex - sx, ey - sy

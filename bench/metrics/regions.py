@@ -1,4 +1,4 @@
-"""Agreement of masks: region similarity J and contour accuracy F, and what a run makes of them.
+"""Agreement of masks: region similarity J and contour accuracy F, and a run's scores by them.
 
 The definitions are those of the DAVIS benchmark: Perazzi, Pont-Tuset, McWilliams, Van Gool,
 Gross, Sorkine-Hornung, "A benchmark dataset and evaluation methodology for video object
@@ -38,27 +38,10 @@ class Segmentation:
 
 
 def region_similarity(estimate: NDArray[np.bool_], truth: NDArray[np.bool_]) -> float:
-    r"""Region similarity J, the Jaccard index of two masks.
+    r"""Return the region similarity J of two masks of one shape, their Jaccard index, in [0, 1].
 
-    .. math:: |E \cap T| \,/\, |E \cup T|
+    It is 1 if both masks are empty. Raises `ValueError` for masks of different shapes.
 
-    Parameters
-    ----------
-    estimate, truth : ndarray of bool, shape (height, width)
-        Masks.
-
-    Returns
-    -------
-    float
-        In [0, 1]; 1 where both are empty.
-
-    Raises
-    ------
-    ValueError
-        For masks of different shapes.
-
-    Examples
-    --------
     >>> left, all_of_it = np.array([[True, False]]), np.array([[True, True]])
     >>> region_similarity(left, all_of_it)
     0.5
@@ -71,31 +54,16 @@ def region_similarity(estimate: NDArray[np.bool_], truth: NDArray[np.bool_]) -> 
 def contour_accuracy(
     estimate: NDArray[np.bool_], truth: NDArray[np.bool_], tolerance: float = TOLERANCE
 ) -> float:
-    """Contour accuracy F, the harmonic mean of the contours' precision and recall.
+    """Return the contour accuracy F, the harmonic mean of the contours' precision and recall.
 
     Precision is the share of the estimate's contour pixels with a contour pixel of the truth
-    within the tolerance, recall the reverse. A pixel is on a contour where its right, lower, or
-    right lower neighbour differs from it; the image's border is no contour.
-
-    Parameters
-    ----------
-    estimate, truth : ndarray of bool, shape (height, width)
-        Masks.
-    tolerance : float
-        In shares of the image's diagonal, rounded up to whole pixels.
-
-    Returns
-    -------
-    float
-        In [0, 1]; 1 where neither mask has a contour, 0 where one alone has.
-
-    Raises
-    ------
-    ValueError
-        For masks of different shapes.
+    within the tolerance, recall the reverse. A pixel is on a contour if its right, lower, or right
+    lower neighbour differs from it; the border of the image is no contour. F is 1 if neither mask
+    has a contour, 0 if only one has. `tolerance`: in shares of the image's diagonal, rounded up to
+    whole pixels. Raises `ValueError` for masks of different shapes.
     """
     _check_shapes(estimate, truth)
-    # What lies beyond both masks has no contour: all is done on what is left.
+    # There is no contour beyond both masks: compute on the rest.
     x, y, width, height = cv2.boundingRect((estimate | truth).view(np.uint8))
     part = np.s_[max(y - 1, 0) : y + height + 1, max(x - 1, 0) : x + width + 1]
     e, t = _contour(estimate[part]), _contour(truth[part])
@@ -110,54 +78,30 @@ def contour_accuracy(
 
 
 def mean_recall_decay(values: NDArray[np.float64]) -> tuple[float, float, float]:
-    """What DAVIS tells of a run by one of the two measures.
+    """Return mean, recall and decay of a measure by frame, shape (n,), as DAVIS has them.
 
-    Parameters
-    ----------
-    values : ndarray of float64, shape (n,)
-        The measure by frame; NaN where there is none.
-
-    Returns
-    -------
-    mean : float
-        Over the frames that have one, as the others are; NaN where none has.
-    recall : float
-        Share of frames above `RECALL_THRESHOLD`.
-    decay : float
-        Mean over the first quarter of the frames less that over the last; neighbouring
-        quarters share a frame. NaN where one of these quarters has no value.
+    Recall is the share of frames above `RECALL_THRESHOLD`. Decay is the mean over the first quarter
+    of the frames minus that over the last; neighbouring quarters share a frame. NaN values are left
+    out; without values a result is NaN.
     """
     n = len(values)
     # As the published evaluation does it: counting from 1, halves go upwards.
     bounds = np.round(np.linspace(1, n, _QUARTERS + 1) + 1e-10).astype(int) - 1
     first, last = values[: bounds[1] + 1], values[bounds[-2] :]
-    known, first, last = (part[np.isfinite(part)] for part in (values, first, last))
-    return _mean(known), _mean(known > RECALL_THRESHOLD), _mean(first) - _mean(last)
+    values, first, last = (part[np.isfinite(part)] for part in (values, first, last))
+    return _mean(values), _mean(values > RECALL_THRESHOLD), _mean(first) - _mean(last)
 
 
-def segmentation_scores(found: Segmentation, initialised: int) -> dict[str, float]:
-    """Mean, recall and decay of both measures, over the frames after that of initialisation.
+def segmentation_scores(segmentation: Segmentation, initialised: int) -> dict[str, float]:
+    """Return mean, recall and decay of both measures, over the frames after that of initialisation.
 
-    DAVIS leaves out the last frame, too; here it counts, and so do frames without target, where an
-    empty mask scores 1 and any other 0.
-
-    Parameters
-    ----------
-    found : Segmentation
-        The measures by frame.
-    initialised : int
-        Frame of initialisation.
-
-    Returns
-    -------
-    dict of str to float
-        `mean_region_similarity`, `region_recall`, `region_decay`, `mean_contour_accuracy`,
-        `contour_recall`, `contour_decay`; see `mean_recall_decay`.
+    DAVIS leaves out the last frame, too; here it counts, and so do frames without target, in which
+    an empty mask scores 1 and any other 0.
     """
     scores: dict[str, float] = {}
     for kind, name, values in (
-        ("region", "region_similarity", found.region_similarity),
-        ("contour", "contour_accuracy", found.contour_accuracy),
+        ("region", "region_similarity", segmentation.region_similarity),
+        ("contour", "contour_accuracy", segmentation.contour_accuracy),
     ):
         mean, recall, decay = mean_recall_decay(values[initialised + 1 :])
         scores |= {f"mean_{name}": mean, f"{kind}_recall": recall, f"{kind}_decay": decay}
@@ -165,14 +109,9 @@ def segmentation_scores(found: Segmentation, initialised: int) -> dict[str, floa
 
 
 def _contour(mask: NDArray[np.bool_]) -> NDArray[np.uint8]:
-    """Contour pixels of a mask as 0 and 1."""
-    contour = cv2.morphologyEx(
-        mask.view(np.uint8),
-        cv2.MORPH_GRADIENT,
-        _SQUARE,
-        anchor=(0, 0),
-        borderType=cv2.BORDER_REPLICATE,
-    )
+    """Return the contour pixels of a mask as 0 and 1."""
+    image, border = mask.view(np.uint8), cv2.BORDER_REPLICATE
+    contour = cv2.morphologyEx(image, cv2.MORPH_GRADIENT, _SQUARE, anchor=(0, 0), borderType=border)
     return np.asarray(contour, np.uint8)
 
 
@@ -187,4 +126,4 @@ def _check_shapes(estimate: NDArray[np.bool_], truth: NDArray[np.bool_]) -> None
 
 
 def _mean(values: NDArray[np.float64] | NDArray[np.bool_]) -> float:
-    return float(np.mean(values)) if len(values) else float("nan")
+    return float(np.mean(values)) if len(values) else np.nan

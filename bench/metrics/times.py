@@ -1,9 +1,8 @@
-"""Time per frame: seconds in `update` alone, decoding excluded, initialisation apart.
+"""Time per frame: seconds in `update` alone, without decoding; initialisation is separate.
 
-CPU time is the figure for trackers of one thread: other load doubles wall time and touches it less.
-Trackers are compared by their *warm* times, on images that lie in memory. *As decoded*, when each
-image was made just before, what makes it has taken the caches, and the next update pays for that:
-1.4 to 3.1 times as much was seen.
+CPU time is the figure for trackers of one thread: other load doubles wall time and affects CPU time
+less. Trackers are compared by *warm* times, on images in memory. Decoding evicts the CPU caches:
+the next update, *as decoded*, took 1.4 to 3.1 times as long.
 """
 
 from dataclasses import dataclass
@@ -29,10 +28,10 @@ class Times:
 
 
 def is_disturbed(times: Times) -> bool:
-    """Whether a pass spent noticeably more wall time than CPU time.
+    """Return whether a pass spent noticeably more wall time than CPU time.
 
-    Then something else held the core, or the tracker waited or ran more than one thread:
-    either way its wall time is no speed.
+    Then other load held the core, or the tracker waited or ran more than one thread: its wall time
+    is not its speed.
     """
     passes = [(times.wall, times.cpu)]
     if times.warm_wall is not None and times.warm_cpu is not None:
@@ -41,10 +40,10 @@ def is_disturbed(times: Times) -> bool:
 
 
 def time_scores(times: Times) -> dict[str, float]:
-    """Times per frame, in seconds: median and tails; initialisation apart.
+    """Return the median and tails of the times per frame [s], and the time of initialisation.
 
-    `warm_seconds_` are CPU times of the warm pass, where there is one; the others are as decoded.
-    All are NaN where a pass was disturbed: its times are no speed.
+    `warm_seconds_` are CPU times of the warm pass, if there is one; the others are as decoded. All
+    are NaN if a pass was disturbed.
     """
     disturbed = is_disturbed(times)
     scores = {"disturbed": float(disturbed)}

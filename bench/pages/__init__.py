@@ -1,1 +1,1 @@
-"""What is stored as a page: numbers, charts, and the frames behind them."""
+"""Pages of stored results: numbers, charts, and the frames behind them."""

@@ -1,138 +1,142 @@
 """Charts of an experiment's page, from its runs; their points open the frames behind them."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from math import isfinite
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from trackmark.bench.pages.player_runs import ERRORS, OVERLAPS, Clip, Reading, Stage
+from trackmark.bench.pages.player_runs import ERRORS, OVERLAPS, Clip, PageRuns, SequenceRuns
+from trackmark.bench.reporting.shared_charts import speed_chart, survival_chart, survival_line
 from trackmark.bench.reporting.tables import SUMMARY
 from trackmark.bench.statistics.rules import MIN_UNITS
-from trackmark.bench.statistics.survival import kaplan_meier
 from trackmark.bench.statistics.units import units_of
 from trackmark.reports.page.content import Chart, Line, Place
 from trackmark.reports.tables import Table
 from trackmark.reports.write import file_names
 
 _BINS = 120
-"""Points of a curve over the frames of a sequence."""
+"""Maximum number of points of a curve over the frames of a sequence."""
 
 _AT_20 = int(np.flatnonzero(ERRORS == 20.0)[0])
-"""Of the thresholds of precision the one that papers give [20 px]."""
+"""Index of the threshold of precision that papers state [20 px]."""
 
 
-def share_charts(reading: Reading, trackers: Sequence[str]) -> list[Chart]:
-    """Shares of frames by overlap and by centre error, each sequence counting once.
+class _ShareChart(NamedTuple):
+    """A chart of the share of frames by threshold."""
+
+    title: str
+    kind: str  # of the worst frame
+    thresholds: NDArray[np.float64]
+    axes: tuple[str, str]
+    words: str
+    figure: str  # number in parentheses behind the label
+
+
+_SUCCESS = _ShareChart(
+    "Success",
+    "overlap",
+    OVERLAPS,
+    ("overlap", "share of frames with at least that"),
+    "Share of frames with at least an overlap (intersection over union with the truth), by "
+    "tracker, in parentheses the area beneath the curve, which is the mean overlap; further right "
+    "is better.",
+    "area",
+)
+_PRECISION = _ShareChart(
+    "Precision",
+    "centre_error",
+    ERRORS,
+    ("centre error [px]", "share of frames with at most that"),
+    "Share of frames with at most a centre error (between the centres of box and truth), by "
+    "tracker, in parentheses the share at 20 px; higher is better.",
+    "share at 20 px",
+)
+
+
+def share_charts(runs: PageRuns, trackers: Sequence[str]) -> list[Chart]:
+    """Return shares of frames by overlap and by centre error; each sequence counts once.
 
     `trackers`: those all of whose runs finished.
     """
-    if not trackers or not reading.stages:
-        return []
-    success, precision = list[Line](), list[Line]()
-    for name in trackers:
-        number = reading.trackers.index(name)
-        for lines, kind, thresholds in (
-            (success, "success", OVERLAPS),
-            (precision, "precision", ERRORS),
-        ):
-            found = [getattr(stage, kind).get(number, []) for stage in reading.stages]
-            shares = np.mean([np.mean(one, axis=0) for one in found if one], axis=0)
-            places = _nearest(reading, name, kind)
-            told = _area(reading, name) if kind == "success" else float(shares[_AT_20])
-            lines.append(Line(name, number, thresholds, shares, places=places, told=f"{told:.3f}"))
-    n = sum(bool(stage.clips) for stage in reading.stages)
+    n = sum(bool(stage.clips) for stage in runs.stages)
     over = (
         f"Means over n = {n} sequences, of their repetitions first; no interval is drawn. A point "
         "opens the frame that is nearest to its threshold."
     )
-    return [
-        Chart(
-            "Success",
-            "overlap",
-            "share of frames with at least that",
-            success,
-            "Share of frames with at least an overlap (intersection over union with the truth), by "
-            "tracker, in parentheses the area beneath the curve, which is the mean overlap; "
-            f"further right is better. {over}",
-            top=1.0,
-            figure="success",
-            told="area",
-        ),
-        Chart(
-            "Precision",
-            "centre error [px]",
-            "share of frames with at most that",
-            precision,
-            "Share of frames with at most a centre error (between the centres of box and truth), "
-            f"by tracker, in parentheses the share at 20 px; higher is better. {over}",
-            top=1.0,
-            figure="precision",
-            told="share at 20 px",
-        ),
-    ]
+    charts = []
+    for one in (_SUCCESS, _PRECISION) if trackers and runs.stages else ():
+        x, y = one.axes
+        lines = [_share_line(runs, runs.trackers.index(name), one) for name in trackers]
+        file, words = one.title.lower(), f"{one.words} {over}"
+        chart = Chart(one.title, x, y, lines, words, top=1.0, figure=file, told=one.figure)
+        charts.append(chart)
+    return charts
 
 
-def _nearest(reading: Reading, tracker: str, curve: str) -> list[Place | None]:
-    """For every threshold of a curve, the frame of all of a tracker's runs that is nearest.
+def _share_line(runs: PageRuns, tracker: int, chart: _ShareChart) -> Line:
+    """Return the curve of a tracker; a point opens the frame nearest to its threshold.
 
-    `curve`: `success` or `precision`. Of frames that are as near, those of the worst run.
+    Of frames that are equally near, that of the worst run is opened.
     """
-    kind = "overlap" if curve == "success" else "centre_error"
-    found = [
-        (-clip.worst[kind, "online"][0], position, clip)
-        for position, stage in enumerate(reading.stages)
-        for clip in stage.clips
-        if reading.trackers[clip.tracker] == tracker and curve in clip.nearest
+    curve = chart.title.lower()
+    by_sequence = [stage.clips_of(tracker) for stage in runs.stages]
+    judged = [
+        (position, clip)
+        for position, clips in enumerate(by_sequence)
+        for clip in clips
+        if curve in clip.shares
     ]
-    found.sort(key=lambda one: one[:2])
-    if not found:
-        return []
-    chosen = np.argmin([clip.nearest[curve][0] for _, _, clip in found], axis=0)
-    return [
-        Place(position, clip.tracker, clip.repetition, int(clip.nearest[curve][1][point]))
-        for point, (_, position, clip) in enumerate(found[one] for one in chosen)
-    ]
+    if not judged:
+        return Line(runs.trackers[tracker], tracker, [np.nan], [np.nan])
+    curves = [[clip.shares[curve].shares for clip in c if clip.shares] for c in by_sequence]
+    shares = np.mean([np.mean(values, axis=0) for values in curves if values], axis=0)
+    overlaps = [[-clip.worst["overlap", "online"][0] for clip in c] for c in by_sequence if c]
+    figure = shares[_AT_20]
+    if curve == "success":
+        figure = np.mean([np.mean(values) for values in overlaps])
+    judged.sort(key=lambda one: (-one[1].worst[chart.kind, "online"][0], one[0]))
+    nearest = np.argmin([clip.shares[curve].distances for _, clip in judged], axis=0)
+    places = []
+    for point, (position, clip) in enumerate(judged[one] for one in nearest):
+        frame = int(clip.shares[curve].frames[point])
+        places.append(Place(position, tracker, clip.take.repetition, frame))
+    label = runs.trackers[tracker]
+    return Line(label, tracker, chart.thresholds, shares, places=places, told=f"{figure:.3f}")
 
 
-def _area(reading: Reading, tracker: str) -> float:
-    """Mean overlap, each sequence counting once."""
-    number = reading.trackers.index(tracker)
-    found = [
-        [-clip.worst["overlap", "online"][0] for clip in stage.clips if clip.tracker == number]
-        for stage in reading.stages
-    ]
-    return float(np.mean([np.mean(one) for one in found if one]))
+def finished_clips(stage: SequenceRuns) -> Iterator[tuple[int, list[Clip]]]:
+    """Yield the one-pass runs on a sequence that did not fail, by position of the tracker."""
+    for tracker in sorted({clip.take.tracker for clip in stage.clips}):
+        if clips := [clip for clip in stage.clips_of(tracker) if not clip.take.failure]:
+            yield tracker, clips
 
 
-def error_charts(reading: Reading) -> list[Chart]:
-    """Centre error over the frames, a chart a sequence: the median of the repetitions."""
-    charts, names = [], file_names([stage.name for stage in reading.stages])
-    for position, stage in enumerate(reading.stages):
-        by_tracker: dict[int, list[Clip]] = {}
-        for clip in stage.clips:
-            if not clip.failure:
-                by_tracker.setdefault(clip.tracker, []).append(clip)
+def error_charts(runs: PageRuns) -> list[Chart]:
+    """Return a chart per sequence: the median centre error of the repetitions over frames."""
+    charts, names = [], file_names([stage.name for stage in runs.stages])
+    for position, stage in enumerate(runs.stages):
+        by_tracker = dict(finished_clips(stage))
         lines = [
-            _error_line(position, stage, reading.trackers[number], clips)
-            for number, clips in sorted(by_tracker.items())
+            _error_line(position, runs.trackers[tracker], clips)
+            for tracker, clips in by_tracker.items()
         ]
-        runs = max(map(len, by_tracker.values()), default=0)
-        median = f": the median over up to {runs} repetitions" if runs > 1 else ""
+        most = max(map(len, by_tracker.values()), default=0)
+        median = f": the median over up to {most} repetitions" if most > 1 else ""
         words = (
             f"Centre error over the frames of {stage.name}, by tracker{median} (no interval is "
             "drawn); lower is better."
         )
-        figure = f"frames-{names[stage.name]}"
         if lines:
-            chart = Chart(stage.name, "frame", "centre error [px]", lines, words, figure=figure)
-            charts.append(chart)
+            axes, figure = ("frame", "centre error [px]"), f"frames-{names[stage.name]}"
+            charts.append(Chart(stage.name, *axes, lines, words, figure=figure))
     return charts
 
 
-def _error_line(position: int, stage: Stage, name: str, clips: Sequence[Clip]) -> Line:
-    """Of each stretch of frames the worst one, and there the repetition that is furthest off."""
+def _error_line(position: int, name: str, clips: Sequence[Clip]) -> Line:
+    """Return the worst frame of each stretch of frames, and its repetition with most error."""
     errors = np.array([clip.errors for clip in clips])
     known = np.isfinite(errors).any(axis=0)
     medians = np.full(errors.shape[1], np.nan)
@@ -141,76 +145,66 @@ def _error_line(position: int, stage: Stage, name: str, clips: Sequence[Clip]) -
         int(stretch[np.nanargmax(medians[stretch])]) if known[stretch].any() else int(stretch[0])
         for stretch in np.array_split(np.arange(len(medians)), min(_BINS, len(medians)))
     ]
+    tracker = clips[0].take.tracker
+    furthest = np.argmax(np.nan_to_num(errors, nan=-1.0, posinf=np.inf), axis=0)
     places = [
-        Place(position, clips[0].tracker, clips[_furthest(errors[:, frame])].repetition, frame)
-        for frame in frames
+        Place(position, tracker, clips[furthest[frame]].take.repetition, frame) for frame in frames
     ]
-    return Line(name, clips[0].tracker, frames, medians[frames], places=places)
+    return Line(name, tracker, frames, medians[frames], places=places)
 
 
-def _furthest(errors: NDArray[np.float32]) -> int:
-    return int(np.nanargmax(errors)) if np.isfinite(errors).any() else 0
-
-
-def survival_chart(scored: pd.DataFrame, reading: Reading) -> list[Chart]:
-    """Share of runs that have not lost the target, over frames."""
+def survival_charts(scored: pd.DataFrame, runs: PageRuns) -> list[Chart]:
+    """Return the share of runs that have not lost the target, over frames."""
     if "first_loss" not in scored:
         return []
     finished = scored[scored["first_loss"].notna() & scored["frames"].notna()]
-    numbers = {stage.name: position for position, stage in enumerate(reading.stages)}
+    numbers = {stage.name: position for position, stage in enumerate(runs.stages)}
     lines = []
-    for position, name in enumerate(reading.trackers):
-        runs = finished[finished["tracker"] == name]
-        if runs.empty:
+    for position, name in enumerate(runs.trackers):
+        rows = finished[finished["tracker"] == name]
+        if rows.empty:
             continue
-        first, frames = (runs[column].to_numpy(float) for column in ("first_loss", "frames"))
+        first, frames = (rows[column].to_numpy(float) for column in ("first_loss", "frames"))
         ends, lost = np.minimum(first, frames), first < frames
-        found = kaplan_meier(ends, lost)
-        rows = zip(ends.tolist(), lost, runs["sequence"], runs["repetition"], strict=True)
-        at = {
-            end: Place(numbers[str(sequence)], position, int(repetition), int(end))
-            for end, failed, sequence, repetition in rows
+        cells = zip(ends, lost, rows["sequence"], rows["repetition"], strict=True)
+        lost_at = {
+            int(end): Place(numbers[str(sequence)], position, int(repetition), int(end))
+            for end, failed, sequence, repetition in cells
             if failed and str(sequence) in numbers
         }
-        places = [None, *(at.get(time) for time in found.times.tolist())]
-        shares, low, high = (np.concatenate([[1.0], part]) for part in found[1:])
-        times = np.append(0.0, found.times)
-        lines.append(Line(name, position, times, shares, low, high, places))
+        lines.append(survival_line(name, position, ends, lost, lost_at))
     words = (
         "Share of runs that have not lost the target (ten visible frames on end with the centre "
         "outside the box), over frames, with 95 % bands (Kaplan and Meier's, "
         f"n = {len(finished)} runs); higher is better."
     )
-    chart = Chart(
-        "", "frame", "share of runs not lost", lines, words, "step", top=1.0, figure="survival"
-    )
-    return [chart] if lines else []
+    return [survival_chart(lines, words)] if lines else []
 
 
-def speed_chart(tables: Mapping[str, Table], reading: Reading) -> list[Chart]:
-    """Mean overlap against the time a frame, with its interval, as the summary has them."""
+def speed_charts(tables: Mapping[str, Table], runs: PageRuns) -> list[Chart]:
+    """Return the mean overlap against the time per frame, with its interval, of the summary."""
     if "summary" not in tables:
         return []
     data, quantity = tables["summary"].data, SUMMARY[0]
-    lines = []
-    for position, name in enumerate(reading.trackers):
+    dots = []
+    for position, name in enumerate(runs.trackers):
         of = data[data["tracker"] == name].set_index("measure")
         if not {quantity.name, "milliseconds"} <= set(of.index):
             continue
-        means, *ends = (of[column].to_dict() for column in ("mean", "low", "high"))
-        score, low, high = (float(one[quantity.name]) for one in (means, *ends))
-        time = float(means["milliseconds"])
+        score, low, high = (float(of[end][quantity.name]) for end in ("mean", "low", "high"))
+        time = float(of["mean"]["milliseconds"])
         if isfinite(score) and isfinite(time):
-            place = reading.place(name, None, "overlap")
-            lines.append(Line(name, position, [time], [score], [low], [high], [place]))
+            place = runs.place(name, None, "overlap")
+            dots.append(Line(name, position, [time], [score], [low], [high], [place]))
+    if not dots:
+        return []
     (head,) = (head for head in tables["summary"].heads if "time a frame" in head)
-    quantities = f"{quantity.title.capitalize()} against {head}"
-    units = units_of([stage.name for stage in reading.stages])
+    units = units_of([stage.name for stage in runs.stages])
     bars = f"bars: 95 % interval of the mean {units.scope}"
     if len(units) < MIN_UNITS:
         bars = f"no intervals: {MIN_UNITS} {units.plural} needed"
-    words = f"{quantities}; {bars}; n = {len(units)} {units.plural}. Up and to the left is better."
-    chart = Chart(
-        "", head, quantity.head, lines, words, "dots", logarithmic=True, figure="speed-accuracy"
+    words = (
+        f"{quantity.title.capitalize()} against {head}; {bars}; n = {len(units)} {units.plural}. "
+        "Up and to the left is better."
     )
-    return [chart] if lines else []
+    return [speed_chart(dots, head, quantity.head, words)]

@@ -1,6 +1,7 @@
-"""Sections of a page on which tracker is better, in all and on parts of the sequences."""
+"""Sections of a page that compare trackers, on all sequences and on parts of them."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -8,18 +9,17 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from trackmark.bench.comparing.comparable_runs import ComparisonError
+from trackmark.bench.comparing.comparable_runs import ComparisonError, same_boxes
 from trackmark.bench.comparing.comparison import Comparison, compare, means_in_part, parts_of
-from trackmark.bench.comparing.stored_boxes import same_boxes
-from trackmark.bench.comparing.summary_text import paragraph
 from trackmark.bench.comparing.tables import files as comparison_tables
-from trackmark.bench.pages.player_runs import Reading
+from trackmark.bench.comparing.tables import paragraph
+from trackmark.bench.pages.player_runs import PageRuns
 from trackmark.bench.protocols import STORED_ONCE
 from trackmark.bench.reporting.tables import SUMMARY, not_repeatable
 from trackmark.bench.statistics.rules import MIN_UNITS, interval_or_none
 from trackmark.bench.statistics.units import Units, units_of
 from trackmark.reports.page.content import Place, Section, Sheet
-from trackmark.reports.tables import MISSING, Cell, Table
+from trackmark.reports.tables import MISSING, Table, text_table
 
 _NO_PARTS = (
     "These sequences have no parts to compare trackers on: names of none say a knob that others "
@@ -32,7 +32,7 @@ def answers(
     folder: Path,
     runs: pd.DataFrame,
     occurring: Mapping[str, set[str]],
-    reading: Reading,
+    page_runs: PageRuns,
     command: str,
 ) -> tuple[Section, list[Sheet]]:
     """Return which tracker is better, or why that cannot be answered; and tables of parts.
@@ -53,25 +53,32 @@ def answers(
         )
     except ComparisonError as error:
         return Section("answers", title, [f"No comparison: {error}"], command=command), []
-    sheets = {}
-    for table in comparison_tables(comparison):
-        columns = len(table.heads) - table.n_labels
-        rows = table.data.to_dict("records")
-        if table.name != "comparison-sequences":
-            places = [[_told_by(row, comparison, reading)] * columns for row in rows]
-            sheets[table.name] = Sheet(table, places=places)
+    sheets = {
+        table.name: _sheet(table, comparison, page_runs)
+        for table in comparison_tables(comparison)
+        if table.name != "comparison-sequences"
+    }
     differences = [sheets.pop(name) for name in list(sheets) if name == "comparison-parts"]
     words = [paragraph(comparison)]
     return Section("answers", title, words, list(sheets.values()), command=command), differences
 
 
-def _told_by(row: Mapping[Any, Any], comparison: Comparison, reading: Reading) -> Place | None:
-    """What a row of a comparison opens: of a pair the sequence on which they differ most.
+def _sheet(table: Table, comparison: Comparison, page_runs: PageRuns) -> Sheet:
+    """Return a table of a comparison; the cells of a row open the same frame."""
+    columns = len(table.heads) - table.n_labels
+    places = [
+        [_place(row, comparison, page_runs)] * columns for row in table.data.to_dict("records")
+    ]
+    return Sheet(table, places=places)
 
-    Of a part of the sequences one of these.
+
+def _place(row: Mapping[Any, Any], comparison: Comparison, runs: PageRuns) -> Place | None:
+    """Return what a row of a comparison opens: the sequence on which a pair differs most.
+
+    A row on a part of the sequences opens one of that part.
     """
     if "first" not in row:
-        return reading.place(str(row["tracker"]), None, "overlap")
+        return runs.place(str(row["tracker"]), None, "overlap")
     parts = parts_of(comparison.sequences, comparison.attributes) if "knob" in row else {}
     here = parts.get((row.get("knob", ""), row.get("value", "")), True)
     for pair in comparison.pairs:
@@ -79,20 +86,20 @@ def _told_by(row: Mapping[Any, Any], comparison: Comparison, reading: Reading) -
             position = int(np.argmax(np.where(here, np.abs(pair.differences), -1.0)))
             ahead = pair.differences[position] > 0
             behind = pair.second if ahead else pair.first
-            return reading.place(behind, comparison.sequences[position], "overlap")
+            return runs.place(behind, comparison.sequences[position], "overlap")
     return None
 
 
 def parts(
     scored: pd.DataFrame,
     occurring: Mapping[str, set[str]],
-    reading: Reading,
+    runs: PageRuns,
     differences: Sequence[Sheet],
 ) -> Section:
     """Return mean overlaps on the sequences that have a parameter's value, or an attribute."""
-    if "mean_overlap" not in scored or not reading.trackers:
+    if "mean_overlap" not in scored or not runs.trackers:
         return Section("parts", "")  # no run finished
-    sequences = [stage.name for stage in reading.stages]
+    sequences = [stage.name for stage in runs.stages]
     units = units_of(sequences)
     masks = parts_of(sequences, [occurring.get(name, ()) for name in sequences])
     by = scored.groupby(["tracker", "sequence"], observed=True)["mean_overlap"]
@@ -102,7 +109,7 @@ def parts(
     for (knob, value), chosen in masks.items():
         here = [name for name, taken in zip(sequences, chosen, strict=True) if taken]
         cells = []
-        for name in reading.trackers:
+        for name in runs.trackers:
             by_sequence = means.get(name, pd.Series(dtype=float)).reindex(sequences)
             mean, low, high = _with_interval(units, by_sequence.to_numpy(float), chosen)
             cells.append(f"{mean:.3f}" if np.isfinite(mean) else MISSING)
@@ -110,21 +117,15 @@ def parts(
             told = {"knob": knob, "value": value, "sequences": len(here), "tracker": name}
             data.append({**told, "measure": "mean_overlap", "mean": mean, "low": low, "high": high})
         rows.append([f"{knob}={value}", str(len(here)), *cells])
-        values.append([len(here), *(one["mean"] for one in data[-len(reading.trackers) :])])
-        worst = [
-            reading.worst_of([(name, one) for one in here], "overlap") for name in reading.trackers
-        ]
-        places.append([None, *worst])
-    table = Table(
-        "parts",
+        values.append([len(here), *(one["mean"] for one in data[-len(runs.trackers) :])])
+        places.append([None, *(runs.worst_of(name, here, "overlap") for name in runs.trackers)])
+    caption = (
         "Mean overlap (from 0 to 1) by knob and by attribute (of sequences in which it occurs): "
         f"means over n sequences of {repetitions(scored)} each. In brackets the 95 % interval "
-        f"{units.scope}, from {MIN_UNITS} {units.plural} on.",
-        ["part", "n", *reading.trackers],
-        1,
-        [[Cell(text) for text in row] for row in rows],
-        data=pd.DataFrame(data),
+        f"{units.scope}, from {MIN_UNITS} {units.plural} on."
     )
+    table = text_table("parts", caption, ["part", "n", *runs.trackers], rows)
+    table = replace(table, data=pd.DataFrame(data))
     title = "By knob and attribute"
     if not rows:
         return Section("parts", title, [_NO_PARTS] if len(sequences) > 1 else [])
@@ -132,7 +133,7 @@ def parts(
 
 
 def repetitions(scored: pd.DataFrame) -> str:
-    """How often trackers were run on each sequence: `1 to 3 repetitions`."""
+    """Return how often trackers were run on each sequence: `1 to 3 repetitions`."""
     counts = scored.groupby(["tracker", "sequence"], observed=True).size()
     fewest, most = counts.min(), counts.max()
     times = f"{most}" if fewest == most else f"{fewest} to {most}"

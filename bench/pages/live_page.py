@@ -1,4 +1,4 @@
-"""Trackers watched frame by frame: run once on a sequence, with all they tell, onto a page."""
+"""Page of trackers that are run once on a sequence, with everything that they return."""
 
 import tempfile
 from collections.abc import Sequence
@@ -9,7 +9,7 @@ from trackmark.bench.execution.executor import Execution
 from trackmark.bench.execution.plan import State
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 from trackmark.bench.pages.page_frames import Watch
-from trackmark.bench.pages.player_runs import Reading, read_takes, scenes
+from trackmark.bench.pages.player_runs import PageRuns, read_runs, scenes
 from trackmark.datasets import SequenceError
 from trackmark.reports.page.content import Page, Section
 from trackmark.reports.page.page import write_page
@@ -27,13 +27,13 @@ def write_live_page(
 ) -> tuple[list[Path], list[str]]:
     """Run trackers on a sequence in supervised processes, and write a page that steps through it.
 
-    It shows boxes, masks, contours, particles, maps and the trackers' own numbers. `watch` is
-    told how many frames were shown to trackers, and then read. `repetition`: of those that draw
-    random numbers, as `run` would make it. Nothing of the runs is kept but the page. Gives its
-    files, and why runs failed, which shows as far as they got.
+    It shows boxes, masks, contours, particles, maps and the trackers' own numbers; failed runs to
+    their last frame. `watch` receives the number of frames that trackers have processed, then of
+    frames that were read for the page. `repetition`: of stochastic trackers, as `run` would make
+    it. Only the page is kept. Returns its files, and the reasons of failed runs.
 
-    Raises `TrackerError`, `SequenceError`, `ExperimentError` for what can't be run, and `OSError`
-    where the page can't be written.
+    Raises `TrackerError`, `SequenceError` or `ExperimentError` if something cannot be run, and
+    `OSError` if the page cannot be written.
     """
     with tempfile.TemporaryDirectory(prefix="trackmark-live-") as folder:
         count = repetition + 1
@@ -49,16 +49,16 @@ def write_live_page(
         if execution.errors:
             raise SequenceError("\n".join(execution.errors))
         labels = [one.label for one in chosen]
-        reading = read_takes(execution.folder, labels, detailed=True)
-        page = _page(reading, watch, repetition, drawing)
-        failures = [clip.failure for stage in reading.stages for clip in stage.clips]
+        runs = read_runs(execution.folder, labels, "all")
+        page = _page(runs, watch, repetition, drawing)
+        failures = [clip.take.failure for stage in runs.stages for clip in stage.clips]
         return write_page(path, page), [failure for failure in failures if failure]
 
 
-def _page(reading: Reading, watch: Watch, repetition: int, drawing: bool) -> Page:
-    """The page; `drawing`: whether a tracker draws random numbers, so that it can be repeated."""
-    (scene,) = scenes(reading, "", watch, height=_HEIGHT)
-    named = ", ".join(reading.trackers)
+def _page(runs: PageRuns, watch: Watch, repetition: int, drawing: bool) -> Page:
+    """Return the page; `drawing`: whether a tracker draws random numbers."""
+    (scene,) = scenes(runs, "", watch, height=_HEIGHT)
+    named = ", ".join(runs.trackers)
     words = [
         f"{named} on {scene.name}, frame by frame: boxes, masks, contours, particles, maps and "
         "numbers, as far as the trackers tell them. Open it to step through; ? lists the keys.",
@@ -69,8 +69,8 @@ def _page(reading: Reading, watch: Watch, repetition: int, drawing: bool) -> Pag
     title = f"{named} on {scene.name}"
     title += f", repetition {repetition}" if drawing and repetition else ""
     sections = [Section("frames", "Frames", words, scenes=True)]
-    page = Page(title, sections, reading.trackers, [scene])
+    page = Page(title, sections, runs.trackers, [scene])
     names = [name for take in scene.takes for name in take.maps][:1]
-    asked = {"tracker": reading.trackers[0]} | ({"map": names[0]} if names else {})
-    asked |= {"repetition": str(repetition)} if drawing and repetition else {}
-    return replace(page, start=page.opening(scene, None, **asked))
+    address = {"tracker": runs.trackers[0]} | ({"map": names[0]} if names else {})
+    address |= {"repetition": str(repetition)} if drawing and repetition else {}
+    return replace(page, start=page.opening(scene, None, **address))

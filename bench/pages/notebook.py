@@ -21,7 +21,7 @@ _HEIGHT = 780  # of a player [CSS pixels]
 class Runs(pd.DataFrame):
     """Stored runs, a row a run; a notebook shows the tables of `trackmark report` instead.
 
-    What is chosen or computed from it is a plain data frame.
+    Selections and results of computations are plain data frames.
     """
 
     _metadata = ("folder", "cells")
@@ -33,7 +33,7 @@ class Runs(pd.DataFrame):
         return pd.DataFrame
 
     def _repr_html_(self) -> str:
-        """What a notebook shows."""
+        """Return the tables that a notebook shows."""
         from trackmark.bench.reporting.tables import tables, title_of
         from trackmark.reports.renderers import to_html
 
@@ -66,11 +66,11 @@ class Player:
         self.page = page
 
     def save(self, path: str | Path) -> None:
-        """Write it as a page that a browser opens. Raises `OSError`."""
+        """Write the page to a file. Raises `OSError`."""
         write_file(Path(path), lambda file: file.write_text(self.page, encoding="utf-8"))
 
     def _repr_html_(self) -> str:
-        """What a notebook shows: the page within a frame, whose scripts reach nothing else."""
+        """Return the page in a frame whose scripts cannot reach the notebook."""
         return (
             f'<iframe srcdoc="{html.escape(self.page)}" title="Player" loading="lazy" '
             'sandbox="allow-scripts allow-downloads" allow="clipboard-write; fullscreen" '
@@ -90,48 +90,48 @@ def player(
     Parameters
     ----------
     results : path or Runs
-        A folder of results, or what `load_results` gave of it.
+        A folder of results, or the return value of `load_results`.
     sequence : str
-        Its name in the results, or how it was asked for.
+        Its name in the results, or its specification.
     tracker : str, optional
-        Label of the tracker whose run is looked at; none is by default.
+        Label of the tracker whose run is selected; none by default.
     repetition : int
-        Of it.
+        Repetition of this run.
     frame : int, optional
-        Where the player opens: the first frame that has truth by default.
+        Frame that the player opens; the first one with ground truth by default.
 
     Raises
     ------
     ValueError
-        Where the results have no run on the sequence, or none of the tracker.
+        If the results have no run on the sequence, or none of the tracker.
     ResultsError
-        Where there are no results, or they are damaged.
+        If there are no results, or they are damaged.
     """
-    from trackmark.bench.pages.player_runs import read_takes, scenes
+    from trackmark.bench.pages.player_runs import read_runs, scenes
     from trackmark.reports.page.content import Page, Place, Section
     from trackmark.reports.page.page import write_page
 
     folder = Path(results.folder if isinstance(results, Runs) else results)
     experiment, name = _holding(folder, sequence)
-    reading = read_takes(experiment, [], sequence=name)
-    if tracker is not None and tracker not in reading.shown:
-        there = ", ".join(reading.shown)
-        raise ValueError(f"There is no run of {tracker!r} on {name!r}; there are {there}.")
-    (scene,) = scenes(reading, str(experiment), lambda *_: None)
+    runs = read_runs(experiment, [], sequence=name)
+    if tracker is not None and tracker not in runs.labels:
+        names = ", ".join(runs.labels)
+        raise ValueError(f"There is no run of {tracker!r} on {name!r}; there are {names}.")
+    (scene,) = scenes(runs, str(experiment), lambda *_: None)
     first = scene.first if frame is None else frame
     if not 0 <= first < scene.frames:
         raise ValueError(f"{name!r} has frames 0 to {scene.frames - 1}, and no {first}.")
-    page = Page(name, [Section("frames", "Sequence", scenes=True)], reading.shown, [scene])
+    page = Page(name, [Section("frames", "Sequence", scenes=True)], runs.labels, [scene])
     start = page.opening(scene, first)
     if tracker is not None:
-        start = page.address(Place(0, reading.shown.index(tracker), repetition, first))
+        start = page.address(Place(0, runs.labels.index(tracker), repetition, first))
     with TemporaryDirectory(prefix="trackmark-") as made:
         path, *_ = write_page(Path(made) / "page.html", replace(page, start=start), room=inf)
         return Player(path.read_text("utf-8"))
 
 
 def _holding(folder: Path, sequence: str) -> tuple[Path, str]:
-    """The experiment that has runs on a sequence, and what they call it."""
+    """Return the experiment that has runs on a sequence, and the name in these runs."""
     names = {
         str(name): experiment
         for experiment in reversed(experiment_folders(folder))
@@ -141,13 +141,13 @@ def _holding(folder: Path, sequence: str) -> tuple[Path, str]:
         with suppress(datasets.SequenceError, OSError):  # it may be called as it was asked for
             sequence = datasets.load(sequence).name
     if sequence not in names:
-        there = ", ".join(sorted(names)) or "none"
-        raise ValueError(f"{folder}: there is no run on {sequence!r}; there are {there}.")
+        known = ", ".join(sorted(names)) or "none"
+        raise ValueError(f"{folder}: there is no run on {sequence!r}; there are {known}.")
     return names[sequence], sequence
 
 
 def _ran_on(experiment: Path) -> list[str]:
-    """Sequences of runs that are there and were scored."""
+    """Return the sequences with scored runs."""
     runs = loading.load_results(experiment)
-    there = runs[(runs["protocol"] == "accuracy") & (runs["status"] != "missing")]
-    return [str(name) for name in there["sequence"].unique()]
+    scored = runs[(runs["protocol"] == "accuracy") & (runs["status"] != "missing")]
+    return [str(name) for name in scored["sequence"].unique()]

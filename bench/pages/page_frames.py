@@ -1,23 +1,23 @@
-"""The frames behind a page's numbers: read where sequences are still there and the same."""
+"""Frames behind a page's numbers, read from sequences that have not changed."""
 
 import os
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from itertools import count
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, nullcontext
+from functools import partial
+from itertools import accumulate, count
 from typing import Any, NamedTuple
-
-import numpy as np
-from numpy.typing import NDArray
 
 from trackmark import datasets
 from trackmark.bench.pages.player_layers import mask_shapes
-from trackmark.bench.reporting.by_attribute import open_sequence
+from trackmark.bench.reporting.stored_runs import open_sequence
+from trackmark.reports.page.content import Film
 from trackmark.reports.page.film import film
 
 Watch = Callable[[int, int | None], None]
-"""Told how many frames are done, of how many."""
+"""Receives the number of frames that are done, and of all."""
 
 Keep = Callable[[str, Sequence[bytes]], object]
-"""Given the name and the frames of a chunk that stands beside the page."""
+"""Receives the name and the frames of a chunk that lies next to the page."""
 
 THUMBNAIL = 160
 """Height of the frames that a page holds [pixels]."""
@@ -29,15 +29,12 @@ _OPENING = 60  # as many frames take the time in which a synthetic sequence is o
 
 
 class Filmed(NamedTuple):
-    """Frames of a sequence: `thumbnails` in chunks, sizes of `full` ones, `why` some are not.
+    """Frames of a sequence, or why there are none."""
 
-    `shapes`: outlines of true masks by frame, which the truth beside stored runs may lack.
-    """
-
-    thumbnails: Sequence[Sequence[bytes]] = ()
-    full: Sequence[Sequence[int]] = ()
+    thumbnails: Film = ()
+    full: Sequence[Sequence[int]] = ()  # sizes of larger frames
     why: str = ""
-    shapes: Mapping[int, Mapping[str, Any]] = {}
+    shapes: Mapping[int, Mapping[str, Any]] = {}  # true masks, which the store may lack
 
 
 def film_all(
@@ -46,43 +43,33 @@ def film_all(
     keep: Keep | None = None,
     height: int = THUMBNAIL,
 ) -> Iterator[Filmed]:
-    """Frames of sequences in their order, by a row of a run of each and the frames' numbers.
+    """Yield the frames of sequences, given a row of a run of each and the frames' numbers.
 
-    `keep`: given frames of their own size, too; it can be pickled. `height`: most of the others.
+    `keep`: receives frames of their own size; it can be pickled. `height`: maximum of the others.
     """
+    names = "sequence", "source", "truth", "fingerprint"
+    sources = [{name: row[name] for name in names} for row, _ in rows]
     numbers = [frames for _, frames in rows]
-    lengths = [*map(len, numbers)]
-    told = [
-        {key: row[key] for key in ("sequence", "source", "truth", "fingerprint")} for row, _ in rows
-    ]
-    given = told, count(), numbers, [keep] * len(rows), [height] * len(rows)
-    if sum(lengths) + _OPENING * len(rows) < _WORTH_WORKERS or len(rows) < 2:
-        done = 0
+    ends = [*accumulate(map(len, numbers))]
+    film_one = partial(_film, keep=keep, height=height)
+    if len(rows) < 2 or ends[-1] + _OPENING * len(rows) < _WORTH_WORKERS:
+        films = map(film_one, count(), sources, numbers)
+        workers: AbstractContextManager[object] = nullcontext()
+    else:
+        from loky import ProcessPoolExecutor
 
-        def seen() -> None:
-            nonlocal done
-            done += 1
-            watch(done, sum(lengths))
-
-        for one in zip(*given, strict=False):
-            yield _filmed(*one, seen)
-        return
-    from loky import ProcessPoolExecutor
-
-    with ProcessPoolExecutor(min(os.cpu_count() or 1, len(rows))) as workers:
-        for number, found in enumerate(workers.map(_filmed, *given), 1):
-            watch(sum(lengths[:number]), sum(lengths))
-            yield found
+        workers = pool = ProcessPoolExecutor(min(os.cpu_count() or 1, len(rows)))
+        films = pool.map(film_one, range(len(rows)), sources, numbers)
+    with workers:
+        for end, filmed in zip(ends, films, strict=False):
+            watch(end, ends[-1])
+            yield filmed
 
 
-def _filmed(
-    row: Mapping[str, Any],
-    number: int,
-    frames: Sequence[int],
-    keep: Keep | None,
-    height: int,
-    seen: Callable[[], None] = lambda: None,
+def _film(
+    number: int, row: Mapping[str, Any], frames: Sequence[int], *, keep: Keep | None, height: int
 ) -> Filmed:
+    """Read and encode the frames of a sequence."""
     if not frames:
         return Filmed()
     sequence = open_sequence(row)
@@ -90,8 +77,7 @@ def _filmed(
         return Filmed(why=f"No frames: {sequence}")
     sizes = []
     try:
-        images = (sequence[frame] for frame in frames)
-        thumbnails = list(film(_counted(images, seen), height))
+        thumbnails = list(film((sequence[frame] for frame in frames), height))
         shapes = mask_shapes((frame, sequence.mask(frame)) for frame in frames)
         if keep is not None:
             images = (sequence[frame] for frame in frames)
@@ -101,11 +87,3 @@ def _filmed(
     except datasets.SequenceError as error:
         return Filmed(why=f"No frames: {error}")
     return Filmed(thumbnails, sizes, shapes=shapes)
-
-
-def _counted(
-    images: Iterable[NDArray[np.uint8]], seen: Callable[[], None]
-) -> Iterator[NDArray[np.uint8]]:
-    for image in images:
-        yield image
-        seen()

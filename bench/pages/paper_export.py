@@ -1,4 +1,4 @@
-"""A page's content ready for a paper: tables and figures as files, in Markdown and in LaTeX."""
+"""Content of a page for a paper: its tables as files, and all of it in Markdown and in LaTeX."""
 
 import hashlib
 import re
@@ -6,14 +6,8 @@ from collections.abc import Collection
 from pathlib import Path
 from urllib.parse import quote
 
-import numpy as np
-from matplotlib.figure import Figure
-from numpy.typing import NDArray
-
-from trackmark.reports.comparison import Point, Steps, speed_accuracy_plot, survival_plot
-from trackmark.reports.figures import heat_plot, write_for_papers
 from trackmark.reports.files import write_file
-from trackmark.reports.page.content import Chart, Line, Page, Section
+from trackmark.reports.page.content import Page, Section
 from trackmark.reports.printable import one_line
 from trackmark.reports.renderers import (
     OR_NUMBERS,
@@ -26,7 +20,7 @@ from trackmark.reports.renderers import (
 from trackmark.reports.write import write_tables
 
 _MOST_FLOATS = 10
-"""Tables and figures after which LaTeX is told to put them: it keeps some fifty in mind."""
+"""Floats after which `\\clearpage` follows: LaTeX holds about fifty unplaced ones."""
 
 _FIGURE = r"""\begin{figure}[htbp]
 \centering
@@ -36,26 +30,14 @@ _FIGURE = r"""\begin{figure}[htbp]
 
 
 def write_paper(folder: Path, page: Page, suffix: str, written: Collection[str]) -> list[Path]:
-    """Write into a folder all that a page shows but its frames, and give the files.
+    """Write the tables of a page, `report.md` and `report.tex` into a folder; return the files.
 
-    Tables but those that are `written` already, by name; figures with a `suffix`; `report.md` and
-    `report.tex`, a piece to be put into a document that uses booktabs and graphicx. Figures that
-    are not in the folder are left out of them. LaTeX has the PDF beside an SVG, and copies of those
-    whose names are not ASCII. Raises `OSError`.
+    `written`: names of tables that exist already. `report.tex` is part of a document that uses
+    booktabs and graphicx. Both show the figures in the folder that have this `suffix`. LaTeX
+    includes the PDF of an SVG, and copies of figures whose names are not ASCII. Raises `OSError`.
     """
     tables = [sheet.table for section in page.sections for sheet in section.sheets]
     paths = write_tables(folder, [table for table in tables if table.name not in written])
-    for section in page.sections:
-        for chart in section.charts:
-            if section.key in _DRAWN:
-                path = folder / f"{chart.figure}{suffix}"
-                paths += write_for_papers(path, _DRAWN[section.key](chart, page))
-        for sheet in section.sheets:
-            if sheet.heat:
-                title = f"{page.title}: {sheet.table.caption}"
-                rows = [row[0].text for row in sheet.table.rows]
-                figure = heat_plot(sheet.values, rows, sheet.table.heads[1:], title)
-                paths += write_for_papers(folder / f"{sheet.table.name}{suffix}", figure)
     texts = {"report.md": _markdown, "report.tex": _latex}
     return paths + [
         _write(folder / name, render(page, folder, suffix)) for name, render in texts.items()
@@ -66,46 +48,19 @@ def _write(path: Path, text: str) -> Path:
     return write_file(path, lambda file: file.write_text(text, encoding="utf-8"))
 
 
-def _parts(line: Line) -> list[NDArray[np.float64]]:
-    return [np.asarray(part, float) for part in (line.x, line.y, line.low, line.high)]
-
-
-def _survival(chart: Chart, page: Page) -> Figure:
-    found = {line.label: Steps(*_parts(line)) for line in chart.lines}
-    none = Steps(*[np.full(1, np.nan)] * 4)
-    whole = {_named(name, found): found.get(name, none) for name in page.trackers}
-    return survival_plot(whole, page.title)
-
-
-def _speed(chart: Chart, page: Page) -> Figure:
-    found = {line.label: Point(*(float(part[0]) for part in _parts(line))) for line in chart.lines}
-    none = Point(*[np.nan] * 4)
-    whole = {_named(name, found): found.get(name, none) for name in page.trackers}
-    return speed_accuracy_plot(whole, chart.y, page.title)
-
-
-def _named(name: str, found: Collection[str]) -> str:
-    """All trackers stand in a legend, so that each keeps its colour."""
-    return name if name in found else f"{name} (incomplete)"
-
-
-_DRAWN = {"survival": _survival, "speed": _speed}
-"""Sections whose charts are drawn from what the page has; others have figures already."""
-
-
 def _figures(section: Section, folder: Path, suffix: str) -> list[tuple[str, str]]:
-    """Files of a section's figures, of those that are there, with their captions."""
+    """Return the existing files of a section's figures, with their captions."""
     named = [
         (chart.figure, f"{chart.title}: {chart.words}".removeprefix(": "))
         for chart in section.charts
     ]
     named += [(sheet.table.name, sheet.table.caption) for sheet in section.sheets if sheet.heat]
-    found = [(f"{name}{suffix}", words) for name, words in named]
-    return [(name, words) for name, words in found if (folder / name).is_file()]
+    files = [(f"{name}{suffix}", words) for name, words in named]
+    return [(name, words) for name, words in files if (folder / name).is_file()]
 
 
 def _printed(page: Page) -> list[Section]:
-    """Parts of a page that are there without its frames."""
+    """Return the sections of a page that do not list frames."""
     return [section for section in page.sections if not section.scenes]
 
 
@@ -122,7 +77,7 @@ def _markdown(page: Page, folder: Path, suffix: str) -> str:
 
 
 def _named_for_latex(folder: Path, name: str) -> str:
-    """The name of a figure's file; of a copy, where not every TeX would find it by its own."""
+    """Return the name of a figure's file, or of a copy if the name is not ASCII."""
     if name.isascii():
         return name
     digest = hashlib.sha256(name.encode()).hexdigest()[:8]

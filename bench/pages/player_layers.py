@@ -1,7 +1,7 @@
-"""What a run tells besides boxes, as the player draws it: outlines, particles, maps, numbers."""
+"""Estimates of a run that the player draws in addition to boxes: outlines, maps, numbers."""
 
-from collections.abc import Iterable, Mapping, Sequence
-from typing import Any, TypeAlias
+from collections.abc import Iterable, Mapping
+from typing import Any
 
 import cv2
 import numpy as np
@@ -9,21 +9,19 @@ from numpy.typing import NDArray
 
 from trackmark.bench.evaluation.recorder import MAP
 from trackmark.bench.evaluation.run_record import Run
-from trackmark.bench.reporting.pictures import mask_outlines
+from trackmark.bench.reporting.outlines import mask_outlines
 from trackmark.bench.store.truth import StoredTruth
+from trackmark.reports.page.content import Film
 from trackmark.reports.page.film import film
 
-Film: TypeAlias = Sequence[Sequence[bytes]]
-"""Frames in chunks; see `reports.page.film.film`."""
-
 _POINTS = 300
-"""Particles that are shown of each frame."""
+"""Maximum number of particles per frame."""
 
 _MAP_HEIGHT = 160  # pixels
 
 
 def shapes(run: Run) -> dict[int, dict[str, Any]]:
-    """Outlines of masks and contours, and particles, by frame: lists of points."""
+    """Return outlines of masks and contours, and particles, as lists of points by frame."""
     found: dict[int, dict[str, Any]] = {}
     for frame, arrays in run.arrays.items():
         contours = [_points(arrays["contour"])] if "contour" in arrays else []
@@ -35,7 +33,7 @@ def shapes(run: Run) -> dict[int, dict[str, Any]]:
 
 
 def true_shapes(stored: StoredTruth) -> dict[int, dict[str, Any]]:
-    """Outlines of the truth, where more than its boxes is known."""
+    """Return outlines of the ground truth in frames where it is more than a box."""
     known = {frame: shape for frame, shape in enumerate(stored.shapes or ()) if shape is not None}
     return {
         frame: {"masks": _outlines(shape)}
@@ -46,12 +44,12 @@ def true_shapes(stored: StoredTruth) -> dict[int, dict[str, Any]]:
 
 
 def mask_shapes(masks: Iterable[tuple[int, NDArray[np.bool_] | None]]) -> dict[int, dict[str, Any]]:
-    """Outlines of masks, by frame, where there is one; as `true_shapes` gives them."""
+    """Return outlines of masks by frame, in the form of `true_shapes`."""
     return {frame: {"masks": _outlines(mask)} for frame, mask in masks if mask is not None}
 
 
 def maps(run: Run) -> dict[str, Film]:
-    """Maps of what pixels weigh, in false colours, by name; frames without one are empty."""
+    """Return weight maps in false colours by name; frames without a map are empty."""
     found: dict[str, dict[int, NDArray[np.uint8]]] = {}
     for frame, arrays in run.arrays.items():
         for name, values in arrays.items():
@@ -68,7 +66,7 @@ def maps(run: Run) -> dict[str, Film]:
 
 
 def numbers(run: Run) -> dict[str, list[float | None]]:
-    """The tracker's own numbers, by name, to five digits; None where it gave none."""
+    """Return the tracker's own numbers by name, to five digits; None if it gave none."""
     told = {"confidence": run.confidence, **run.details}
     return {
         name: [float(f"{one:.5g}") if np.isfinite(one) else None for one in values.tolist()]
@@ -84,7 +82,7 @@ def _coloured(levels: NDArray[np.uint8] | None) -> NDArray[np.uint8] | None:
 
 
 def _particles(arrays: Mapping[str, NDArray[Any]]) -> list[list[float]]:
-    """Places (x, y) of particles, and their weights as shares of the largest."""
+    """Return places (x, y) of particles, and their weights as shares of the largest."""
     places = np.asarray(arrays.get("particles", np.empty((0, 2))))
     if places.ndim != 2 or places.shape[1] < 2:
         return []
@@ -102,7 +100,7 @@ def _outlines(mask: NDArray[Any]) -> list[list[list[float]]]:
 
 
 def _points(points: NDArray[Any]) -> list[list[float]]:
-    """Finite points (k, 2) to a tenth of a pixel."""
+    """Return finite points (k, 2) to a tenth of a pixel."""
     points = np.asarray(points, np.float64).reshape(-1, 2)
     shown: list[list[float]] = points[np.isfinite(points).all(axis=1)].round(1).tolist()
     return shown

@@ -1,13 +1,14 @@
-"""Stored runs as the player of a page shows them: boxes, worst frames, curves, thumbnails."""
+"""Stored runs as a page shows them: boxes for the player, worst frames and curves for charts."""
 
 import json
 import shlex
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from math import inf
+from operator import itemgetter
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,265 +20,265 @@ from trackmark.bench.metrics.centre_error import centre_error
 from trackmark.bench.metrics.overlap import overlap
 from trackmark.bench.metrics.preset import State
 from trackmark.bench.pages.page_frames import THUMBNAIL, Filmed, Keep, Watch, film_all
-from trackmark.bench.pages.player_layers import Film, maps, numbers, shapes, true_shapes
+from trackmark.bench.pages.player_layers import maps, numbers, shapes, true_shapes
 from trackmark.bench.protocols import STORED_ONCE
-from trackmark.bench.reporting.pictures import is_round, judged_runs
+from trackmark.bench.reporting.outlines import is_round
+from trackmark.bench.reporting.stored_runs import StoredRun, judged_runs
 from trackmark.bench.store.truth import StoredTruth
 from trackmark.reports.page.content import Place, Scene, Take
-from trackmark.reports.page.film import packed, quantised, squeezed
-from trackmark.reports.plots import share_of
 
-_DONE = {
+_SUPERVISION = {
     State.SKIPPED: "not asked",
     State.INITIALISED: "begun with the truth",
     State.FAILED: "failed",
 }
-"""What supervision does with a tracker, where it does not just go on."""
+"""Words for what supervised evaluation does in a frame except tracking."""
 
 OVERLAPS = np.linspace(0.0, 1.0, 51)
 ERRORS = np.linspace(0.0, 50.0, 51)
-"""Thresholds of success [overlap] and precision [pixels]."""
+"""Thresholds of success [overlap] and precision [px]."""
 
-Array = NDArray[np.float64]
-Stored = tuple[Mapping[str, Any], Run, StoredTruth]
-"""A run with its row, as `bench.store.index` has it, and the truth that it was made with."""
+Array: TypeAlias = NDArray[np.float64]
+Frames: TypeAlias = NDArray[np.int64]
+Layers: TypeAlias = Literal["none", "drawn", "all"]
+"""Contents in addition to boxes: outlines, particles and maps are drawn; all has numbers, too."""
+
+
+class Share(NamedTuple):
+    """Share of a run's frames by threshold, and the frame nearest to each threshold, all (k,)."""
+
+    shares: Array
+    distances: Array  # of that frame's value to the threshold
+    frames: Frames
 
 
 @dataclass(frozen=True)
 class Clip:
-    """What the page knows of a run."""
+    """A run, or a segment of one, with its scores by frame."""
 
-    tracker: int
-    repetition: int
-    start: int  # of a run's segments, the number of this one; 0 for a run over all frames
-    begun: str  # how a segment begins; empty for a run over all frames
-    asked: NDArray[np.bool_] | None  # frames that it is judged in; None for all
-    marks: Sequence[int]  # frames in which it was begun again
-    failure: str
-    boxes: NDArray[np.int32]
-    revised: NDArray[np.int32] | None
-    shapes: dict[int, dict[str, Any]]
-    maps: Mapping[str, Film]
-    numbers: Mapping[str, Sequence[float | str | None]]
-    round: bool  # see `is_round`
-    end: int  # the last frame with a box
-    worst: Mapping[tuple[str, Trace], tuple[float, int]]  # badness and frame, by `Reading.place`
-    nearest: Mapping[str, tuple[Array, NDArray[np.int64]]]  # by curve, see `_nearest_to`
-    errors: NDArray[np.float32]  # of the centre by frame; NaN where it is not judged
+    take: Take
+    end: int  # last frame with a box
+    overlaps: NDArray[np.float32]  # (n,); NaN if the frame is not judged
+    errors: NDArray[np.float32]  # likewise: centre error [px]
+    shares: Mapping[str, Share]  # `success` and `precision` of finished one-pass runs
+    worst: Mapping[tuple[str, Trace], tuple[float, int]]  # badness and frame, by `PageRuns.place`
 
 
 @dataclass
-class Stage:
-    """What the page knows of a sequence; `truth` is what its runs are judged by."""
+class SequenceRuns:
+    """Runs on a sequence; `truth` is the ground truth that they are judged by."""
 
     row: Mapping[str, Any]
     stored: StoredTruth
     truth: Array
-    clips: list[Clip] = field(default_factory=list)  # of runs in one pass
+    clips: list[Clip] = field(default_factory=list)  # of one-pass runs
     others: list[Clip] = field(default_factory=list)  # of runs by other protocols
-    success: dict[int, list[Array]] = field(default_factory=dict)  # by tracker
-    precision: dict[int, list[Array]] = field(default_factory=dict)
 
     @property
     def name(self) -> str:
-        """Of the sequence."""
+        """Name of the sequence."""
         return str(self.row["sequence"])
+
+    def clips_of(self, tracker: int) -> list[Clip]:
+        """Return the one-pass runs of a tracker."""
+        return [clip for clip in self.clips if clip.take.tracker == tracker]
 
 
 @dataclass(frozen=True)
-class Reading:
-    """All scored runs of an experiment.
+class PageRuns:
+    """All scored runs of an experiment."""
 
-    `trackers`: of runs in one pass. `shown`: these, and those of runs by other protocols, by names
-    that say it (see `named_by`).
-    """
-
-    trackers: Sequence[str]
-    shown: Sequence[str]
-    stages: Sequence[Stage]
-    circumstances: Sequence[Mapping[str, Any]]  # of all runs, each once
+    trackers: Sequence[str]  # of one-pass runs
+    labels: Sequence[str]  # these, and those of runs by other protocols; see `name_on_page`
+    stages: Sequence[SequenceRuns]
+    circumstances: Sequence[Mapping[str, Any]]  # of all runs, without repetitions
 
     def place(
         self, tracker: str, sequence: str | None, kind: str, trace: Trace = "online"
     ) -> Place | None:
-        """The worst frame of a tracker's worst run: of one sequence, or of all.
+        """Return the worst frame of a tracker's worst run on one sequence, or on all.
 
-        `tracker`: as it is `shown`. `kind`: `overlap`, `centre_error` or `loss`. `trace`: of boxes
-        that were revised; the only ones where none were.
+        `tracker`: one of `labels`. `kind`: `overlap`, `centre_error` or `loss`. `trace`: of
+        boxes that were revised; runs without revised boxes have online boxes only.
         """
-        worst = self._worst
-        found = worst.get((tracker, sequence, kind, trace))
-        if found is None:
-            found = worst.get((tracker, sequence, kind, "online"))
-        return None if found is None else found[1]
+        traces = dict.fromkeys((trace, "online"))
+        worst = (self._worst.get((tracker, sequence, kind, name)) for name in traces)
+        return next((place for _, place in filter(None, worst)), None)
 
-    def worst_of(
-        self,
-        runs: Iterable[tuple[str, str]],
-        kind: str,
-        there: Callable[[Place], bool] = lambda _: True,
-    ) -> Place | None:
-        """As `place`, of some trackers and sequences; of frames that are `there`."""
-        known = [self._worst.get((*pair, kind, "online")) for pair in runs]
-        found = [one for one in known if one and there(one[1])]
-        return max(found, key=lambda one: one[0])[1] if found else None
+    def worst_of(self, tracker: str, sequences: Iterable[str], kind: str) -> Place | None:
+        """Return the same as `place`, of several sequences."""
+        worst = [self._worst.get((tracker, name, kind, "online")) for name in sequences]
+        return max(filter(None, worst), key=itemgetter(0), default=(0.0, None))[1]
 
     @cached_property
     def _worst(self) -> dict[tuple[str, str | None, str, Trace], tuple[float, Place]]:
-        """How bad the worst runs are, and their worst frames."""
+        """Badness of the worst runs, and their worst frames."""
         worst: dict[tuple[str, str | None, str, Trace], tuple[float, Place]] = {}
         for position, stage in enumerate(self.stages):
             for clip in (*stage.clips, *stage.others):
-                name = self.shown[clip.tracker]
+                take = clip.take
                 for (kind, trace), (badness, frame) in clip.worst.items():
-                    place = Place(position, clip.tracker, clip.repetition, frame)
-                    place = place._replace(start=clip.start, revised=trace == "revised")
+                    place = Place(position, take.tracker, take.repetition, frame)
+                    place = place._replace(start=take.start, revised=trace == "revised")
                     for sequence in (stage.name, None):
-                        known = worst.get((name, sequence, kind, trace))
-                        if known is None or badness > known[0]:
-                            worst[name, sequence, kind, trace] = badness, place
+                        key = self.labels[take.tracker], sequence, kind, trace
+                        if key not in worst or badness > worst[key][0]:
+                            worst[key] = badness, place
         return worst
 
 
-def named_by(tracker: str, stored: str) -> str:
-    """What a page calls a tracker in runs by a protocol, which are filed under `stored`."""
-    return tracker if stored == STORED_ONCE else f"{tracker} ({stored})"
+def name_on_page(tracker: str, protocol: str) -> str:
+    """Return the name of a tracker in runs by a protocol."""
+    return tracker if protocol == STORED_ONCE else f"{tracker} ({protocol})"
 
 
-def read_takes(
-    experiment: Path, trackers: Sequence[str], *, detailed: bool = False, **only: str
-) -> Reading:
-    """Read all scored runs of an experiment, each once.
+def read_runs(
+    experiment: Path, trackers: Sequence[str], layers: Layers = "drawn", **only: str
+) -> PageRuns:
+    """Read all scored runs of an experiment.
 
-    `trackers`: in the order of their colours; others follow. `detailed`: with trackers' own
-    numbers. `only`: what columns must say. Raises `ResultsError` for a file that can't be read.
+    `trackers`: in the order of their colours; others follow. `only`: required values of columns.
+    Raises `ResultsError` if a file cannot be read.
     """
-    return taken(judged_runs(experiment, **only), trackers, detailed=detailed)
+    return collect_runs(judged_runs(experiment, **only), trackers, layers)
 
 
-def taken(runs: Iterable[Stored], trackers: Sequence[str], *, detailed: bool = False) -> Reading:
-    """What a page knows of runs; `trackers` and `detailed` as of `read_takes`."""
-    names, others = list(trackers), list[Stored]()
-    stages: dict[str, Stage] = {}
-    told: dict[str, Mapping[str, Any]] = {}
+def collect_runs(
+    runs: Iterable[StoredRun], trackers: Sequence[str], layers: Layers = "drawn"
+) -> PageRuns:
+    """Collect runs for a page; parameters as of `read_runs`."""
+    names, others = list(trackers), list[tuple[Mapping[str, Any], Run]]()
+    stages: dict[str, SequenceRuns] = {}
+    circumstances: dict[str, Mapping[str, Any]] = {}
     for row, run, stored in runs:
         truth = np.asarray(reference(stored, run.identity.init, row["sequence"]).boxes)
-        stage = stages.setdefault(row["sequence"], Stage(row, stored, truth))
+        stage = stages.setdefault(row["sequence"], SequenceRuns(row, stored, truth))
         if row["fingerprint"] != stage.row["fingerprint"]:
-            continue  # of another version of the sequence: it is stale, and tables say so
+            continue  # of another version of the sequence: the run is stale, and tables say so
         if row["protocol"] == STORED_ONCE:
             if row["tracker"] not in names:
                 names.append(row["tracker"])
             number = names.index(row["tracker"])
-            stage.clips.append(_clip(stage, truth, run, row, number, detailed))
+            stage.clips.append(_clip(truth, _Part(run), row, number, layers))
         else:
-            others.append((row, run, stored))
+            others.append((row, run))
         about = {key: run.circumstances.get(key) for key in ("host", "platform", "python")}
         about |= {"libraries": run.circumstances.get("libraries") or {}}
         about |= {"date": str(run.circumstances.get("date", ""))[:10]}
-        told[json.dumps(about, sort_keys=True, default=str)] = about
-    shown = list(names)
-    for row, run, _ in others:
-        name = named_by(row["tracker"], row["protocol"])
-        if name not in shown:
-            shown.append(name)
-        stage = stages[row["sequence"]]
-        stage.others += _segments(stage, run, row, shown.index(name), detailed)
-    return Reading(names, shown, list(stages.values()), list(told.values()))
+        circumstances[json.dumps(about, sort_keys=True, default=str)] = about
+    labels = list(names)
+    for row, run in others:
+        name = name_on_page(row["tracker"], row["protocol"])
+        if name not in labels:
+            labels.append(name)
+        stage, number = stages[row["sequence"]], labels.index(name)
+        if run.segments:
+            parts = _segments(run, stage.truth)
+            stage.others += [_clip(stage.truth, part, row, number, "none") for part in parts]
+        else:
+            part = _whole(run, stage.truth)
+            stage.others.append(_clip(stage.truth, part, row, number, layers))
+    return PageRuns(names, labels, list(stages.values()), list(circumstances.values()))
 
 
-def _segments(
-    stage: Stage, run: Run, row: Mapping[str, Any], tracker: int, detailed: bool
-) -> Iterator[Clip]:
-    """A run by another protocol as clips: one, or one a segment, told what was done when."""
-    n = len(stage.truth)
-    present: NDArray[np.bool_] = np.asarray(np.isfinite(stage.truth).all(axis=1))
-    if run.segments:
-        bounds = np.cumsum([len(frames) for frames in run.segments])[:-1]
-        for start, (frames, boxes) in enumerate(
-            zip(run.segments, np.split(run.boxes, bounds), strict=True)
-        ):
-            whole, asked = np.full((n, 4), np.nan), np.zeros(n, bool)
-            whole[frames], asked[frames] = boxes, True
-            given = frames[present[frames]][:1]  # with a target, where it is begun
-            asked[given] = False
-            back = ", backwards" if len(frames) > 1 and frames[1] < frames[0] else ""
-            begun = f"{start + 1}: from frame {frames[0]}{back}"
-            part = replace(run, boxes=whole, details={}, arrays={}, segments=())
-            yield _clip(stage, stage.truth, part, row, tracker, False, start, begun, asked)
-        return
-    told: dict[str, list[float | str | None]] = {}
-    asked, marks = np.ones(n, bool), list[int]()
-    asked[np.flatnonzero(present)[:1]] = False
+def _present(boxes: Array) -> NDArray[np.bool_]:
+    """Return whether there is a box, by frame."""
+    return np.asarray(np.isfinite(boxes).all(axis=1))
+
+
+class _Part(NamedTuple):
+    """A run over all frames, or a segment of it; `judged`: frames (n,), None for one-pass runs."""
+
+    run: Run
+    judged: NDArray[np.bool_] | None = None
+    start: int = 0
+    begun: str = ""
+    marks: Sequence[int] = ()
+    numbers: Mapping[str, Sequence[float | str | None]] = {}
+
+
+def _segments(run: Run, truth: Array) -> Iterator[_Part]:
+    """Yield the segments of a run; a segment is not judged where it is initialised."""
+    n, present = len(truth), _present(truth)
+    bounds = np.cumsum([len(frames) for frames in run.segments])[:-1]
+    pieces = np.split(run.boxes, bounds)
+    for start, (frames, boxes) in enumerate(zip(run.segments, pieces, strict=True)):
+        whole, judged = np.full((n, 4), np.nan), np.zeros(n, bool)
+        whole[frames], judged[frames] = boxes, True
+        judged[frames[present[frames]][:1]] = False
+        back = ", backwards" if len(frames) > 1 and frames[1] < frames[0] else ""
+        begun = f"{start + 1}: from frame {frames[0]}{back}"
+        part = replace(run, boxes=whole, details={}, arrays={}, segments=())
+        yield _Part(part, judged, start, begun)
+
+
+def _whole(run: Run, truth: Array) -> _Part:
+    """Return a run over all frames by another protocol, with what the protocol did when."""
+    judged, marks = np.ones(len(truth), bool), list[int]()
+    judged[np.flatnonzero(_present(truth))[:1]] = False
+    numbers_by_name: dict[str, list[float | str | None]] = {}
     if run.answered is not None:
-        told["answer to frame"] = [None if one < 0 else one for one in run.answered.tolist()]
+        answered = [None if frame < 0 else frame for frame in run.answered.tolist()]
+        numbers_by_name["answer to frame"] = answered
     if run.states is not None:
-        asked &= np.isin(run.states, (State.TRACKED, State.FAILED))
+        judged &= np.isin(run.states, (State.TRACKED, State.FAILED))
         marks = np.flatnonzero(run.states == State.INITIALISED).tolist()[1:]
-        told["supervision"] = [_DONE.get(one) for one in run.states.tolist()]
-    clip = _clip(stage, stage.truth, run, row, tracker, detailed, asked=asked, marks=marks)
-    yield replace(clip, numbers={**told, **clip.numbers})
+        numbers_by_name["supervision"] = [*map(_SUPERVISION.get, run.states.tolist())]
+    return _Part(run, judged, marks=marks, numbers=numbers_by_name)
 
 
-def _clip(
-    stage: Stage,
-    truth: Array,
-    run: Run,
-    row: Mapping[str, Any],
-    tracker: int,
-    detailed: bool,
-    start: int = 0,
-    begun: str = "",
-    asked: NDArray[np.bool_] | None = None,
-    marks: Sequence[int] = (),
-) -> Clip:
-    """What the page knows of a run, which is judged where it was `asked`."""
-    judged = np.flatnonzero(np.isfinite(truth).all(axis=1))[1:]
-    if asked is not None:
-        judged = np.flatnonzero(np.isfinite(truth).all(axis=1) & asked)
-    overlaps = np.nan_to_num(overlap(truth[judged], run.boxes[judged]))
-    errors = np.full(len(run.boxes), np.nan)
-    errors[judged] = centre_error(truth[judged], run.boxes[judged])
-    nearest = {}
-    if row["status"] == "finished" and len(judged) and asked is None:
-        nearest["success"] = _nearest_to(overlaps, OVERLAPS, judged)
-        nearest["precision"] = _nearest_to(errors[judged], ERRORS, judged)
-        success = share_of(overlaps, OVERLAPS, at_least=True)
-        stage.success.setdefault(tracker, []).append(success)
-        precision = share_of(errors[judged], ERRORS, at_least=False)
-        stage.precision.setdefault(tracker, []).append(precision)
-    there = np.flatnonzero(np.isfinite(run.boxes).all(axis=1))
-    end = int(there[-1]) if len(there) else 0
-    return Clip(
+def _clip(truth: Array, part: _Part, row: Mapping[str, Any], tracker: int, layers: Layers) -> Clip:
+    """Judge a part of a run by the ground truth."""
+    run, one_pass = part.run, part.judged is None
+    judged = np.flatnonzero(_present(truth))[1:]
+    if part.judged is not None:
+        judged = np.flatnonzero(_present(truth) & part.judged)
+    overlaps, errors = np.full((2, len(run.boxes)), np.nan, np.float32)
+    exact = (
+        overlap(truth[judged], run.boxes[judged]),
+        centre_error(truth[judged], run.boxes[judged]),
+    )
+    overlaps[judged], errors[judged] = exact
+    shares = {}
+    if row["status"] == "finished" and len(judged) and one_pass:
+        hits, near = np.nan_to_num(exact[0])[:, None], exact[1][:, None]
+        shares["success"] = _share(hits, OVERLAPS, hits >= OVERLAPS, judged)
+        shares["precision"] = _share(near, ERRORS, near <= ERRORS, judged)
+    boxes_at = np.flatnonzero(_present(run.boxes))
+    end = int(boxes_at[-1]) if len(boxes_at) else 0
+    take = Take(
         tracker,
         int(row["repetition"]),
-        start,
-        begun,
-        asked,
-        marks,
+        run.boxes,
+        run.revised,
         run.failure,
-        quantised(run.boxes),
-        None if run.revised is None else quantised(run.revised),
-        shapes(run),
-        maps(run),
-        numbers(run) if detailed else {},
         is_round(run),
-        end,
-        _worst(truth, run, row, judged, end),
-        nearest,
-        errors.astype(np.float32),
+        shapes(run) if layers != "none" else {},
+        maps(run) if layers != "none" else {},
+        {**part.numbers, **(numbers(run) if layers == "all" else {})},
+        part.start,
+        part.begun,
+        [] if part.judged is None else _spans(part.judged),
+        part.marks,
     )
+    return Clip(take, end, overlaps, errors, shares, _worst(truth, run, row, judged, end))
+
+
+def _share(values: Array, thresholds: Array, hits: NDArray[np.bool_], frames: Frames) -> Share:
+    """Return the share of `hits` (n, k), and the frames whose values (n, 1) are nearest."""
+    far = np.abs(np.nan_to_num(values, nan=np.inf) - thresholds)
+    return Share(hits.mean(axis=0), far.min(axis=0), frames[far.argmin(axis=0)])
 
 
 def _worst(
-    truth: Array, run: Run, row: Mapping[str, Any], judged: NDArray[np.int64], end: int
+    truth: Array, run: Run, row: Mapping[str, Any], judged: Frames, end: int
 ) -> dict[tuple[str, Trace], tuple[float, int]]:
-    """How bad a run is (larger is worse) and its worst frame, by what it is judged by."""
+    """Return the badness of a run (larger is worse) and its worst frame, by kind and trace."""
     kinds = "overlap", "centre_error", "loss"
     if run.failure or not len(judged):
         return {(kind, "online"): (inf, end) for kind in kinds}
     traces: tuple[Trace, ...] = ("online",) if run.revised is None else ("online", "revised")
-    found: dict[tuple[str, Trace], tuple[float, int]] = {}
+    worst: dict[tuple[str, Trace], tuple[float, int]] = {}
     for trace in traces:
         boxes = run.boxes_in(trace)[judged]
         overlaps = np.nan_to_num(overlap(truth[judged], boxes))
@@ -285,102 +286,64 @@ def _worst(
         # Of frames without any overlap the one that is furthest away.
         by_overlap = int(np.lexsort((-distance, overlaps))[0])
         by_error = int(np.argmax(distance))
-        scores = row["scores"]
-        first = scores.get(f"{REVISED}first_loss" if trace == "revised" else "first_loss")
+        first = row["scores"].get(f"{REVISED}first_loss" if trace == "revised" else "first_loss")
         first = len(run.boxes) if first is None else int(first)
-        found["overlap", trace] = -float(overlaps.mean()), int(judged[by_overlap])
-        found["centre_error", trace] = float(distance.mean()), int(judged[by_error])
-        found["loss", trace] = -float(first), min(first, int(judged[-1]))
-    return found
+        worst["overlap", trace] = -float(overlaps.mean()), int(judged[by_overlap])
+        worst["centre_error", trace] = float(distance.mean()), int(judged[by_error])
+        worst["loss", trace] = -float(first), min(first, int(judged[-1]))
+    return worst
 
 
-def _spans(asked: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """First and last frame of each stretch of frames that are flagged."""
-    edges = np.diff(np.concatenate([[False], asked, [False]]).astype(int))
+def _spans(flags: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """Return the first and the last frame of each stretch of flagged frames."""
+    edges = np.diff(np.concatenate([[False], flags, [False]]).astype(int))
     starts, ends = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1) - 1
     return list(zip(starts.tolist(), ends.tolist(), strict=True))
 
 
 def scenes(
-    reading: Reading,
+    runs: PageRuns,
     results: str,
     watch: Watch,
     keep: Keep | None = None,
     height: int = THUMBNAIL,
     chosen: Sequence[Sequence[int]] | None = None,
 ) -> Iterator[Scene]:
-    """The sequences with their frames, or the `chosen` ones of each, in order.
+    """Yield the sequences with their frames, or with the `chosen` frames of each, in order.
 
-    `results`: how the folder is named in commands. See `film_all` for the others.
+    `results`: name of the folder in commands. See `film_all` for the other parameters.
     """
-    shown = chosen or [range(len(stage.truth)) for stage in reading.stages]
-    rows = [(stage.row, frames) for stage, frames in zip(reading.stages, shown, strict=True)]
-    for (_, frames), stage, filmed in zip(
-        rows, reading.stages, film_all(rows, watch, keep, height), strict=True
-    ):
-        yield _scene(stage, results, filmed, frames)
+    frames = chosen or [range(len(stage.truth)) for stage in runs.stages]
+    rows = [(stage.row, its) for stage, its in zip(runs.stages, frames, strict=True)]
+    films = film_all(rows, watch, keep, height)
+    for stage, its, filmed in zip(runs.stages, frames, films, strict=True):
+        yield _scene(stage, results, filmed, its)
 
 
-def _scene(stage: Stage, results: str, filmed: Filmed, frames: Sequence[int]) -> Scene:
+def _scene(stage: SequenceRuns, results: str, filmed: Filmed, frames: Sequence[int]) -> Scene:
+    """Return a sequence as the player shows it."""
     row, stored = stage.row, stage.stored
-    boxes, takes = [quantised(stage.truth)], list[Take]()
-    drawn: dict[int, Mapping[int, Any]] = {0: {**filmed.shapes, **true_shapes(stored)}}
-    for clip in (*stage.clips, *stage.others):
-        place = len(boxes)
-        boxes.append(clip.boxes)
-        if clip.revised is not None:
-            boxes.append(clip.revised)
-        drawn[place] = clip.shapes
-        revised = None if clip.revised is None else place + 1
-        told = squeezed(json.dumps(clip.numbers).encode()) if clip.numbers else ""
-        takes.append(
-            Take(
-                clip.tracker,
-                clip.repetition,
-                place,
-                revised,
-                clip.failure,
-                clip.round,
-                clip.maps,
-                told,
-                clip.start,
-                clip.begun,
-                [] if clip.asked is None else _spans(clip.asked),
-                clip.marks,
-            )
-        )
-    drawn = {place: shown for place, shown in drawn.items() if shown}
-    present = np.flatnonzero(np.isfinite(stored.boxes).all(axis=1))
-    given = ["--truth", row["truth"]] if row["truth"] else []
-    show = ["trackmark", "show", row["source"], *given, "--results", results]
+    present = np.flatnonzero(_present(stored.boxes))
+    truth_option = ["--truth", row["truth"]] if row["truth"] else []
+    show = ["trackmark", "show", row["source"], *truth_option, "--results", results]
     return Scene(
         name=stage.name,
-        frames=len(stage.truth),
         size=stored.image_size or _extent(stored.boxes),
-        boxes=packed(np.stack(boxes)),
-        takes=takes,
+        boxes=stage.truth,
+        takes=[clip.take for clip in (*stage.clips, *stage.others)],
         thumbnails=filmed.thumbnails,
         full=filmed.full,
         why=filmed.why,
         kept=None if len(frames) == len(stage.truth) else frames,
         fps=stored.fps,
         first=int(present[0]) if len(present) else 0,
-        shapes=squeezed(json.dumps(drawn).encode()) if drawn else "",
+        shapes={**filmed.shapes, **true_shapes(stored)},
         show=shlex.join(show) if results else "",
     )
 
 
 def _extent(boxes: Array) -> tuple[int, int]:
-    """An image that holds all boxes, where nobody knows its size any more."""
-    ends = (boxes[:, :2] + boxes[:, 2:])[np.isfinite(boxes).all(axis=1)]
+    """Return the size of an image that holds all boxes, for ground truth without image size."""
+    ends = (boxes[:, :2] + boxes[:, 2:])[_present(boxes)]
     wide, tall = np.ceil(ends.max(axis=0)).tolist() if len(ends) else (320, 240)
     return max(1, int(wide)), max(1, int(tall))
-
-
-def _nearest_to(
-    values: Array, thresholds: Array, frames: NDArray[np.int64]
-) -> tuple[Array, NDArray[np.int64]]:
-    """Return the distance of the nearest value to each threshold, shape (k,), and its frame."""
-    far = np.abs(np.nan_to_num(values, nan=np.inf)[:, None] - thresholds)
-    chosen = np.argmin(far, axis=0)
-    return far[chosen, np.arange(len(thresholds))], frames[chosen]

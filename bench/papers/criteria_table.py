@@ -2,9 +2,8 @@
 
 from statistics import median
 
-from trackmark.bench.papers.main_table import text_table
 from trackmark.bench.papers.scene_check import read_criteria, read_values
-from trackmark.reports.tables import Table
+from trackmark.reports.tables import Table, text_table
 
 
 def criteria_table(paper: str) -> Table:

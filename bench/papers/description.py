@@ -64,7 +64,7 @@ class FigureEntry(Entry):
     """
 
     kind: Literal["strip", "series", "hook"]
-    caption: Text  # what the paper's figure shows
+    caption: Text | dict[str, Text]  # what the paper's figure shows; by file if there are several
     words: str = ""  # what a hook's figure shows
     sequence: Text = ""
     trackers: Names = ()
@@ -74,6 +74,15 @@ class FigureEntry(Entry):
     quantity: str = ""  # name of the series with its unit; as the series by default
     hook: str = ""
     quick: bool = True  # whether a hook is called under `--quick`
+
+    def caption_of(self, stem: str) -> str:
+        """Return the caption of a file, as `figure-3-recommended`, by the start of its name."""
+        if isinstance(self.caption, str):
+            return self.caption
+        names = [name for name in self.caption if f"{stem}-".startswith(f"{name}-")]
+        if not names:
+            raise ExperimentError(f"{stem}: there is no caption of this figure in `caption`.")
+        return self.caption[max(names, key=len)]
 
     def is_drawn(self, quick: bool) -> bool:
         """Return whether a report, quick or not, has the figure; quick ones have no series."""

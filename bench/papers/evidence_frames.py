@@ -8,9 +8,10 @@ from pathlib import Path
 from trackmark import datasets
 from trackmark.bench.experiments.tracker_spec import contestant
 from trackmark.bench.pages.page_frames import Watch
-from trackmark.bench.pages.player_runs import Reading, Stored, scenes, taken
+from trackmark.bench.pages.player_runs import PageRuns, collect_runs, scenes
 from trackmark.bench.papers.context import Context
 from trackmark.bench.papers.scene_rows import ShownRun
+from trackmark.bench.reporting.stored_runs import StoredRun
 from trackmark.bench.store.index import index_row
 from trackmark.bench.store.layout import Cell
 from trackmark.bench.store.results import Results
@@ -27,7 +28,7 @@ REACHES = (1_000_000, 100, 50, 20, 10, 5, 2)
 class Footage:
     """Filmed scenes of a page, and the places that its numbers lead to."""
 
-    reading: Reading
+    reading: PageRuns
     scenes: Sequence[Scene]
     places: Mapping[ShownRun, Place]
 
@@ -53,7 +54,7 @@ def film_runs(
         for tracker in (run.tracker, *run.beside)
         for file in context.runs.files(tracker, run.sequence)
     ]
-    reading = taken(_stored(dict.fromkeys(files)), [])
+    reading = collect_runs(_stored(dict.fromkeys(files)), [])
     places = {run: place for run in runs if (place := _place(run, reading, context))}
     limit = MAX_QUICK_SECONDS if context.effort.quick else MAX_SECONDS
     frames = _frames(reading, list(places.values()), limit)
@@ -61,7 +62,7 @@ def film_runs(
     return Footage(reading, filmed, places)
 
 
-def _stored(places: Iterable[tuple[Path, Cell]]) -> Iterator[Stored]:
+def _stored(places: Iterable[tuple[Path, Cell]]) -> Iterator[StoredRun]:
     truth = cache(read_truth)
     for folder, cell in places:
         results = Results(folder)
@@ -72,7 +73,7 @@ def _stored(places: Iterable[tuple[Path, Cell]]) -> Iterator[Stored]:
         yield row | {"source": row["source"] or row["sequence"]}, run, stored
 
 
-def _place(run: ShownRun, reading: Reading, context: Context) -> Place | None:
+def _place(run: ShownRun, reading: PageRuns, context: Context) -> Place | None:
     names = [contestant(text).label for text in (run.tracker, *run.beside)]
     sequence, _ = datasets.identity(run.sequence)
     place = reading.place(names[0], sequence, run.kind, context.description.trace)
@@ -80,7 +81,7 @@ def _place(run: ShownRun, reading: Reading, context: Context) -> Place | None:
     return place and place._replace(show=tuple(trackers))
 
 
-def _frames(reading: Reading, places: Sequence[Place], seconds: float) -> list[list[int]]:
+def _frames(reading: PageRuns, places: Sequence[Place], seconds: float) -> list[list[int]]:
     """Choose frames of each sequence, as far around the places as room and time allow."""
     costs = [stage.row["frame_seconds"] or 0.0 for stage in reading.stages]
     chosen: list[list[int]] = []

@@ -10,7 +10,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
@@ -24,10 +23,11 @@ from trackmark.reports.figures import write_figure
 from trackmark.reports.film_strip import COLUMNS, WIDTH, film_strip, write_film_strip
 from trackmark.reports.overlay import TRUTH
 from trackmark.reports.palette import colours
-from trackmark.reports.series import series_grid
+from trackmark.reports.series import series_plot
 
 Strip = NDArray[np.uint8]
 Drawn = Figure | Strip
+Series = NDArray[np.float64]
 
 TILE_WIDTH = 320  # of a frame in a strip, at most [px]
 ROW_HEIGHT = 1.9  # of a panel [inches]
@@ -67,8 +67,9 @@ def draw_figures(context: Context) -> list[Drawing]:
         if entry.is_drawn(context.effort.quick):
             words, plots = _draw(name, entry, context)
             drawings += [
-                Drawing(stem, figure_label(stem), entry.caption, words, _write(stem, plot, context))
+                Drawing(stem, figure_label(stem), caption, words, _write(stem, plot, context))
                 for stem, plot in plots.items()
+                for caption in (entry.caption_of(stem),)
             ]
     return drawings
 
@@ -164,24 +165,31 @@ def _series(entry: FigureEntry, context: Context) -> tuple[str, Figure | None]:
     by_frame = series(entry.of, context.description.name)
     quantity = entry.quantity or QUANTITIES.get(entry.of, entry.of)
     scenes, start = _scenes(entry, context), context.description.frames_from
-    pieces: list[pd.DataFrame] = []
+    panels: dict[str, dict[str, Series]] = {}
     for setting in SETTINGS:
         for tracker in entry.trackers:
             text = tracker_text(context.description, tracker, setting)
             courses = [context.runs.courses(text, name) for names in scenes for name in names]
-            for rank, repeated in enumerate(filter(None, courses)):
-                values = np.mean([by_frame(course) for course in repeated], axis=0)
-                columns = {"frame": np.arange(start, start + len(values)), "value": values}
-                panel = setting.replace("-", " ")
-                labels = {"label": tracker, "reading": panel, "scene": "", "repetition": rank}
-                pieces.append(pd.DataFrame({**columns, **labels}))
-    if not pieces:
+            means = [
+                np.mean([by_frame(course) for course in runs], axis=0) for runs in courses if runs
+            ]
+            if means:
+                panels.setdefault(setting.replace("-", " "), {})[tracker] = _stacked(means)
+    if not panels:
         return "", None
-    table, trackers = pd.concat(pieces, ignore_index=True), list(entry.trackers)
+    trackers = list(entry.trackers)
     title = f"{entry.sequence}: {quantity}"
-    plot = series_grid(table, title, quantity, trackers, {}, "scenes", ROW_HEIGHT)
+    plot = series_plot(panels, title, quantity, trackers, "scenes", start, ROW_HEIGHT)
     words = f"Series by frame of {', '.join(trackers)}, {quantity}: median and quartiles over "
     return f"{words}{len(scenes)} scenes of {entry.sequence}, a panel per setting.", plot
+
+
+def _stacked(series: list[Series]) -> Series:
+    """Return series of scenes as rows, filled up with NaN to the longest one."""
+    rows = np.full((len(series), max(map(len, series))), np.nan)
+    for row, values in zip(rows, series, strict=True):
+        row[: len(values)] = values
+    return rows
 
 
 def _scenes(entry: FigureEntry, context: Context) -> list[list[str]]:

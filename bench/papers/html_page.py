@@ -8,14 +8,13 @@ from pathlib import Path
 from trackmark.bench.claims.row_verdicts import SETTINGS, VerdictRow, count_verdicts, verdict_table
 from trackmark.bench.pages.page_frames import Watch
 from trackmark.bench.papers.evidence_frames import Footage, film_runs
-from trackmark.bench.papers.main_table import text_table
 from trackmark.bench.papers.markdown_page import RULES, VIDEOS
 from trackmark.bench.papers.reproduction import Report
 from trackmark.bench.papers.scene_rows import SceneRow, ShownRun, claim_scenes, main_runs
 from trackmark.reports.page.content import Card, Page, Picture, Section, Sheet
 from trackmark.reports.page.film import still
 from trackmark.reports.page.page import write_page
-from trackmark.reports.tables import MISSING
+from trackmark.reports.tables import MISSING, text_table
 
 Scenes = Mapping[tuple[str, str], list[SceneRow]]
 """Worst scenes by claim and setting."""
@@ -49,7 +48,7 @@ def write_html_page(path: Path, report: Report, watch: Watch = lambda *_: None) 
     shown += [run for row in cells for run in row]
     footage = film_runs(shown, report.context, path.parent.parent, watch)
     sections = [one for one in _sections(report, scenes, cells, footage) if _has_content(one)]
-    page = Page(report.description.title, sections, footage.reading.shown, footage.scenes)
+    page = Page(report.description.title, sections, footage.reading.labels, footage.scenes)
     return write_page(path, page)
 
 

@@ -9,11 +9,10 @@ from urllib.parse import quote
 from trackmark.bench.claims.row_verdicts import SETTINGS, count_words
 from trackmark.bench.papers import paper_names
 from trackmark.bench.papers.description import read_description
-from trackmark.bench.papers.main_table import text_table
 from trackmark.bench.store.files import ResultsError
 from trackmark.reports.page.content import Page, Section, Sheet
 from trackmark.reports.page.page import write_page
-from trackmark.reports.tables import MISSING
+from trackmark.reports.tables import MISSING, text_table
 
 
 def write_front_page(output: Path) -> Path:

@@ -1,7 +1,5 @@
 """The paper's main table beside ours, and the sensitivity table."""
 
-from collections.abc import Iterable
-
 import pandas as pd
 
 from trackmark.bench.claims.row_verdicts import SETTINGS
@@ -9,7 +7,7 @@ from trackmark.bench.papers.context import Context
 from trackmark.bench.papers.description import MainRow, Sensitivity
 from trackmark.bench.papers.measures import Measure, find_measure
 from trackmark.bench.papers.plan import tracker_text
-from trackmark.reports.tables import MISSING, Cell, Table
+from trackmark.reports.tables import MISSING, Table, text_table
 
 
 def main_table(context: Context) -> Table:
@@ -40,20 +38,6 @@ def sensitivity_table(context: Context, table: Sensitivity) -> Table:
     heads = ["choice", "setting", *(column.head for column in table.columns)]
     caption = f"Sensitivity: means over {table.scenes} scenes; no verdicts."
     return text_table("sensitivity", caption, heads, rows, 2)
-
-
-def text_table(
-    name: str, caption: str, heads: Iterable[str], rows: list[list[str]], n_labels: int
-) -> Table:
-    """Return a table of texts."""
-    return Table(
-        name=name,
-        caption=caption,
-        heads=[*heads],
-        n_labels=n_labels,
-        rows=[[Cell(text) for text in row] for row in rows],
-        data=pd.DataFrame(rows, columns=[*heads]),
-    )
 
 
 def shown(values: pd.DataFrame, measure: Measure, members: int) -> str:

@@ -23,17 +23,17 @@ VIDEOS = (
 
 def write_page(path: Path, report: Report) -> None:
     """Write the page of a paper; raises `OSError` if it cannot be written."""
-    write_file(path, lambda file: file.write_text(page(report), "utf-8"))
+    write_file(path, lambda file: file.write_text(page(report, path.parent), "utf-8"))
 
 
-def page(report: Report) -> str:
-    """Return the page of a paper in Markdown."""
+def page(report: Report, folder: Path) -> str:
+    """Return the page of a paper in Markdown; figures in the page's `folder` are links."""
     entry, notes = report.description, report.notes
     parts = [f"# {entry.title}", f"{entry.citation}", f"**Method.** {entry.method}"]
     if finding := notes.get("Result in one sentence"):
         parts.append(f"**Result in one sentence.** {finding}")
     parts += [VIDEOS, "## 1 The paper's numbers and ours", *map(markdown, report.main)]
-    parts += ["## 2 Figures", _figures(report)]
+    parts += ["## 2 Figures", _figures(report, folder)]
     if report.verdicts:
         parts += ["## 3 Verdicts", RULES, *_counts(report.verdicts)]
         parts.append(markdown(verdict_table(report.verdicts)))
@@ -61,11 +61,12 @@ def _counts(rows: list[VerdictRow]) -> list[str]:
     return ["\n".join([f"{len(rows)} claims:", "", *lines])]
 
 
-def _figures(report: Report) -> str:
-    rows = [
-        f"| {one.label} | {one.caption} | `{one.path.name}`: {one.words} |"
-        for one in report.figures
-    ]
+def _figures(report: Report, folder: Path) -> str:
+    rows = []
+    for one in report.figures:
+        name = one.path.name
+        file = f"[{name}]({name})" if one.path.parent == folder else f"`{name}`"
+        rows.append(f"| {one.label} | {one.caption} | {file}: {one.words} |")
     return "\n".join(["| paper | what it shows | ours |", "|---|---|---|", *rows])
 
 

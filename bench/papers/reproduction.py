@@ -14,12 +14,12 @@ from trackmark.bench.papers.criteria_table import criteria_table
 from trackmark.bench.papers.description import Description, read_description, read_sensitivity
 from trackmark.bench.papers.evidence import verdict_rows
 from trackmark.bench.papers.figures import Drawing, draw_figures
-from trackmark.bench.papers.main_table import main_table, sensitivity_table, text_table
+from trackmark.bench.papers.main_table import main_table, sensitivity_table
 from trackmark.bench.papers.measures import check_measure, paper_module
 from trackmark.bench.papers.plan import experiments, requests, sensitivity_requests
 from trackmark.bench.papers.runs import StoredRuns
 from trackmark.bench.store.layout import Cell
-from trackmark.reports.tables import Table
+from trackmark.reports.tables import Table, text_table
 
 
 @dataclass(frozen=True)

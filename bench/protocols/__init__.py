@@ -1,10 +1,9 @@
-"""How a tracker is run on a sequence: from where, how often, and what follows a failure.
+"""Protocols: start frames of a tracker, repetitions, and restarts after a failure.
 
-A protocol is a file here, found by its name. Its docstring says what is done and whose it is, and
-it exports one subclass of `Protocol`, as `PROTOCOL`, whose fields are its knobs. It asks for
-segments, stretches of a run for each of which a tracker is begun, and it may conduct a run: say
-frame by frame whether the tracker is asked, begun again or passed over. The loop does what it
-says.
+A protocol is a file here. Its docstring is the definition with its source, and it exports a
+subclass of `Protocol`, as `PROTOCOL`, whose fields are its knobs. A protocol lists segments, for
+each of which a tracker is initialised. It may conduct a run: decide frame by frame whether the
+tracker is updated, initialised again or skipped.
 """
 
 from collections.abc import Mapping
@@ -23,135 +22,100 @@ from trackmark.bench.metrics.native import Truth
 from trackmark.datasets.spec_string import close_match, format_text, parse_text
 from trackmark.trackers.base.parameters import Parameters, TrackerError
 
-__all__ = [
-    "ONCE",
-    "STORED_ONCE",
-    "TIMING",
-    "Conduct",
-    "Protocol",
-    "ProtocolError",
-    "Segment",
-    "Step",
-    "definition",
-    "names",
-    "protocol",
-    "stored_protocol",
-    "title",
-]
-
 ONCE = "one-pass"
-"""Name of the protocol by which trackers are run unless told otherwise."""
+"""Name of the default protocol."""
 
 STORED_ONCE = "accuracy"
-"""What its runs are filed under, from the time when there was no other."""
+"""Name under which its runs are stored, from the time when there was no other protocol."""
 
 TIMING = "timing"
-"""What timing runs are filed under: one pass, clocked."""
+"""Name under which timing runs are stored: one pass with times."""
 
 _FOLDER = Path(__file__).parent
 
 
 class ProtocolError(ValueError):
-    """A protocol that can't be; the message says which, and what is known."""
+    """Invalid protocol; the message names it, and the valid ones."""
 
 
 @dataclass(frozen=True)
 class Segment:
-    """A stretch of a run: a tracker is begun at its start, and goes on to an end of the sequence.
+    """Stretch of a run: a tracker is initialised at its start, and goes on to an end.
 
-    Attributes
-    ----------
-    start : int
-        Its first frame; 0 is the whole sequence, where the tracker is begun with the first frame
-        that has a target.
-    step : int
-        1, or -1 for a tracker that goes backwards.
-    moved : tuple of float
-        How the given box differs from the truth's: where its corner is moved to, right and down,
-        and how much wider and higher it is, all in widths and heights of the truth's.
+    With start 0 and step 1 it is the whole sequence: the tracker is initialised in the first frame
+    with a target. `moved` is the difference of the init box from the ground truth, in widths and
+    heights of that: of the corner to the right and down, of width and height.
     """
 
     start: int = 0
-    step: int = 1
+    step: int = 1  # -1 for a tracker that goes backwards
     moved: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
 
     @property
     def slice(self) -> slice:
-        """Of a sequence's frames."""
+        """Slice of the frames of a sequence."""
         return slice(self.start, None, self.step)
 
     def frames(self, n: int) -> range:
-        """Numbers of its frames in a sequence of n."""
+        """Return the numbers of its frames in a sequence of n."""
         return range(n)[self.slice]
 
     def given(self, box: NDArray[np.float64]) -> NDArray[np.float64]:
-        """The box `[x, y, width, height]` that the tracker is given where the truth's is `box`."""
+        """Return the init box `[x, y, width, height]` by the box of the ground truth."""
         width, height = box[2:]
-        given: NDArray[np.float64] = box + np.array(self.moved) * (width, height, width, height)
-        return given
+        return np.asarray(box + np.array(self.moved) * (width, height, width, height))
 
 
 class Step(Enum):
-    """What is done with a tracker at a frame."""
+    """Action on a tracker at a frame."""
 
-    ASK = "it is shown the frame and answers"
-    BEGIN = "a new one is begun with the truth"
-    SKIP = "it is not shown the frame"
+    ASK = "update"
+    BEGIN = "initialise a new one with the ground truth"
+    SKIP = "do not show the frame"
 
 
 class Conduct:
-    """What is done with one tracker, frame by frame after its first; this one always asks.
+    """Actions on one tracker, frame by frame after its first; this one always updates it."""
 
-    Attributes
-    ----------
-    states : ndarray of int32, shape (n,), or None
-        A `bench.metrics.preset.State` a frame, where the conduct tells frames apart.
-    answered : ndarray of int32, shape (n,), or None
-        Frame whose answer stands in a frame's row, where that may be another one.
-    """
-
-    states: NDArray[np.int32] | None = None
-    answered: NDArray[np.int32] | None = None
+    states: NDArray[np.int32] | None = None  # (n,): a `bench.metrics.preset.State` per frame
+    answered: NDArray[np.int32] | None = None  # (n,): frame of the estimate in each frame's row
 
     def step(self, frame: int) -> Step:
-        """What is done at a frame; asked once a frame, in order."""
+        """Return the action at a frame; called once per frame, in order."""
         return Step.ASK
 
     def told(self, frame: int, row: NDArray[np.float64], seconds: float) -> str:
-        """Take notice of an answer; gives why the run fails with it, empty where it goes on.
+        """Receive an estimate; return the reason if the run fails with it, otherwise "".
 
-        `row`: x, y, width, height [pixels], visible (1 or 0), confidence (NaN where it gave none).
-        `seconds`: what the tracker took.
+        `row`: x, y, width, height [px], visible (1 or 0), confidence (NaN if missing). `seconds`:
+        time of the update.
         """
         return ""
 
 
 class Protocol(Parameters):
-    """Base of every protocol. Its fields are the knobs, with type, bounds and meaning.
-
-    Its text is what runs are filed under: the name, and the knobs that differ from their defaults.
-    """
+    """Base of every protocol. Its fields are the knobs, with type, bounds and meaning."""
 
     judged: ClassVar[tuple[str, ...]] = ("one pass",)
-    """By which presets: the kinds that `bench.metrics.preset.Preset.protocol` says."""
+    """Kinds of presets that judge its runs, see `bench.metrics.preset.Preset.protocol`."""
 
     preset: ClassVar[str] = "native"
-    """Metrics preset of its tables where none is asked for."""
+    """Default metrics preset of its tables."""
 
     segmented: ClassVar[bool] = False
     """True if runs store their frames by segment, even if there is only one."""
 
     by_values: ClassVar[bool] = False
-    """Whether its segments depend on numbers that the data bring, see `segments`."""
+    """True if its segments depend on numbers of the data, see `segments`."""
 
     @property
     def name(self) -> str:
-        """Its file's, with hyphens."""
+        """Name of the file, with hyphens."""
         return type(self).__module__.rpartition(".")[2].replace("_", "-")
 
     @property
     def text(self) -> str:
-        """Canonical text form, as runs are filed under."""
+        """Canonical text, under which runs are stored: the name and knobs that are not default."""
         fields = type(self).model_fields
         return format_text(
             self.name, {key: value for key, value in self if value != fields[key].default}
@@ -159,7 +123,7 @@ class Protocol(Parameters):
 
     @property
     def clocked(self) -> bool:
-        """Whether runs depend on how long trackers take, so that nothing else may run beside."""
+        """True if runs depend on the time of updates, so that nothing else may run meanwhile."""
         return False
 
     def segments(
@@ -167,30 +131,30 @@ class Protocol(Parameters):
     ) -> list[Segment]:
         """Return the segments of a run; by default one, the whole sequence.
 
-        `present`: where there is a target, shape (n,), somewhere at least. `values`: numbers that
-        the data bring, by name and frame.
+        `present`: frames with a target, shape (n,), at least one. `values`: numbers of the data, by
+        name and frame.
         """
         return [Segment()]
 
     def conduct(self, truth: Truth, first: int, size: tuple[int, int]) -> Conduct:
         """Return the conduct of one segment; by default the tracker is asked at every frame.
 
-        `truth`: that the run starts from. `first`: frame of initialisation. `size`: width and
-        height of the images [pixels].
+        `truth`: ground truth of the init box. `first`: frame of initialisation. `size`: width and
+        height of the images [px].
         """
         return Conduct()
 
 
 @cache
 def names() -> list[str]:
-    """Names of the protocols, sorted: a file each, found by its name."""
+    """Return the sorted names of the protocols, which are those of their files."""
     return sorted(file.stem.replace("_", "-") for file in _FOLDER.glob("[a-z]*.py"))
 
 
 def protocol(text: str) -> Protocol:
-    """The protocol of a text form `name:knob=value:…`; what one-pass runs are filed under, too.
+    """Return the protocol of a text `name:knob=value:…`, or of the stored name of one-pass runs.
 
-    Raises `ProtocolError` for an unknown name or knob, or a value that can't be.
+    Raises `ProtocolError` for an unknown name or knob, or an invalid value.
     """
     try:
         name, options = parse_text(text)
@@ -213,20 +177,26 @@ def stored_protocol(stored: str) -> Protocol:
 
 
 def title(stored: str) -> str:
-    """What tables call the runs that are filed under a text: `one-pass`, or the text itself."""
+    """Return the title of stored runs in tables: `one-pass`, or the text of their protocol."""
     return ONCE if stored == STORED_ONCE else stored
 
 
 def definition(name: str) -> dict[str, Any]:
-    """A protocol's `name`, `summary`, `definition`, `preset` and `knobs`, for people."""
+    """Return the fields by which `describe` shows a protocol."""
     one = protocol(name)
     summary, _, rest = (_module(one.name).__doc__ or "").strip().partition("\n\n")
     knobs = [
         {"name": key, "default": field.default, "meaning": field.description}
         for key, field in type(one).model_fields.items()
     ]
-    told = {"name": one.name, "summary": summary, "definition": rest, "preset": one.preset}
-    return {**told, "judged": list(one.judged), "knobs": knobs}
+    return {
+        "name": one.name,
+        "summary": summary,
+        "definition": rest,
+        "preset": one.preset,
+        "judged": list(one.judged),
+        "knobs": knobs,
+    }
 
 
 def _module(name: str) -> ModuleType:

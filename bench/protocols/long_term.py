@@ -17,7 +17,7 @@ from trackmark.bench.protocols import Conduct, Protocol
 
 
 class _Sure(Conduct):
-    """Wants a confidence with every box."""
+    """Fails a run at a box without confidence."""
 
     def told(self, frame: int, row: NDArray[np.float64], seconds: float) -> str:
         """See `Conduct.told`."""
@@ -30,7 +30,7 @@ class _Sure(Conduct):
 
 
 class LongTerm(Protocol):
-    """Has no knobs."""
+    """Protocol without knobs."""
 
     preset: ClassVar[str] = "long-term"
 

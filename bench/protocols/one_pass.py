@@ -11,13 +11,13 @@ from trackmark.bench.protocols import STORED_ONCE, Protocol
 
 
 class OnePass(Protocol):
-    """Has no knobs."""
+    """Protocol without knobs."""
 
     judged: ClassVar[tuple[str, ...]] = ("one pass", "supervised", "anchors")
 
     @property
     def text(self) -> str:
-        """What its runs were filed under before there were other protocols."""
+        """Name under which its runs were stored before there were other protocols."""
         return STORED_ONCE
 
 

@@ -24,7 +24,7 @@ from trackmark.bench.protocols import Conduct, Protocol, Step
 
 
 class _Clock(Conduct):
-    """When a tracker is free, and which answer is there; times count frames from the first."""
+    """Time at which a tracker is free, and its newest estimate; times are in frames."""
 
     answered: NDArray[np.int32]
 

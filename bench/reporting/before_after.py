@@ -1,4 +1,4 @@
-"""What becomes of the scores of runs that are replaced, as by a changed tracker's."""
+"""Scores of runs before and after they are replaced, for example of a changed tracker."""
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
@@ -29,12 +29,12 @@ class Replaced:
         self._stale = {cell for cell in plan.cells if plan.state(cell) == State.STALE}
 
     def before(self, caption: str) -> str:
-        """Means of their scores, as text."""
+        """Return means of their scores as text."""
         stages = {"before": _chosen(self._rows, self._stale)}
         return on_terminal(_table(stages, caption), to_text)
 
     def compared(self, now: Plan, rows: Rows) -> str:
-        """Means of the scores before and after, of those that are replaced by now; '' for none.
+        """Return mean scores before and after, of runs that are replaced by now; '' for none.
 
         `now`: the plan with the states by now. `rows`: of stored runs now.
         """
@@ -44,7 +44,7 @@ class Replaced:
         stages = {"before": _chosen(self._rows, gone), "after": _chosen(rows, gone)}
         runs = "1 run that was" if len(gone) == 1 else f"{len(gone)} runs that were"
         table = _table(stages, f"What became of the scores of {runs} replaced:")
-        # Notes on the runs of before were told with them, those of now stand in their own table.
+        # The notes were printed before; those of the new runs follow in their own table.
         return on_terminal(replace(table, notes=[]), to_text)
 
 
@@ -53,11 +53,13 @@ def _chosen(rows: Rows, cells: Collection[RunCell]) -> Rows:
 
 
 def _table(stages: Mapping[str, Rows], caption: str) -> Table:
-    """Return trackers before and after; not all of their runs may have been replaced."""
+    """Return trackers before and after, each over its own replaced runs."""
     runs = as_frame({**row, "stage": stage} for stage, rows in stages.items() for row in rows)
     masks = [one for one in MASKS if one.name in runs and runs[one.name].notna().any()]
-    lacking = [one.name for one in SUMMARY if one.name not in runs]  # of runs begun again, say
-    runs = runs.assign(**dict.fromkeys(lacking, np.nan))
+    missing = [
+        one.name for one in SUMMARY if one.name not in runs
+    ]  # for example of supervised runs
+    runs = runs.assign(**dict.fromkeys(missing, np.nan))
     measures = TIMES if (runs["protocol"] == "timing").any() else (*SUMMARY, *masks)
     parts: list[Table] = []
     rows: list[list[Cell]] = []
@@ -65,8 +67,8 @@ def _table(stages: Mapping[str, Rows], caption: str) -> Table:
         labelled = its.assign(tracker=[f"{name}, {stage}" for stage in its["stage"]])
         parts.append(summary_table(labelled, measures, "", PRESET))
         rows += [
-            [Cell(str(name)), Cell(row[0].text.rpartition(" ")[2]), *row[1:]]
-            for row in parts[-1].rows
+            [Cell(str(name)), Cell(str(stage)), *row[1:]]
+            for stage, row in zip(its["stage"].unique(), parts[-1].rows, strict=True)
         ]
     return replace(
         parts[0],

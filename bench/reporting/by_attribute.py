@@ -16,11 +16,11 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
-from trackmark import datasets
 from trackmark.bench.metrics import preset as metrics_preset
 from trackmark.bench.metrics.preset import heading
 from trackmark.bench.reporting.by_preset import runs_by
 from trackmark.bench.reporting.failed_runs import with_worst_scores
+from trackmark.bench.reporting.stored_runs import open_sequence
 from trackmark.bench.reporting.tables import PRESET, SUMMARY
 from trackmark.bench.statistics.correlation import rank_correlation
 from trackmark.bench.statistics.intervals import Interval
@@ -35,7 +35,6 @@ Progress = Callable[[int, int], object]
 
 Measured = Callable[[pd.DataFrame, Sequence[str]], Mapping[str, NDArray[np.float64]]]
 """Returns attributes by sequence, given runs and names of sequences; see `attributes_of`."""
-
 
 MOST_BINS = 5
 """Maximum number of bins. A line with more points is hard to read."""
@@ -72,7 +71,7 @@ class Curve:
     bins: Sequence[Bin]  # in the order of the attribute; empty if there are too few sequences
 
 
-class Shown(NamedTuple):
+class AttributeReport(NamedTuple):
     """Scores of a preset by attributes."""
 
     table: Table
@@ -109,11 +108,13 @@ def by_attribute(folder: str | Path, metrics: str = PRESET) -> pd.DataFrame:
         raise ResultsError(message)
 
     measured = partial(attributes_of, progress=lambda *_: None, tell=refuse)
-    (shown,) = attribute_report(Path(folder), [metrics], measured)
-    return shown.table.data
+    (report,) = attribute_report(Path(folder), [metrics], measured)
+    return report.table.data
 
 
-def attribute_report(experiment: Path, presets: Collection[str], measured: Measured) -> list[Shown]:
+def attribute_report(
+    experiment: Path, presets: Collection[str], measured: Measured
+) -> list[AttributeReport]:
     """Return the scores of every preset by attributes of the sequences."""
     reports = []
     for preset in presets:
@@ -125,7 +126,7 @@ def attribute_report(experiment: Path, presets: Collection[str], measured: Measu
         table = attribute_table(curves, measure, name)
         for tracker in sorted(set(runs["tracker"].astype(str)) - set(means)):
             table.notes.append(f"{tracker} is not shown: not all of its runs have a score.")
-        reports.append(Shown(table, measure, curves))
+        reports.append(AttributeReport(table, measure, curves))
     return reports
 
 
@@ -189,18 +190,6 @@ def attributes_of(
         attribute: np.array([means.get(name, {}).get(attribute, np.nan) for name in sequences])
         for attribute in attributes.names()
     }
-
-
-def open_sequence(row: Mapping[Any, Any]) -> datasets.Sequence | str:
-    """Return the sequence of a run as the index has it, or a message why it cannot be used."""
-    name, source = row["sequence"], row["source"]
-    try:
-        sequence = datasets.load(source, truth=row["truth"] or None)
-    except datasets.SequenceError:
-        return f"{name} can't be opened at {source} any more."
-    if sequence.fingerprint != row["fingerprint"]:
-        return f"{name} at {source} has changed since it was run."
-    return sequence
 
 
 def against(
@@ -326,8 +315,7 @@ def write_plot(path: Path, curves: Sequence[Curve], measure: Measure, title: str
     panels: dict[str, list[Against]] = {}
     for curve in curves:
         points = [(bin_.centre, bin_.mean, bin_.low, bin_.high) for bin_ in curve.bins]
-        centres, *scores = np.array(points).reshape(-1, 4).T
-        dots, means, low, high = (part * measure.scale for part in (curve.scores, *scores))
-        drawn = Against(curve.label, curve.places, dots, centres, means, low, high)
+        bins = np.reshape(points, (-1, 4)) * [1.0, *[measure.scale] * 3]
+        drawn = Against(curve.label, curve.places, curve.scores * measure.scale, bins)
         panels.setdefault(attributes.of_name(curve.attribute).head, []).append(drawn)
     return write_for_papers(path, attribute_plot(panels, measure.head, title))

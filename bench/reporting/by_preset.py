@@ -1,71 +1,126 @@
-"""Tables and curves of stored runs by any metrics presets: nothing is run again.
+"""Tables and curves of stored runs by any metrics presets; nothing is run again.
 
-Each run is read once and judged by all presets that are asked for, and what a tracker's runs make
-together is what the preset says: means of sequences, or of frames, or a curve over lengths.
+Each run is judged by all requested presets. A preset defines what a tracker's runs make together:
+means over sequences or frames, or a curve over lengths.
 """
 
 import re
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, partial
 from math import inf, isfinite, nan
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.evaluation.scoring import can_judge, judge
 from trackmark.bench.metrics import preset as metrics_preset
-from trackmark.bench.metrics.preset import Column, Judged, heading, mean_of_sequences
+from trackmark.bench.metrics.preset import Column, Judged, Preset, heading, mean_of_sequences
 from trackmark.bench.protocols import STORED_ONCE, TIMING, ProtocolError, protocol
 from trackmark.bench.protocols import title as title_of_protocol
 from trackmark.bench.reporting.failed_runs import failed_runs, judge_failed
-from trackmark.bench.reporting.tables import PRESET, SUMMARY, mean_table, tables, title_of
+from trackmark.bench.reporting.tables import (
+    PRESET,
+    SUMMARY,
+    mean_table,
+    meaning_of_intervals,
+    tables,
+    title_of,
+)
 from trackmark.bench.statistics.rules import MARGIN
+from trackmark.bench.statistics.units import units_of
 from trackmark.bench.store.files import ResultsError
 from trackmark.bench.store.layout import Cell, cell_of
 from trackmark.bench.store.loading import load_results
 from trackmark.bench.store.results import Results
-from trackmark.bench.store.truth import read_truth
+from trackmark.bench.store.truth import StoredTruth, read_truth
 from trackmark.reports.renderers import to_text
 from trackmark.reports.table_width import on_terminal
-from trackmark.reports.tables import MISSING, Measure, Table, complete, counted, sequence_table
+from trackmark.reports.tables import (
+    MISSING,
+    Measure,
+    Table,
+    complete,
+    counted,
+    means_over,
+    sequence_table,
+)
 from trackmark.reports.tables import Cell as TableCell
 
 TOGETHER = "all sequences"
-"""What stands for the sequences in rows of what a preset makes of them together."""
+"""Label of rows with a preset's figures over all sequences."""
 
 MEANS = "mean of sequences"
-"""The same in rows of means over units, of presets that weight sequences otherwise."""
+"""Label of rows with means over units, if the preset weights sequences in another way."""
 
 LATE = Measure("late_share", "late answers", "%", None, 1, scale=100, rank=-1)
-"""Frames after the first for which an answer to an earlier one stood, in real time."""
+"""Frames after the first that have an estimate of an earlier frame, in real-time evaluation."""
 
 NOT_SCORED = "not scored"
-"""Status of finished runs that a preset can't judge: of another protocol than it is for."""
+"""Status of finished runs that a preset cannot judge."""
 
-_MOST_NOTES = 3  # on runs that can't be judged; the others have reasons alike
+_MOST_NOTES = 3
+"""Maximum number of notes on runs that cannot be judged."""
+
+Verdict = Judged | str
+"""Judgement of a run by a preset, or the reason why the preset cannot judge it."""
 
 
 @dataclass(frozen=True)
 class Scored:
-    """An experiment's runs as one preset scores them."""
+    """Runs of an experiment by one protocol as one preset scores them."""
 
     preset: str
     title: str
     table: Table
-    curves: Mapping[str, Mapping[str, NDArray[Any]]]  # by curve, then tracker; whole ones alone
+    curves: Mapping[str, Mapping[str, NDArray[Any]]]  # by curve and tracker; complete ones only
 
 
-def protocols_in(folder: Path, cells: Collection[Cell] | None = None) -> list[str]:
-    """Return protocols of an experiment's runs except timing runs, one-pass first."""
-    stored = set(map(str, load_results(folder, cells)["protocol"].unique()))
-    return sorted(stored - {TIMING}, key=lambda name: (name != STORED_ONCE, name))
+class PresetReport(NamedTuple):
+    """Tables of an experiment, and the scores behind those that are not `native`."""
+
+    tables: list[Table]
+    scored: list[Scored]
 
 
-def fitting(names: Sequence[str], stored: str) -> list[str]:
+def preset_report(
+    folder: Path, names: Sequence[str], cells: Collection[Cell] | None = None, title: str = ""
+) -> PresetReport:
+    """Score the runs of an experiment by presets.
+
+    One-pass runs come first, and their presets in the order of `names`; `native` has the tables of
+    `bench.reporting.tables`. `folder`: of the results. `cells`: selected runs, all by default.
+    `title`: start of captions. Raises `ResultsError` if a file cannot be read.
+    """
+    runs = load_results(folder, cells)
+    stored_names = sorted(
+        set(map(str, runs["protocol"].unique())) - {TIMING},
+        key=lambda name: (name != STORED_ONCE, name),
+    )
+    title = title or title_of(folder)
+    named = not set(stored_names) <= {STORED_ONCE}  # captions name the protocol
+    scored: list[Scored] = []
+    for stored in stored_names:
+        presets = presets_for(names, stored)
+        if stored == STORED_ONCE:
+            presets = [name for name in presets if name != PRESET]
+        scored += score_runs(folder, presets, runs, _headed(title, stored, named), stored)
+    made = [one.table for one in scored]
+    if PRESET in names:
+        place = names.index(PRESET) if STORED_ONCE in stored_names else 0
+        made[place:place] = tables(folder, cells, _headed(title, STORED_ONCE, named))
+    return PresetReport(made, scored)
+
+
+def _headed(title: str, stored: str, named: bool) -> str:
+    return f"{title}, protocol {title_of_protocol(stored)}" if named else title
+
+
+def presets_for(names: Sequence[str], stored: str) -> list[str]:
     """Return the presets for runs that are filed under the protocol `stored`.
 
     The protocol's own preset replaces `native`, which is kept if it can judge such runs.
@@ -80,56 +135,25 @@ def fitting(names: Sequence[str], stored: str) -> list[str]:
     return list(dict.fromkeys(fit for name in names for fit in (own if name == PRESET else [name])))
 
 
-def beside_native(
-    folder: Path, names: Sequence[str], cells: Collection[Cell] | None = None, title: str = ""
-) -> list[Scored]:
-    """Score all runs that `bench.reporting.tables` has no tables of: other presets and protocols.
-
-    Parameters and errors as for `by_presets`; see `fitting` for the presets of other protocols.
-    """
-    protocols = protocols_in(folder, cells)
-    scored: list[Scored] = []
-    for stored in protocols:
-        presets = fitting(names, stored)
-        if stored == STORED_ONCE:
-            presets = [name for name in presets if name != PRESET]
-        caption = _headed(title or title_of(folder), stored, protocols)
-        scored += by_presets(folder, presets, cells, caption, stored) if presets else []
-    return scored
-
-
-def _headed(text: str, stored: str, protocols: Sequence[str]) -> str:
-    """Add the protocol to a title unless all runs are one-pass."""
-    one_pass = set(protocols) <= {STORED_ONCE}
-    return text if one_pass else f"{text}, protocol {title_of_protocol(stored)}"
-
-
-def by_presets(
-    folder: Path,
-    names: Sequence[str],
-    cells: Collection[Cell] | None = None,
-    title: str = "",
-    stored: str = STORED_ONCE,
-) -> list[Scored]:
-    """Score the runs of an experiment by one protocol with presets.
-
-    `folder`: of its results. `names`: of the presets. `cells`: selected runs, all by default.
-    `title`: start of captions. `stored`: name that runs by the protocol are filed under. Raises
-    `ResultsError` if a file cannot be read.
-    """
-    runs = load_results(folder, cells)
-    runs = complete(runs[runs["protocol"] == stored]).reset_index(drop=True)
-    runs = runs.astype(dict.fromkeys(["tracker", "sequence", "status"], str))
-    if runs.empty:
-        return []
-    judged = _judged(folder, names, runs)
-    title, prefix = title or title_of(folder), "" if stored == STORED_ONCE else table_prefix(stored)
-    return [_scored(name, runs, judged[name], title, prefix) for name in names]
-
-
 def table_prefix(stored: str) -> str:
     """Return the start of the names of tables of runs by another protocol than one-pass."""
-    return re.sub(r"[^a-z0-9.]+", "-", stored) + "-"
+    return "" if stored == STORED_ONCE else re.sub(r"[^a-z0-9.]+", "-", stored) + "-"
+
+
+def score_runs(
+    folder: Path, names: Sequence[str], runs: pd.DataFrame, title: str, stored: str = STORED_ONCE
+) -> list[Scored]:
+    """Score the runs by the protocol `stored` with presets.
+
+    `runs`: as `load_results` returns them. `title`: start of captions.
+    """
+    own = complete(runs[runs["protocol"] == stored]).reset_index(drop=True)
+    own = own.astype(dict.fromkeys(["tracker", "sequence", "status"], str))
+    if own.empty or not names:
+        return []
+    verdicts = _judge_runs(folder, names, own)
+    prefix = table_prefix(stored)
+    return [_PresetTable(name, own, verdicts[name], title).scored(prefix) for name in names]
 
 
 def runs_by(folder: Path, name: str, runs: pd.DataFrame, stored: str = STORED_ONCE) -> pd.DataFrame:
@@ -139,17 +163,11 @@ def runs_by(folder: Path, name: str, runs: pd.DataFrame, stored: str = STORED_ON
     `ResultsError` for a run that the preset cannot judge.
     """
     finished = runs[(runs["protocol"] == stored) & (runs["status"] == "finished")]
-    judged = _judged(folder, [name], finished)[name]
-    if refused := [message for message in judged.values() if isinstance(message, str)]:
+    verdicts = _judge_runs(folder, [name], finished)[name]
+    if refused := [message for message in verdicts.values() if isinstance(message, str)]:
         raise ResultsError(refused[0])
     columns = list(metrics_preset(name).columns)
-    return runs.drop(columns=columns, errors="ignore").join(_frame(judged, columns))
-
-
-def _frame(judged: Mapping[int, Judged | str], columns: list[str]) -> pd.DataFrame:
-    """Return the scores of judged runs by row."""
-    scores = {row: dict(run.scores) for row, run in judged.items() if isinstance(run, Judged)}
-    return pd.DataFrame.from_dict(scores, "index", columns=columns)
+    return runs.drop(columns=columns, errors="ignore").join(_scores(verdicts, columns))
 
 
 def scores_by(folder: Path, row: Mapping[str, Any], names: Sequence[str]) -> dict[str, Any]:
@@ -159,145 +177,157 @@ def scores_by(folder: Path, row: Mapping[str, Any], names: Sequence[str]) -> dic
     """
     if row["status"] != "finished" or row["protocol"] == TIMING:
         return dict.fromkeys(names)
-    judged = _judged(folder, names, pd.DataFrame([dict(row)]))
-    return {
-        name: {key: value if isfinite(value) else None for key, value in run.scores.items()}
-        if isinstance(run := runs[0], Judged)
-        else None
-        for name, runs in judged.items()
-    }
+    found: dict[str, Any] = {}
+    for name, verdicts in _judge_runs(folder, names, pd.DataFrame([dict(row)])).items():
+        run = verdicts[0]
+        known = run.scores if isinstance(run, Judged) else None
+        found[name] = known and {key: v if isfinite(v) else None for key, v in known.items()}
+    return found
 
 
-def _judged(
+def summary_text(folder: Path, cells: Collection[Cell], metrics: Sequence[str] = (PRESET,)) -> str:
+    """Return tables of some runs of an experiment for a terminal."""
+    option = "" if tuple(metrics) == (PRESET,) else f" --metrics {','.join(metrics)}"
+    more = f" (`trackmark report {folder}{option} --wide`)"
+    made = preset_report(folder, metrics, cells).tables
+    return "\n".join(on_terminal(table, to_text, more) for table in made)
+
+
+def _judge_runs(
     folder: Path, names: Sequence[str], runs: pd.DataFrame
-) -> dict[str, dict[int, Judged | str]]:
-    """What presets make of finished and failed runs, by place in the frame; or why they can't.
+) -> dict[str, dict[int, Verdict]]:
+    """Judge finished and failed runs by presets; return verdicts by preset and row.
 
     Failed runs have the worst scores; those of trackers whose every run failed are left out.
     """
     results, truth = Results(folder), cache(partial(read_truth, folder))
-    judged: dict[str, dict[int, Judged | str]] = {name: {} for name in names}
+    verdicts: dict[str, dict[int, Verdict]] = {name: {} for name in names}
     left_out = runs["tracker"].isin(failed_runs(runs).left_out)
     ended = runs[runs["status"].isin(["finished", "failed"]) & ~left_out]
     for number, row in zip(ended.index.tolist(), ended.to_dict("records"), strict=True):
         run = results.read(cell_of(row))
         for name in names:
-            judges = judge_failed if run.failure else judge
-            try:
-                found: Judged | str = judges(run, truth(row["sequence"], row["fingerprint"]), name)
-                if run.answered is not None and not run.failure and isinstance(found, Judged):
-                    found = replace(found, scores={**found.scores, LATE.name: _late(run.answered)})
-            except ValueError as error:  # the preset says why it can't judge such a run
-                found = str(error)
-            judged[name][number] = found
-    return judged
+            verdicts[name][number] = _judge_run(
+                run, truth(row["sequence"], row["fingerprint"]), name
+            )
+    return verdicts
 
 
-def _late(answered: NDArray[np.int32]) -> float:
-    """Share of the frames after the first with an answer to an earlier one."""
-    asked = np.flatnonzero(answered >= 0)[1:]
-    return float(np.mean(answered[asked] != asked)) if len(asked) else nan
+def _judge_run(run: Run, truth: StoredTruth, name: str) -> Verdict:
+    """Return what a preset makes of a run, with late answers, or why it cannot judge the run."""
+    try:
+        if run.failure:
+            return judge_failed(run, truth, name)
+        judged = judge(run, truth, name)
+    except ValueError as error:  # the preset states why it cannot judge such a run
+        return str(error)
+    if run.answered is None:
+        return judged
+    frames = np.flatnonzero(run.answered >= 0)[1:]
+    late = float(np.mean(run.answered[frames] != frames)) if len(frames) else nan
+    return replace(judged, scores={**judged.scores, LATE.name: late})
 
 
-def tables_by(
-    folder: Path,
-    names: Sequence[str],
-    cells: Collection[Cell] | None = None,
-    title: str = "",
-    scored: Sequence[Scored] | None = None,
-) -> list[Table]:
-    """Tables of an experiment by presets; `native` has those of `bench.reporting.tables`.
-
-    Runs in one pass come first, and of these the presets as they are named.
-    `scored`: what `beside_native` gave, where it was asked already.
-    """
-    scored = beside_native(folder, names, cells, title) if scored is None else scored
-    made = [one.table for one in scored]
-    if PRESET in names:
-        there = protocols_in(folder, cells)
-        own = tables(folder, cells, _headed(title or title_of(folder), STORED_ONCE, there))
-        place = names.index(PRESET) if STORED_ONCE in there else 0
-        made[place:place] = own
-    return made
+def _scores(verdicts: Mapping[int, Verdict], columns: list[str]) -> pd.DataFrame:
+    """Return the scores of judged runs by row."""
+    scores = {row: dict(run.scores) for row, run in verdicts.items() if isinstance(run, Judged)}
+    return pd.DataFrame.from_dict(scores, "index", columns=columns)
 
 
-def summary_text(folder: Path, cells: Collection[Cell], metrics: Sequence[str] = (PRESET,)) -> str:
-    """Tables of some runs of an experiment for a terminal."""
-    given = "" if tuple(metrics) == (PRESET,) else f" --metrics {','.join(metrics)}"
-    more = f" (`trackmark report {folder}{given} --wide`)"
-    made = tables_by(folder, metrics, cells)
-    return "\n".join(on_terminal(table, to_text, more) for table in made)
+class _PresetTable:
+    """Runs by one protocol with a preset's scores, and their table."""
 
+    def __init__(
+        self, name: str, runs: pd.DataFrame, verdicts: Mapping[int, Verdict], title: str
+    ) -> None:
+        self.name, self.title, self.preset = name, title, metrics_preset(name)
+        self.judged = {row: run for row, run in verdicts.items() if isinstance(run, Judged)}
+        self.refused = {row: run for row, run in verdicts.items() if isinstance(run, str)}
+        late = [LATE] if any(LATE.name in run.scores for run in self.judged.values()) else []
+        own = [_measure(key, column) for key, column in self.preset.columns.items()]
+        self.measures = [*(SUMMARY if name == PRESET else own), *late]
+        shown = runs[["tracker", "sequence", "repetition", "status", "failure"]].copy()
+        shown.loc[list(self.refused), "status"] = NOT_SCORED
+        names = [*self.preset.columns, *(measure.name for measure in late)]
+        self.runs = shown.join(_scores(verdicts, names))
+        self.together = {
+            str(tracker): _overall(self.preset, rows, self.judged)
+            for tracker, rows in self.runs.groupby("tracker", sort=False)
+            if counted(rows, self.measures[0].name).all()
+        }
 
-def write_curves(
-    folder: Path,
-    scored: Collection[Scored],
-    trackers: Sequence[str],
-    tell: Callable[[str], None],
-    suffix: str = ".png",
-) -> list[Path]:
-    """Draw the curves of presets into a folder, and give the files.
+    def scored(self, prefix: str) -> Scored:
+        """Return the table, whose name starts with `prefix`, and the curves."""
+        table = sequence_table(self.runs, self.measures, self.title, self.name)
+        if len(self.runs["sequence"].unique()) > 1:
+            table = self._with_means(table)
+        reasons = dict.fromkeys(f"{NOT_SCORED}: {why}" for why in self.refused.values())
+        notes = list(reasons)[:_MOST_NOTES]
+        table = replace(table, name=f"{prefix}metrics-{self.name}", notes=[*table.notes, *notes])
+        if notes and not self.judged:  # all cells would be dashes
+            caption = f"{self.title}; metrics preset {self.name}: nothing scored."
+            table = replace(table, rows=[], caption=caption, notes=notes)
+        curves = {
+            curve: {k: one.curves[curve] for k, one in self.together.items() if curve in one.curves}
+            for curve in self.preset.curves
+        }
+        return Scored(self.name, self.title, table, curves)
 
-    `trackers`: all of the report, in the order of their colours. `tell` is given a sentence on
-    every preset that has no tracker's curve. `suffix`: of the files, see
-    `reports.figures.write_for_papers`. Raises `OSError`.
-    """
-    from trackmark.reports.figures import write_for_papers  # brings what draws
-    from trackmark.reports.plots import curve_plot
+    def _with_means(self, table: Table) -> Table:
+        """Return the table with rows over all sequences before those of each.
 
-    paths = []
-    for one in scored:
-        if one.curves and not any(one.curves.values()):
-            why = f"there is no tracker all of whose runs {one.preset} can judge."
-            tell(f"{one.table.name}: no plot: {why}")
-            continue
-        for name, axes in metrics_preset(one.preset).curves.items():
-            title = f"{one.title}: {heading(name)}, metrics preset {one.preset}"
-            figure = curve_plot(one.curves.get(name, {}), axes.x, axes.y, title, trackers)
-            path = folder / f"{one.table.name}-{name.replace('_', '-')}{suffix}"
-            paths += write_for_papers(path, figure)
-    return paths
-
-
-def _scored(
-    name: str, runs: pd.DataFrame, judged: Mapping[int, Judged | str], title: str, prefix: str
-) -> Scored:
-    """Return the table and the curves of one preset."""
-    preset = metrics_preset(name)
-    refused = {row: run for row, run in judged.items() if isinstance(run, str)}
-    late = any(LATE.name in run.scores for run in judged.values() if isinstance(run, Judged))
-    shown = runs[["tracker", "sequence", "repetition", "status", "failure"]].copy()
-    shown.loc[list(refused), "status"] = NOT_SCORED
-    shown = shown.join(_frame(judged, [*preset.columns, *([LATE.name] if late else [])]))
-    measures = [_measure(key, column) for key, column in preset.columns.items()]
-    measures = [*(SUMMARY if name == PRESET else measures), *([LATE] if late else [])]
-    table = sequence_table(shown, measures, title, name)
-    together = {
-        str(tracker): preset.overall(
-            [
-                [run for row in rows.index if isinstance(run := judged[row], Judged)]
-                for _, rows in of_tracker.groupby("sequence", sort=False)
-            ]
+        If the preset does not average sequences with equal weight, its own figures come first,
+        without intervals, and the means over units follow.
+        """
+        whole = {name: nan for name, column in self.preset.columns.items() if column.whole}
+        runs = self.runs.assign(**whole)
+        means = mean_table(runs, self.measures, "", self.name, skip_undefined=True)
+        sequences = [str(name) for name in runs["sequence"].unique()]
+        units = units_of(sequences)
+        label, words = TOGETHER, means_over(sequences, len(units))
+        rows, data = list[list[TableCell]](), list[pd.DataFrame]()
+        if self.preset.combine is not mean_of_sequences:
+            label = MEANS
+            words += f"; {TOGETHER}: as the preset weights them, without interval"
+            if self.together:
+                own = self._together_table()
+                rows += [[*row[:2], *map(_without_interval, row[2:])] for row in own.rows]
+                counts = own.data["tracker"].map(runs["tracker"].value_counts())
+                data.append(own.data.assign(runs=counts))
+        rows += [[TableCell(label), *row] for row in means.rows]
+        data.append(means.data.assign(sequence=label))
+        columns = [measure.name for measure in self.measures if measure.name not in whole]
+        scores = runs.loc[counted(runs, self.measures[0].name), columns]
+        undefined = f"{MISSING}: undefined in a run, which the mean over all sequences leaves out"
+        meaning = meaning_of_intervals(units)
+        return replace(
+            table,
+            caption=f"{table.caption} {label.capitalize()}: {words}. {meaning}",
+            rows=rows + table.rows,
+            notes=[*table.notes, *([undefined] if scores.isna().any(axis=None) else [])],
+            data=pd.concat([*data, table.data], ignore_index=True)[list(table.data)],
         )
-        for tracker, of_tracker in shown.groupby("tracker", sort=False)
-        if counted(of_tracker, measures[0].name).all()
-    }
-    if len(shown["sequence"].unique()) > 1:
-        table = _with_means(table, name, shown, measures, together)
-    curves = {
-        curve: {name: one.curves[curve] for name, one in together.items() if curve in one.curves}
-        for curve in preset.curves
-    }
-    reasons = list(dict.fromkeys(f"{NOT_SCORED}: {why}" for why in refused.values()))[:_MOST_NOTES]
-    table = replace(table, name=f"{prefix}metrics-{name}", notes=[*table.notes, *reasons])
-    if reasons and len(refused) == len(judged):  # all rows would be dashes
-        caption = f"{title}; metrics preset {name}: nothing scored."
-        table = replace(table, rows=[], caption=caption, notes=reasons)
-    return Scored(name, title, table, curves)
+
+    def _together_table(self) -> Table:
+        """Return a table of the preset's own figures over all sequences."""
+        frame = pd.DataFrame(
+            {"tracker": tracker, "sequence": TOGETHER, "repetition": 0, **run.scores}
+            for tracker, run in self.together.items()
+        ).assign(status="finished", failure="")
+        return sequence_table(frame, self.measures, "", self.name)
+
+
+def _overall(preset: Preset, rows: pd.DataFrame, judged: Mapping[int, Judged]) -> Judged:
+    """Return what the runs of a tracker make together."""
+    by_sequence = [
+        [judged[row] for row in its.index if row in judged]
+        for _, its in rows.groupby("sequence", sort=False)
+    ]
+    return preset.overall(by_sequence)
 
 
 def _measure(name: str, column: Column) -> Measure:
-    """Return a preset's score as a column: those of which more is better are shares."""
+    """Return a preset's score as a column; scores of which more is better are shares."""
     share = column.better == "higher"
     return Measure(
         name,
@@ -307,51 +337,6 @@ def _measure(name: str, column: Column) -> Measure:
         least=0.0,
         most=1.0 if share else inf,
         margin=MARGIN if share else 0.0,
-    )
-
-
-def _with_means(
-    table: Table,
-    preset_name: str,
-    shown: pd.DataFrame,
-    measures: Sequence[Measure],
-    together: Mapping[str, Judged],
-) -> Table:
-    """Return the table with rows over all sequences before those of each.
-
-    If the preset does not average sequences with equal weight, its own figures come first, without
-    intervals, and the means over units follow.
-    """
-    preset = metrics_preset(preset_name)
-    whole = {name: nan for name, column in preset.columns.items() if column.whole}
-    means = mean_table(shown.assign(**whole), measures, "", preset_name, skip_undefined=True)
-    label = TOGETHER
-    words, _, meaning = means.caption.removeprefix(": ").partition(
-        f"; metrics preset {preset_name}"
-    )
-    rows, data = list[list[TableCell]](), list[pd.DataFrame]()
-    if preset.combine is not mean_of_sequences:
-        label, words = MEANS, f"{words}; {TOGETHER}: as the preset weights them, without interval"
-        frame = pd.DataFrame(
-            {"tracker": tracker, "sequence": TOGETHER, "repetition": 0, **run.scores}
-            for tracker, run in together.items()
-        ).assign(status="finished", failure="")
-        if len(frame):
-            own = sequence_table(frame, measures, "", preset_name)
-            rows += [[*row[:2], *map(_without_interval, row[2:])] for row in own.rows]
-            counts = own.data["tracker"].map(shown["tracker"].value_counts())
-            data.append(own.data.assign(runs=counts))
-    rows += [[TableCell(label), *row] for row in means.rows]
-    data.append(means.data.assign(sequence=label))
-    columns = [measure.name for measure in measures if measure.name not in whole]
-    scored = shown.loc[counted(shown, measures[0].name), columns]
-    undefined = f"{MISSING}: undefined in a run, which the mean over all sequences leaves out"
-    return replace(
-        table,
-        caption=f"{table.caption} {label.capitalize()}: {words}{meaning}",
-        rows=rows + table.rows,
-        notes=[*table.notes, *([undefined] if scored.isna().any(axis=None) else [])],
-        data=pd.concat([*data, table.data], ignore_index=True)[list(table.data)],
     )
 
 

@@ -1,4 +1,4 @@
-"""Tables of stored results; nothing but their folder is read."""
+"""Tables of stored results, read from their folder alone."""
 
 from collections.abc import Collection, Sequence
 from dataclasses import replace
@@ -36,7 +36,7 @@ SUMMARY = tuple(
         Measure("centre_error_median", "median", "px", "lower", 2, rank=2),
     )
 )
-"""Over several sequences: shares, so that each sequence counts once."""
+"""Columns over several sequences: shares, so that each sequence counts once."""
 
 PER_SEQUENCE = (
     Measure("mean_overlap", "mean overlap", direction="higher", decimals=3),
@@ -48,16 +48,16 @@ PER_SEQUENCE = (
     Measure("centre_error", "centre error", "px", "lower", 2),
     Measure("centre_error_p90", "90th percentile", "px", "lower", 2, rank=3),
 )
-"""On one sequence: counts of frames, as papers give them."""
+"""Columns of one sequence: counts of frames, as in papers."""
 
 MASKS = (
     Measure("mean_region_similarity", "region similarity J", "", "higher", 3, least=0.0, most=1.0),
     Measure("mean_contour_accuracy", "contour accuracy F", "", "higher", 3, least=0.0, most=1.0),
 )
-"""Of runs whose trackers gave masks, beside what their boxes score."""
+"""Columns of runs with masks, in addition to the scores of boxes."""
 
 TIME = Measure("milliseconds", "time a frame", "ms", None, 3, least=0.0)
-"""CPU of timing runs, warm; with `~` of the accuracy runs, beside whatever else was running."""
+"""Warm CPU time of timing runs; with `~` that of the scored runs, under other load."""
 
 SEGMENTATION = (
     Measure("mean_region_similarity", "J, mean", direction="higher", decimals=3),
@@ -67,7 +67,7 @@ SEGMENTATION = (
     Measure("contour_recall", "F, recall", "%", "higher", 1, scale=100),
     Measure("contour_decay", "F, decay", direction="lower", decimals=3, rank=1),
 )
-"""Of runs with masks, beside `MASKS`: all that DAVIS tells of similarity J and accuracy F."""
+"""Columns of runs with masks: mean, recall and decay of J and F, as DAVIS defines them."""
 
 TIMES = (
     Measure("warm_seconds_median", "CPU a frame, warm, median", "ms", "lower", 4, scale=1e3),
@@ -80,7 +80,7 @@ TIMES = (
     Measure("disturbed", "disturbed passes", "share", None, 2, rank=3),
     Measure("mean_overlap", "mean overlap", direction="higher", decimals=3),
 )
-"""Of timing runs, with what the time bought."""
+"""Columns of timing runs, with the score that the time buys."""
 
 
 def title_of(folder: Path, *, named: bool = False) -> str:
@@ -240,14 +240,14 @@ def _with_times(scored: pd.DataFrame, timed: pd.DataFrame) -> tuple[pd.DataFrame
 
 
 def own_times(scored: pd.DataFrame) -> pd.Series:
-    """Seconds a frame by the accuracy runs themselves: the median CPU time of an update.
+    """Return the median CPU time of an update in the scored runs themselves [s].
 
-    Of runs stored before that was kept, the mean by the wall clock, beside whatever else ran.
+    Older runs have the mean wall-clock time instead, which includes other load.
     """
     return scored["update_seconds"].fillna(scored["seconds"] / scored["frames"])
 
 
 def _segmenting(scored: pd.DataFrame) -> set[str]:
-    """Trackers with scores of masks."""
+    """Return the trackers with scores of masks."""
     there = [measure.name for measure in MASKS if measure.name in scored]
     return set(scored["tracker"][scored[there].notna().any(axis=1)])

@@ -1,6 +1,6 @@
 """Agreement of two orders: Spearman's rank correlation with its interval."""
 
-from math import atanh, sqrt, tanh
+from math import atanh, nan, sqrt, tanh
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,14 +18,13 @@ def rank_correlation(
 
     The variance of z is Bonett and Wright's, (1 + r²/2) / (n - 3). A perfect agreement of few pairs
     is not certain: for the interval, r is at most half of the smallest step away from ±1. With
-    fewer than `MIN_UNITS` pairs the interval is [-1, 1]. Without any spread r is NaN.
-
-    `first`, `second`: shape (n,); infinities are the last of an order. `confidence`: in (0, 1).
+    fewer than `MIN_UNITS` pairs the interval is [-1, 1]. Without any spread r is NaN. Infinities
+    are the last of an order.
     """
     a, b = rankdata(first), rankdata(second)
     n = len(a)
     if n < 2 or not (np.ptp(a) and np.ptp(b)):
-        return float("nan"), Interval(-1.0, 1.0)
+        return nan, Interval(-1.0, 1.0)
     r = float(np.corrcoef(a, b)[0, 1])
     if n < MIN_UNITS:
         return r, Interval(-1.0, 1.0)

@@ -37,20 +37,9 @@ def mean_interval(values: ArrayLike, confidence: float = 0.95) -> Interval:
     and is 3 to 10 % wider than Student's for normal ones. It covers less if rare units decide (one
     in ten: 57 % with 8 units) or the tail is long (lognormal: 90 % with 8 units).
 
-    Parameters
-    ----------
-    values : array of float, shape (n,)
-        One value per unit, n of 2 or more.
-    confidence : float
-        Nominal coverage in (0, 1).
+    `values`: one per unit, shape (n,), finite, n of 2 or more; otherwise raises `ValueError`.
+    `confidence`: nominal coverage in (0, 1).
 
-    Raises
-    ------
-    ValueError
-        If there are fewer than two values or one is not finite.
-
-    Examples
-    --------
     >>> low, high = mean_interval([1.0, 2.0, 3.0, 4.0, 5.0, 9.0])
     >>> print(f"{low:.4f} {high:.4f}")
     1.0317 9.8342
@@ -93,17 +82,8 @@ def share_interval(successes: ArrayLike, trials: ArrayLike, confidence: float = 
     """Return the exact binomial (Clopper-Pearson) interval of a share of units.
 
     A unit with several runs is one success if more than half of its runs succeed: runs on one
-    unit depend on one another.
+    unit depend on one another. `successes`, `trials`: counts per unit, shape (n,), trials above 0.
 
-    Parameters
-    ----------
-    successes, trials : array of int, shape (n,)
-        Counts per unit, n of 1 or more; trials of 1 or more.
-    confidence : float
-        Nominal coverage in (0, 1).
-
-    Examples
-    --------
     >>> print("{:.3f} {:.3f}".format(*share_interval([1] * 19 + [0], [1] * 20)))
     0.751 0.999
     """

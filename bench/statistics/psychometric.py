@@ -1,10 +1,10 @@
-"""A psychometric threshold: where, along a range, half of the runs survive.
+"""Psychometric threshold: the place along a range at which half of the runs survive.
 
-A place in the range is a number from 0, its easy end, to 1, its hard end. The chance to survive
-falls with the place x along a logistic curve, luck + (1 - lapse - luck) / (1 + exp((x - m) / s)):
-`lapse` is the share that is lost however easy it is, `luck` the share that is never lost. The
-threshold is where the curve is one half, so that it means the same whatever these are. Its
-posterior is summed over a grid of all four numbers (as psignifit does): nothing has to converge.
+A place is a number from 0, the easy end of the range, to 1, the hard end. The probability to
+survive falls with the place x along a logistic curve, luck + (1 - lapse - luck) / (1 + exp((x - m)
+/ s)): `lapse` is the share of runs that fail at any place, `luck` the share that never fail. The
+threshold is the place where the curve is one half, so that it does not depend on these shares. Its
+posterior is summed over a grid of all four numbers (as in psignifit): nothing has to converge.
 """
 
 from dataclasses import dataclass
@@ -19,41 +19,41 @@ from trackmark.bench.statistics.intervals import Interval
 Array = NDArray[np.float64]
 
 FIRST, NEXT = 20, 10
-"""Runs that are placed evenly over the range, and runs that are placed at a time from then on."""
+"""Runs that are placed evenly over the range first, and runs per further batch."""
 
 BEYOND = 0.5
-"""How far outside the range thresholds are thought possible, in ranges."""
+"""Largest distance of a threshold from the range, in ranges."""
 
 
 @dataclass(frozen=True, eq=False)
 class Threshold:
-    """What runs tell of a threshold: places are in ranges, and may lie outside [0, 1]."""
+    """Posterior of a threshold; places may lie outside [0, 1]."""
 
     weights: Array  # of the grid's curves, which sum to 1
 
     def quantile(self, share: float) -> float:
-        """Place below which the threshold lies with this probability, in (0, 1)."""
+        """Return the place below which the threshold lies with this probability, in (0, 1)."""
         order, places = _grid().order, _grid().thresholds
         reached = np.searchsorted(self._cumulated, share)
         return float(places[order[min(int(reached), len(order) - 1)]])
 
     @property
     def place(self) -> float:
-        """The threshold: the median of its posterior."""
+        """Median of the posterior."""
         return self.quantile(0.5)
 
     @property
     def interval(self) -> Interval:
-        """Where it lies with a probability of 95 %."""
+        """Interval that contains the threshold with a probability of 95 %."""
         return Interval(self.quantile(0.025), self.quantile(0.975))
 
     @property
     def half_width(self) -> float:
-        """Half of the interval's width."""
+        """Half of the width of the interval."""
         return (self.interval.high - self.interval.low) / 2
 
     def survival(self, places: ArrayLike) -> Array:
-        """Share that survives at each place, shape (n,): the mean of the posterior."""
+        """Return the posterior mean of the share that survives at each place, shape (n,)."""
         return np.array([self.weights @ _grid().survival(x) for x in np.asarray(places).tolist()])
 
     @cached_property
@@ -62,10 +62,7 @@ class Threshold:
 
 
 def threshold(places: ArrayLike, survived: ArrayLike) -> Threshold:
-    """Estimate a threshold from independent runs.
-
-    `places`: of the runs, in ranges. `survived`: which of them survived.
-    """
+    """Estimate a threshold from the places of independent runs, and whether each survived."""
     x, kept = np.asarray(places, np.float64), np.asarray(survived, bool)
     likelihood = _grid().prior.copy()
     for place in np.unique(x).tolist():
@@ -77,17 +74,17 @@ def threshold(places: ArrayLike, survived: ArrayLike) -> Threshold:
 
 
 def next_places(now: Threshold, generator: np.random.Generator, count: int = NEXT) -> Array:
-    """Where the next runs tell most, in [0, 1], shape (count,).
+    """Return places of the next runs in [0, 1], shape (count,).
 
-    At the threshold as far as it is known, one in each equal share of its posterior: what is
-    learnt there depends least on the shape of the curve.
+    There is one in each equal share of the threshold's posterior: the estimate then depends least
+    on the shape of the curve.
     """
     shares = (np.arange(count) + generator.uniform(0, 1, count)) / count
     return np.clip([now.quantile(share) for share in shares.tolist()], 0.0, 1.0)
 
 
 class _Grid(NamedTuple):
-    """Curves that are thought possible, all of shape (curves,)."""
+    """Possible curves; every field has shape (curves,)."""
 
     middles: Array
     slopes: Array  # s: from 10 % to 90 % the curve takes 4.4 s
@@ -98,7 +95,7 @@ class _Grid(NamedTuple):
     order: NDArray[np.int64]  # of the thresholds
 
     def survival(self, place: float) -> Array:
-        """Chance to survive there."""
+        """Return the probability of every curve to survive at a place."""
         falling = 1 / (1 + np.exp((place - self.middles) / self.slopes))
         chance = self.lucks + (1 - self.lapses - self.lucks) * falling
         return np.asarray(np.clip(chance, 1e-4, 1 - 1e-4))
@@ -111,10 +108,10 @@ def _grid() -> _Grid:
     shares = np.array([0.01, 0.05, 0.12, 0.22, 0.4])
     axes = np.meshgrid(middles, slopes, shares, shares, indexing="ij")
     middle, slope, lapse, luck = (axis.ravel() for axis in axes)
-    # Of lapses and luck smaller ones are likelier: density of Beta(1, 10), as psignifit has it.
+    # Small lapses and luck are more likely: density of Beta(1, 10), as in psignifit.
     width = np.gradient(shares)
     prior = 9 * np.log1p(-lapse) + 9 * np.log1p(-luck)
     prior += np.log(width[np.searchsorted(shares, lapse)] * width[np.searchsorted(shares, luck)])
-    half = (0.5 - luck) / (1 - lapse - luck)  # of the way down, where one half survives
+    half = (0.5 - luck) / (1 - lapse - luck)  # of the curve's fall, at which one half survives
     places = middle + slope * np.log(1 / half - 1)
     return _Grid(middle, slope, lapse, luck, prior, places, np.argsort(places, kind="stable"))

@@ -4,14 +4,15 @@ Every answer is read off the printed interval (`intervals.mean_interval`), so th
 contradict each other. A slow test simulates the rules and checks the properties that docs state.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import combinations
 from math import floor, inf, isnan, log10, nan
 from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from trackmark.bench.statistics.intervals import Interval, interval_ends, mean_interval
+from trackmark.bench.statistics.intervals import Interval, mean_interval
 
 CONFIDENCE = 0.95
 """Level of all intervals together; m comparisons have intervals at 1 - 0.05 / m (Bonferroni)."""
@@ -82,28 +83,37 @@ def decide(
 
     Raises `ValueError` if a value is not finite or the margin is negative.
     """
+    answer = _answer(differences, margin, comparisons, limit, unit)
+    return replace(answer, p=p_value(differences, comparisons)) if answer.interval else answer
+
+
+def _answer(
+    differences: ArrayLike, margin: float, comparisons: int, limit: float, unit: str
+) -> Answer:
+    """Answer as `decide`, without p."""
     values = np.asarray(differences, np.float64)
     n = len(values)
     if not (np.isfinite(values).all() and margin >= 0):
         raise ValueError(f"differences must be finite and the margin ({margin}) 0 or more.")
     mean = float(values.mean()) if n else nan
     interval = interval_or_none(values, comparisons, -limit, limit)
+    label: Label = "inconclusive"
+    reason, needed = "", nan
     if interval is None:
-        return Answer("inconclusive", mean, None, only(n, MIN_UNITS, unit))
-    p = p_value(values, comparisons)
-    if interval.inside(margin):
-        if n >= MIN_UNITS_FOR_SMALL:
-            return Answer("equivalent", mean, interval, p=p)
+        reason = only(n, MIN_UNITS, unit)
+    elif interval.inside(margin) and n >= MIN_UNITS_FOR_SMALL:
+        label = "equivalent"
+    elif interval.inside(margin):
+        needed = MIN_UNITS_FOR_SMALL
         reason = f"inside ±{margin:g}, but {only(n, MIN_UNITS_FOR_SMALL, unit)}"
-        return Answer("inconclusive", mean, interval, reason, p, MIN_UNITS_FOR_SMALL)
-    if interval.low <= 0 <= interval.high:
+    elif interval.low <= 0 <= interval.high:
         needed = units_needed(mean, interval, n, margin)
         reason = f"interval contains 0; {about(needed)} {unit} needed"
-        return Answer("inconclusive", mean, interval, reason, p, needed)
-    if interval.low == interval.high and p > 1 - CONFIDENCE:
+    elif interval.low == interval.high and p_value(values, comparisons) > 1 - CONFIDENCE:
         reason = f"the same difference on all {n} {unit}, too few for {comparisons} comparisons"
-        return Answer("inconclusive", mean, interval, reason, p)
-    return Answer("better" if mean > 0 else "worse", mean, interval, p=p)
+    else:
+        label = "better" if mean > 0 else "worse"
+    return Answer(label, mean, interval, reason, needed=needed)
 
 
 def interval_or_none(
@@ -191,15 +201,10 @@ def star_marks(
     """
     scores = np.atleast_2d(np.asarray(values, np.float64)) * (1 if higher else -1)
     trackers, n = scores.shape
-    if trackers < 2 or n < MIN_UNITS:
-        return [False] * trackers
-    first, second = np.triu_indices(trackers, 1)
-    comparisons = len(first)
-    ends = interval_ends(scores[first] - scores[second], corrected_level(comparisons))
-    low, high = (np.clip(end, -limit, limit) for end in ends)
-    differs = ((low > 0) | (high < 0)) & ((low < -margin) | (high > margin))
-    if comparisons * 2.0 ** (1 - n) > 1 - CONFIDENCE:
-        differs &= low < high
-    marks = np.ones(trackers, bool)
-    marks[np.where(low > 0, second, first)[differs]] = False
-    return marks.tolist()
+    marks = [trackers > 1 and n >= MIN_UNITS] * trackers
+    comparisons = trackers * (trackers - 1) // 2
+    for first, second in combinations(range(trackers), 2):
+        answer = _answer(scores[first] - scores[second], margin, comparisons, limit, "units")
+        if answer.label in ("better", "worse"):
+            marks[second if answer.label == "better" else first] = False
+    return marks

@@ -1,6 +1,6 @@
 """Time to failure: how long trackers keep a target.
 
-A run that was never lost is *censored* at its end: it would have gone on for at least as long.
+A run without failure is *censored* at its end: the target was kept for at least as long.
 """
 
 import warnings
@@ -11,9 +11,9 @@ from numpy.typing import ArrayLike, NDArray
 
 
 class Survival(NamedTuple):
-    """A step function: from each of k times on, the share that is not lost, with its band.
+    """Step function: from each time on, the share of runs without failure, with its band.
 
-    All have the shape (k,); shares are in [0, 1], `low` and `high` NaN where nobody was lost yet.
+    Every field has shape (k,). `low` and `high` are NaN before the first failure.
     """
 
     times: NDArray[np.float64]
@@ -25,14 +25,14 @@ class Survival(NamedTuple):
 def kaplan_meier(times: ArrayLike, lost: ArrayLike) -> Survival:
     """Return Kaplan and Meier's estimate of the share that survives, with a 95 % band (log-log).
 
-    `times`: when each run was lost, or ended, in any unit of time. `lost`: whether it was lost.
+    `times`: time of failure or end of each run, in any unit. `lost`: whether the run failed.
     """
-    from scipy.stats import CensoredData, ecdf  # half a second, for a figure alone
+    from scipy.stats import CensoredData, ecdf  # takes half a second, only for a figure
 
     ends, failed = np.asarray(times, np.float64), np.asarray(lost, bool)
     estimate = ecdf(CensoredData.right_censored(ends, ~failed)).sf
     with warnings.catch_warnings():
-        # Where nobody or everybody is lost the formula has no band, and says so: NaN is the answer.
+        # If no run or every run fails, the formula has no band: NaN is the result.
         warnings.filterwarnings("ignore", "The confidence interval is undefined", RuntimeWarning)
         band = estimate.confidence_interval(method="log-log")
     return Survival(

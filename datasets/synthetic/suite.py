@@ -156,8 +156,7 @@ class Suite:
 
         Nothing elsewhere makes a pixel or a truth value.
         """
-        file = FOLDER.parents[2].joinpath(*self.entries[name].module.split("."))
-        return tree_digest(file.with_suffix(".py"), FOLDER)
+        return _scene_tree(self.entries[name].module)
 
     def _fingerprint(self, entry: Entry, knobs: Knobs) -> str:
         tree = self.tree(entry.name)
@@ -165,6 +164,13 @@ class Suite:
         version = [tree] if seal is None else seal.named(tree)
         identity = [entry.name, _identity(knobs), *version]
         return hashlib.sha256(json.dumps(identity, sort_keys=True).encode()).hexdigest()[:16]
+
+
+@cache
+def _scene_tree(module: str) -> str:
+    """Return the digest of a scene module, once per process: it is read for every stored run."""
+    file = FOLDER.parents[2].joinpath(*module.split("."))
+    return tree_digest(file.with_suffix(".py"), FOLDER)
 
 
 def _identity(knobs: Knobs) -> dict[str, Any]:

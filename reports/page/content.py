@@ -2,12 +2,22 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 from urllib.parse import urlencode
 
-from numpy.typing import ArrayLike
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from trackmark.reports.tables import Table
+
+Film: TypeAlias = Sequence[Sequence[bytes]]
+"""Encoded frames in chunks; see `reports.page.film.film`."""
+
+Shapes: TypeAlias = Mapping[int, Mapping[str, Any]]
+"""Outlines and particles by frame and kind."""
+
+Numbers: TypeAlias = Mapping[str, Sequence[float | str | None]]
+"""Numbers of a tracker by name and frame."""
 
 
 class Place(NamedTuple):
@@ -116,55 +126,46 @@ class Section:
     folded: str = ""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Take:
-    """A run as the player shows it; `boxes` and `revised` are rows of its scene's boxes.
+    """A run as the player shows it, or one segment of a run that has several."""
 
-    `round`: whether ellipses in the boxes are meant. `maps`: frames in chunks, by name, empty where
-    there is none. `numbers`: the tracker's own, by name and frame, as squeezed JSON. `start`: of a
-    run that has several segments the number of this one, which is `begun` so. `judged`: first and
-    last frame of each stretch that it is judged in; empty for all. `marks`: frames in which it was
-    begun again.
-    """
-
-    tracker: int
+    tracker: int  # position in the page's list
     repetition: int
-    boxes: int
-    revised: int | None = None
+    boxes: NDArray[np.float64]  # (n, 4), a row per frame; NaN if there is none
+    revised: NDArray[np.float64] | None = None  # likewise
     failure: str = ""
-    round: bool = False
-    maps: Mapping[str, Sequence[Sequence[bytes]]] = field(default_factory=dict)
-    numbers: str = ""
-    start: int = 0
-    begun: str = ""
-    judged: Sequence[tuple[int, int]] = ()
-    marks: Sequence[int] = ()
+    round: bool = False  # whether the target is the ellipse in the box
+    shapes: Shapes = field(default_factory=dict)
+    maps: Mapping[str, Film] = field(default_factory=dict)  # frames without a map are empty
+    numbers: Numbers = field(default_factory=dict)
+    start: int = 0  # number of the segment
+    begun: str = ""  # how the segment begins; empty for a run over all frames
+    judged: Sequence[tuple[int, int]] = ()  # first and last frame of stretches; empty for all
+    marks: Sequence[int] = ()  # frames in which the tracker was restarted
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Scene:
-    """A sequence as the player shows it.
-
-    `boxes`: of truth (first) and takes, see `reports.page.film.packed`. `shapes`: outlines and
-    points by row of boxes and frame, squeezed JSON. `thumbnails`: frames in chunks, see
-    `reports.page.film.film`; `full`: sizes of the larger ones that `write_chunk` wrote. `why`: why
-    there are no frames. `kept`: numbers of those that there are; None for all. `show`: the command
-    that draws a frame, to which its number is added.
-    """
+    """A sequence as the player shows it."""
 
     name: str
-    frames: int
-    size: tuple[int, int]
-    boxes: str
+    size: tuple[int, int]  # width and height of a frame [px]
+    boxes: NDArray[np.float64]  # (n, 4): ground truth, a row per frame
     takes: Sequence[Take]
-    thumbnails: Sequence[Sequence[bytes]] = ()
-    full: Sequence[Sequence[int]] = ()
-    why: str = ""
-    kept: Sequence[int] | None = None
+    thumbnails: Film = ()
+    full: Sequence[Sequence[int]] = ()  # sizes of the larger frames that `write_chunk` wrote
+    why: str = ""  # why there are no frames
+    kept: Sequence[int] | None = None  # numbers of the frames that there are; None for all
     fps: float | None = None
-    first: int = 0
-    shapes: str = ""
-    show: str = ""
+    first: int = 0  # first frame with ground truth
+    shapes: Shapes = field(default_factory=dict)  # of the ground truth
+    show: str = ""  # command that draws a frame, to which its number is added
+
+    @property
+    def frames(self) -> int:
+        """Number of frames."""
+        return len(self.boxes)
 
 
 @dataclass(frozen=True)

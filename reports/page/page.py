@@ -1,5 +1,6 @@
 """A page as a file: a template filled in, with the frames and boxes that its scripts read."""
 
+import json
 import os
 import re
 from base64 import b64encode
@@ -12,14 +13,14 @@ from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
-from trackmark.reports.alignment import number_in, rests_of, texts_of
 from trackmark.reports.files import write_file
-from trackmark.reports.page.content import Chart, Page, Scene
-from trackmark.reports.page.film import ABSENT
+from trackmark.reports.page.content import Chart, Film, Page, Scene, Shapes
+from trackmark.reports.page.film import ABSENT, packed, quantised, squeezed
 from trackmark.reports.palette import COLOURS
 from trackmark.reports.printable import one_line
+from trackmark.reports.tables import number_in, rests_of, texts_of
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -53,8 +54,10 @@ def write_page(path: Path, page: Page, room: float | None = None) -> list[Path]:
     written: list[Path] = []
     told = []
     for number, scene in enumerate(page.scenes):
-        inside[f"boxes-{number}"] = scene.boxes
-        inside |= {f"shapes-{number}": scene.shapes} if scene.shapes else {}
+        rows = _rows(scene)
+        inside[f"boxes-{number}"] = packed(np.stack([quantised(boxes) for boxes, _ in rows]))
+        if shapes := {row: shown for row, (_, shown) in enumerate(rows) if shown}:
+            inside[f"shapes-{number}"] = squeezed(json.dumps(shapes).encode())
         reels: dict[str, Sequence[Sequence[int]]] = {"full": scene.full}
         for kind, film in _films(scene):
             needed = sum(map(len, chain(*film)))
@@ -68,8 +71,10 @@ def write_page(path: Path, page: Page, room: float | None = None) -> list[Path]:
                     written.append(write_chunk(path, name, frames))
             reels[kind] = [[len(frame) for frame in frames] for frames in film]
         for place, take in enumerate(scene.takes):
-            inside |= {f"numbers-{number}-{place}": take.numbers} if take.numbers else {}
-        told.append(_told(scene, reels))
+            if take.numbers:
+                numbers = squeezed(json.dumps(take.numbers).encode())
+                inside[f"numbers-{number}-{place}"] = numbers
+        told.append(_told(scene, reels, shapes=bool(shapes)))
     data = {
         "trackers": [one_line(name) for name in page.trackers],
         "labels": list(page.trackers),
@@ -91,7 +96,7 @@ def write_page(path: Path, page: Page, room: float | None = None) -> list[Path]:
     return [path, *written]
 
 
-def _films(scene: Scene) -> Iterator[tuple[str, Sequence[Sequence[bytes]]]]:
+def _films(scene: Scene) -> Iterator[tuple[str, Film]]:
     """All that is played of a scene: frames, and maps of its takes."""
     yield "thumbnails", scene.thumbnails
     for number, take in enumerate(scene.takes):
@@ -192,7 +197,26 @@ def _poster(scene: Scene) -> str:
     return _address_of(frames[len(frames) // 2])
 
 
-def _told(scene: Scene, reels: Mapping[str, Any]) -> dict[str, Any]:
+def _rows(scene: Scene) -> list[tuple[NDArray[np.float64], Shapes]]:
+    """Return the boxes of a scene with what is drawn with them: ground truth first, then takes."""
+    rows = [(scene.boxes, scene.shapes)]
+    for take in scene.takes:
+        rows.append((take.boxes, take.shapes))
+        rows += [] if take.revised is None else [(take.revised, {})]
+    return rows
+
+
+def _told(scene: Scene, reels: Mapping[str, Any], *, shapes: bool) -> dict[str, Any]:
+    """Return what the player's script reads of a scene."""
+    takes, row = [], 1
+    for take in scene.takes:
+        revised = None if take.revised is None else row + 1
+        failure = one_line(take.failure.partition("\n")[0])
+        maps, numbers = list(take.maps), bool(take.numbers)
+        segment = [take.start, take.begun, take.judged, list(take.marks)]
+        place = [take.tracker, take.repetition, row, revised]
+        takes.append([*place, failure, take.round, maps, numbers, *segment])
+        row += 1 if revised is None else 2
     return {
         "name": scene.name,
         "title": one_line(scene.name),
@@ -203,25 +227,9 @@ def _told(scene: Scene, reels: Mapping[str, Any]) -> dict[str, Any]:
         "why": one_line(scene.why),
         "kept": None if scene.kept is None else list(scene.kept),
         "show": scene.show,
-        "shapes": bool(scene.shapes),
+        "shapes": shapes,
         "reels": {kind: sizes for kind, sizes in reels.items() if sizes},
-        "takes": [
-            [
-                one.tracker,
-                one.repetition,
-                one.boxes,
-                one.revised,
-                one_line(one.failure.partition("\n")[0]),
-                one.round,
-                list(one.maps),
-                bool(one.numbers),
-                one.start,
-                one.begun,
-                one.judged,
-                list(one.marks),
-            ]
-            for one in scene.takes
-        ],
+        "takes": takes,
     }
 
 

@@ -164,7 +164,7 @@ def trackmark(here, in_this_process, monkeypatch, capsys):
     monkeypatch.setenv("TRACKMARK_CACHE", str(here / "cache"))
     monkeypatch.setattr("trackmark.bench.cli.attend", lambda tell: None)
     monkeypatch.setattr(
-        "trackmark.bench.commands._options.PATIENCE", 1e6
+        "trackmark.bench.commands._progress.PATIENCE", 1e6
     )  # seconds: however busy it is here
 
     def call(*arguments, status=0):

@@ -4,9 +4,11 @@ import fcntl
 import json
 from threading import Thread
 
+import numba
 import pytest
-from numba.core.caching import IndexDataCacheFile
+from numba.core.caching import CacheImpl, IndexDataCacheFile
 
+from trackmark.bench.cli import _told
 from trackmark.bench.numba_compilation import SENTENCE
 
 KERNEL = """
@@ -47,6 +49,13 @@ def test_what_the_command_itself_compiles_is_said_too(typed, here, monkeypatch):
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(here / "kernels"))
     done = typed("show", "plain/target:length=10", "--frames", 1, "--output", "strip.png")
     assert done.stderr.splitlines().count(SENTENCE) == 1
+
+
+def test_missing_folder_for_kernels_is_reported_with_the_remedy(monkeypatch):
+    monkeypatch.setattr(CacheImpl, "_locator_classes", [])
+    with pytest.raises(RuntimeError) as caught:
+        numba.njit(cache=True)(lambda: 0)
+    assert _told(caught.value).endswith(". Set NUMBA_CACHE_DIR to a folder that can be written.")
 
 
 def test_one_process_at_a_time_touches_what_is_kept_of_a_function(tmp_path):

@@ -89,7 +89,7 @@ def test_frames_stand_in_chunks_in_order_and_are_not_enlarged():
 
 def test_an_address_says_names_as_they_are():
     place = Place(0, 0, 2, 7)
-    scene = Scene("a&b=ц#", 9, (4, 3), "", [])
+    scene = Scene("a&b=ц#", (4, 3), np.zeros((9, 4)), [])
     assert Page("", [], ["x y"], [scene]).address(place) == (
         "#sequence=a%26b%3D%D1%86%23&tracker=x+y&repetition=2&frame=7"
     )

@@ -1,165 +1,164 @@
-"""Plots: that their lines are the data, and that everything is inside the picture."""
+"""Plots: their lines are the data, and everything lies inside the picture."""
 
 import numpy as np
-import pandas as pd
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from matplotlib.figure import Figure
 
-from trackmark.reports.figures import fold, write_figure
+from trackmark.reports.figures import Panel, fold, map_plot, write_figure
+from trackmark.reports.page.content import Chart, Line
 from trackmark.reports.palette import colour
-from trackmark.reports.plots import (
-    curve_plot,
-    frame_plot,
-    precision_plot,
-    share_curve,
-    speed_plot,
-    success_plot,
-)
+from trackmark.reports.plots import FrameScores, chart_plot, frame_plot, speed_plot
 from trackmark.reports.printable import printable
-from trackmark.reports.write import file_names, write_plots
+from trackmark.reports.series import quantile_by_frame, series_plot
+from trackmark.reports.write import file_names
 
 LONG = "multipart:preset=robust:particles=400:half_width=3.5:resampling=systematic"
+DOT = {"x": [0.5], "y": [0.5]}
 
 
-def frame_table(overlaps, tracker="a", sequence="s", repetition=0, revised=False):
-    n = len(overlaps)
-    return pd.DataFrame(
-        {
-            "tracker": tracker,
-            "sequence": sequence,
-            "repetition": repetition,
-            "frame": np.arange(1, n + 1),
-            "overlap": overlaps,
-            "centre_error": 30.0 * (1 - np.asarray(overlaps, float)),
-            "revised": revised,
-        }
-    )
+def chart(labels, x=(0.0, 1.0), y=(1.0, 0.5), **options):
+    lines = [Line(label, number, x, y) for number, label in enumerate(labels)]
+    return Chart("C", "x", "y", lines, "words", top=1.0, **options)
 
 
-def timing(trackers, median, tail):
-    return pd.DataFrame(
-        {"tracker": trackers, "cpu_seconds_median": median, "cpu_seconds_p95": tail}
-    )
+def scores(*overlaps):
+    """Runs with these overlaps by frame, and an error of 30 pixels without overlap."""
+    values = np.array(overlaps, float)
+    return FrameScores(values, 30 * (1 - values))
 
 
-def labels_of(figure):
-    return [line.get_label() for line in figure.axes[0].lines]
-
-
-def words(figure):
+def legend(figure):
     return [text.get_text() for text in figure.legends[0].get_texts()]
 
 
+def test_chart_has_lines_with_bands_and_figures():
+    lines = [
+        Line("a", 0, [0, 1], [1, 0.5], [1, 0.2], [1, 0.8], told="0.750"),
+        Line("b", 2, [0, 1], [1, 1]),
+    ]
+    shown = Chart("C", "overlap", "share", lines, "", "step", top=1.0, told="area")
+    figure = chart_plot(shown, "T", ["a", "x", "b"])
+    (axes,) = figure.axes
+    assert (axes.get_xlabel(), axes.get_ylabel(), axes.get_ylim()) == (
+        "overlap",
+        "share",
+        (0, 1.02),
+    )
+    assert legend(figure) == ["a (0.750)", "x (incomplete)", "b"]
+    assert [line.get_color() for line in axes.lines] == [colour(0), colour(1), colour(2)]
+    assert axes.lines[0].get_ydata().tolist() == [1, 0.5]
+    assert np.isnan(axes.lines[1].get_ydata()).all()
+    (band,) = axes.collections
+    assert band.get_paths()[0].vertices[:, 1].min() == 0.2
+
+
+def test_chart_of_dots_has_intervals():
+    lines = [Line("a", 0, [2.0], [0.5], [0.4], [0.6]), Line("b", 1, [3.0], [0.5], [np.nan])]
+    figure = chart_plot(Chart("", "ms", "y", lines, "", "dots", logarithmic=True), "T")
+    (axes,) = figure.axes
+    assert axes.get_xscale() == "log"
+    (bar,) = axes.collections
+    np.testing.assert_array_equal(bar.get_segments()[0], [[2, 0.4], [2, 0.6]])
+
+
 @pytest.mark.parametrize("name", ["a$\\frac{$", "$a$ and $b$", "_mine.py:Mine", "\x1b[2J"])
-def test_a_name_is_no_formula_and_stands_in_the_legend(name, tmp_path):
-    table = frame_table([0.5], tracker=name, sequence=name)
-    for figure in (success_plot(table, name, [name]), frame_plot(table, name, [name])):
+def test_name_is_no_formula_and_stands_in_the_legend(name, tmp_path):
+    for figure in (
+        chart_plot(chart([name]), name),
+        frame_plot(name, {0: scores([0.5])}, [name], set()),
+    ):
         assert write_figure(tmp_path / "plot.png", figure).stat().st_size
-        (shown,) = words(figure)
+        (shown,) = legend(figure)
         assert shown.replace("\\$", "$").strip().startswith(printable(name))
 
 
-@given(st.lists(st.floats(0, 1), min_size=1, max_size=30))
-def test_the_area_under_the_success_curve_is_the_mean_overlap(overlaps):
-    thresholds = np.linspace(0, 1, 4001)
-    curve = share_curve(frame_table(overlaps), "overlap", thresholds, at_least=True)
-    assert np.trapezoid(curve, thresholds) == pytest.approx(np.mean(overlaps), abs=1e-3)
-    assert curve[0] == 1.0
-    assert (np.diff(curve) <= 0).all()
-
-
-def test_curves_include_their_thresholds_and_count_each_sequence_once():
-    table = pd.concat([frame_table([0.5, 0.7]), frame_table([0.1] * 8, sequence="t")])
-    share = share_curve(table, "overlap", np.array([0.5, 0.500001]), at_least=True)
-    np.testing.assert_allclose(share, [0.5, 0.25])
-    share = share_curve(table, "centre_error", np.array([15.0, 14.9999]), at_least=False)
-    np.testing.assert_allclose(share, [0.5, 0.25])
-
-
-def test_plots_draw_a_line_a_tracker_and_name_it_with_its_figure():
-    table = pd.concat([frame_table([0.25, 0.75]), frame_table([1.0, 1.0], tracker="b")])
-    for plot in (success_plot, precision_plot):
-        figure = plot(table, "T", ["a", "b"])
-        assert labels_of(figure) == ["a (0.500)", "b (1.000)"]
-        assert figure.axes[0].lines[1].get_ydata()[-1] == 1.0
-
-
-def test_the_frame_plot_shows_the_median_over_repetitions_with_a_band():
-    table = pd.concat([frame_table([o, 0.5], repetition=i) for i, o in enumerate([0.1, 0.2, 0.9])])
-    upper, lower = frame_plot(table, "s", ["a"]).axes
+def test_frame_plot_has_medians_quartiles_and_counts_of_runs():
+    runs = {0: scores([np.nan, 0.1, 0.5], [np.nan, 0.2, 0.5], [np.nan, 0.9, 0.5])}
+    runs |= {2: scores([np.nan, 0.5, 0.5]), 3: FrameScores(*np.empty((2, 0, 3)))}
+    figure = frame_plot("s", runs, ["a", "x", "b", "c"], {"c"})
+    upper, lower = figure.axes
+    assert upper.lines[0].get_xdata().tolist() == [1, 2]  # the first frame is not judged
     np.testing.assert_allclose(upper.lines[0].get_ydata(), [0.2, 0.5])
     np.testing.assert_allclose(lower.lines[0].get_ydata(), [24.0, 15.0])
     assert len(upper.collections) == 1
-    assert not frame_plot(frame_table([0.1]), "s", ["a"]).axes[0].collections
+    assert [line.get_color() for line in upper.lines] == [colour(0), colour(2), colour(3)]
+    assert legend(figure) == ["a (3 runs)", "b", "c (0 runs)"]
 
 
-def test_a_tracker_keeps_its_colour_and_an_incomplete_one_gets_no_curve():
-    table = pd.concat([frame_table([0.25, 0.75]), frame_table([1.0, 1.0], tracker="b")])
-    figure = success_plot(table, "T", ["x", "a", "b"], incomplete={"a"})
-    (axes,) = figure.axes
-    assert labels_of(figure) == ["x (incomplete)", "a (incomplete)", "b (1.000)"]
-    assert np.isnan(axes.lines[1].get_ydata()).all()
-    assert axes.lines[2].get_color() == colour(2)
-    upper, _ = frame_plot(table, "s", ["x", "a", "b"]).axes
-    assert [line.get_color() for line in upper.lines] == [colour(1), colour(2)]
+def test_frames_of_more_than_seven_trackers_have_rows():
+    labels = [f"t{number}" for number in range(8)]
+    runs = {n: scores([n / 8, 1.0], [n / 8, 1.0]) for n in range(8)}
+    figure = frame_plot("s", runs, labels, set())
+    assert len(figure.axes) == 16
+    for number, left in enumerate(figure.axes[::2]):
+        *others, line = left.get_lines()
+        assert left.get_title(loc="left") == f"t{number} (2 runs)"
+        assert (line.get_color(), line.get_ydata()[0]) == (colour(number), number / 8)
+        assert len(others) == 8
+        assert len(left.collections) == 1  # its quartiles alone
+    del runs[7]
+    assert len(frame_plot("s", runs, labels, set()).axes) == 2
 
 
-def test_the_speed_plot_shows_no_tracker_of_which_a_pass_was_disturbed():
-    passes = timing([*"aabb"], [0.001, 0.003, np.nan, 0.1], [0.003, 0.003, np.nan, 0.1])
-    (axes,) = speed_plot(passes, "T", ["x", "a", "b"]).axes
+def test_speed_plot_has_no_dot_of_a_disturbed_tracker():
+    times = {"a": (0.002, 0.003), "b": (np.nan, np.nan)}
+    (axes,) = speed_plot(times, "warm", "T", ["x", "a", "b"]).axes
     assert [label.get_text() for label in axes.get_yticklabels()] == ["a", "b"]
-    assert len(axes.lines) == 2
-    np.testing.assert_allclose(axes.lines[0].get_xdata(), [2.0, 3.0])
+    np.testing.assert_allclose([line.get_xdata() for line in axes.lines[:1]], [[2.0, 3.0]])
     assert axes.lines[0].get_color() == colour(1)
     (word,) = [text for text in axes.texts if text.get_text() == "disturbed or failed"]
     assert word.get_position()[1] == 1
+    assert "warm [ms]" in axes.get_xlabel()
 
 
-def test_a_frame_without_a_value_is_a_miss_at_every_threshold():
-    table = frame_table([0.5, np.nan])
-    share = share_curve(table, "overlap", np.array([0.0, 0.5, 1.0]), at_least=True)
-    np.testing.assert_allclose(share, [0.5, 0.5, 0.0])
-    share = share_curve(table, "centre_error", np.array([0.0, 15.0, 50.0]), at_least=False)
-    np.testing.assert_allclose(share, [0.0, 0.5, 0.5])
-    assert labels_of(success_plot(table, "T", ["a"])) == ["a (0.250)"]
-
-
-def test_the_frame_plot_says_how_many_runs_a_median_is_over():
-    table = pd.concat(
-        [frame_table([0.5], repetition=i, tracker="a") for i in (0, 2)]
-        + [frame_table([0.5], tracker="b"), frame_table([0.5], tracker="c")]
+def test_series_has_a_panel_below_the_other():
+    five = np.array([[i, i + 2.0, np.nan] for i in range(5)])
+    figure = series_plot(
+        {"z": {"b": five}, "y": {"a": five[:1]}}, "T", "Hx", ["a", "b"], "scenes", 3
     )
-    figure = frame_plot(table, "s", ["a", "b", "c", "d", "e"], incomplete={"c", "d"})
-    assert words(figure) == ["a (2 runs)", "b", "c (1 run)", "d (0 runs)"]
+    upper, lower = figure.axes
+    np.testing.assert_array_equal(upper.lines[0].get_xydata(), [[3, 2], [4, 4], [5, np.nan]])
+    assert upper.lines[0].get_color() == colour(1)
+    assert upper.get_ylabel() == "z\nHx"
+    np.testing.assert_array_equal(quantile_by_frame(five, 0.25), [1, 3, np.nan])
+    assert not lower.collections  # a single row has no quartiles
+    assert legend(figure) == ["b", "a"]
+    assert figure.legends[0].get_title().get_text() == "median and quartiles over scenes"
 
 
-def test_headlines_say_that_boxes_are_online_where_a_tracker_revised_some():
-    def headlines(table):
-        figures = [plot(table, "T", ["a", "b"]) for plot in (success_plot, precision_plot)]
-        figures += [frame_plot(table, sequence, ["a", "b"]) for sequence in "st"]
-        return [figure.get_suptitle() for figure in figures]
-
-    plain = [frame_table([0.5]), frame_table([0.5], sequence="t")]
-    assert headlines(pd.concat(plain)) == ["T", "T", "s", "t"]
-    beside = frame_table([0.5], tracker="b", sequence="t", revised=True)
-    words = ", said at once (online)"
-    assert headlines(pd.concat([*plain, beside])) == [f"T{words}", f"T{words}", "s", f"t{words}"]
+def test_maps_have_images_boxes_and_contours():
+    image = np.full((4, 8, 3), (200, 100, 0), np.uint8)
+    corners = np.array([[1.0, 1.0], [5.0, 1.0], [5.0, 3.0]])
+    panels = [
+        Panel("frame", image, np.array([2.0, 1.0, 4.0, 2.0]), corners),
+        Panel("map", np.full((4, 8), 0.25)),
+        Panel("other", np.zeros((4, 8))),
+    ]
+    frame, map_, _, empty = map_plot(panels, "T", columns=2).axes
+    assert frame.images[0].get_array()[0, 0].tolist() == [0, 100, 200]
+    assert frame.images[0].get_extent() == [0, 8, 4, 0]
+    box, contour = frame.patches
+    assert (box.get_xy(), box.get_width(), box.get_height()) == ((2.0, 1.0), 4.0, 2.0)
+    np.testing.assert_array_equal(contour.get_xy()[:-1], corners)
+    assert map_.images[0].get_clim() == (0, 1)
+    assert not empty.images
 
 
 @pytest.mark.parametrize("labels", [["a", LONG], [f"{LONG}:seed={i}" for i in range(12)]])
-def test_labels_however_long_are_inside_the_picture_and_leave_the_data_room(labels):
+def test_long_labels_lie_inside_and_leave_room(labels):
     title = "a headline of some length over a sequence: " + LONG
-    table = pd.concat([frame_table([0.2, 0.7], label, title) for label in labels])
-    figures = [plot(table, title, labels) for plot in (success_plot, precision_plot, frame_plot)]
-    for figure in [*figures, speed_plot(timing(labels, 0.001, 0.003), title, labels)]:
+    runs = {number: scores([0.2, 0.7]) for number in range(len(labels))}
+    figures = [chart_plot(chart(labels), title), frame_plot(title, runs, labels, set())]
+    times = dict.fromkeys(labels, (0.001, 0.003))
+    for figure in [*figures, speed_plot(times, "warm", title, labels)]:
         figure.draw_without_rendering()
         width, height = figure.bbox.size
         for axes in figure.axes:
             assert axes.bbox.width > (0.5 if len(figure.axes) <= 2 else 0.25) * width
             assert axes.bbox.height > 100
-            for legend in figure.legends:
-                assert not legend.get_window_extent().overlaps(axes.bbox)
+            assert not any(one.get_window_extent().overlaps(axes.bbox) for one in figure.legends)
         for artist in (*figure.axes, *figure.legends, *figure.texts):
             drawn = artist.get_tightbbox()
             assert min(drawn.x0, drawn.y0) >= -1
@@ -167,11 +166,9 @@ def test_labels_however_long_are_inside_the_picture_and_leave_the_data_room(labe
             assert drawn.y1 <= height + 1
 
 
-def test_a_legend_has_as_many_columns_as_there_is_room_for():
+def test_legend_uses_the_columns_that_have_room():
     def lines(label):
-        labels = [f"{label}{i}" for i in range(4)]
-        table = pd.concat([frame_table([0.5], tracker=label) for label in labels])
-        figure = success_plot(table, "T", labels)
+        figure = chart_plot(chart([f"{label}{i}" for i in range(4)]), "T")
         figure.draw_without_rendering()
         texts = figure.legends[0].get_texts()
         return len({round(text.get_window_extent().y0) for text in texts})
@@ -179,8 +176,39 @@ def test_a_legend_has_as_many_columns_as_there_is_room_for():
     assert [lines("a"), lines("a" * 32), lines(LONG)] == [1, 2, 4]
 
 
+@pytest.mark.parametrize(("n", "panels"), [(7, 1), (8, 9)])
+def test_more_than_seven_lines_have_panels(n, panels):
+    labels = [f"t{number}" for number in range(n)]
+    lines = [Line(label, k, [0.0, 1.0], [0.5, k / n]) for k, label in enumerate(labels)]
+    figure = chart_plot(Chart("", "x", "y", lines, ""), "title", labels)
+    assert len(figure.axes) == panels
+    for number, axes in enumerate(figure.axes[:n] if panels > 1 else []):
+        line = axes.get_lines()[-1]
+        assert axes.get_title() == labels[number]
+        assert (line.get_color(), line.get_ydata()[-1]) == (colour(number), number / n)
+        assert len(axes.get_lines()) == n + 1  # the others are grey behind it
+    figure.draw_without_rendering()
+
+
+@pytest.mark.parametrize("n", [7, 8])
+def test_single_point_is_seen_in_every_panel(n):
+    labels = [f"t{number}" for number in range(n)]
+    for number, label in enumerate(labels):
+        figure = chart_plot(Chart("", "x", "y", [Line(label, number, **DOT)], ""), "T", labels)
+        axes = figure.axes[number if n == 8 else 0]
+        axes.set_axis_off()
+        figure.draw_without_rendering()
+        (line,) = [one for one in axes.get_lines() if one.get_color() == colour(number)][-1:]
+        line.set_visible(False)
+        figure.canvas.draw()
+        without = np.asarray(figure.canvas.buffer_rgba()).copy()
+        line.set_visible(True)
+        figure.canvas.draw()
+        assert (np.asarray(figure.canvas.buffer_rgba()) != without).any()
+
+
 @given(st.text("ab:/ ", max_size=60), st.integers(1, 30))
-def test_folding_loses_nothing_but_spaces_at_line_ends(text, width):
+def test_folding_loses_only_spaces_at_line_ends(text, width):
     folded = fold(text, width)
     assert folded.replace("\n", "").replace(" ", "") == text.replace(" ", "")
     for line in folded.split("\n"):
@@ -190,10 +218,9 @@ def test_folding_loses_nothing_but_spaces_at_line_ends(text, width):
 @pytest.mark.parametrize(
     ("suffix", "start"), [(".png", b"\x89PNG"), (".svg", b"<?xml"), (".pdf", b"%PDF")]
 )
-def test_figures_are_written_whole_by_their_suffix_with_the_same_bytes(tmp_path, suffix, start):
+def test_equal_figures_have_equal_bytes(tmp_path, suffix, start):
     first, second = (
-        write_figure(tmp_path / i / f"p{suffix}", success_plot(frame_table([0.5]), "T", ["a"]))
-        for i in "ab"
+        write_figure(tmp_path / i / f"p{suffix}", chart_plot(chart(["a"]), "T")) for i in "ab"
     )
     assert first.read_bytes().startswith(start)
     assert first.read_bytes() == second.read_bytes()
@@ -202,7 +229,7 @@ def test_figures_are_written_whole_by_their_suffix_with_the_same_bytes(tmp_path,
 
 @settings(max_examples=30)
 @given(st.lists(st.text(min_size=1) | st.text("aA-|/", min_size=1), unique=True, max_size=6))
-def test_different_labels_get_different_names_of_files(labels):
+def test_labels_have_distinct_names_of_files(labels):
     names = file_names([*labels, *(label * 80 for label in labels[:1])])
     assert len({name.casefold() for name in names.values()}) == len(names)
     for name in names.values():
@@ -211,84 +238,7 @@ def test_different_labels_get_different_names_of_files(labels):
     assert file_names(["samples/face"]) == {"samples/face": "samples-face"}
 
 
-def test_write_plots_draws_what_the_data_allow(tmp_path):
-    passes = timing(["a"], 0.1, 0.2)
-    paths = write_plots(tmp_path, frame_table([0.5], sequence="x/y:z=1"), passes, "T", ["a"])
-    names = ["success", "precision", "frames-x-y-z-1", "speed"]
-    assert paths == [tmp_path / f"{name}.png" for name in names]
-    assert write_plots(tmp_path / "none", pd.DataFrame(), passes[:0], "T", ["a"]) == []
-
-
-def test_a_report_keeps_colours_and_counts_runs_in_every_plot(tmp_path, monkeypatch):
-    drawn = {}
-    monkeypatch.setattr(
-        "trackmark.reports.figures.write_figure", lambda path, fig: drawn.setdefault(path, fig)
-    )
-    table = pd.concat([frame_table([0.5], tracker="b"), frame_table([0.5], tracker="c")])
-    passes = timing(["t", "c"], 0.1, 0.2)
-    write_plots(tmp_path, table, passes, "T", ["a", "b", "c"], incomplete={"a", "b"})
-    figures = {path.stem: figure for path, figure in drawn.items()}
-    assert words(figures["frames-s"]) == ["a (0 runs)", "b (1 run)", "c"]
-    dots = figures["speed"].axes[0].lines[::2]
-    assert [line.get_color() for line in dots] == [colour(2), colour(3)]
-
-
-def test_a_folder_that_cannot_be_written_is_named(tmp_path):
+def test_folder_that_cannot_be_written_is_named(tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(OSError, match=r"cannot write \(Not a directory\): .*file/p\.png"):
-        write_figure(tmp_path / "file" / "p.png", success_plot(frame_table([0.5]), "T", ["a"]))
-
-
-@pytest.mark.parametrize(("n", "panels"), [(7, 1), (8, 9)])
-def test_more_than_seven_lines_have_a_panel_each_and_keep_their_style(n, panels):
-    labels = [f"t{number}" for number in range(n)]
-    points = {
-        label: np.array([[0.0, 0.5], [1.0, number / n]]) for number, label in enumerate(labels)
-    }
-    figure = curve_plot(points, "x", "y", "title", labels)
-    assert len(figure.axes) == panels
-    if panels > 1:
-        for number, axes in enumerate(figure.axes[:n]):
-            line = axes.get_lines()[-1]
-            assert axes.get_title() == labels[number]
-            assert line.get_color() == colour(number)
-            assert line.get_ydata()[-1] == number / n
-            assert len(axes.get_lines()) == n + 1  # the others are grey behind it
-        figure.draw_without_rendering()
-
-
-def test_frames_of_more_than_seven_trackers_have_a_row_each():
-    labels = [f"t{number}" for number in range(8)]
-    table = pd.concat(
-        [
-            frame_table([number / 8, 1.0], label, repetition=repetition)
-            for number, label in enumerate(labels)
-            for repetition in range(2)
-        ]
-    )
-    figure = frame_plot(table, "s", labels)
-    assert len(figure.axes) == 16
-    for number, left in enumerate(figure.axes[::2]):
-        *others, line = left.get_lines()
-        assert left.get_title(loc="left") == f"t{number} (2 runs)"
-        assert (line.get_color(), line.get_ydata()[0]) == (colour(number), number / 8)
-        assert len(others) == 8
-        assert len(left.collections) == 1  # its quartiles alone
-    assert len(frame_plot(table, "s", labels[:7]).axes) == 2
-
-
-@pytest.mark.parametrize("n", [7, 8])
-def test_a_dot_is_seen_also_where_lines_are_marked_here_and_there(n):
-    labels = [f"t{number}" for number in range(n)]
-    place = np.array([[0.5, 0.5]])
-    for number, label in enumerate(labels):
-        figure = curve_plot({label: place}, "x", "y", "T", labels)
-        figure.draw_without_rendering()
-        axes = figure.axes[number if n == 8 else 0]
-        axes.set_axis_off()
-        (line,) = [one for one in axes.get_lines() if one.get_color() == colour(number)][-1:]
-        line.set_visible(False)
-        without = np.asarray(figure.canvas.buffer_rgba()).copy()
-        line.set_visible(True)
-        figure.canvas.draw()
-        assert (np.asarray(figure.canvas.buffer_rgba()) != without).any()
+        write_figure(tmp_path / "file" / "p.png", Figure())

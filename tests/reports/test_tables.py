@@ -12,12 +12,15 @@ from hypothesis import strategies as st
 
 from trackmark.reports.renderers import to_csv, to_latex, to_markdown, to_text
 from trackmark.reports.tables import (
+    Cell,
     Measure,
     Table,
     Uncertainty,
     complete,
+    number_in,
     sequence_table,
     summary_table,
+    texts_of,
 )
 
 OVERLAP = Measure("overlap", "overlap", direction="higher", decimals=3)
@@ -270,10 +273,10 @@ HARMFUL = [
 
 
 @pytest.mark.skipif(shutil.which("pdflatex") is None, reason="pdflatex is not installed")
-def test_latex_compiles_whatever_the_names_are(table, tmp_path):
+def test_latex_compiles_with_any_names(table, aligned, tmp_path):
     rows = [done(name, "s", 0, 0.5) for name in HARMFUL]
     rows += [("x", name, 0, "failed", np.nan, np.nan) for name in HARMFUL]
-    tables = [table, summary(rows, title=HARMFUL[0]), sequences(rows)]
+    tables = [table, aligned, summary(rows, title=HARMFUL[0]), sequences(rows)]
     document = "\\documentclass{article}\\usepackage{booktabs}\\begin{document}%s\\end{document}"
     text = document % "".join(map(to_latex, tables))
     (tmp_path / "t.tex").write_text(text, encoding="utf-8")
@@ -281,6 +284,54 @@ def test_latex_compiles_whatever_the_names_are(table, tmp_path):
     done_so = subprocess.run(command, cwd=tmp_path, capture_output=True, check=False)
     assert done_so.returncode == 0, done_so.stdout[-900:].decode(errors="replace")
     assert r"\ornumbers{ключ}{\textbackslash u043a\textbackslash u043b" in text
+
+
+@pytest.fixture
+def aligned():
+    columns = [
+        ["a", "b", "c", "none"],
+        ["0.784 ±0.204", "0.103 [0.000, 0.210]", "0.929", "— (1 of 1 failed)"],
+        ["7 of 119", "118.7 ±0.6 of 119", "119 of 119", "—"],
+        ["better", "inconclusive", "worse", "—"],
+        ["< .001", ".047", "1", "—"],
+    ]
+    rows = [
+        [Cell(text, text == "119 of 119") for text in row] for row in zip(*columns, strict=True)
+    ]
+    return Table("t", "", ["tracker", "overlap", "success", "the first is", "p"], 1, rows)
+
+
+@pytest.mark.parametrize(
+    ("text", "whole"),
+    [("-0.5", "-0"), ("[-12.3, 4]", "[-12"), (".047", ""), ("< .001", "< "), ("7 of 9", "7"),
+     ("~3.1", "~3"), ("1e-5", "1"), ("2026-11-23", None), ("294f9", None), ("—", None), ("", None)],
+)  # fmt: skip
+def test_number_is_split_at_its_units(text, whole):
+    number = number_in(text)
+    assert number is None if whole is None else number == (whole, text.removeprefix(whole))
+
+
+def test_units_are_aligned_in_every_format(aligned):
+    assert to_text(aligned).splitlines()[2:] == [
+        "tracker               overlap            success   the first is       p",
+        "-------  --------------------  ------------------  ------------  ------",
+        "a        0.784 ±0.204            7 of 119          better        < .001",
+        "b        0.103 [0.000, 0.210]  118.7 ±0.6 of 119   inconclusive    .047",
+        "c        0.929                 119 of 119*         worse          1",
+        "none        — (1 of 1 failed)                  —   —                  —",
+    ]
+    latex = to_latex(aligned)
+    assert r"\begin{tabular}{lr@{}lr@{}llr@{}l}" in latex
+    assert r"a & 0 & .784 $\pm$0.204 & 7 & ~of 119 & better" in latex
+    assert r"\textbf{119} & \textbf{~of 119}" in latex
+    assert r"tracker & \multicolumn{2}{r}{overlap} & \multicolumn{2}{r}{success} & the" in latex
+    assert "| --- | ---: | ---: | --- | ---: |" in to_markdown(aligned)
+
+
+def test_several_statements_are_a_text():
+    rows = [[Cell("a"), Cell("0 of 2")], [Cell("b"), Cell("1 of 4; post hoc 2 of 4; fragile")]]
+    assert texts_of(Table("t", "", ["claim", "holds in"], 1, rows)) == [True, True]
+    assert texts_of(Table("t", "", ["claim", "holds in"], 1, rows[:1])) == [True, False]
 
 
 @settings(max_examples=30)

@@ -54,16 +54,6 @@ def track(images, box, **parameters):
     return [tracker.update(image) for image in images[1:]], dict(tracker.finish())
 
 
-def centre_errors(boxes, truth):
-    found = boxes[:, :2] + boxes[:, 2:] / 2 - truth[:, :2] - truth[:, 2:] / 2
-    return np.hypot(*found.T)
-
-
-def final(images, box, **parameters):
-    """Boxes of all frames after all revisions."""
-    return revised(box, *track(images, box, **parameters))
-
-
 def revised(box, estimates, last):
     """First box and estimates' boxes with what was said of them later."""
     boxes = np.array([box] + [estimate.box for estimate in estimates])

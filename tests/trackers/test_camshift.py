@@ -8,6 +8,7 @@ import pytest
 
 from tests.trackers.following import track
 from trackmark.trackers.base.parameters import TrackerError
+from trackmark.trackers.maps.back_projection import adapted_window
 
 # In the middle of a hue bin each, so that sensor noise moves no pixel to the next.
 RED, BLUE, GREEN = (20, 72, 200), (200, 56, 30), (60, 180, 40)
@@ -34,22 +35,6 @@ def clean_sequence(n_frames=25):
         images.append(np.clip(image + noise, 0, 255).astype(np.uint8))
         boxes.append(box)
     return images, np.array(boxes)
-
-
-def test_a_fixed_window_follows_a_clean_target_with_the_boxs_own_size():
-    images, boxes = clean_sequence()
-    found = np.array(
-        [estimate.box for estimate in track("camshift", images, boxes[0], stop_distance=0.1)]
-    )
-    assert np.abs(found[:, :2] - boxes[1:, :2]).max() < 1
-    np.testing.assert_array_equal(found[:, 2:], boxes[1:, 2:])
-
-
-def test_the_window_has_the_rounded_size_of_the_box():
-    image, _ = scene((60, 60))  # columns 48 to 72
-    (estimate,) = track("camshift", [image, image], [48, 42, 24.6, 35.5])
-    # 25 columns of 36 rows: one column is ground, whose hue has 36 pixels to red's 432.
-    assert estimate.confidence == pytest.approx((24 * 36 + 36 * 36 / 432) / (25 * 36), abs=1e-9)
 
 
 def test_the_centre_is_the_centroid_of_the_back_projection():
@@ -88,6 +73,7 @@ def test_bradskis_rule_sets_the_window_from_the_mass():
     assert estimate.box[2:] == pytest.approx(expected, abs=0.5)
     assert estimate.box[:2] + estimate.box[2:] / 2 == pytest.approx([60, 60], abs=1e-9)
     assert estimate.confidence == 1.0
+    assert adapted_window(100.0, 1.1, (500, 500)) == (21, 19)  # 2 √110 = 20.98, 2 √90.9 = 19.07
 
 
 def test_an_adaptive_window_stays_between_three_pixels_and_the_image():

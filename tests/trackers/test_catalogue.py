@@ -1,10 +1,12 @@
 """Trackers by name: found by their files, by plugins' files and entry points."""
 
+import os
 import subprocess
 import sys
 
 import numpy as np
 import pytest
+from numba.core.caching import CacheImpl
 
 from trackmark import trackers
 from trackmark.trackers.base import catalogue
@@ -147,6 +149,23 @@ def test_what_is_wrong_with_a_plugin_file_is_said(plugin):
     lacking.write_text("import a_library_that_nobody_has\n")
     with pytest.raises(TrackerError, match="can't be used here: No module named 'a_library_that"):
         trackers.create(f"{lacking}:Drift")
+
+
+def test_an_edit_of_equal_size_in_the_same_second_is_loaded(plugin):
+    assert first_step(trackers.create(f"{plugin}:Drift")) == [2, 2, 3, 4]
+    stamp = plugin.stat()
+    plugin.write_text(PLUGIN.replace("Field(1.0", "Field(8.0"))
+    os.utime(plugin, ns=(stamp.st_atime_ns, stamp.st_mtime_ns))
+    catalogue._load.cache_clear()
+    assert first_step(trackers.create(f"{plugin}:Drift")) == [9, 2, 3, 4]
+
+
+def test_missing_folder_for_compiled_kernels_is_reported(monkeypatch):
+    monkeypatch.setattr(CacheImpl, "_locator_classes", [])
+    monkeypatch.delitem(sys.modules, "trackmark.trackers.camshift", raising=False)
+    monkeypatch.delitem(sys.modules, "trackmark.trackers.maps.back_projection", raising=False)
+    with pytest.raises(TrackerError, match=r"'camshift' .* Set NUMBA_CACHE_DIR to such a folder\."):
+        trackers.create("camshift")
 
 
 def test_a_third_partys_tracker_is_found_by_its_entry_point(tmp_path, monkeypatch):

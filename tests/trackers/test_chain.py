@@ -8,7 +8,6 @@ from hypothesis import strategies as st
 from trackmark.trackers.contours.chain import (
     Chain,
     Hypotheses,
-    ParticleCue,
     Weighed,
     complete,
     proportional,
@@ -34,14 +33,6 @@ class Listed:
         self.received = (states, weights)
 
 
-class Walk(ParticleCue):
-    def propagated(self, states, generator):
-        return states + generator.normal(size=states.shape)
-
-    def weigh(self, observation, states, attached, earlier):
-        return Weighed(np.exp(-0.5 * (states[:, 0] - observation) ** 2))
-
-
 def two(states=200_000, seed=0, **options):
     first = Listed([0, 1, 2], [0.2, 0.5, 0.3])
     second = Listed(
@@ -60,41 +51,12 @@ def test_hypotheses_of_the_complete_density_have_its_exact_probabilities():
     np.testing.assert_allclose(measured, exact / exact.sum(), atol=0.006)
 
 
-def test_uniform_association_forgets_what_the_first_cue_saw():
-    _, (first, second) = two(association="uniform")
-    measured = np.zeros((3, 2))
-    np.add.at(measured, (first.states[second.attached], second.states), second.weights)
-    exact = np.array([[0.9, 0.1], [0.4, 0.6], [0.2, 0.3]])
-    np.testing.assert_allclose(measured, exact / exact.sum(), atol=0.006)
-
-
-def test_joint_feedback_gives_a_cue_its_marginal_of_the_complete_density():
-    chain, (_, second) = two(feedback="joint")
-    exact = np.array([0.2, 0.5 * 1.0, 0.3 * 0.5])  # of its state, and of all that the next may be
-    np.testing.assert_allclose(chain.cues[0].received[1], exact / exact.sum(), atol=0.006)
-    np.testing.assert_array_equal(chain.cues[1].received[1], second.weights)
-
-
-def test_marginal_feedback_gives_a_cue_the_weights_that_it_gave_itself():
-    chain, _ = two(feedback="marginal")
-    np.testing.assert_allclose(chain.cues[0].received[1], [0.2, 0.5, 0.3])
-
-
 def test_a_hypothesis_that_no_other_was_attached_to_still_has_a_chance_in_the_next_frame():
     first, second = Listed([0, 1], [1.0, 0.0]), Listed([0, 1, 1], [[1.0, 1.0], [1.0, 1.0]])
     Chain([first, second], feedback="joint").step(None, np.random.default_rng(0))
     _, weights = first.received
     assert 0 < weights[1] < 1e-11
     assert weights.sum() == pytest.approx(1.0)
-
-
-def test_three_cues_are_followed_back_to_the_first():
-    chain = [
-        Hypotheses(np.arange(3), np.full(3, 1 / 3)),
-        Hypotheses(np.arange(4), np.full(4, 1 / 4), np.array([2, 0, 1, 1])),
-        Hypotheses(np.arange(3), np.full(3, 1 / 3), np.array([3, 0, 0])),
-    ]
-    assert [indices.tolist() for indices in complete(chain)] == [[1, 2, 2], [3, 0, 0], [0, 1, 2]]
 
 
 def test_hypotheses_attached_to_nothing_are_an_error():
@@ -127,17 +89,3 @@ def test_proportional_weights_sum_to_one_and_keep_their_order(values):
 @pytest.mark.parametrize("values", [[0.0, 0.0], [np.nan, 1.0], [np.inf, 1.0]])
 def test_weights_that_say_nothing_become_equal(values):
     np.testing.assert_array_equal(proportional(np.array(values)), [0.5, 0.5])
-
-
-def test_particles_follow_the_density_that_the_kalman_filter_gives():
-    cue, generator = Walk(np.zeros(1), 40_000), np.random.default_rng(3)
-    chain, mean, variance = Chain([cue]), 0.0, 0.0
-    for measured in (0.5, 1.5, -1.0):
-        (found,) = chain.step(measured, generator)
-        variance += 1.0
-        gain = variance / (variance + 1.0)
-        mean, variance = mean + gain * (measured - mean), (1 - gain) * variance
-        estimate = found.weights @ found.states[:, 0]
-        spread = found.weights @ (found.states[:, 0] - estimate) ** 2
-        assert estimate == pytest.approx(mean, abs=0.02)
-        assert spread == pytest.approx(variance, abs=0.02)

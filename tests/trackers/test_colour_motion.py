@@ -9,20 +9,17 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
 from trackmark.bench.papers.wang2010 import plain_maps as plain
-from trackmark.bench.papers.wang2010.plain_maps import JointMaps, window_slices
+from trackmark.bench.papers.wang2010.plain_maps import JointMaps
 from trackmark.trackers.base.parameters import TrackerError
 from trackmark.trackers.base.sharing import SharedFrame
-from trackmark.trackers.maps.differences import first_frame, frame_after, moving_share
-from trackmark.trackers.maps.drift import (
+from trackmark.trackers.maps.differences import first_frame, frame_after
+from trackmark.trackers.maps.joint_map import (
     Binning,
-    Region,
+    ColourMotionModel,
+    ModelParameters,
     colour_bins,
-    drift,
-    summed,
-    weight_bits,
     window_at,
 )
-from trackmark.trackers.maps.joint_map import ColourMotionModel, ModelParameters
 
 pictures = arrays.arrays(
     np.uint8,
@@ -89,77 +86,17 @@ def test_the_largest_differences_fit():
     assert motion.mean == 2 * motion.latest.mean()
 
 
-@pytest.mark.parametrize("window", [(0, 0, 31, 24), (3, 5, 9, 6), (-4, -4, 40, 3)])
-def test_the_moving_share_counts_what_exceeds_the_threshold(window):
-    motion = frame_after(random_image(1), first_frame(random_image(0)), 3, True)
-    both = motion.latest.astype(int) + motion.earlier
-    threshold = float(np.median(both))  # some are equal to it, and do not exceed it
-    left, top, right, bottom = window
-    inside = both[max(top, 0) : bottom, max(left, 0) : right] > threshold
-    found = moving_share(motion.latest, motion.earlier, threshold, *window)
-    assert found == inside.mean()
-    assert moving_share(motion.latest, motion.earlier, threshold, 40, 0, 50, 9) == 0.0
-
-
-def test_weights_are_as_fine_as_64_bits_allow():
-    for rows, columns in ((1, 1), (85, 108), (115, 142), (480, 640), (2160, 3840), (9000, 9000)):
-        most = rows * columns * max(rows, columns)
-        bits = weight_bits(rows, columns)
-        assert most * 2**bits < 2**62
-        assert bits == 40 or most * 2 ** (bits + 1) >= 2**61
+@pytest.mark.parametrize(("level", "changing"), [(7, 0.0), (8, 1.0)])
+def test_a_change_of_eight_grey_levels_is_noticed(level, changing):
+    black = first_frame(np.zeros((20, 20, 3), np.uint8))
+    grey = np.full((20, 20, 3), level, np.uint8)
+    assert frame_after(grey, black, 1, False).changing == changing
 
 
 def test_a_centroid_that_rounding_put_beside_an_edge_is_on_it():
     for off in (-6e-12, 0.0, 6e-12):
         assert window_at(13.5 + off, 9.0 + off, 10, 7, 24, 31) == (9, 6, 19, 13)
     assert window_at(13.5 - 1e-6, 9.0, 10, 7, 24, 31).left == 8
-
-
-def random_map(seed, rows=24, columns=31):
-    """Sums of a map over the whole image, and the map in floats."""
-    image, before = random_image(seed, rows, columns), random_image(seed + 1, rows, columns)
-    motion = frame_after(image, first_frame(before), 3, True)
-    threshold = motion.mean + 0.5 * motion.deviation
-    rng = np.random.default_rng(seed)
-    weights = rng.integers(0, 2**20, (2, 17))
-    region = Region(0, 0, columns, rows)
-    sums = summed(
-        image,
-        region,
-        motion.latest,
-        motion.earlier,
-        threshold,
-        weights,
-        Binning(4, 4, 0.0, 0.0, 1.0),
-    )
-    moves = motion.latest.astype(int) + motion.earlier > threshold
-    hue, saturation = plain.colour_bins(image, 4, 4)
-    values = weights[moves.astype(int), hue * 4 + saturation].astype(float)
-    return sums, region, values
-
-
-@settings(max_examples=40)
-@given(
-    st.integers(0, 50),
-    st.floats(0.5, 30.5),
-    st.floats(0.5, 23.5),
-    st.integers(1, 12),
-    st.integers(1, 12),
-    st.floats(0, 4),
-    st.integers(1, 10),
-)
-def test_windows_drift_as_plain_mean_shift_does(seed, x, y, width, height, stop, most):
-    sums, region, values = random_map(seed)
-    points = np.array([[x, y], [15.0, 12.0]])
-    moved, outside = drift(sums, region, 24, 31, points, width, height, stop, most)
-    assert outside == (0, 0, 0, 0)
-    for i, point in enumerate(points):
-        expected = plain.mean_shift(values, *point, width, height, stop, most)
-        assert moved.points[i] == pytest.approx(expected[:2], abs=1e-9)
-        assert moved.iterations[i] == expected[2]
-        assert moved.after[i] == expected[3]
-        rows, columns = window_slices(values.shape, *point, width, height)
-        assert moved.before[i] == values[rows, columns].sum()
 
 
 def learned(image, box=(8, 6, 10, 9), frames=(), **parameters):

@@ -55,11 +55,6 @@ def test_a_walking_person_is_found_in_most_frames_and_tracked_from_there():
     assert "coefficient" in tracker.update(sequence[waited + 1]).details
 
 
-@needs_hog
-def test_nothing_is_found_in_an_empty_image():
-    assert people()(np.full((480, 640, 3), 90, np.uint8)).shape == (0, 4)
-
-
 @needs_cascades
 def test_a_cascade_is_asked_and_its_largest_hit_comes_first(tmp_path):
     file = tmp_path / "cascade.xml"

@@ -6,9 +6,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from tests.trackers.slow_ellipses import codes_of, histogram_of, pixels_of
-from trackmark.trackers.base.sharing import SharedFrame
 from trackmark.trackers.histograms.bins import JointBins
-from trackmark.trackers.histograms.counting import ellipse_histograms
 from trackmark.trackers.histograms.ellipses import KERNELS, coefficients, ellipse_counts
 
 HEIGHT, WIDTH, BINS = 25, 33, 11
@@ -76,37 +74,6 @@ def test_ellipses_that_are_nowhere_count_nothing(value):
     found = ellipse_counts(codes(0), (0, 0), False, ellipses, "uniform", EVERY, BINS)
     assert not found.totals.any()
     assert not coefficients(found.counts, found.totals, np.full((1, BINS), 1 / BINS)).any()
-
-
-@pytest.mark.parametrize("kernel", KERNELS)
-@pytest.mark.parametrize("space", ["rgb", "hsv"])
-def test_the_window_alone_and_the_shared_frame_give_the_same_bits(space, kernel):
-    image, colours = picture(4, 60, 80), JointBins(space, 8)
-    rng = np.random.default_rng(0)
-    for high in (1.0, 2.5):
-        sizes = rng.uniform(3, 12, (30, 1)) * [1.0, high]
-        ellipses = np.hstack([rng.uniform(-10, 90, (30, 2)), sizes])
-        alone, shared = (
-            ellipse_histograms(
-                SharedFrame(image, sharers), ellipses, kernel, colours, np.arange(colours.n_bins)
-            )
-            for sharers in (1, 99)
-        )
-        for one, other in zip(alone, shared, strict=True):
-            np.testing.assert_array_equal(one, other)
-        assert alone.totals.any()
-
-
-@given(st.integers(0, 99), st.integers(1, 6))
-def test_coefficients_of_equal_histograms_are_one_and_of_disjoint_ones_nought(seed, n):
-    rng = np.random.default_rng(seed)
-    counts = rng.integers(0, 10**9, (n, 7))
-    counts[:, 0] += 1
-    totals = counts.sum(axis=1)
-    np.testing.assert_allclose(coefficients(counts, totals, counts / totals[:, np.newaxis]), 1.0)
-    counts[:, 3] = 0
-    only = np.eye(7)[3:4]
-    assert not coefficients(counts, counts.sum(axis=1), only).any()
 
 
 @pytest.mark.parametrize(

@@ -72,12 +72,6 @@ def test_second_order_has_constant_rates_of_change():
     np.testing.assert_allclose(found[0, [2, 3, 6]], [6.0, -0.5, 0.8])
 
 
-def test_a_random_walk_has_neither():
-    moved = steps(motion(dynamics="random-walk", position_noise=0.1), [*STATE[:2], 0, 0, 20, 30, 0])
-    assert (moved[0, :2] != STATE[:2]).all()
-    np.testing.assert_array_equal(moved[0, 2:], [0, 0, 20, 30, 0])
-
-
 @pytest.mark.parametrize("scale_change", ["linear", "multiplicative"])
 def test_noise_has_the_deviations_that_are_asked_for(scale_change):
     model = Motion("first-order", "apart", scale_change, 1.0, 0.12, 0.05, 0.02, 0.004)

@@ -25,23 +25,40 @@ class Former(TrackerPlugin):
 """
 
 
-@pytest.mark.parametrize(
-    ("attribute", "module", "line"),
-    [("load_dataset", "trackers.base.interface", 3), ("names", "datasets", 2)],
-)
-def test_former_import_names_work_with_a_warning(tmp_path, attribute, module, line):
-    file = tmp_path / "former.py"
-    file.write_text(FILE.format(attribute=attribute))
-    if attribute == "load_dataset":  # another project's package keeps its name
-        (tmp_path / "datasets").mkdir()
-        (tmp_path / "datasets" / "__init__.py").write_text("load_dataset = print\n")
-    script = Path(sys.executable).with_name("trackmark")
-    arguments = ["run", "--trackers", "former.py", "--sequences", "samples/bow-tie"]
+def run_former(tmp_path, attribute, *command):
+    """Run a command on the tracker of a file, and return the line that warns of its imports."""
+    (tmp_path / "former.py").write_text(FILE.format(attribute=attribute))
     environment = os.environ | {"PYTHONPATH": str(tmp_path)}
-    done = subprocess.run(
-        [script, *arguments], cwd=tmp_path, env=environment, capture_output=True, text=True
-    )
+    done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True)
     assert done.returncode == 0, done.stdout + done.stderr
     (warning,) = (text for text in done.stderr.splitlines() if "deprecated" in text)
-    assert warning.startswith(f"{file}:{line}: the import name `{module}` is deprecated.")
-    assert warning.endswith(f"Import `trackmark.{module}` instead.")
+    return warning.removeprefix(str(tmp_path / "former.py"))
+
+
+PROGRAM = (
+    "import numpy as np; from trackmark import trackers;"
+    "image, tracker = np.zeros((9, 9, 3), np.uint8), trackers.create('former.py');"
+    "tracker.init(image, np.array([1.0, 2, 3, 4])); tracker.update(image)"
+)
+
+
+def test_former_import_names_work_with_a_warning(tmp_path):
+    assert run_former(tmp_path, "names", sys.executable, "-c", PROGRAM) == (
+        ":2: the import name `datasets` is deprecated. The next release removes it. Import "
+        "`trackmark.datasets` instead."
+    )
+
+
+def test_package_of_another_project_keeps_its_former_name(tmp_path):
+    (tmp_path / "datasets").mkdir()
+    (tmp_path / "datasets" / "__init__.py").write_text("load_dataset = print\n")
+    warning = run_former(tmp_path, "load_dataset", sys.executable, "-c", PROGRAM)
+    assert warning.startswith(":3: the import name `trackers.base.interface` is deprecated.")
+
+
+@pytest.mark.slow
+def test_command_reports_former_import_names(tmp_path):
+    script = Path(sys.executable).with_name("trackmark")
+    arguments = ["run", "--trackers", "former.py", "--sequences", "samples/bow-tie"]
+    warning = run_former(tmp_path, "names", script, *arguments)
+    assert warning.startswith(":2: the import name `datasets` is deprecated.")

@@ -8,7 +8,6 @@ from tests.trackers.following import box_of
 from trackmark import trackers
 from trackmark.trackers import TrackerError
 from trackmark.trackers.contours.outline import bounding_box, filled
-from trackmark.trackers.contours.segmenter import surely
 
 NAMES = ["moreno2005", "contour-smooth-color"]
 FEW = {"contour_samples": 60}
@@ -68,23 +67,6 @@ def test_a_disc_is_segmented_while_its_colour_changes(disc, name, parameters):
     assert np.mean(found) > 0.85
 
 
-@pytest.mark.parametrize("name", NAMES)
-def test_box_mask_and_contour_are_of_the_same_outline(disc, name):
-    tracker, estimates = run(name, disc, **FEW)
-    for estimate in estimates:
-        contour = estimate.arrays["contour"]
-        np.testing.assert_array_equal(estimate.box, bounding_box(contour))
-        np.testing.assert_array_equal(estimate.mask, filled(contour, 120, 160))
-        assert contour.shape == (32, 2)
-        posterior = estimate.arrays["posterior"]
-        assert posterior.shape == (120, 160)
-        assert posterior.min() >= 0
-        assert posterior.max() <= 1
-        assert 0 <= estimate.confidence <= 1
-        assert -1 <= estimate.details["score"] <= 1
-    np.testing.assert_array_equal(tracker.contour, estimates[-1].arrays["contour"])
-
-
 def test_the_answer_may_be_the_mean_contour_or_the_posterior_alone(disc):
     answers = {
         key: run("moreno2005", disc, output=key)[1] for key in ("snake", "mean", "posterior")
@@ -96,30 +78,6 @@ def test_the_answer_may_be_the_mean_contour_or_the_posterior_alone(disc):
         np.testing.assert_array_equal(mean.mask, filled(snake.arrays["mean_contour"], 120, 160))
         np.testing.assert_array_equal(posterior.mask, snake.arrays["posterior"] > 0.5)
         np.testing.assert_array_equal(posterior.box, box_of(posterior.mask))
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_a_target_may_be_given_by_a_box_alone(disc, name):
-    _, masks, _ = disc
-    _, by_box = run(name, disc, with_mask=False, **FEW)
-    _, ignoring = run(name, disc, start="box", **FEW)
-    for one, other in zip(by_box, ignoring, strict=True):
-        np.testing.assert_array_equal(one.box, other.box)
-    assert similarity(by_box[-1].mask, masks[-1]) > 0.75
-
-
-def test_pixels_near_the_outline_are_surely_of_neither():
-    mask = np.zeros((20, 20), bool)
-    mask[5:12, 6:15] = True
-    target, background = surely(mask)
-    inner, outer = np.zeros_like(mask), np.ones_like(mask)
-    inner[6:11, 7:14] = True
-    outer[3:14, 4:17] = False
-    np.testing.assert_array_equal(target, inner)
-    np.testing.assert_array_equal(background, outer)
-    thin = np.zeros_like(mask)
-    thin[4, 3:9] = True
-    np.testing.assert_array_equal(surely(thin)[0], thin)
 
 
 @pytest.mark.parametrize(
@@ -134,12 +92,6 @@ def test_pixels_near_the_outline_are_surely_of_neither():
 def test_a_mask_that_does_not_fit_is_refused(disc, name, mask, words):
     with pytest.raises(TrackerError, match=words):
         trackers.create(name).init(disc[0][0], disc[2][0], mask)
-
-
-@pytest.mark.parametrize("ring", ["0", "0.5", "1"])
-def test_a_ring_is_wider_than_the_window(ring):
-    with pytest.raises(TrackerError, match="ring"):
-        trackers.create("moreno2005", ring=ring)
 
 
 def test_a_target_that_vanishes_costs_nothing_but_confidence(disc):

@@ -1,15 +1,12 @@
 """The tracker of Nguyen & Smeulders: what its presets are, what it reports, refuses and keeps."""
 
 import tracemalloc
-from hashlib import sha256
 
 import numpy as np
 import pytest
 
 from tests.trackers import plain_nguyen2002 as plain
-from tests.trackers.template_clip import centre_errors, clip, final, made, texture, track
-from trackmark import datasets
-from trackmark.bench.evaluation.loop import evaluate
+from tests.trackers.template_clip import clip, made, texture, track
 from trackmark.bench.experiments.tracker_spec import contestant
 from trackmark.trackers.base.parameters import TrackerError
 from trackmark.trackers.templates.appearance import Appearance, features_of
@@ -27,14 +24,6 @@ def test_the_gate_is_the_99_percent_quantile_of_chi_square(features, limit, fact
     noise = made(images, boxes[0], features=features)._noise
     assert noise.limit == pytest.approx(settings.limit, rel=1e-9)
     assert noise.factor == pytest.approx(settings.consistency_factor, rel=1e-9)
-
-
-@pytest.mark.parametrize(("sequence", "boxes"), [("samples/face", "c237d9b7")])
-def test_with_a_trimmed_first_covariance_boxes_are_those_of_as_written_as_it_was(sequence, boxes):
-    frames = datasets.load(sequence)[:60]
-    run = evaluate("nguyen2002:preset=as-written:first_covariance=inliers", frames)
-    said = b"".join(values.tobytes() for values in (run.boxes, run.visible, run.revised))
-    assert sha256(said).hexdigest().startswith(boxes)
 
 
 def test_a_trimmed_first_covariance_is_not_named_so_that_runs_from_before_are_found():
@@ -65,17 +54,6 @@ def test_in_whole_pixels_boxes_of_even_sides_stand_half_a_pixel_before_what_is_s
     whole = preset == "as-written"
     before = [0.5 * (whole and side % 2 == 0) for side in (width, height)]
     np.testing.assert_allclose(found, np.array(truth[1:]) - [*before, 0, 0], atol=1e-9)
-
-
-def test_details_say_what_the_estimate_says():
-    images, truth = clip(36)
-    for estimate in track(images, truth[0], longest_occlusion=11)[0]:
-        details = estimate.details
-        assert details["occluded"] == float(not estimate.visible)
-        assert details["revision"] == len(estimate.revised or {})
-        assert details["outliers"] > 0.25 or estimate.visible
-        assert min(details["residual"], details["cost"]) > 0
-        assert np.isnan(details["candidate"]) or details["occluded"]
 
 
 def test_frames_are_counted_from_the_sequences_first_also_where_the_target_is_not_there_yet():
@@ -127,29 +105,7 @@ def test_a_frame_of_another_size_is_refused():
 # The tracker of Nguyen & Smeulders through occlusions, and slow ones that it takes in.
 
 
-def test_an_occlusion_is_declared_bridged_and_revised():
-    images, truth = clip(60)
-    estimates, left = track(images, truth[0])
-    hidden = [frame for frame, e in enumerate(estimates, 1) if not e.visible]
-    declared, decided = hidden[0], hidden[-1] + 1
-    assert 10 < declared <= 14  # the board has begun to cover the target, not yet wholly
-    assert decided == declared + 35
-    assert hidden == list(range(declared, decided))
-    said = np.array([estimate.box for estimate in estimates[declared - 1 : decided - 1]])
-    np.testing.assert_allclose(np.diff(said, 2, axis=0), 0, atol=1e-9)  # as it went
-    revised = estimates[decided - 1].revised
-    assert sorted(revised) == hidden
-    assert all(e.revised is None for frame, e in enumerate(estimates, 1) if frame != decided)
-    assert left == {}
-    boxes = final(images, truth[0])
-    assert centre_errors(boxes, truth).max() < 1.5
-    ends = np.array([revised[frame] for frame in (declared, declared + 1, declared + 2)])
-    np.testing.assert_allclose(np.diff(ends, 2, axis=0), 0, atol=1e-9)  # on a straight line
-
-
-@pytest.mark.parametrize(
-    ("longest", "last"), [(5, 5), (6, 5), (7, 7), (18, 11), (34, 19), (35, 35)]
-)
+@pytest.mark.parametrize(("longest", "last"), [(6, 5), (34, 19), (35, 35)])
 @pytest.mark.parametrize("candidates", ["skipped", "all"])
 def test_candidates_are_farther_and_farther_apart_up_to_the_longest_occlusion(
     longest, last, candidates

@@ -13,7 +13,6 @@ ROBUST = trackers.resolve("nguyen2002").plugin.presets["robust"]
 EVERYDAY = [
     {"longest_occlusion": 19},
     {"longest_occlusion": 11} | AS_WRITTEN,
-    {"longest_occlusion": 11} | AS_WRITTEN | {"first_covariance": "inliers"},
     {"longest_occlusion": 19} | ROBUST,
     {"features": "intensity", "candidates": "all", "longest_occlusion": 16}
     | {"norm": "quadratic", "outlier_rule": "reaches"},
@@ -101,10 +100,8 @@ def test_also_where_the_target_leaves_the_image_the_boxes_are_those_of_plain_num
 @pytest.mark.parametrize(
     ("n_frames", "parameters"),
     [
-        (36, {"gamma": 0.1, "longest_occlusion": 11}),
         (19, {"longest_occlusion": 19}),
         (36, {"end": "first", "gamma": 0.1, "longest_occlusion": 11, "candidates": "all"}),
-        (19, {"end": "first"}),
     ],
 )
 def test_so_they_are_through_several_occlusions_and_where_the_sequence_ends_in_one(

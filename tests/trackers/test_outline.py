@@ -19,7 +19,6 @@ from trackmark.trackers.contours.outline import (
     filled,
     inscribed_ellipse,
     outline,
-    windings,
 )
 
 
@@ -48,16 +47,6 @@ def test_parts_whose_pixels_touch_by_corners_alone_have_one_outline(seed):
     assert any(np.array_equal(found, one) for one in whole)
 
 
-def test_the_outline_of_a_square_runs_on_its_sides_and_cuts_its_corners():
-    mask = np.zeros((30, 40), bool)
-    mask[5:25, 8:28] = True
-    found = outline(mask, 800)
-    assert bounding_box(found) == pytest.approx([8, 5, 20, 20])
-    assert enclosed_area(found) == pytest.approx(20 * 20 - 4 / 8, abs=0.05)
-    away = np.minimum(abs(found[:, 0, None] - [8, 28]), abs(found[:, 1, None] - [5, 25]))
-    assert away.min(axis=1).max() <= 0.25 + 1e-12  # half-way along the cut
-
-
 def test_an_outline_is_clockwise_from_the_topmost_point_on_and_equally_spaced():
     mask = blob(3)
     found = outline(mask, 300)
@@ -79,14 +68,6 @@ def test_the_part_that_encloses_most_is_outlined_with_its_holes_filled():
     expected = np.zeros_like(mask)
     expected[10:35, 20:50] = True
     np.testing.assert_array_equal(filled(outline(mask, 1000), 40, 60), expected)
-
-
-def test_a_single_pixel_and_a_full_image_have_outlines():
-    mask = np.zeros((5, 7), bool)
-    mask[2, 3] = True
-    assert bounding_box(outline(mask, 40)) == pytest.approx([3, 2, 1, 1])
-    assert filled(outline(mask, 40), 5, 7).tolist() == mask.tolist()
-    assert filled(outline(np.ones((5, 7), bool), 400), 5, 7).all()
 
 
 def test_an_empty_mask_is_refused():
@@ -135,6 +116,7 @@ def test_areas_and_boxes_are_those_of_shapely(seed, n):
     assert bounding_box(contour) == pytest.approx([left, top, right - left, bottom - top])
 
 
+@settings(max_examples=50)
 @given(st.lists(st.tuples(st.integers(0, 6), st.integers(0, 6)), min_size=4, max_size=8))
 @example([(0, 0), (1, 0), (1, 1), (2, 1), (2, 0), (3, 0), (3, 2), (0, 2)])  # sides on one line
 def test_a_contour_crosses_itself_where_shapely_says_so_also_on_a_grid(points):
@@ -198,31 +180,6 @@ def test_filled_pixels_have_their_centres_inside_and_sums_are_theirs(contour, se
         total, count = _inside(above, way, 0, 0)
         assert count == inside.sum()
         assert total == pytest.approx(values[inside].sum(), abs=1e-12)
-
-
-@given(
-    st.lists(st.floats(-0.4, 0.4), min_size=9, max_size=9),
-    st.integers(0, 8),
-    st.integers(0, 8),
-)
-def test_contours_that_share_a_side_share_no_pixel_and_leave_none_out(bends, first, last):
-    angles = np.arange(9) * 2 * np.pi / 9
-    radii = 5 + 3 * np.array(bends)
-    whole = np.stack([8.5 + radii * np.cos(angles), 6.5 + radii * np.sin(angles)], axis=1)
-    first, last = sorted((first, last))
-    centre = np.array([[8.5, 6.5]])
-    one = np.concatenate([whole[first : last + 1], centre])
-    other = np.concatenate([whole[last:], whole[: first + 1], centre])
-    together = filled(one, HEIGHT, WIDTH).astype(int) + filled(other, HEIGHT, WIDTH)
-    np.testing.assert_array_equal(together, filled(whole, HEIGHT, WIDTH))
-
-
-def test_windings_have_the_direction_and_the_number_of_turns():
-    square = np.array([[2.0, 2], [6, 2], [6, 6], [2, 6]])
-    once = windings(square, 8, 8)
-    assert abs(once).tolist() == filled(square, 8, 8).astype(int).tolist()
-    assert (windings(square[::-1].copy(), 8, 8) == -once).all()
-    assert (windings(np.concatenate([square, square]), 8, 8) == 2 * once).all()
 
 
 def scene(seed, n=40, maps=7, k=90, height=60, width=80):

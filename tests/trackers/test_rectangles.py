@@ -61,13 +61,6 @@ def test_direct_and_integral_counts_are_numpys(seed, n_votes, regions, bins):
     np.testing.assert_array_equal(integral_counts(*only_these, regions, bins), expected)
 
 
-def test_a_bin_that_the_histogram_lacks_was_nowhere():
-    histogram = integral_histogram(codes(0), votes(2), np.array([3, 4]), BINS)
-    found = integral_counts(*histogram, np.array([[0, 0, WIDTH, HEIGHT]]), np.array([3, 9]))
-    assert found[0, 0] > 0
-    assert found[0, 1] == 0
-
-
 def test_sums_beyond_sixteen_bits_do_not_spoil_a_regions_counts():
     image = np.zeros((400, 500), np.uint16)  # 200 000 pixels of one bin, neighbour of another
     image[390:, 490:] = 1
@@ -123,26 +116,6 @@ def test_alone_or_with_many_the_counts_are_numpys(image, place, n, n_parts, monk
                 costs.setattr(counting, way, 0.0)
             found = region_counts(SharedFrame(image), regions, scheme, bins)
             np.testing.assert_array_equal(found, expected)
-
-
-def test_many_that_share_a_frame_make_one_integral_histogram(image, monkeypatch):
-    made = []
-
-    def counted(*args):
-        made.append(args[0].shape)
-        return integral_histogram(*args)
-
-    monkeypatch.setattr(counting, "integral_histogram", counted)
-    frame = SharedFrame(image, 200)
-    for x in (100.0, 150.0, 200.0):
-        states = np.column_stack(
-            [np.linspace(x, x + 20, 50), np.full(50, 150.0), np.full(50, 900.0)]
-        )
-        regions = pixel_regions(states, 1.0, 1, 400, 300, 0.25, 16)
-        region_counts(frame, regions, LuvBins(), np.arange(20))
-        region_counts(SharedFrame(image), regions, LuvBins(), np.arange(20))
-    assert made.count((300, 400)) == 1
-    assert len(made) == 4  # and one of its own window for each that was alone
 
 
 @given(

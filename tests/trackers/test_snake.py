@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from scipy import ndimage
 from scipy.interpolate import RegularGridInterpolator
-from scipy.optimize import brentq
 
 from trackmark.trackers.contours.outline import filled, inscribed_ellipse, outline
 from trackmark.trackers.contours.snake import edge_map, fitted_snake, refined
@@ -54,22 +53,6 @@ def test_a_snake_is_the_plain_transcription(points, attraction):
     expected = transcription(start, edges, origin, 0.08, 0.6, 0.8, attraction, 25)
     np.testing.assert_allclose(found, expected, atol=1e-9)
     assert abs(found - start).max() > 1
-
-
-def test_a_snake_comes_to_rest_on_the_circle_where_its_forces_balance():
-    found = fitted_snake(circle(23), ridge(20), (0, 0), iterations=600)
-    difference = 2 - 2 * np.cos(2 * np.pi / 32)
-    stiffness = 0.08 * difference + 0.6 * difference**2  # A's eigenvalue on a circle
-
-    def balance(r):
-        slope = -(r - 20) / 4**2 * np.exp(-((r - 20) ** 2) / (2 * 4**2))
-        return 3 * slope - stiffness * r
-
-    radius = brentq(balance, 18, 20)
-    assert np.hypot(*(found - CENTRE).T) == pytest.approx(
-        radius, abs=0.04
-    )  # differences are central
-    assert radius < 19.6  # the elasticity is seen
 
 
 def noisy_ellipse(seed=0):

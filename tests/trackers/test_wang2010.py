@@ -6,9 +6,7 @@ import numpy as np
 import pytest
 
 from tests.trackers.following import track
-from trackmark import trackers
 from trackmark.bench.papers.wang2010 import plain
-from trackmark.trackers.base.parameters import TrackerError
 
 ORANGE, SIMILAR, WALL = np.array([[40, 140, 230], [45, 120, 215], [120, 125, 130]])
 PLAIN = {
@@ -91,31 +89,3 @@ def test_details_say_what_became_of_the_particles():
         distances = ((places - places.mean(axis=0)) ** 2).sum(axis=1)
         assert details["spread"] == pytest.approx(sqrt(distances.mean()))
         assert details["modes"] == len({tuple(place) for place in np.floor(places).tolist()})
-
-
-def test_changing_tells_a_moving_camera():
-    rng = np.random.default_rng(0)
-    world = np.clip(rng.normal(130, 40, (80, 140, 3)), 0, 255).astype(np.uint8)
-    at_rest = [world[:60, :80].copy() for _ in range(4)]
-    panned = [world[:60, 3 * i : 3 * i + 80].copy() for i in range(4)]
-    for images in (at_rest, panned):
-        for i, image in enumerate(images):
-            image[20:33, 14 + 2 * i : 24 + 2 * i] = ORANGE
-    box = [14, 20, 10, 13]
-    for name in ("wang2010", "camshift-improved"):
-        rest = track(name, at_rest, box)[-1].details
-        moves = track(name, panned, box)[-1].details
-        assert rest["changing"] < 0.1
-        assert moves["changing"] > 0.9
-        # The threshold adapts: what passes it is no longer the target.
-        assert rest["moving_inside"] > 0.5
-        assert moves["moving_inside"] < rest["moving_inside"] / 2
-
-
-@pytest.mark.parametrize(("name", "words"), [("radius", "rule"), ("motion_threshold", "adaptive")])
-def test_a_rule_may_be_named_and_a_number_is_checked(name, words):
-    assert getattr(trackers.create("wang2010", **{name: words}).parameters, name) == words
-    assert getattr(trackers.create("wang2010", **{name: "3.5"}).parameters, name) == 3.5
-    for wrong in (-1.0, "sometimes"):
-        with pytest.raises(TrackerError, match=f"wang2010: parameter {name}={wrong}"):
-            trackers.create("wang2010", **{name: wrong})

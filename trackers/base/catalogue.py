@@ -12,8 +12,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib import metadata
+from importlib.machinery import SourceFileLoader
 from pathlib import Path
-from types import ModuleType
+from types import CodeType, ModuleType
 from typing import Annotated, Any, Literal, get_args, get_origin
 
 import numpy as np
@@ -156,10 +157,7 @@ def summary(name: str) -> str:
 
 
 def in_file(name: str) -> tuple[Path, str] | None:
-    """File and class of `path/to/file.py:ClassName`; no class where none is named.
-
-    None for other names.
-    """
+    """Return file and class (if any) of `path/to/file.py:ClassName`; None for other names."""
     found = re.fullmatch(r"(.*?\.py)(?::(.*))?", name, re.DOTALL)
     return (Path(found[1]).expanduser(), found[2] or "") if found else None
 
@@ -228,29 +226,42 @@ def _load(name: str) -> tuple[type[TrackerPlugin], Path]:
             return plugin, file
     except ImportError as error:
         raise TrackerError(f"tracker {name!r} can't be used here: {error}") from error
+    except RuntimeError as error:
+        if "no locator available" not in str(error):
+            raise
+        raise TrackerError(
+            f"tracker {name!r} can't be used here: Numba finds no folder for compiled kernels that "
+            "can be written. Set NUMBA_CACHE_DIR to such a folder."
+        ) from error
     raise unknown("tracker", name, names())
+
+
+class _SourceLoader(SourceFileLoader):
+    """Loader that ignores cached bytecode, which misses an edit within a second of equal size."""
+
+    def get_code(self, fullname: str) -> CodeType:
+        """See `importlib.abc.InspectLoader`."""
+        return self.source_to_code(self.get_data(self.path), self.path)
 
 
 def _load_file(file: Path, class_name: str) -> tuple[type[TrackerPlugin], Path]:
     """Class from a file anywhere."""
     if not file.is_file():
         raise TrackerError(f"{file}: there is no such tracker file.")
-    module_name = f"trackmark_plugin_{file.stem}"
-    spec = importlib.util.spec_from_file_location(module_name, file)
-    if spec is None or spec.loader is None:
-        raise TrackerError(f"{file}: not a Python source file.")
+    module_name, path = f"trackmark_plugin_{file.stem}", str(file.absolute())
+    loader = _SourceLoader(module_name, path)
+    spec = importlib.util.spec_from_file_location(module_name, path, loader=loader)
+    assert spec is not None
     module = importlib.util.module_from_spec(spec)
     sys.modules[module_name] = module
     allow_former_imports()
     try:
         with contextlib.chdir(Path.cwd()):  # paths are relative to it, whatever the file does
-            spec.loader.exec_module(module)
+            loader.exec_module(module)
     except ImportError:
         raise
     except (Exception, SystemExit) as error:
-        raise TrackerError(
-            f"{file}: it can't be imported: {_said(error, str(spec.origin))}"
-        ) from error
+        raise TrackerError(f"{file}: it can't be imported: {_said(error, path)}") from error
     class_name = class_name or _only_tracker(module, file)
     if not hasattr(module, class_name):
         classes = [key for key, value in vars(module).items() if isinstance(value, type)]

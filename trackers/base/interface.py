@@ -99,9 +99,19 @@ class Finisher(Protocol):
     """What a tracker offers besides, where the sequence's end settles what was left open."""
 
     def finish(self) -> Mapping[int, Box]:
-        """Boxes of earlier frames that it now knows better, by frame; see `Estimate.revised`.
+        """Return boxes of earlier frames (see `Estimate.revised`), at most once, after the last."""
+        ...
 
-        Called once after the last frame, if at all.
+
+@runtime_checkable
+class Mapper(Protocol):
+    """What a tracker offers besides, where it weighs pixels."""
+
+    def maps(self, image: Image) -> Mapping[str, NDArray[Any]]:
+        """What each pixel of the frame that `update` was just given weighs, by name.
+
+        Shape (height, width), in [0, 1]; 1 is most like the target. Asked only where arrays are
+        kept, and on nobody's clock; what the tracker says afterwards must be the same without.
         """
         ...
 

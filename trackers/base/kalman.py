@@ -5,12 +5,9 @@ Their sums run in different orders: with one in place of the other boxes would c
 last digits.
 """
 
-from typing import TypeAlias
-
 import numpy as np
-from numpy.typing import NDArray
 
-Array: TypeAlias = NDArray[np.float64]
+from trackmark.trackers.base.arrays import Array
 
 _TRANSITION = np.array([[1.0, 1.0], [0.0, 1.0]])  # of (position, velocity), from frame to frame
 _OF_ACCELERATION = np.array([0.5, 1.0])  # what a frame of it does to them
@@ -44,12 +41,7 @@ class ConstantVelocity:
         self.covariances = _TRANSITION @ self.covariances @ _TRANSITION.T + self._noise
 
     def correct(self, measured: Array, deviations: Array) -> Array:
-        """Take in a measured position, once after a prediction.
-
-        Measurement and its standard deviations, infinite where it says nothing, are of shape
-        (axes,) [pixels]; so are the gains that it gives: by which share of the way to the
-        measurement each position went.
-        """
+        """Correct by a measured position (axes,) once after a prediction; return the gains."""
         shared = self.covariances[:, :, 0]  # of position and velocity with the position
         gains = shared / (shared[:, :1] + deviations[:, np.newaxis] ** 2)
         self.means += gains * (measured - self.means[:, 0])[:, np.newaxis]

@@ -8,13 +8,10 @@ expected to go on in n π copies under every scheme; they differ in how far from
 
 from collections.abc import Callable, Mapping
 from math import inf
-from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array: TypeAlias = NDArray[np.float64]
-Indices: TypeAlias = NDArray[np.intp]
+from trackmark.trackers.base.arrays import Array, Indices
 
 _BELOW_ONE = float(np.nextafter(1.0, 0.0))
 

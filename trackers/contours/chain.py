@@ -13,10 +13,9 @@ from typing import Any, Generic, Literal, NamedTuple, Protocol, TypeAlias, TypeV
 import numpy as np
 from numpy.typing import NDArray
 
+from trackmark.trackers.base.arrays import Array, Indices
 from trackmark.trackers.base.particles import multinomial, systematic
 
-Array: TypeAlias = NDArray[np.float64]
-Indices: TypeAlias = NDArray[np.intp]
 Attached: TypeAlias = Indices | None
 Association: TypeAlias = Literal["by-weight", "uniform"]
 Feedback: TypeAlias = Literal["marginal", "joint"]
@@ -189,7 +188,7 @@ class ParticleCue(ABC):
         chosen = systematic(self.weights, generator.random(len(self.weights)))
         return self.propagated(self.states[chosen], generator)
 
-    def receive(self, states: NDArray[Any], weights: NDArray[np.float64]) -> None:
+    def receive(self, states: NDArray[Any], weights: Array) -> None:
         """See `Cue.receive`."""
         self.states = states
         self.weights = weights

@@ -8,15 +8,13 @@ from dataclasses import dataclass
 from typing import Literal, NamedTuple, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
+from trackmark.trackers.base.arrays import Array
 from trackmark.trackers.contours.chain import Attached, Earlier, ParticleCue, Weighed
 from trackmark.trackers.contours.mixture import Mixture, components_of, refined
 from trackmark.trackers.contours.observation import Observation, Weights, graded
 from trackmark.trackers.contours.posterior import posterior_tables
-
-Array: TypeAlias = NDArray[np.float64]
 
 MixtureScale: TypeAlias = Literal["shared", "diagonal"]
 
@@ -45,10 +43,7 @@ class ColourDynamics:
     angle_spread: float  # of its first direction [radians]
 
     def propagated(self, states: Array, of_target: int, generator: np.random.Generator) -> Array:
-        """Draw mixtures of the next frame; the first `of_target` components are the target's.
-
-        A state is of shape (components, 6); see `trackers.contours.mixture.components_of`.
-        """
+        """Draw mixtures (components, 6) of the next frame; the target's come first."""
         count, components, _ = states.shape
         moved = states.copy()
         if self.colour_dynamics == "shared":
@@ -170,11 +165,7 @@ class RefittedColours:
     def learn(
         self, target_colours: Array, background_colours: Array, basis: Array, moved: bool
     ) -> None:
-        """Take in colours (n, 3) drawn from both, as the last frame was segmented.
-
-        The next prediction lies on the plane of `basis` (3, 2), which may have `moved` since the
-        fits so far.
-        """
+        """Learn colours (n, 3) of a segmented frame; the plane of `basis` may have `moved`."""
         last = self.fits[1].on(basis) if moved else self.fits[1]
         self.fits = last, last.of(target_colours, background_colours, basis)
 
@@ -190,11 +181,7 @@ class RefittedColours:
 
 
 def blended(older: Mixture, newer: Mixture, mixing: float) -> Mixture:
-    """(1 - mixing) older + mixing newer, component by component.
-
-    Components go together so that their centroids' squared distances sum to the least; weights,
-    centroids and covariances are blended. (Angles could not be: they jump.)
-    """
+    """Blend paired components (but for angles, which jump): (1 - mixing) older + mixing newer."""
     distances = ((newer.means[:, np.newaxis] - older.means) ** 2).sum(axis=2)
     _, partner = linear_sum_assignment(distances)
     return Mixture(

@@ -2,17 +2,15 @@
 
 from dataclasses import dataclass
 from math import ceil, floor, inf, sqrt
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from trackmark.trackers.base.arrays import Array
 from trackmark.trackers.base.kalman import ConstantVelocity
 from trackmark.trackers.contours.chain import Attached, Earlier, ParticleCue, Weighed
 from trackmark.trackers.contours.observation import Observation, Rectangle, Weights, graded
 from trackmark.trackers.contours.outline import Outside, contour_scores
-
-Array: TypeAlias = NDArray[np.float64]
 
 SMALLEST_AREA = 60  # pixels; a contour around fewer is no hypothesis
 
@@ -82,10 +80,7 @@ class ContourCue(ParticleCue):
     def weigh(
         self, observation: Observation, states: Array, attached: Attached, earlier: Earlier
     ) -> Weighed:
-        """See `Cue.weigh`; the cue before yields posteriors of the frame's colours.
-
-        The evidence is the difference itself, in [-1, 1].
-        """
+        """See `Cue.weigh`, after a cue of posteriors; the evidence is the difference itself."""
         if attached is None:
             raise ValueError("contours are judged on a posterior: a cue of colours comes before")
         cells = observation.cells

@@ -4,13 +4,12 @@ Arrays of mixtures share the functions of one: further axes, say of planes or of
 before the components'.
 """
 
-from typing import NamedTuple, TypeAlias
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
-Array: TypeAlias = NDArray[np.float64]
+from trackmark.trackers.base.arrays import Array
 
 REGULARISATION = 3e-4  # variance added to every axis of a fitted component
 LEAST_MASS = 1e-9  # points that a component has at least; fewer are nothing to place it by
@@ -62,10 +61,7 @@ def fitted(
 def refined(
     points: Array, mixture: Mixture, iterations: int, regularisation: float = REGULARISATION
 ) -> Mixture:
-    """The mixture that some steps of expectation maximisation make of a given one; see `fitted`.
-
-    A component of which no point is stays where it is.
-    """
+    """Refine a mixture by steps of `fitted`; a component of which no point is stays where it is."""
     after = Mixture(*(array.copy() for array in mixture))
     axes = tuple(range(points.shape[1]))
     _iterate(np.ascontiguousarray(points.T), axes, after, iterations, regularisation)
@@ -79,10 +75,7 @@ def refined_on_planes(
     iterations: int = 2,
     regularisation: float = REGULARISATION,
 ) -> Mixture:
-    """A mixture of colours projected on planes, and refined on each with the points' projections.
-
-    Points are of shape (n, 3), bases of shape (P, 3, 2); P mixtures in two dimensions come out.
-    """
+    """Project a mixture of colours (n, 3) on planes of bases (P, 3, 2), and refine it on each."""
     after = projected(mixture, bases)
     _iterate_on_planes(points, bases, after, iterations, regularisation)
     return after
@@ -174,10 +167,7 @@ def _iterate_on_planes(
 def _iterate(
     points: Array, axes: tuple[int, ...], mixture: Mixture, iterations: int, regularisation: float
 ) -> None:
-    """Steps of expectation maximisation in place, on points (d, n).
-
-    `axes` has as many items as dimensions: the compiler knows their number.
-    """
+    """Take steps of expectation maximisation in place on points (d, n); `axes` has d items."""
     responsibilities = np.empty((len(mixture.weights), points.shape[1]))
     for _ in range(iterations):
         _expect(points, axes, mixture, responsibilities)

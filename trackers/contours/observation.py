@@ -10,19 +10,18 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from trackmark.trackers.base.arrays import Array, Ints
 from trackmark.trackers.base.interface import Image
 from trackmark.trackers.contours.mixture import Mixture, fitted
 from trackmark.trackers.contours.outline import bounding_box
 
-Ints: TypeAlias = NDArray[np.int64]
 Cells: TypeAlias = NDArray[np.int32]
-Array: TypeAlias = NDArray[np.float64]
 
 
 class ColourCells(NamedTuple):
     """The K cells of a colour grid that an image occupies, in the grid's order."""
 
-    colours: NDArray[np.float64]  # (K, 3): mean RGB of each cell's pixels, in [0, 1]
+    colours: Array  # (K, 3): mean RGB of each cell's pixels, in [0, 1]
     image: Cells  # (rows, columns): cell of every pixel, in [0, K)
     sizes: Ints  # (K,): pixels of each, at least 1
 
@@ -61,10 +60,7 @@ def colour_cells(image: Image, levels: int = 20) -> ColourCells:
 
 
 def cells_inside(cells: ColourCells, x0: int, y0: int, x1: int, y1: int) -> Ints:
-    """Pixels of each cell, (K,), in the part of a rectangle that is in the image.
-
-    Columns x0 to x1 and rows y0 to y1, the latter of each not included.
-    """
+    """Count each cell's pixels (K,) in columns x0 to x1 and rows y0 to y1, ends excluded."""
     inside = cells.image[max(y0, 0) : max(y1, 0), max(x0, 0) : max(x1, 0)]
     return np.bincount(inside.ravel(), minlength=len(cells.sizes))
 
@@ -128,11 +124,7 @@ class Observation(NamedTuple):
 def window_around(
     contour: Array, margin: float, growth: float, width: int, height: int
 ) -> Rectangle:
-    """Window W: the bounding box of a contour (points, 2) with a tolerance, inside the image.
-
-    It goes beyond the box by `margin` on each side, and by the share `growth` of half the side
-    besides [pixels].
-    """
+    """Return W: a contour's bounding box, wider by `margin` and `growth` of half its sides."""
     x, y, wide, high = bounding_box(contour)
     columns = _spread(x, wide, margin + growth * wide / 2, width)
     rows = _spread(y, high, margin + growth * high / 2, height)
@@ -142,11 +134,7 @@ def window_around(
 def observe(
     cells: ColourCells, window: Rectangle, prior: float = 0.5, ring: float = inf
 ) -> Observation:
-    """Contrast of each colour of a frame between a window and what is outside.
-
-    Outside is the rest of a rectangle `ring` times, above 1, as wide and high around the same
-    centre, as far as the image goes.
-    """
+    """Contrast a window's colours with the rest of a rectangle `ring` times as wide and high."""
     height, width = cells.image.shape
     around = 0, 0, width, height
     if isfinite(ring):
@@ -169,11 +157,7 @@ def with_colour_sets(
     components: tuple[int, int],
     generator: np.random.Generator,
 ) -> Observation:
-    """Add the sets of colours drawn in the window and outside (section 5.2).
-
-    `points` and `components` say how many pixels are drawn, and how many Gaussians are fitted to
-    their colours: in the window, and outside.
-    """
+    """Draw `points` in the window and outside, and fit mixtures of `components` (section 5.2)."""
     within, around = (
         _filled(rectangle, image.shape[:2])
         for rectangle in (observation.window, observation.around)

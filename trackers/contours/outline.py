@@ -15,12 +15,11 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from trackmark.trackers.base.arrays import Array, Indices
 from trackmark.trackers.base.interface import Box, Mask
 
 Tables: TypeAlias = NDArray[np.float32]
 Cells: TypeAlias = NDArray[np.int32]
-Indices: TypeAlias = NDArray[np.intp]
-Array: TypeAlias = NDArray[np.float64]
 
 Outside: TypeAlias = Literal["window", "image"]
 
@@ -56,10 +55,7 @@ def contour_scores(
 
 @njit(cache=True)
 def windings(contour: Array, height: int, width: int) -> Cells:
-    """How many times a contour (points, 2) goes round the centre of each pixel of an image.
-
-    The sign is the direction.
-    """
+    """Count a contour's (points, 2) turns round each pixel's centre; the sign is the direction."""
     turns = np.zeros((height + 1, width), np.int32)
     for i in range(len(contour)):
         left, low, right, high, sign = _directed(contour, i)
@@ -125,10 +121,7 @@ def _inside(above: Array, contour: Array, window_left: int, window_top: int) -> 
 
 @njit(cache=True)
 def _directed(contour: Array, i: int) -> tuple[float, float, float, float, int]:
-    """The side after point i from left to right, x and y of its ends, and which way it runs.
-
-    Both contours that share a side find the same crossings, as they compute the same.
-    """
+    """Return the side after point i from left to right, the same of a shared side, and its way."""
     x, y = contour[i]
     next_x, next_y = contour[i + 1 if i + 1 < len(contour) else 0]
     if x <= next_x:
@@ -157,13 +150,11 @@ def _row(
 
 
 def outline(mask: Mask, points: int = 32) -> Array:
-    """The outer boundary of a mask's largest part, (points, 2) [pixels].
+    """Return the outer boundary of a mask's largest part, (points, 2) [pixels], at equal distances.
 
-    It passes half-way between the centres of neighbours of which one is inside: filled, it would be
-    the part (without holes) again, if it weren't for the chords between its points. These are
-    equally spaced in arc length, clockwise on the screen, from the topmost (the leftmost of
-    several) on. Pixels that touch at a corner are connected; raises ValueError where there are
-    none.
+    It passes half-way between the centres of neighbours of which one is inside, clockwise on the
+    screen from the topmost (the leftmost of several) on. Pixels that touch at a corner are
+    connected; raises ValueError where there are none.
     """
     if not mask.any():
         raise ValueError("the mask has no pixels, so it has no outline; give one with some.")
@@ -226,7 +217,7 @@ def crosses_itself(contour: Array) -> bool:
     return bool((_parted(contour, ends, a, b) & _parted(contour, ends, b, a)).any())
 
 
-def _parted(starts: Array, ends: Array, a: NDArray[np.intp], b: NDArray[np.intp]) -> Mask:
+def _parted(starts: Array, ends: Array, a: Indices, b: Indices) -> Mask:
     """Whether the line through each side a has the two ends of side b not on one side of it."""
     x, y = (ends[a] - starts[a]).T
     start, end = starts[b] - starts[a], ends[b] - starts[a]

@@ -4,18 +4,14 @@ Its axes in the first frame are those of the nonparametric discriminant analysis
 (Fukunaga & Mantock 1983).
 """
 
-from typing import TypeAlias
-
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from trackmark.trackers.base.arrays import Array
 from trackmark.trackers.contours.chain import Attached, Earlier, ParticleCue, Weighed
 from trackmark.trackers.contours.mixture import refined_on_planes
 from trackmark.trackers.contours.observation import Observation, Weights, graded
 from trackmark.trackers.contours.posterior import region_scores
-
-Array: TypeAlias = NDArray[np.float64]
 
 REGULARISATION = 1e-4  # added to each channel's scatter within classes, which may be singular
 LEAST_DISTANCE = 1e-6  # of colours in whitened space: equal ones, many of them, would weigh 0 / 0

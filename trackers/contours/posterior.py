@@ -13,10 +13,9 @@ from numba import njit
 from numpy.typing import NDArray
 from scipy.special import expit
 
+from trackmark.trackers.base.arrays import Array, Ints
 from trackmark.trackers.contours.mixture import Mixture, log_density, mixture_of
 
-Ints: TypeAlias = NDArray[np.int64]
-Array: TypeAlias = NDArray[np.float64]
 Array32: TypeAlias = NDArray[np.float32]
 
 BLOCK = 1024  # colours taken together: what is known of them stays in the fastest memory
@@ -31,10 +30,7 @@ FACTOR_0, FACTOR_1, FACTOR_2, FACTOR_3, FACTOR_4, FACTOR_5 = (
 def posterior(
     points: Array, target: Mixture, background: Mixture, floor: float = 0.05, prior: float = 0.5
 ) -> Array:
-    """Posterior of the target at points (n, 2) of a plane: (n,), in [0, 1].
-
-    The floor ε is in the density's units, 0 or more; the prior P(O) in (0, 1).
-    """
+    """Return the target's posterior (n,) at points (n, 2) of a plane; `prior` is P(O)."""
     with np.errstate(divide="ignore"):
         floored = np.logaddexp(log_density(background, points), np.log(floor))
     odds = log_density(target, points) - floored + np.log(prior / (1 - prior))
@@ -66,10 +62,7 @@ def posterior_tables(
 def region_scores(
     projected: Array, inside: Mixture, outside: Mixture, contrast: Array, floor: float, prior: float
 ) -> Array:
-    """How well two regions are set apart on each of P planes, each by mixtures of its own there.
-
-    The P mixtures of each stand in the places of target and background in `posterior_tables`.
-    """
+    """Score how mixtures of two regions on each of P planes tell them apart, as in the tables."""
     forms = _forms(inside, outside, floor, prior)
     planes = np.arange(len(projected))
     return _tables(_across(projected), planes, forms, inside.weights.shape[1], contrast)[1]
@@ -81,10 +74,7 @@ def _across(projected: Array) -> Array32:
 
 
 def _forms(target: Mixture, background: Mixture, floor: float, prior: float) -> Array32:
-    """Components with their priors as a, b, c, d, e, k of 2^(k - (ax + by + c)² - (dy + e)²).
-
-    Those of the target come first, (N, m, 6) in all; the last one is the floor.
-    """
+    """Return a to e and k of 2^(k - (ax + by + c)² - (dy + e)²), (N, m, 6), the floor last."""
     weights, means, covariances = (
         np.concatenate(arrays, axis=1) for arrays in zip(target, background, strict=True)
     )

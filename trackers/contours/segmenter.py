@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
+from trackmark.trackers.base.arrays import Array
 from trackmark.trackers.base.interface import Box, Estimate, Image, Mask, Randomness
 from trackmark.trackers.base.parameters import (
     Parameters,
@@ -47,7 +48,6 @@ from trackmark.trackers.contours.plane_cue import discriminant_basis
 from trackmark.trackers.contours.snake import Stiffness
 from trackmark.trackers.contours.snake import refined as refined_by_snake
 
-Array: TypeAlias = NDArray[np.float64]
 Posterior: TypeAlias = NDArray[np.float32]
 
 REFERENCE_WIDTH = 320  # pixels of an image, to which distances in the parameters refer
@@ -161,10 +161,7 @@ class Start(NamedTuple):
 
 
 class Segmenter(SharingTracker):
-    """A chain of a plane, colours and a contour, and a snake after it.
-
-    A subclass says which cues they are, and may learn from what was segmented.
-    """
+    """Chain of a plane, colours and a contour, and a snake after it; a subclass gives the cues."""
 
     randomness = Randomness.GENERATOR
 
@@ -209,11 +206,7 @@ class Segmenter(SharingTracker):
         )
 
     def init_shared(self, frame: SharedFrame, box: Box, mask: Mask | None = None) -> None:
-        """See `SharingTracker.init_shared`.
-
-        Raises TrackerError for a mask of another type or shape than the image's, or where no pixel
-        is the target's, or none is left to tell it from.
-        """
+        """See `Tracker.init`; TrackerError for a mask of wrong type or shape, empty or full."""
         settings = self.parameters
         self.generator = np.random.default_rng(self.seed)
         height, width = frame.image.shape[:2]
@@ -304,10 +297,7 @@ class Segmenter(SharingTracker):
 
 
 def surely(mask: Mask) -> tuple[Mask, Mask]:
-    """Pixels surely of the target, one inside its border, and of the background, two outside it.
-
-    A target that is nowhere wider than two pixels is taken whole.
-    """
+    """Return pixels one inside the target's border (a thin target whole) and two outside it."""
     pixels = mask.astype(np.uint8)
     target = cv2.erode(pixels, np.ones((3, 3), np.uint8), borderValue=0) > 0
     background = cv2.dilate(pixels, np.ones((5, 5), np.uint8), borderValue=0) == 0
@@ -315,10 +305,7 @@ def surely(mask: Mask) -> tuple[Mask, Mask]:
 
 
 def best_posterior(found: Sequence[Hypotheses]) -> Posterior:
-    """Posterior of the frame's colours, (cells,), under the mixtures that contours support most.
-
-    The last hypotheses of the frame are contours, those before them colours.
-    """
+    """Return the colours' posterior (cells,) under the mixtures that contours support most."""
     colours, contours = found[-2:]
     supported = complete(found)[-2]
     support = np.zeros(len(colours.weights))

@@ -9,10 +9,10 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from trackmark.trackers.base.arrays import Array
 from trackmark.trackers.base.interface import Image
 from trackmark.trackers.contours.outline import bounding_box, crosses_itself, enclosed_area
 
-Array: TypeAlias = NDArray[np.float64]
 Stiffness: TypeAlias = Literal["constant", "by-spacing", "of-change"]
 
 ELASTICITY, RIGIDITY = 0.08, 0.6

@@ -15,9 +15,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from trackmark.trackers.base.arrays import Codes
 from trackmark.trackers.base.interface import Image
 
-Codes: TypeAlias = NDArray[np.uint16]
 ColourSpace: TypeAlias = Literal["rgb", "hsv"]
 Binning: TypeAlias = Literal["both", "perez"]
 UvRange: TypeAlias = Literal["full", "natural", "srgb-gamut"]
@@ -42,12 +42,7 @@ _SPREAD = ((np.arange(256)[:, np.newaxis] >> _BITS & 1) << 3 * _BITS).sum(axis=1
 
 
 def _colour_table(codes: Callable[[Image], Codes]) -> Codes:
-    """Code of every 8-bit colour, shape (2²⁴,), 32 MiB; a tenth of a second or two to make.
-
-    In its index the bits of blue, green and red take turns. So colours that differ a little in any
-    channel lie close together, and the pixels of an image, noise and all, keep to few lines of the
-    processor's cache: half the time of a table by blue, green and red.
-    """
+    """Return the code of every 8-bit colour, shape (2²⁴,), 32 MiB, by `_SPREAD` of its channels."""
     plane = np.empty((256, 256, 3), np.uint8)
     plane[..., 1] = np.arange(256)[:, np.newaxis]
     plane[..., 2] = np.arange(256)
@@ -90,11 +85,7 @@ class JointBins:
         return self.bins**3 if self.space == "rgb" else self.bins**2 * (self.bins // 2)
 
     def codes(self, image: Image, transposed: bool = False) -> Codes:
-        """Bin of each pixel of a BGR image or of a window of one, shape (height, width).
-
-        R, G, B (or H, S, V) are in the order of significance. Transposed, of shape (width, height),
-        regions that are higher than wide are read in longer runs.
-        """
+        """Return each pixel's bin, (height, width) or transposed: long runs in high regions."""
         if self.space == "rgb":
             codes = _rgb_codes(image, _divided(self.bins), self.bins)
         else:

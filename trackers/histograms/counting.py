@@ -10,6 +10,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from trackmark.trackers.base.arrays import Array, Codes, Ints
 from trackmark.trackers.base.interface import Image
 from trackmark.trackers.base.sharing import SharedFrame
 from trackmark.trackers.histograms.bins import N_BINS, JointBins, LuvBins
@@ -22,10 +23,7 @@ from trackmark.trackers.histograms.rectangles import (
     integral_histogram,
 )
 
-Ints: TypeAlias = NDArray[np.int64]
 Counts: TypeAlias = NDArray[np.int32]
-Codes: TypeAlias = NDArray[np.uint16]
-Array: TypeAlias = NDArray[np.float64]
 
 # Nanoseconds, measured on one machine.
 _CODE = 1.5  # a pixel looked up
@@ -37,10 +35,7 @@ _BINS_OF_A_FRAME = 40  # those that occur in it, roughly; they aren't known befo
 
 
 def region_counts(frame: SharedFrame, regions: Regions, colours: LuvBins, bins: Ints) -> Counts:
-    """Count votes for each of m bins in regions, shape (parts, n, m).
-
-    With many sharers one integral histogram of the whole frame is made for all.
-    """
+    """Count votes for m bins in regions (parts, n, m); many sharers sum up the frame once."""
     window = (regions.right - regions.left) * (regions.bottom - regions.top)
     direct = _DIRECT * float(regions.pixels.sum()) + _DIRECT_REGION * regions.pixels.size
     integral = _INTEGRAL * len(bins) * window
@@ -65,10 +60,7 @@ def region_counts(frame: SharedFrame, regions: Regions, colours: LuvBins, bins: 
 def ellipse_histograms(
     frame: SharedFrame, ellipses: Array, kernel: Kernel, colours: JointBins, bins: Ints
 ) -> EllipseCounts:
-    """Kernel-weighted histograms of ellipses of a frame; see `ellipse_counts`.
-
-    With many sharers the bins of the whole frame are looked up once for all.
-    """
+    """See `ellipse_counts`; many sharers look up the bins of the whole frame once for all."""
     height, width = frame.image.shape[:2]
     limits = np.array([width, height])
     centres, half_axes = ellipses[:, :2], ellipses[:, 2:]

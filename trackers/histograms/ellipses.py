@@ -1,11 +1,8 @@
 """Kernel-weighted counts of colour bins in upright ellipses, and mean shift of one towards a model.
 
 A pixel belongs to an ellipse where its centre does. Its weight is 65536 less what its distances
-from the centre along the two axes take away, each rounded down to a whole number: sums in any
-order give the same bits.
-
-The kernels that call one another stand in this one file: Numba's cache notices a change of
-a kernel's own file only.
+from the centre along the two axes take away, each rounded down to a whole number: sums in any order
+give the same bits.
 """
 
 from typing import Literal, NamedTuple, TypeAlias
@@ -14,8 +11,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-Array: TypeAlias = NDArray[np.float64]
-Codes: TypeAlias = NDArray[np.uint16]
+from trackmark.trackers.base.arrays import Array, Codes
+
 Counts: TypeAlias = NDArray[np.int64]
 Kernel: TypeAlias = Literal["isotropic", "epanechnikov", "uniform"]
 KERNELS: tuple[Kernel, ...] = ("isotropic", "epanechnikov", "uniform")
@@ -153,11 +150,7 @@ def _lay_out(
     top: int,
     pixels: _Pixels,
 ) -> tuple[int, int, int]:
-    """Fill in which pixels of a window are in an ellipse: first line, after the last, first column.
-
-    x runs along the window's lines, y across them; weights fall with the squares of the distances
-    by `fall_x` and `fall_y`.
-    """
+    """Fill in the pixels inside; return the first line, that after the last, the first column."""
     n_columns, n_rows = len(pixels.across), len(pixels.down)
     begin, end = _inside(x, half_x, left, n_columns)
     for column in range(begin, end):
@@ -187,11 +180,7 @@ def _inside(centre: float, reach: float, origin: int, size: int) -> tuple[int, i
 def _add(
     line: Codes, start: int, stop: int, most: int, taken: Counts, parts: tuple[Counts, ...]
 ) -> None:
-    """Add pixels of a line, of weights `most` - `taken`, to a histogram in four parts.
-
-    Neighbours mostly are in the same bin: four histograms keep an addition from waiting for the
-    one before.
-    """
+    """Add weights `most` - `taken` to four histograms in turn: no addition waits for another."""
     one, two, three, four = parts
     quads = start + (stop - start) // 4 * 4
     # Indices that can't be negative need no check for it.

@@ -1,12 +1,12 @@
 """A target's histogram and size, and where mean shift finds it again."""
 
 from math import ceil, floor, inf
-from typing import Literal, NamedTuple, TypeAlias
+from typing import Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
+from trackmark.trackers.base.arrays import Array
 from trackmark.trackers.base.interface import Box, Image
 from trackmark.trackers.base.parameters import (
     Parameters,
@@ -26,8 +26,6 @@ from trackmark.trackers.histograms.ellipses import (
     coefficients,
     mean_shift,
 )
-
-Array: TypeAlias = NDArray[np.float64]
 
 LEAST_SIDE = 3.0  # pixels; a smaller ellipse may lie between the pixels' centres
 REACH = 1.7  # half axes around the start within which a target is mostly found

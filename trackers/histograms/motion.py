@@ -10,11 +10,9 @@ from dataclasses import dataclass, field
 from typing import Literal, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from trackmark.trackers.base.arrays import Array
 from trackmark.trackers.base.parameters import TrackerError
-
-Array: TypeAlias = NDArray[np.float64]
 
 Dynamics: TypeAlias = Literal["first-order", "second-order", "random-walk"]
 Axes: TypeAlias = Literal["together", "apart"]

@@ -2,9 +2,6 @@
 
 Both ways give the same integers: `direct_counts` visits every pixel of every region,
 `integral_histogram` every pixel once, after which a region costs four look-ups a bin.
-
-The kernels that call one another stand in this one file: Numba's cache notices a change of
-a kernel's own file only.
 """
 
 from typing import NamedTuple, TypeAlias
@@ -13,12 +10,11 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-Codes: TypeAlias = NDArray[np.uint16]
+from trackmark.trackers.base.arrays import Array, Codes, Ints
+
 Votes: TypeAlias = NDArray[np.uint8]
-Ints: TypeAlias = NDArray[np.int64]
 Counts: TypeAlias = NDArray[np.int32]
 Words: TypeAlias = NDArray[np.uint64]
-Array: TypeAlias = NDArray[np.float64]
 
 
 class Regions(NamedTuple):
@@ -104,10 +100,7 @@ class IntegralHistogram(NamedTuple):
 
 
 def integral_histogram(codes: Codes, votes: Votes, bins: Ints, n_bins: int) -> IntegralHistogram:
-    """Integral histogram of an image or of a window of one (Porikli 2005).
-
-    Parameters as those of `direct_counts`; time and memory grow with the number of bins asked for.
-    """
+    """Sum up an image or a window of one (Porikli 2005); parameters as in `direct_counts`."""
     height, width = codes.shape
     places = np.full(n_bins, -1)
     places[bins] = np.arange(len(bins))
@@ -140,11 +133,7 @@ def _sum_up(codes: Codes, votes: Votes, places: Ints, sums: Words) -> None:
 
 @njit(cache=True)
 def integral_counts(sums: Words, places: Ints, regions: Ints, bins: Ints) -> Counts:
-    """Counts of `bins` in regions, from an integral histogram; as `direct_counts` gives them.
-
-    Large regions are counted in bands of at most 65535 pixels; a bin that has no place was
-    nowhere in the image.
-    """
+    """Count as `direct_counts` does, in bands of at most 65535 pixels; no place counts 0."""
     counts = np.zeros((len(regions), len(bins)), np.int32)
     for i in range(len(regions)):
         left, top, right, bottom = regions[i]
@@ -203,11 +192,10 @@ def direct_counts(codes: Codes, votes: Votes, regions: Ints, bins: Ints, n_bins:
 def bhattacharyya_distances(
     counts: Counts, totals: Ints, reference: Counts, reference_total: int
 ) -> Array:
-    """Distances d = √(1 - Σ √(p q)) of normalised histograms, shape (n,), in [0, 1].
+    """Return distances d = √(1 - Σ √(p q)), shape (n,), in [0, 1]; 1 where a total is 0.
 
-    Counts go in unnormalised: equal proportions have a distance of exactly 0 that way. `counts`
-    (n, m) are of the bins in which the reference q has some, `totals` (n,) the sums of the whole
-    histograms p; where one is 0, d is 1.
+    Counts go in unnormalised: equal proportions have a distance of exactly 0 that way. `counts` (n,
+    m) are of the bins in which the reference q has some, `totals` (n,) those of the whole p.
     """
     distances = np.ones(len(counts), np.float64)
     for i in range(len(counts)):

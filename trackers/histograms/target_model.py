@@ -12,13 +12,11 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from trackmark.trackers.base.arrays import Array, Ints
 from trackmark.trackers.base.sharing import SharedFrame
 from trackmark.trackers.histograms.bins import JointBins
 from trackmark.trackers.histograms.counting import ellipse_histograms
 from trackmark.trackers.histograms.ellipses import EllipseCounts, Kernel, coefficients
-
-Array: TypeAlias = NDArray[np.float64]
-Ints: TypeAlias = NDArray[np.int64]
 
 Reading: TypeAlias = Literal["density", "printed", "peak", "variance", "coefficient", "always"]
 
@@ -78,7 +76,7 @@ class Ellipses:
     colours: JointBins
     kernel: Kernel
 
-    def counts(self, frame: SharedFrame, states: Array, bins: NDArray[np.int64]) -> EllipseCounts:
+    def counts(self, frame: SharedFrame, states: Array, bins: Ints) -> EllipseCounts:
         """Count bins in states (n, 7); totals are 0 where less than a quarter is inside."""
         ellipses = states[:, [0, 1, 4, 5]]
         found = ellipse_histograms(frame, ellipses, self.kernel, self.colours, bins)
@@ -86,10 +84,7 @@ class Ellipses:
         return found._replace(totals=np.where(found.pixels >= least, found.totals, 0))
 
     def histogram(self, frame: SharedFrame, state: Array) -> Array | None:
-        """Normalised histogram of a state (7,); None where less than a quarter is inside.
-
-        Nummiaro et al. 2003, equations 3 and 4.
-        """
+        """Return the histogram of a state (7,); None if less than a quarter is inside."""
         found = self.counts(frame, state[np.newaxis], np.arange(self.colours.n_bins))
         if found.totals[0] == 0:
             return None
@@ -140,10 +135,9 @@ class TargetModel:
     ) -> float:
         """Mix in what was seen where that looks like the model (equations 11 and 12).
 
-        `histogram` (bins,) is that of the estimate, None where too little of it is in the image,
-        and `coefficient` that of it and the current model; `found` and `weights` (n,) are those of
-        the particles. What has a coefficient above `least` is mixed in. Gives the share of the
-        models that were updated, in [0, 1].
+        `histogram` (bins,) is that of the estimate (None: too little of it is inside),
+        `coefficient` its likeness; `found` and `weights` (n,) are the particles'. A coefficient
+        above `least` is needed. Gives the share of the models that were updated.
         """
         alpha = self._alpha
         if self.models is not None:
@@ -163,10 +157,7 @@ _AT_ONCE = 128  # positions
 
 
 def spacing_of(positions: int, half_axes: Array, image_size: tuple[int, int]) -> float:
-    """Spacing [pixels] of a grid of about so many ellipses that are whole inside an image.
-
-    Half axes Hx, Hy are of shape (2,) [pixels]; the image's size is width and height.
-    """
+    """Return the spacing of about so many ellipses that are whole inside an image [pixels]."""
     free = np.maximum(np.array(image_size) - 2 * half_axes, 1.0)
     return float(np.sqrt(free.prod() / positions))
 
@@ -216,11 +207,7 @@ class Background:
         return _sums(self._ends, self._bins, self._roots, np.sqrt(model))
 
     def threshold(self, model: Array) -> float:
-        """Coefficient above which something does not look like background, μ + 2 σ.
-
-        Nummiaro et al. 2003, equations 13 to 15; σ² is the mean square deviation over all
-        positions. 0 without a position.
-        """
+        """Return μ + 2 σ of the coefficients (equations 13 to 15); 0 without a position."""
         found = self.coefficients(model)
         return float(found.mean() + 2 * found.std()) if len(found) else 0.0
 

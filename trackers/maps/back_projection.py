@@ -1,11 +1,8 @@
 """Hue back-projection and mean shift over it, in exact integers.
 
-A pixel's weight is the count of its hue bin in the template; divided by the largest count it
-is the back-projection in [0, 1] (Wang & Tang 2010, section 2.1.1, hue alone). Sums of counts
-are whole numbers, so no order of summation can change a result.
-
-The kernels that call one another stand in this one file: Numba's cache notices a change of
-a kernel's own file only.
+A pixel's weight is the count of its hue bin in the template; divided by the largest count it is the
+back-projection in [0, 1] (Wang & Tang 2010, section 2.1.1, hue alone). Sums of counts are whole
+numbers, so no order of summation can change a result.
 """
 
 from math import floor, sqrt
@@ -90,10 +87,7 @@ def _visit(hues: HueBins, row: int, column: int) -> int:
 
 @njit(cache=True)
 def bin_counts(hues: HueBins, left: int, top: int, width: int, height: int) -> Weights:
-    """Pixels of a window in each bin, shape (n_bins + 1,); the last, for masked ones, is 0.
-
-    The window's part outside the image counts for nothing.
-    """
+    """Count a window's pixels inside the image by bin (n_bins + 1,); masked ones count 0."""
     bins = hues.bins
     rows, columns = bins.shape
     counts = np.zeros(hues.n_bins + 1, np.int64)
@@ -111,10 +105,7 @@ def bin_counts(hues: HueBins, left: int, top: int, width: int, height: int) -> W
 def moments(
     hues: HueBins, weights: Weights, left: int, top: int, width: int, height: int
 ) -> tuple[int, int, int]:
-    """Sums of w, w · column and w · row over a window's pixels inside the image.
-
-    The weights w of bins, shape (n_bins + 1,), are `bin_counts` of the template.
-    """
+    """Sum w, w · column and w · row over a window's pixels inside; `weights` are by bin."""
     bins = hues.bins
     rows, columns = bins.shape
     first, last = max(left, 0), min(left + width, columns)
@@ -152,9 +143,8 @@ def mean_shift(
 ) -> tuple[float, float, int, int]:
     """Move a window to the centroid of its weights until it rests (Wang & Tang, eqs. 6, 7).
 
-    It begins at the centre x, y [pixels, continuous coordinates from 0]. A step shorter than
-    `stop_distance` [pixels] is the last one taken. Gives its centre, the windows whose centroid was
-    asked for, and the sum of the weights in the last one; where a window holds no weight it stays.
+    A step shorter than `stop_distance` [pixels] is the last. Gives its centre, the windows whose
+    centroid was asked for, and the weight in the last one; where a window holds no weight it stays.
     """
     for iteration in range(1, max_iterations + 1):
         total, total_x, total_y = moments(
@@ -174,21 +164,17 @@ def mean_shift(
 
 
 def whole_window(box: Box) -> tuple[int, int]:
-    """Width and height of a box in whole pixels, at least one.
-
-    Raises TrackerError where the box has no area.
-    """
+    """Return width and height of a box in whole pixels, at least one; TrackerError for no area."""
     if not (box[2] > 0 and box[3] > 0):
         raise TrackerError(f"the box {box.tolist()} has no area; give another.")
     return max(1, floor(float(box[2]) + 0.5)), max(1, floor(float(box[3]) + 0.5))
 
 
 def adapted_window(weight: float, ratio: float, image_shape: tuple[int, ...]) -> tuple[int, int]:
-    """Width and height [pixels] of the next window by Bradski's rule (Intel Techn. J. Q2, 1998).
+    """Return the next window's size by Bradski's rule (Intel Techn. J. Q2, 1998) [pixels].
 
-    They are 2 √(M₀₀ · ratio) and 2 √(M₀₀ / ratio), at least 3 pixels and at most the image's. The
-    weight M₀₀ is the sum of the back-projection, in [0, 1] a pixel, over the window, `ratio` the
-    target's width over its height.
+    2 √(M₀₀ · ratio) and 2 √(M₀₀ / ratio), at least 3 pixels and at most the image's; `weight` is
+    M₀₀, `ratio` the target's width over its height.
     """
     width = floor(2 * sqrt(weight * ratio) + 0.5)
     height = floor(2 * sqrt(weight / ratio) + 0.5)

@@ -108,11 +108,7 @@ def _local_differences(
     noticeable: int,
     latest: Sums,
 ) -> tuple[np.int64, np.int64, np.int64]:
-    """Fill `latest`; sum of S, of S², and number of pixels with S of at least `noticeable`.
-
-    S is `latest` + `earlier` if `averaged`, otherwise twice `latest`. One pass over the rows:
-    `sums` holds what the last `window` rows differ by in each column.
-    """
+    """Fill `latest`; return sums of S and S², and the pixels with S of at least `noticeable`."""
     rows, columns = grey.shape
     half = window // 2
     recent = np.zeros((window, columns), np.uint16)

@@ -1,11 +1,19 @@
-"""The target's colours, and where they are and move: the joint map (Wang & Tang 2010, 2.1)."""
+"""The target's colours, and where they are and move: the joint map (Wang & Tang 2010, 2.1).
 
-from typing import Annotated, Literal, TypeAlias
+A weight of the map is a whole number of 2^-bits, `bits` being as many as keep every moment inside
+64 bits (40 at 160 x 120, 34 at 640 x 480). Sums of them are exact, so that neither the order of
+summation nor the size of the region that was summed can move a box.
+"""
+
+from typing import Annotated, Literal, NamedTuple, TypeAlias
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 from pydantic import AfterValidator, Field
 
+from trackmark.trackers.base.arrays import Array, Ints
+from trackmark.trackers.base.interface import Image
 from trackmark.trackers.base.parameters import (
     Parameters,
     TrackerError,
@@ -18,26 +26,234 @@ from trackmark.trackers.base.sharing import SharedFrame
 from trackmark.trackers.maps.differences import (
     LARGEST_WINDOW,
     FrameMotion,
+    Sums,
     first_frame,
     frame_after,
     moving_share,
 )
-from trackmark.trackers.maps.drift import (
-    Binning,
-    Drifted,
-    Region,
-    colour_bins,
-    drift,
-    holds,
-    region_of,
-    summed,
-    weight_bits,
-    window_at,
-    window_moments,
-)
 
-Array: TypeAlias = NDArray[np.float64]
 Size: TypeAlias = tuple[int, int]
+Bins: TypeAlias = NDArray[np.int32]
+
+ROUNDING = 1e-9
+"""Pixels that a centroid may be off, weights being rounded: what should be on an edge is on it.
+
+Centroids on edges are no rarity: weights are sums of a few counts, so rows of pixels often balance.
+"""
+
+
+class Region(NamedTuple):
+    """A rectangle of pixels: columns left to right, rows top to bottom, ends excluded."""
+
+    left: int
+    top: int
+    right: int
+    bottom: int
+
+
+class Drifted(NamedTuple):
+    """Windows after they have moved."""
+
+    points: Array  # (n, 2): their centres x, y [pixels, continuous coordinates from 0]
+    iterations: Ints  # (n,): steps that each took
+    before: Ints  # (n,): M₀₀ of the windows at the start, in units of 2^-bits
+    after: Ints  # (n,): M₀₀ at the end
+
+
+class Binning(NamedTuple):
+    """How colours are binned, and which pixels weigh nothing [fractions]."""
+
+    hues: int
+    saturations: int
+    minimum_saturation: float
+    minimum_value: float
+    maximum_value: float
+
+
+def weight_bits(rows: int, columns: int) -> int:
+    """Binary places of a weight in [0, 1] such that no moment over an image overflows, 1 to 40.
+
+    Examples
+    --------
+    >>> weight_bits(115, 142), weight_bits(480, 640), weight_bits(2160, 3840)
+    (40, 34, 27)
+    """
+    most = rows * columns * max(rows, columns)
+    return min(40, 62 - most.bit_length())
+
+
+@njit(cache=True)
+def window_at(x: float, y: float, width: int, height: int, rows: int, columns: int) -> Region:
+    """Pixels of a window around (x, y) that are in the image; none for a window outside it."""
+    left = int(np.floor(x - width / 2 + 0.5 + ROUNDING))
+    top = int(np.floor(y - height / 2 + 0.5 + ROUNDING))
+    first_column, first_row = min(max(left, 0), columns), min(max(top, 0), rows)
+    return Region(
+        first_column,
+        first_row,
+        max(min(left + width, columns), first_column),
+        max(min(top + height, rows), first_row),
+    )
+
+
+@njit(cache=True)
+def region_of(points: Array, width: int, height: int, rows: int, columns: int) -> Region:
+    """Smallest region with the windows of one size at all points (n, 2); see `window_at`."""
+    left, top, right, bottom = columns, rows, 0, 0
+    for x, y in points:
+        window = window_at(x, y, width, height, rows, columns)
+        left, top = min(left, window.left), min(top, window.top)
+        right, bottom = max(right, window.right), max(bottom, window.bottom)
+    return Region(left, top, right, bottom)
+
+
+@njit(cache=True, error_model="numpy")
+def colour_bins(image: Image, row: int, left: int, right: int, binning: Binning, out: Bins) -> None:
+    """Write joint hue and saturation bins of a stretch of a row to `out`, shape (right - left,).
+
+    Hue and saturation as MATLAB's `rgb2hsv` has them; the bin is hue · `saturations` + saturation,
+    and `hues` · `saturations` for a pixel beyond the limits. Quotients of whole numbers are exact
+    although computed as float32, several at once: half a unit more in the numerator keeps them
+    further from the next whole number than float32 can err.
+    """
+    n_hues, n_saturations = np.float32(binning.hues), np.float32(binning.saturations)
+    half, one, six = np.float32(0.5), np.float32(1), np.float32(6)
+    highest = np.float32(binning.saturations - 1)
+    masked = np.int32(binning.hues * binning.saturations)
+    least_saturation = np.float32(binning.minimum_saturation)
+    least_value = np.float32(binning.minimum_value * 255)
+    most_value = np.float32(binning.maximum_value * 255)
+    length = right - left
+    channels = np.empty((3, length), np.float32)
+    pixels = image[row, left:right]
+    for column in range(length):
+        channels[0, column] = pixels[column, 0]
+        channels[1, column] = pixels[column, 1]
+        channels[2, column] = pixels[column, 2]
+    for column in range(length):
+        blue, green, red = channels[0, column], channels[1, column], channels[2, column]
+        largest = max(max(blue, green), red)
+        spread = largest - min(min(blue, green), red)
+        from_red = green - blue + (six * spread if green < blue else np.float32(0))
+        from_green = blue - red + np.float32(2) * spread
+        from_blue = red - green + np.float32(4) * spread
+        sixths = from_red if largest == red else (from_green if largest == green else from_blue)
+        hue = np.int32((n_hues * sixths + half) / (six * max(spread, one)))
+        saturation = np.int32(min((n_saturations * spread + half) / max(largest, one), highest))
+        passes = (
+            spread >= least_saturation * largest
+            and largest >= least_value
+            and largest <= most_value
+        )
+        out[column] = hue * np.int32(binning.saturations) + saturation if passes else masked
+
+
+@njit(cache=True)
+def summed(
+    image: Image,
+    region: Region,
+    latest: Sums,
+    earlier: Sums,
+    threshold: float,
+    weights: Ints,
+    binning: Binning,
+) -> Ints:
+    """Return the integral image of the joint map P (eq. 5) and of its first moments over a region.
+
+    A pixel moves where `latest` + `earlier` exceeds the threshold. `weights` (2, hues · saturations
+    + 1) are P of each colour where nothing moves, and where it does, in units of 2^-bits. Gives
+    sums of P, column · P and row · P above and left of each pixel, (rows + 1, columns + 1, 3).
+    """
+    left, top, right, bottom = region
+    columns = right - left
+    limit = np.int32(np.floor(threshold))  # of whole numbers just those above it exceed it
+    sums = np.empty((bottom - top + 1, columns + 1, 3), np.int64)
+    sums[0] = 0
+    bins = np.empty(columns, np.int32)
+    for row in range(top, bottom):
+        colour_bins(image, row, left, right, binning, bins)
+        total, total_x = np.int64(0), np.int64(0)
+        above, here = sums[row - top], sums[row - top + 1]
+        here[0] = 0
+        first, second = latest[row, left:right], earlier[row, left:right]
+        for column in range(columns):
+            moves = np.int32(first[column]) + np.int32(second[column]) > limit
+            weight = weights[1 if moves else 0, bins[column]]
+            total += weight
+            total_x += weight * (left + column)
+            here[column + 1, 0] = above[column + 1, 0] + total
+            here[column + 1, 1] = above[column + 1, 1] + total_x
+            here[column + 1, 2] = above[column + 1, 2] + total * row
+    return sums
+
+
+@njit(cache=True)
+def holds(region: Region, window: Region) -> bool:
+    """Whether a region holds all of a window."""
+    return (
+        window.left >= region.left
+        and window.top >= region.top
+        and window.right <= region.right
+        and window.bottom <= region.bottom
+    )
+
+
+@njit(cache=True)
+def window_moments(sums: Ints, region: Region, window: Region) -> tuple[int, int, int]:
+    """M₀₀, M₁₀ and M₀₁ of a window (eq. 6) that the region of the sums holds."""
+    left, right = window.left - region.left, window.right - region.left
+    upper, lower = sums[window.top - region.top], sums[window.bottom - region.top]
+    return (
+        lower[right, 0] - upper[right, 0] - lower[left, 0] + upper[left, 0],
+        lower[right, 1] - upper[right, 1] - lower[left, 1] + upper[left, 1],
+        lower[right, 2] - upper[right, 2] - lower[left, 2] + upper[left, 2],
+    )
+
+
+@njit(cache=True)
+def drift(
+    sums: Ints,
+    region: Region,
+    rows: int,
+    columns: int,
+    points: Array,
+    width: int,
+    height: int,
+    stop_distance: float,
+    max_iterations: int,
+) -> tuple[Drifted, Region]:
+    """Move many windows of one size by mean shift (eqs. 6 and 7), on `sums` of a `region`.
+
+    Each moves from its point (n, 2) to the centroid of its weights until a step was shorter than
+    `stop_distance` [pixels] or there were `max_iterations`; one without any weight stays. Gives
+    also a window that the region does not hold, with which the rest counts for nothing; else (0, 0,
+    0, 0).
+    """
+    n = len(points)
+    moved = Drifted(
+        points.copy(), np.zeros(n, np.int64), np.zeros(n, np.int64), np.zeros(n, np.int64)
+    )
+    for i in range(n):
+        x, y = points[i]
+        step = np.inf
+        iterations = 0
+        while True:
+            window = window_at(x, y, width, height, rows, columns)
+            if not holds(region, window):
+                return moved, window
+            total, total_x, total_y = window_moments(sums, region, window)
+            if iterations == 0:
+                moved.before[i] = total
+            if total == 0 or step < stop_distance or iterations == max_iterations:
+                break
+            new_x, new_y = total_x / total + 0.5, total_y / total + 0.5
+            step = np.hypot(new_x - x, new_y - y)
+            x, y = new_x, new_y
+            iterations += 1
+        moved.points[i, 0], moved.points[i, 1] = x, y
+        moved.iterations[i] = iterations
+        moved.after[i] = total
+    return moved, Region(0, 0, 0, 0)
 
 
 def _odd(value: int) -> int:
@@ -87,8 +303,7 @@ class ColourMotionModel:
     def __init__(
         self, owner: str, settings: ModelParameters, frame: SharedFrame, centre: Array, window: Size
     ) -> None:
-        self._owner = owner
-        self._settings = settings
+        self._owner, self._settings = owner, settings
         self._binning = Binning(
             settings.hue_bins,
             settings.saturation_bins,
@@ -121,10 +336,7 @@ class ColourMotionModel:
         self._weights = np.concatenate([scaled, np.zeros((2, 1), np.int64)], axis=1)
 
     def observe(self, frame: SharedFrame) -> "JointMap":
-        """The joint map of the next frame; every frame after the first must be shown, in order.
-
-        Raises TrackerError for a frame of another size than the first.
-        """
+        """Return the joint map of the next frame; TrackerError for a frame of another size."""
         settings = self._settings
         if frame.image.shape[:2] != self._motion.grey.shape:
             rows, columns = self._motion.grey.shape
@@ -147,35 +359,28 @@ class ColourMotionModel:
 
 
 class JointMap:
-    """The joint map P of one frame, I_c where something moves and (1 - β) I_c elsewhere (eq. 5).
-
-    It is summed up only where windows come to; `unit` is a weight of 1 in the sums that `drift`
-    gives.
-    """
+    """Joint map P of a frame (eq. 5), summed up where windows come to; `unit` is a weight of 1."""
 
     def __init__(
         self,
         frame: SharedFrame,
         motion: FrameMotion,
         threshold: float,
-        weights: NDArray[np.int64],
+        weights: Ints,
         bits: int,
         binning: Binning,
     ) -> None:
-        self._frame = frame
-        self._motion = motion
-        self._threshold = threshold
-        self._weights = weights
+        self._image, self._motion, self._threshold = frame.image, motion, threshold
+        self._weights, self._binning = weights, binning
         self.unit = 2.0**-bits
-        self._binning = binning
         self._region = Region(0, 0, 0, 0)
         self._sums = np.zeros((1, 1, 3), np.int64)
 
     def drift(
         self, points: Array, window: Size, stop_distance: float, max_iterations: int
     ) -> Drifted:
-        """Mean shift of windows of one size; see `trackers.maps.drift.drift`."""
-        rows, columns = self._frame.image.shape[:2]
+        """Mean shift of windows of one size; see the function `drift`."""
+        rows, columns = self._image.shape[:2]
         reached = region_of(points, *window, rows, columns)
         margin_x, margin_y = window[0] // 4, window[1] // 4
         while True:
@@ -195,12 +400,8 @@ class JointMap:
             margin_x, margin_y = 2 * margin_x + 1, 2 * margin_y + 1
 
     def details(self, centre: Array, window: Size) -> dict[str, float]:
-        """What a report says of the frame's motion, and of the window around the estimate.
-
-        `similarity` (M / M₀ of the window), `moving` and `moving_inside` (share of the pixels that
-        move, of the image and of the window), `changing` (see `FrameMotion`).
-        """
-        rows, columns = self._frame.image.shape[:2]
+        """Return `similarity` (M / M₀), `moving`, `moving_inside` and `changing` (shares)."""
+        rows, columns = self._image.shape[:2]
         motion = self._motion
         change = motion.latest, motion.earlier, self._threshold
         pixels = window_at(float(centre[0]), float(centre[1]), *window, rows, columns)
@@ -215,16 +416,8 @@ class JointMap:
 
     def whole(self) -> Array:
         """The map of the whole image, shape (height, width), in [0, 1]."""
-        rows, columns = self._frame.image.shape[:2]
-        sums = summed(
-            self._frame.image,
-            Region(0, 0, columns, rows),
-            self._motion.latest,
-            self._motion.earlier,
-            self._threshold,
-            self._weights,
-            self._binning,
-        )[..., 0]
+        rows, columns = self._image.shape[:2]
+        sums = self._summed(Region(0, 0, columns, rows))[..., 0]
         return np.diff(np.diff(sums, axis=0), axis=1) * self.unit
 
     def _cover(self, reached: Region, margin_x: int, margin_y: int) -> None:
@@ -239,19 +432,16 @@ class JointMap:
                 max(reached.right, before.right),
                 max(reached.bottom, before.bottom),
             )
-        rows, columns = self._frame.image.shape[:2]
+        rows, columns = self._image.shape[:2]
         self._region = Region(
             max(reached.left - margin_x, 0),
             max(reached.top - margin_y, 0),
             min(reached.right + margin_x, columns),
             min(reached.bottom + margin_y, rows),
         )
-        self._sums = summed(
-            self._frame.image,
-            self._region,
-            self._motion.latest,
-            self._motion.earlier,
-            self._threshold,
-            self._weights,
-            self._binning,
-        )
+        self._sums = self._summed(self._region)
+
+    def _summed(self, region: Region) -> Ints:
+        motion = self._motion
+        change = motion.latest, motion.earlier, self._threshold
+        return summed(self._image, region, *change, self._weights, self._binning)

@@ -2,20 +2,19 @@
 
 from collections.abc import Mapping
 from math import sqrt
-from typing import Annotated, ClassVar, Literal, TypeAlias
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
+from trackmark.trackers.base.arrays import Array
 from trackmark.trackers.base.interface import Box, Estimate, Image, Mask, Randomness
 from trackmark.trackers.base.parameters import choice, positive, whole
 from trackmark.trackers.base.particles import SCHEMES, effective_number, mean_state, normalised
 from trackmark.trackers.base.sharing import SharedFrame, SharingTracker
 from trackmark.trackers.maps.back_projection import whole_window
 from trackmark.trackers.maps.joint_map import ColourMotionModel, ModelParameters
-
-Array: TypeAlias = NDArray[np.float64]
 
 ROBUST = {"sigma": 0.1, "radius": 10.0, "difference_window": 7}
 """What the preset `robust` of every filter of places has (post hoc)."""

@@ -12,9 +12,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from trackmark.trackers.base.arrays import Array
 from trackmark.trackers.base.interface import Image
-
-Array: TypeAlias = NDArray[np.float64]
 
 PASSES = 6  # how often a trimmed first covariance is made of the pixels that it calls inliers
 
@@ -113,10 +112,7 @@ class Appearance:
         return self._compared(features, self.residual, gate=self._noise.gate)
 
     def update(self, seen: Seen, *, first: bool) -> None:
-        """Take a view into the template (equations 8 to 14).
-
-        The covariance of the `first` one, that of `start`, is known already.
-        """
+        """Filter a view into the template (equations 8 to 14); `first` is that of `start`."""
         noise = self._noise
         if not first:
             self._history.append(seen.covariance)
@@ -138,13 +134,7 @@ class Appearance:
         inverse = np.asarray(np.linalg.inv(covariance), np.float64)
         outliers = np.empty(features.shape[:2], np.bool_)
         products, inliers = _compare(
-            features,
-            self.template,
-            self._components,
-            inverse,
-            self._noise.limit,
-            gate,
-            outliers,
+            features, self.template, self._components, inverse, self._noise.limit, gate, outliers
         )
         share = float(np.count_nonzero(outliers) / outliers.size)
         factor = self._noise.factor if gate else 1.0
@@ -179,10 +169,7 @@ def _compare(
     gate: bool,
     outliers: NDArray[np.bool_],
 ) -> tuple[Array, int]:
-    """Fill `outliers`; sum of r r' over the others (over all without `gate`), and their number.
-
-    `components` has as many items as a pixel has features: the compiler knows its length.
-    """
+    """Fill `outliers`; return the sum of r r' over the others, or all without `gate`, and n."""
     height, width, _ = template.shape
     d = len(components)
     products = np.zeros((d, d))

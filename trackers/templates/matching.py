@@ -5,9 +5,9 @@ from typing import Literal, NamedTuple, TypeAlias, get_args
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
-Array: TypeAlias = NDArray[np.float64]
+from trackmark.trackers.base.arrays import Array
+
 Ties: TypeAlias = Literal["ascending", "unchanged"]
 
 SMALLEST_SCALE, LARGEST_SCALE = 0.5, 2.0
@@ -168,9 +168,8 @@ def _whitened(features: Array, components: tuple[int, ...], white: Array) -> Arr
 def sampled(window: Window, pose: Pose, height: int, width: int, bilinear: bool) -> Array:
     """Features (height, width, d) of the image where a template's pixels come to lie (equation 1).
 
-    The nearest pixel's, or interpolated between four. Outside the image its rim continues. Where a
-    side is even and the pose a whole number, every pixel lies half-way between two: the nearest is
-    the one to the right, or below.
+    The nearest pixel's (of two, the right or the lower one), or interpolated between four. Outside
+    the image its rim continues.
     """
     components = tuple(range(window.features.shape[2]))
     return _sampled(window, components, pose, height, width, bilinear)
@@ -233,12 +232,10 @@ def best_poses(
     cutoff: float,
     number: int,
 ) -> tuple[Array, Array]:
-    """The poses of least cost among `offsets` (m, 3) from each of `around` (n, 3), in order.
+    """Return the poses of least cost, `number` of `offsets` (m, 3) from `around` (n, 3), in order.
 
-    So many as `number` says, or all where there are fewer.
-    A sum that already is no less than the last of them is not finished: terms are not negative, so
-    it can't win. `components` has as many items as a pixel has features, and its length, which
-    the compiler knows, makes the loops over them short.
+    A sum that already is no less than the last of them is not finished: terms are not negative. The
+    length of `components` is known to the compiler, which makes the loops over features short.
     """
     height, width, _ = template.shape
     number = min(number, len(around) * len(offsets))

@@ -67,10 +67,7 @@ class Occlusion:
 
 
 class Diary:
-    """Frames in which occlusions began and ended, told in order, one of each a frame.
-
-    Several may have begun and ended before the first of them is known to have.
-    """
+    """Frames in which occlusions began and ended, told in order, one of each a frame."""
 
     def __init__(self) -> None:
         self._beginnings: deque[int] = deque()

@@ -20,23 +20,26 @@ def repetitions(folder: Path, suffix: str = ".txt", digits: int = 3) -> Mapping[
     found = {
         path.name: sorted(path.glob(f"{path.name}_{'[0-9]' * digits}{suffix}"))
         for path in sorted(folder.iterdir())
-        if path.is_dir() and not set(path.name) & set("[]*?")  # those stand for others in a pattern
+        if path.is_dir() and not set(path.name) & set("[]*?")  # special characters of patterns
     }
     return {name: of for name, of in found.items() if of}
 
 
 def files(folder: Path) -> Mapping[str, list[Path]]:
-    """Texts by sequence, one a repetition."""
+    """Return the texts by sequence, one per repetition."""
     return repetitions(folder)
 
 
 def fits(file: Path) -> bool:
-    """Whether its first line has four numbers."""
+    """Return whether the first line has four numbers."""
     return len(first_line(file).replace(",", " ").split()) == 4
 
 
 def write(folder: Path, sequence: str, repetition: int, said: Said) -> Mapping[Path, str]:
-    """Text of a run, and the times: their report takes another sequence's where there are none."""
+    """Return the texts of a run and of its times.
+
+    Without times the report of the toolkit takes those of another sequence.
+    """
     name = file_name(sequence)
     rows = (",".join(f"{value:.3f}" for value in box) for box in said.boxes.tolist())
     texts = {folder / name / f"{name}_{repetition + 1:03}.txt": "".join(f"{r}\n" for r in rows)}

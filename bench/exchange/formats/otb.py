@@ -15,18 +15,18 @@ from trackmark.bench.exchange.result_format import (
 
 
 def files(folder: Path) -> Mapping[str, list[Path]]:
-    """Texts by sequence; times beside them are none."""
+    """Return the texts by sequence, without those of times and scores."""
     return by_sequence(folder, "*.txt", besides=("_time.txt", "_scores.txt"))
 
 
 def fits(file: Path) -> bool:
-    """Whether its first line has four numbers that no tabs stand between."""
+    """Return whether the first line has four numbers, not separated by tabs."""
     line = first_line(file)
     return "\t" not in line and len(line.replace(",", " ").split()) == 4
 
 
 def write(folder: Path, sequence: str, repetition: int, said: Said) -> Mapping[Path, str]:
-    """Text of a run."""
+    """Return the text of a run."""
     rows = (",".join(f"{value:.4f}" for value in box) for box in said.boxes.tolist())
     return {folder / f"{file_name(sequence)}.txt": "".join(f"{row}\n" for row in rows)}
 

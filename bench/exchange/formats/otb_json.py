@@ -40,7 +40,7 @@ SHIFTS = (
 
 
 def files(folder: Path) -> Mapping[str, list[Path]]:
-    """Files by sequence."""
+    """Return the files by sequence."""
     return by_sequence(folder, "*.json")
 
 
@@ -181,7 +181,7 @@ def frames(headers: Sequence[Header], on: On) -> list[NDArray[Any]]:
 
 
 def write(folder: Path, sequence: str, repetition: int, said: Said) -> Mapping[Path, str]:
-    """JSON of a run."""
+    """Return the JSON text of a run."""
     record = _record(folder, sequence, said, "OPE", 1, None)
     return {folder / f"{file_name(sequence)}.json": json.dumps([record]) + "\n"}
 

@@ -7,28 +7,29 @@ Its texts look like OTB's, and its long-term files are VOT's: neither is told fr
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-import numpy as np
-
 from trackmark.bench.exchange.formats import otb, vot
 from trackmark.bench.exchange.result_format import Layout, Said, boxes_from
 
 
 def files(folder: Path) -> Mapping[str, Sequence[Path]]:
-    """Texts by sequence, or long-term ones where there is a folder of such."""
+    """Return the texts by sequence, or the long-term files if there is a folder of them."""
     return vot.LAYOUT.files(folder) or otb.LAYOUT.files(folder)
 
 
 def read(file: Path) -> Said:
-    """Boxes, and confidences of long-term files."""
+    """Read boxes, and confidences of long-term files."""
     return vot.LAYOUT.read(file) if file.parent.parent.name in vot.EXPERIMENTS else boxes_from(file)
 
 
 def write(folder: Path, sequence: str, repetition: int, said: Said) -> Mapping[Path, str]:
-    """Text of a run, beside it VOT's where it has confidences; that alone if it was begun again."""
+    """Return the text of a run, and VOT's long-term files if it has confidences.
+
+    A supervised run has only VOT's files.
+    """
     if said.states is not None:
         return vot.LAYOUT.write(folder, sequence, repetition, said)
     made = dict(otb.LAYOUT.write(folder, sequence, repetition, said))
-    if said.confidence is not None and np.isfinite(said.confidence).any():
+    if said.confidence is not None:
         made |= vot.written(folder / vot.LONG_TERM, sequence, repetition, said)
     return made
 

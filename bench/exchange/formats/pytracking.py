@@ -16,6 +16,7 @@ from trackmark.bench.exchange.result_format import (
     boxes_from,
     by_sequence,
     column_from,
+    column_text,
     file_name,
     first_line,
 )
@@ -24,32 +25,29 @@ SCORES = "_object_presence_scores.txt"
 
 
 def files(folder: Path) -> Mapping[str, list[Path]]:
-    """Texts by sequence; times and confidences beside them are none."""
+    """Return the texts by sequence, without those of times and confidences."""
     return by_sequence(folder, "*.txt", besides=("_time.txt", SCORES))
 
 
 def read(file: Path) -> Said:
-    """Boxes, and confidences where they lie beside."""
+    """Read boxes, and confidences from the file next to it."""
     said = boxes_from(file)
     beside = file.with_name(f"{file.stem}{SCORES}")
     return replace(said, confidence=column_from(beside, len(said.boxes)))
 
 
 def write(folder: Path, sequence: str, repetition: int, said: Said) -> Mapping[Path, str]:
-    """Text of a run, and its confidences."""
+    """Return the texts of a run and of its confidences."""
     name = file_name(sequence)
     rows = ("\t".join(f"{value:.0f}" for value in box) for box in held(said.boxes).tolist())
     texts = {folder / f"{name}.txt": "".join(f"{row}\n" for row in rows)}
     if said.confidence is not None:
-        scores = "".join(
-            "\n" if value != value else f"{value!r}\n" for value in said.confidence.tolist()
-        )
-        texts[folder / f"{name}{SCORES}"] = scores
+        texts[folder / f"{name}{SCORES}"] = column_text(said.confidence)
     return texts
 
 
 def held(boxes: NDArray[np.float64]) -> NDArray[np.float64]:
-    """What is left of boxes when they are cut off to whole numbers, as theirs are."""
+    """Truncate boxes to whole numbers."""
     return np.trunc(np.nan_to_num(boxes)) + 0.0
 
 

@@ -30,6 +30,7 @@ from trackmark.bench.exchange.result_format import (
     Said,
     SegmentWriter,
     column_from,
+    column_text,
     file_name,
     first_line,
     numbers_of,
@@ -46,9 +47,9 @@ CODES = {0.0: State.SKIPPED, 1.0: State.INITIALISED, 2.0: State.FAILED}
 
 
 def files(folder: Path) -> Mapping[str, list[Path]]:
-    """Files of an experiment: of the folder itself, or of the only one in it.
+    """Return the files of an experiment: of the folder itself, or of the only one in it.
 
-    Of one pass and long-term those of the second, which have confidences.
+    Of one-pass and long-term files the second are taken, which have confidences.
     """
     there = [folder / name for name in EXPERIMENTS if (folder / name).is_dir()]
     if {path.name for path in there} == {ONE_PASS, LONG_TERM}:  # as `write` has it
@@ -87,7 +88,7 @@ def _anchor_of(file: Path) -> tuple[str, int | None]:
 
 
 def fits(file: Path) -> bool:
-    """Whether it lies in an experiment's folder, or its first line is no rectangle."""
+    """Return whether it lies in the folder of an experiment, or its first line is no rectangle."""
     known = file.parent.parent.name in EXPERIMENTS or file.suffix == ".bin"
     return known or first_line(file).count(",") != 3
 
@@ -144,7 +145,7 @@ def _goes_forwards(anchor: int, on: On) -> bool:
 
 
 def _read_file(file: Path) -> Said:
-    """Boxes, states of a supervised run, and confidences where they lie beside."""
+    """Read boxes, states of a supervised run, and confidences from the file next to it."""
     regions = list(_binary(file) if file.suffix == ".bin" else _text(file))
     boxes, states = np.full((len(regions), 4), np.nan), np.full(len(regions), int(State.TRACKED))
     around = 0
@@ -175,14 +176,14 @@ def _read_file(file: Path) -> Said:
 
 
 def _text(file: Path) -> Iterator[tuple[str, bool, list[float]]]:
-    """By line where it stands, whether it is a mask, and its numbers."""
+    """Yield the place of each line, whether it is a mask, and its numbers."""
     for number, line in enumerate(text_of(file).rstrip().splitlines(), 1):
         place = f"{file}, line {number}"
         yield place, line.startswith("m"), numbers_of(line.removeprefix("m"), place)
 
 
 def _binary(file: Path) -> Iterator[tuple[str, bool, list[float]]]:
-    """The same of a file of the toolkit's: version and length, and by region a kind and numbers."""
+    """Yield the same for a binary file: version and length, then kind and numbers by region."""
     try:
         data = file.read_bytes()
     except OSError as error:
@@ -194,7 +195,9 @@ def _binary(file: Path) -> Iterator[tuple[str, bool, list[float]]]:
         try:
             values = struct.unpack_from(f"<{form}", data, at)
         except struct.error:
-            raise ExchangeError(f"{place}: the file ends in it. Get it anew.") from None
+            raise ExchangeError(
+                f"{place}: unexpected end of file. Download the file again."
+            ) from None
         at += struct.calcsize(f"<{form}")
         return values
 
@@ -215,13 +218,15 @@ def _binary(file: Path) -> Iterator[tuple[str, bool, list[float]]]:
             *part, runs = read("hhHHH", place)
             yield place, True, [*part, *read(f"{int(runs)}H", place)]
         else:
-            raise ExchangeError(f"{place}: there is no kind {kind} of regions. Get the file anew.")
+            raise ExchangeError(
+                f"{place}: there is no kind {kind} of regions. Download the file again."
+            )
     if behind := len(data) - at:
         raise ExchangeError(f"{file}: there are {behind} bytes behind its {length} regions.")
 
 
 def _around_mask(numbers: list[float], place: str) -> NDArray[np.float64]:
-    """Box around a mask: left, top, width, height, then how many pixels are off, on, off, … ."""
+    """Return the box around a mask: left, top, width, height, then run lengths off, on, off, …."""
     whole = np.array(numbers)
     if len(whole) < 4 or not (whole == np.floor(whole)).all() or (whole[2:] < 0).any():
         raise ExchangeError(f"{place}: this is no mask.")
@@ -242,14 +247,14 @@ def _around_mask(numbers: list[float], place: str) -> NDArray[np.float64]:
 
 
 def write(folder: Path, sequence: str, repetition: int, said: Said) -> Mapping[Path, str]:
-    """Files of a run; one in one pass with confidences is in two experiments.
+    """Return the texts of a run; a one-pass run with confidences is in two experiments.
 
-    So one of them holds all trackers: those that gave confidences, and those that gave none.
+    So one experiment holds all trackers, those with confidences and those without.
     """
     if said.states is not None:
         return written(folder / SUPERVISED, sequence, repetition, said)
     made = dict(written(folder / ONE_PASS, sequence, repetition, said))
-    if said.confidence is not None and np.isfinite(said.confidence).any():
+    if said.confidence is not None:
         made |= written(folder / LONG_TERM, sequence, repetition, said)
     return made
 
@@ -289,7 +294,6 @@ def _texts(
     path: Path, said: Said, text_of_number: Callable[[float], str] = "{:.4f}".format
 ) -> dict[Path, str]:
     """Return the text of rows with a region a line, and that of their confidences."""
-    confident = said.confidence is not None and bool(np.isfinite(said.confidence).any())
     present = np.isfinite(said.boxes).all(axis=1)
     states = np.where(present, State.TRACKED, State.SKIPPED)
     states[present.argmax()] = State.INITIALISED
@@ -301,9 +305,8 @@ def _texts(
         for state, box in zip(states.tolist(), said.boxes.tolist(), strict=True)
     ]
     texts = {path: "".join(f"{row}\n" for row in rows)}
-    if said.confidence is not None and confident:
-        values = ("" if value != value else repr(value) for value in said.confidence.tolist())
-        texts[path.with_name(f"{path.stem}_confidence.value")] = "".join(f"{v}\n" for v in values)
+    if said.confidence is not None and np.isfinite(said.confidence).any():
+        texts[path.with_name(f"{path.stem}_confidence.value")] = column_text(said.confidence)
     return texts
 
 

@@ -20,7 +20,7 @@ _THRESHOLDS = np.linspace(0, 1, 101)
 
 
 def judge(truth: Truth, answer: Answer) -> Judged:
-    """Scores and curve of a run."""
+    """Return scores and curve of a run."""
     run = started(truth, answer)
     t, e = run.truth, run.estimate
     visibility = np.broadcast_to(truth.visibility, len(truth.boxes))[run.frames]
@@ -34,7 +34,7 @@ def judge(truth: Truth, answer: Answer) -> Judged:
 
 
 def combine(runs: Runs) -> Judged:
-    """Scores over all frames of all runs."""
+    """Return the scores over all frames of all runs."""
     return _judged(np.concatenate([run.evidence["overlaps"] for of in runs for run in of]))
 
 

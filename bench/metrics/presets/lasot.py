@@ -22,7 +22,7 @@ _AT_20 = 20  # pixels, and hundredths of the target's size
 
 
 def judge(truth: Truth, answer: Answer) -> Judged:
-    """Scores and curves of a run."""
+    """Return scores and curves of a run."""
     run = started(truth, answer)
     t, present = run.truth, run.present
     e = _repeated(run.estimate, present)

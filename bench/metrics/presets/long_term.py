@@ -31,7 +31,7 @@ _THRESHOLDS = 98  # and two that all and none reach
 
 
 def judge(truth: Truth, answer: Answer) -> Judged:
-    """Scores of a run, and its curves where it alone is the data set."""
+    """Return the scores of a run, and its curves for a data set of this run alone."""
     run = started(truth, answer)
     n = len(run.truth)
     overlaps = raster_overlap(run.truth, run.estimate, run.size, run.shapes)
@@ -49,7 +49,7 @@ def judge(truth: Truth, answer: Answer) -> Judged:
 
 
 def combine(runs: Runs) -> Judged:
-    """Scores of the runs on all sequences, at one threshold."""
+    """Return the scores of the runs on all sequences, at one threshold."""
     thresholds = _thresholds([run.evidence["confidence"] for of in runs for run in of])
     curves = [np.mean([_precision_recall(run, thresholds) for run in of], axis=0) for of in runs]
     precision, recall = np.mean(curves, axis=0).T
@@ -69,7 +69,7 @@ def combine(runs: Runs) -> Judged:
 
 
 def _thresholds(confidence: list[NDArray[np.float64]]) -> NDArray[np.float64]:
-    """Confidences at equal distances in their order, the greatest first."""
+    """Return confidences at equal distances in their order, the greatest first."""
     ordered = np.sort(np.concatenate(confidence))[::-1]
     if len(ordered) > _THRESHOLDS:
         step = len(ordered) // _THRESHOLDS
@@ -79,7 +79,7 @@ def _thresholds(confidence: list[NDArray[np.float64]]) -> NDArray[np.float64]:
 
 
 def _precision_recall(run: Judged, thresholds: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Precision and recall by threshold, shape (thresholds, 2)."""
+    """Return precision and recall by threshold, shape (thresholds, 2)."""
     order = np.argsort(-run.evidence["confidence"], kind="stable")
     sums = np.concatenate([[0.0], np.cumsum(run.evidence["overlaps"][order])])
     reached = np.searchsorted(-run.evidence["confidence"][order], -thresholds, side="right")

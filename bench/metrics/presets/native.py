@@ -13,7 +13,7 @@ from trackmark.bench.metrics.preset import Answer, Column, Judged, Preset
 
 
 def judge(truth: Truth, answer: Answer) -> Judged:
-    """Scores of a run; there are no curves, as they need no thresholds."""
+    """Return the scores of a run; there are no curves, as they need no thresholds."""
     return Judged(native(truth, np.asarray(answer.boxes, np.float64), answer.visible), {})
 
 

@@ -25,7 +25,7 @@ _LIMITS = np.array([x if round(x, 4) <= k else np.nextafter(x, 0) for k, x in _T
 
 
 def judge(truth: Truth, answer: Answer) -> Judged:
-    """Scores and curves of a run."""
+    """Return scores and curves of a run."""
     run = started(truth, answer)
     t, e, n = run.truth, run.estimate, len(run.truth)
     overlaps = np.where(run.present, overlap(t, e), 0.0)

@@ -10,8 +10,9 @@ the wild", ECCV 2018.
 """
 
 import numpy as np
+from numpy.typing import NDArray
 
-from trackmark.bench.metrics.curves import OVERLAPS, centre_distance, shares
+from trackmark.bench.metrics.curves import OVERLAPS, shares
 from trackmark.bench.metrics.native import Truth
 from trackmark.bench.metrics.overlap import is_well_formed, overlap
 from trackmark.bench.metrics.preset import Answer, Axes, Column, Judged, Preset, started
@@ -21,7 +22,7 @@ _SIZES = np.linspace(0, 0.5, 21)
 
 
 def judge(truth: Truth, answer: Answer) -> Judged:
-    """Scores and curves of a run."""
+    """Return scores and curves of a run."""
     run = started(truth, answer)
     # A box that only rounds to no size has a centre all the same.
     e = np.where(is_well_formed(run.estimate)[:, None], np.round(run.estimate), np.nan)
@@ -29,11 +30,24 @@ def judge(truth: Truth, answer: Answer) -> Judged:
     overlaps = np.nan_to_num(overlap(t, e))
     curves = {
         "success": shares(overlaps, OVERLAPS, above=True),
-        "precision": shares(centre_distance(t, e), _PIXELS),
-        "normalised_precision": shares(centre_distance(t, e, t[:, 2:]), _SIZES),
+        "precision": shares(_centre_errors(t, e, 1.0), _PIXELS),
+        "normalised_precision": shares(_centre_errors(t, e, t[:, 2:]), _SIZES),
     }
     scores = {f"{name}_auc": float(np.trapezoid(c[:, 1], OVERLAPS)) for name, c in curves.items()}
     return Judged(scores, curves)
+
+
+@np.errstate(divide="ignore", invalid="ignore", over="ignore")  # boxes of 1e308
+def _centre_errors(
+    truth: NDArray[np.float64], estimate: NDArray[np.float64], unit: NDArray[np.float64] | float
+) -> NDArray[np.float64]:
+    """Return the distance of centres in units of width and height, shape (n,).
+
+    The distance is not a number at most a threshold if the target is absent, the unit is 0 or the
+    estimate is not finite. Boxes need no size.
+    """
+    difference = estimate[:, :2] + estimate[:, 2:] / 2 - (truth[:, :2] + truth[:, 2:] / 2)
+    return np.asarray(np.sqrt(((difference / unit) ** 2).sum(axis=1)))
 
 
 PRESET = Preset(

@@ -1,4 +1,4 @@
-"""Accuracy, robustness and expected average overlap of runs from many anchors, never begun again.
+"""Accuracy, robustness and expected average overlap of runs from many anchors, without restarts.
 
 The measures of VOT 2020 to 2022. A tracker is started at every anchor and runs to an end of the
 sequence. It fails at the first of 10 frames with an overlap of 0.1 or less in which there is a
@@ -15,7 +15,7 @@ ECCV workshops 2020.
 import numpy as np
 from numpy.typing import NDArray
 
-from trackmark.bench.metrics.native import Truth
+from trackmark.bench.metrics.native import Truth, first_streak
 from trackmark.bench.metrics.overlap import is_well_formed
 from trackmark.bench.metrics.preset import (
     Answer,
@@ -35,7 +35,7 @@ _SHORTEST, _LONGEST = 115, 754
 
 
 def judge(truth: Truth, answer: Answer) -> Judged:
-    """Scores of a run, and its curve where it alone is the data set."""
+    """Return the scores of a run, and its curve for a data set of this run alone."""
     run = started(truth, answer)
     overlaps = raster_overlap(run.truth, run.estimate, run.size, run.shapes)
     seen = is_well_formed(run.estimate)
@@ -43,7 +43,7 @@ def judge(truth: Truth, answer: Answer) -> Judged:
         seen &= answer.visible[run.frames]
     overlaps[~run.present & ~seen] = 1.0
     overlaps[0] = 0.0
-    progress = _progress(overlaps, run.present)
+    progress = first_streak((overlaps <= _FAILED) & run.present, _GRACE)  # frames before failure
     overlaps[progress:] = 0.0
     evidence = {
         "overlaps": overlaps,
@@ -54,7 +54,7 @@ def judge(truth: Truth, answer: Answer) -> Judged:
 
 
 def combine(runs: Runs) -> Judged:
-    """Scores of the runs from all anchors of all sequences."""
+    """Return the scores of the runs from all anchors of all sequences."""
     tracked = np.array([sum(int(run.evidence["progress"]) for run in of) for of in runs], float)
     frames = np.array([sum(len(run.evidence["overlaps"]) for run in of) for of in runs], float)
     summed = sum(float(run.evidence["overlaps"].sum()) for of in runs for run in of)
@@ -75,18 +75,8 @@ def combine(runs: Runs) -> Judged:
     return Judged(scores, curves)
 
 
-def _progress(overlaps: NDArray[np.float64], present: NDArray[np.bool_]) -> int:
-    """Frames before the failure."""
-    row = 0
-    for i, missed in enumerate((overlaps <= _FAILED) & present):
-        row = row + 1 if missed else 0
-        if row == _GRACE:
-            return i + 1 - _GRACE
-    return len(overlaps)
-
-
 def _expected(runs: list[Judged]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Mean overlap of the first frames, by their number, and the runs that have so many."""
+    """Return the mean overlap of the first frames by their number, and the number of runs."""
     total, active = np.zeros(_LONGEST + 1), np.zeros(_LONGEST + 1)
     numbers = np.arange(_LONGEST + 1)
     for run in runs:

@@ -38,9 +38,9 @@ _KINDS = {"": raster_overlap, "_exact": exact_overlap}
 
 
 def judge(truth: Truth, answer: Answer) -> Judged:
-    """Scores of a run, and its curve where it alone is the data set.
+    """Return the scores of a run, and its curve for a data set of this run alone.
 
-    Raises `ValueError` for a run that was not begun again after a failure.
+    Raises `ValueError` for a run without restart after a failure.
     """
     run = started(truth, answer)
     of_kind = {
@@ -55,7 +55,7 @@ def judge(truth: Truth, answer: Answer) -> Judged:
 
 
 def combine(runs: Runs) -> Judged:
-    """Scores of all runs, sequences weighted by their lengths."""
+    """Return the scores of all runs, sequences weighted by their lengths."""
     lengths = np.array([len(of[0].evidence["states"]) for of in runs], float)
 
     def weighted(values: list[float]) -> float:
@@ -81,7 +81,7 @@ def combine(runs: Runs) -> Judged:
 
 
 def _states(overlaps: NDArray[np.float64], given: NDArray[Any] | None) -> NDArray[np.int64]:
-    """States of a run's frames; of one in one pass, if it is what the protocol would have given."""
+    """Return the states of a run's frames, also of a one-pass run without failure."""
     if given is None:
         if (overlaps <= 0.0).any():
             raise ValueError(
@@ -111,7 +111,7 @@ def _mean(values: Iterable[float]) -> float:
 
 
 def _accuracy(run: Judged, kind: str) -> float:
-    """Mean overlap of the frames that count; 0 where none does."""
+    """Return the mean overlap of the frames that count; 0 if none does."""
     states = run.evidence["states"]
     counted = states == State.TRACKED
     for start in np.flatnonzero(states == State.INITIALISED):
@@ -120,7 +120,7 @@ def _accuracy(run: Judged, kind: str) -> float:
 
 
 def _pieces(run: Judged, kind: str) -> Iterable[tuple[NDArray[np.float64], bool]]:
-    """Overlaps from every initialisation up to the failure, and whether there was one."""
+    """Yield overlaps from every initialisation up to the failure, and whether there was one."""
     states, overlaps = run.evidence["states"], run.evidence[f"overlaps{kind}"]
     failures = np.flatnonzero(states == State.FAILED)
     for start in np.flatnonzero(states == State.INITIALISED):
@@ -130,7 +130,7 @@ def _pieces(run: Judged, kind: str) -> Iterable[tuple[NDArray[np.float64], bool]
 
 
 def _expected(pieces: list[tuple[NDArray[np.float64], bool]]) -> NDArray[np.float64]:
-    """Mean overlap of the first frames after an initialisation, by their number."""
+    """Return the mean overlap of the first frames after an initialisation, by their number."""
     longest = max(len(overlaps) for overlaps, _ in pieces)
     total, count = np.zeros(longest), np.zeros(longest)
     numbers = np.maximum(np.arange(longest), 1)

@@ -30,6 +30,7 @@ from trackmark.bench.papers.moreno2005.example import (
     course,
     errors,
 )
+from trackmark.bench.papers.moreno2005.example_plots import Densities, density_plot, error_plot
 from trackmark.bench.papers.moreno2005.stages import (
     colour_model_figure,
     hypotheses_figure,
@@ -39,8 +40,6 @@ from trackmark.bench.papers.moreno2005.stages import (
 )
 from trackmark.bench.papers.plan import scene_names, tracker_text
 from trackmark.bench.statistics.intervals import mean_interval
-from trackmark.reports.curves import curve_plot
-from trackmark.reports.densities import Densities, density_plot
 from trackmark.reports.film_strip import evenly_spaced, film_strip
 from trackmark.reports.overlay import TRUTH
 from trackmark.trackers.contours.chain import Hypotheses
@@ -120,16 +119,11 @@ def error_figure(context: Context) -> Figure:
         found = pd.DataFrame(errors(run, number) for run in range(REPETITIONS))
         for label in ("observation", *FILTERS):
             low, high = mean_interval(found[label])
-            point = {"setting": number, "value": found[label].mean(), "low": low, "high": high}
-            rows.append({"panel": "", "label": label, **point})
-    return curve_plot(
-        pd.DataFrame(rows),
-        "Fig. 2, λ = 1 and other parameters of ours: error of position and colour",
-        "number of samples",
-        "error",
-        ["observation", *FILTERS],
-        heading=f"means and 95 % intervals over {REPETITIONS} courses",
-    )
+            point = {"samples": number, "value": found[label].mean(), "low": low, "high": high}
+            rows.append({"label": label, **point})
+    title = "Fig. 2, λ = 1 and other parameters of ours: error of position and colour"
+    heading = f"means and 95 % intervals over {REPETITIONS} courses"
+    return error_plot(pd.DataFrame(rows), title, ["observation", *FILTERS], heading)
 
 
 def step_figures(context: Context) -> dict[str, Figure]:

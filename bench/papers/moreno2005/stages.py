@@ -14,14 +14,14 @@ from numpy.typing import NDArray
 from trackmark import datasets
 from trackmark.bench.experiments.tracker_spec import contestant, run_seed
 from trackmark.bench.metrics.regions import region_similarity
-from trackmark.datasets.interface import Image, Mask
-from trackmark.reports.colour_space import (
+from trackmark.bench.papers.moreno2005.colour_plots import (
     ColourModel,
     Gaussians,
     Palette,
     colour_model_plot,
     hypotheses_plot,
 )
+from trackmark.datasets.interface import Image, Mask
 from trackmark.reports.figures import Panel, map_plot
 from trackmark.trackers.base.interface import Estimate
 from trackmark.trackers.contours.chain import Chain, Hypotheses

@@ -8,10 +8,9 @@ import numpy as np
 from trackmark.bench.claims.row_verdicts import SETTINGS
 from trackmark.bench.experiments.tracker_spec import contestant
 from trackmark.bench.papers.context import Context
-from trackmark.bench.papers.main_table import text_table
 from trackmark.bench.papers.measures import measure
 from trackmark.bench.papers.timing import Methods, Pairs, kept_times, milliseconds
-from trackmark.reports.tables import MISSING, Table
+from trackmark.reports.tables import MISSING, Table, text_table
 from trackmark.trackers.base.interface import Box, Image
 from trackmark.trackers.histograms.bins import LuvBins
 from trackmark.trackers.histograms.rectangles import pixel_regions

@@ -1,17 +1,21 @@
 """Fig. 2, 4 and 7: the surface of ρ, trajectories, and samples that look like the target."""
 
 import numpy as np
-import pandas as pd
 from matplotlib.figure import Figure
 
 from trackmark import datasets
 from trackmark.bench.claims.row_verdicts import SETTINGS
 from trackmark.bench.papers.context import Context
 from trackmark.bench.papers.nummiaro2003.measures import GONE, HIDDEN
+from trackmark.bench.papers.nummiaro2003.sample_plots import (
+    Surface,
+    Track,
+    appearance_plot,
+    surface_plot,
+    trajectory_plot,
+)
 from trackmark.bench.papers.nummiaro2003.scenes import surfaces
 from trackmark.bench.papers.plan import scene_names, tracker_text
-from trackmark.reports.samples import Surface, Track, surface_plot, trajectory_plot
-from trackmark.reports.series import appearance_plot
 
 EVERY = 25  # frames of Fig. 4
 
@@ -65,19 +69,9 @@ def appearances(context: Context) -> dict[str, Figure]:
             continue
         parameters = courses[0].run.identity.parameters
         visible = np.where(courses[0].present, courses[0].truth.visibility, 0.0)
-        frames = pd.concat(
-            pd.DataFrame(
-                {
-                    "repetition": number,
-                    "frame": np.arange(len(visible)),
-                    "positive_appearances": course.detail("positive_appearances"),
-                    "mode": course.detail("mode"),
-                }
-            ).dropna()
-            for number, course in enumerate(courses)
-        )
         found[f"figure-7-{setting}"] = appearance_plot(
-            frames,
+            np.stack([course.detail("positive_appearances") for course in courses]),
+            np.stack([course.detail("mode") for course in courses]),
             f"Fig. 7, {setting}, {scene}: samples that fulfil the appearance condition",
             float(parameters["kick_off"]) * float(parameters["particles"]),
             {"hidden by half": visible < HIDDEN, "hidden or gone": visible < GONE},

@@ -10,7 +10,6 @@ from numba import njit
 from trackmark.bench.claims.row_verdicts import SETTINGS
 from trackmark.bench.experiments.tracker_spec import contestant
 from trackmark.bench.papers.context import Context
-from trackmark.bench.papers.main_table import text_table
 from trackmark.bench.papers.measures import measure
 from trackmark.bench.papers.nummiaro2003.plain import PlainFilter
 from trackmark.bench.papers.timing import (
@@ -22,7 +21,7 @@ from trackmark.bench.papers.timing import (
     kept_times,
     milliseconds,
 )
-from trackmark.reports.tables import Table
+from trackmark.reports.tables import Table, text_table
 from trackmark.trackers.base.interface import Box, Image
 from trackmark.trackers.base.particles import normalised
 from trackmark.trackers.base.sharing import SharedFrame

@@ -7,11 +7,10 @@ import numpy as np
 
 from trackmark.bench.experiments.tracker_spec import contestant
 from trackmark.bench.papers.context import Context
-from trackmark.bench.papers.main_table import text_table
 from trackmark.bench.papers.measures import measure
 from trackmark.bench.papers.timing import Methods, Pairs, kept_times, milliseconds, tracker_methods
 from trackmark.bench.papers.wang2010 import plain
-from trackmark.reports.tables import MISSING, Table
+from trackmark.reports.tables import MISSING, Table, text_table
 
 CAMSHIFT, IMPROVED = "CamShift", "improved CamShift"
 PROPOSED, FILTER = "proposed, N = 60", "particle filter, N = 400"

@@ -2,8 +2,7 @@
 
 import json
 
-import pytest
-
+from trackmark.bench.experiments import tracker_spec
 from trackmark.bench.store.results import Results
 
 SCENES = "plain/target:length=12,plain/target:length=12:scene=1"
@@ -14,14 +13,15 @@ SIX_SCENES = ",".join(f"plain/target:length=12:scene={scene}" for scene in range
 
 def test_compare_runs_missing_runs_and_writes_files(trackmark, here):
     names = ("static", "camshift", "knob.py:Knob")
-    printed = trackmark("compare", *names, "--sequences", SIX_SCENES, "--folder", "paper").stdout
+    done = trackmark("compare", *names, "--sequences", SIX_SCENES, "--folder", "paper")
+    printed = done.stdout
+    (results,) = (here / "results").iterdir()
+    assert f"Runs are in results/{results.name}." in done.stderr.splitlines()
     assert "6 scenes, 1 run each; the 3 intervals hold together at 95 %" in printed
     assert max(map(len, printed.splitlines())) <= 100
     assert (here / "paper" / "comparison.tex").is_file()
     assert (here / "paper" / "differences.png").is_file()
     assert "camshift" in (here / "paper" / "paragraph.txt").read_text()
-    assert not (here / "paper" / "ranks.png").exists()
-    (results,) = (here / "results").iterdir()
     data = json.loads(trackmark("compare", "--results", results, "--json").stdout)
     assert [row["tracker"] for row in data["trackers"]] == ["static", "camshift", "knob.py:Knob"]
     assert (data["unit"], data["comparisons"], data["parts"]) == ("scene", 3, [])
@@ -135,51 +135,7 @@ def test_sequences_with_the_same_boxes_are_counted(trackmark, here, otb):
     assert differing == [False, True, False, False]
 
 
-def test_sequences_on_which_something_happens_are_set_apart(trackmark):
-    hidden = "plain/target:length=12,plain/target:length=12:occlusion=0.5"
-    said = trackmark("compare", "static", "camshift", "--sequences", hidden, "--json")
-    parts = json.loads(said.stdout)["parts"]
-    assert [(part["knob"], part["value"], part["sequences"]) for part in parts] == [
-        ("occlusion", "default", 1),
-        ("occlusion", "0.5", 1),
-        ("attribute", "occlusion", 1),
-    ]
-
-
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (("static", "camshift"), "Give --sequences or --results"),
-        (("--sequences", SCENES), "Name the trackers"),
-        (("static", "static", "--sequences", SCENES), "twice"),
-        (("--results", "nowhere"), "no results here"),
-        (("--results", "nowhere", "--margin", "nan"), "a finite number"),
-    ],
-)
-def test_what_it_cannot_do_is_a_line(trackmark, arguments, words):
-    said = trackmark("compare", *arguments, status=2)
-    assert words in said.stderr
-    assert "Traceback" not in said.stderr
-
-
-def test_runs_of_a_tracker_that_has_changed_are_not_replaced_without_a_word(trackmark, here):
-    compared = ("compare", "static", "knob.py:Knob", "--sequences", SCENES)
-    assert "done again" not in trackmark(*compared).stderr
-    with (here / "knob.py").open("a") as file:
-        file.write("CHANGED = True\n")
-    said = trackmark(*compared).stderr
-    assert "2 stored runs were made with another version" in said
-    assert "What became of the scores of 2 runs" in said
-
-
-def test_a_score_of_another_preset_by_another_protocol_fits_a_terminal(trackmark):
-    asked = ("--protocol", "supervised", "--metrics", "vot")
-    said = trackmark("compare", "static", "camshift", "--sequences", SCENES, *asked).stdout
-    assert "accuracy (vot-supervised), protocol supervised" in said
-    assert max(map(len, said.splitlines())) <= 100
-
-
-def test_what_the_benchmark_weights_otherwise_is_called_a_mean_of_sequences(trackmark, here):
+def test_score_that_a_benchmark_averages_otherwise_is_called_mean_of_sequences(trackmark, here):
     asked = ("compare", "static", "camshift", "--sequences", SCENES, "--metrics")
     said = trackmark(*asked, "got10k", "--folder", "paper").stdout
     title = "mean of sequences' AO (got10k)"
@@ -189,17 +145,25 @@ def test_what_the_benchmark_weights_otherwise_is_called_a_mean_of_sequences(trac
     assert json.loads(trackmark(*asked, "otb", "--json").stdout)["title"] == "success AUC (otb)"
 
 
-def test_a_score_of_all_sequences_together_is_refused(trackmark, here):
-    asked = ("--protocol", "supervised", "--metrics", "vot", "--metric", "eao")
-    said = trackmark("compare", "static", "camshift", "--sequences", SCENES, *asked, status=2)
-    assert "eao is of all sequences together" in said.stderr
-    assert "compared by accuracy, failures, robustness, accuracy_exact" in said.stderr
-    assert not (here / "results").exists()
-
-
-def test_nothing_is_printed_where_one_of_several_presets_refuses_the_runs(trackmark):
+def test_nothing_is_printed_if_one_of_several_presets_refuses_the_runs(trackmark):
     longer = SCENES.replace("length=12", "length=40")  # in which a tracker fails
     asked = ("--sequences", longer, "--metrics", "otb,got10k,vot")
     said = trackmark("compare", "static", "camshift", *asked, status=2)
     assert said.stdout == ""
     assert "supervised" in said.stderr
+
+
+def test_stored_runs_of_another_tracker_version_are_named(trackmark, monkeypatch):
+    where = ("--sequences", SCENES, "--name", "stored")
+    stored = ("compare", "--results", "results/stored")
+    trackmark("compare", "static", "camshift", *where)
+    assert "another version" not in trackmark(*stored).stderr
+    current = tracker_spec.built_in_digest
+    monkeypatch.setattr(
+        tracker_spec,
+        "built_in_digest",
+        lambda name: "changed" if name == "static" else current(name),
+    )
+    message = "static: 2 of 2 stored runs are of another version of the tracker"
+    (line,) = [line for line in trackmark(*stored).stderr.splitlines() if "version" in line]
+    assert line.startswith(message)

@@ -1,7 +1,8 @@
-"""`trackmark` itself, `list`, `describe`, `doctor`: what they say, and what they don't wait for."""
+"""`trackmark --help`, `list`, `describe`, `doctor`, `demo`: their texts, and what they import."""
 
 import json
 import re
+import shlex
 import subprocess
 import sys
 from pathlib import Path
@@ -16,23 +17,25 @@ SCRIPT = Path(sys.executable).parent / "trackmark"
 COMMANDS = sorted(file.stem for file in (Path(bench.__file__).parent / "commands").glob("[!_]*.py"))
 
 
-def test_help_lists_every_command(trackmark):
-    said = trackmark("--help").stdout
-    for name in COMMANDS:
-        assert f"\n  {name} " in said
+def test_every_command_is_listed_and_has_help(trackmark):
+    overview = trackmark("--help").stdout
+    for command in COMMANDS:
+        assert f"\n  {command} " in overview
+        usage, blank, *_ = trackmark(command, "--help").stdout.splitlines()
+        assert usage.startswith(f"Usage: trackmark {command}")
+        assert blank == ""
 
 
 @pytest.mark.parametrize(
     ("arguments", "heavy"),
     [
         (["--help"], {"numpy", "cv2", "numba", "pandas", "pyarrow", "matplotlib"}),
+        (["compare", "--help"], {"cv2", "numba", "pandas", "pyarrow", "matplotlib"}),
         (["list"], {"numba", "pandas", "pyarrow", "matplotlib", "av", "scipy"}),
         (["describe", "multipart/1"], {"numba", "pandas", "pyarrow", "matplotlib", "av"}),
     ],
 )
-def test_what_a_command_does_not_need_is_not_imported_and_no_rendered_sequence_opened(
-    arguments, heavy
-):
+def test_command_imports_only_what_it_needs(arguments, heavy):
     code = (
         "import sys\nfrom trackmark.bench import cli\n"
         f"try: cli.main({arguments!r})\n"
@@ -43,94 +46,69 @@ def test_what_a_command_does_not_need_is_not_imported_and_no_rendered_sequence_o
     assert done.stdout.splitlines()[-1] == "[]"
 
 
-@pytest.mark.parametrize("command", COMMANDS)
-def test_every_command_has_help(trackmark, command):
-    usage, blank, *_ = trackmark(command, "--help").stdout.splitlines()
-    assert usage.startswith(f"Usage: trackmark {command}")
-    assert blank == ""
+# Parts of the output of commands.
+TEXTS = {
+    "list": ["static", "camshift", "opencv-kcf", "samples/bow-tie", "plain/target", "demo", "otb"],
+    "list metrics": ["otb ", "Also called vot"],
+    "list attributes": ["clutter "],
+    "list protocols": ["supervised "],
+    "list formats": ["got10k ", "(GOT-10k)", "(OTB)"],
+    "describe camshift": ["Bradski", "as-written", "recommended", "window=fixed", "hue_bins=32"],
+    "describe knob.py": ["knob.py:Knob Draws.", "knob=1 knob [frames]"],
+    "describe knob.py:Knob": ["knob.py:Knob Draws.", "knob=1 knob [frames]"],
+    "describe knob.py:as=mine": ["mine Draws."],
+    "describe samples/face": ["fps 29.97", "176x144", "120 of 120 frames"],  # 30000 / 1001
+    "describe multipart/1": ["640x480"],
+    "describe data/Small": ["(OTB)", "Wu, Lim, Yang", "licence not stated with the data"],
+    "describe data/Small/img": ["truth none"],
+    "describe vot": ["vot-supervised Accuracy, robustness", "vot-toolkit 0.7.1"],
+    "describe clutter": ["Bhattacharyya", "0 to 1"],
+    "describe supervised": ["skip=5", "the metrics preset vot-supervised"],
+    "describe long-term": ["harmonic mean", "protocol long-term"],  # a preset and a protocol
+    "describe data": ["(OTB)", "sequences 1", "data/Small"],
+    "describe stress": ["built-in", "stress/pillar", "stress/twin"],
+}
 
 
-def test_list_names_everything(trackmark):
-    said = trackmark("list").stdout
-    for name in ("static", "camshift", "opencv-kcf", "samples/bow-tie", "plain/target", "demo"):
-        assert f"  {name} " in said
-    found = json.loads(trackmark("list", "trackers", "--json").stdout)
-    assert list(found) == ["trackers"]
-    assert "static" in found["trackers"]
+def test_lists_and_descriptions_have_their_texts(trackmark):
+    for arguments, parts in TEXTS.items():
+        text = " ".join(trackmark(*shlex.split(arguments)).stdout.split())
+        for part in parts:
+            assert part in text, arguments
 
 
-def test_describe_a_tracker_gives_paper_presets_and_parameters(trackmark):
-    said = trackmark("describe", "camshift").stdout
-    for word in ("Bradski", "as-written", "recommended", "window=fixed", "hue_bins=32", "[pixels]"):
-        assert word in said
-    about = json.loads(trackmark("describe", "camshift", "--json").stdout)
-    assert {parameter["name"] for parameter in about["parameters"]} >= {"window", "hue_bins"}
+def test_lists_and_descriptions_have_their_data(trackmark):
+    def data(*arguments):
+        return json.loads(trackmark(*arguments, "--json").stdout)
+
+    assert list(data("list", "trackers")) == ["trackers"]
+    camshift = data("describe", "camshift")
+    assert {parameter["name"] for parameter in camshift["parameters"]} >= {"window", "hue_bins"}
+    assert data("describe", "data/Small")["taken for"].endswith("(OTB)")
+    assert data("describe", "otb")["columns"]["success_auc"]["perfect"] == 20 / 21
+    assert data("describe", "stress")["of them"] == ["stress/pillar", "stress/twin"]
+    prints = [
+        re.search("fingerprint.*", trackmark("describe", f"multipart/1{scene}").stdout)[0]
+        for scene in ("", ":scene=1")
+    ]
+    assert prints[0] != prints[1]
+    measured = data("describe", "samples/bow-tie", "--attributes")["measured"]
+    assert len(measured["motion"]["frames"]) == 120
+    assert measured["motion"]["frames"][0] is None
+    assert measured["motion"]["value"] > 0
+    assert measured["visibility"]["value"] is None
+    assert "measured" not in data("describe", "samples/bow-tie")
 
 
-def test_describe_calls_a_tracker_as_run_does(trackmark, here):
-    assert trackmark("describe", "knob.py").stdout.startswith("knob.py:Knob\n")
-    assert trackmark("describe", "knob.py:as=mine").stdout.startswith("mine\n")
-
-
-def test_describe_a_sequence_gives_size_and_truth(trackmark):
-    said = trackmark("describe", "samples/face").stdout
-    assert re.search(r"^fps +29\.97$", said, re.M)  # 30000 / 1001
-    assert "176x144" in said
-    assert "120 of 120 frames" in said
-    rendered = trackmark("describe", "multipart/1").stdout
-    assert "640x480" in rendered
-    variant = trackmark("describe", "multipart/1:scene=1").stdout
-    assert variant.splitlines()[0].endswith("multipart/1:scene=1")
-    assert rendered.partition("fingerprint")[2] != variant.partition("fingerprint")[2]
-
-
-def test_describe_tells_what_a_path_is_taken_for_its_licence_and_whom_to_cite(trackmark):
-    about = json.loads(trackmark("describe", "data/Small", "--json").stdout)
-    assert about["taken for"].endswith("(OTB)")
-    assert "Wu, Lim, Yang" in about["cite"]
-    assert about["licence"] == "not stated with the data"
-
-
-def test_presets_are_described_and_asked_for_by_their_names(trackmark):
-    assert "\n  otb " in trackmark("list", "metrics").stdout
-    said = trackmark("describe", "vot").stdout
-    assert said.startswith("vot-supervised\n\nAccuracy, robustness")
-    assert "vot-toolkit 0.7.1" in said
-    about = json.loads(trackmark("describe", "otb", "--json").stdout)
-    assert about["columns"]["success_auc"]["perfect"] == 20 / 21
-    asked = ("run", "--trackers", "static", "--sequences", "data/Small")
-    assert "metrics preset otb." in trackmark(*asked, "--metrics", "otb").stdout
-    assert "metrics preset lasot." in trackmark("report", "results", "--metrics", "lasot").stdout
-    refused = trackmark("report", "results", "--metrics", "otbb", status=2).stderr
-    assert "Did you mean 'otb'?" in refused
-
-
-def test_describe_takes_a_file_as_run_does(trackmark):
-    (said,) = {
-        trackmark("describe", text).stdout for text in ("knob.py", "knob.py:Knob", "knob.py:knob=3")
-    }
-    assert said.startswith("knob.py:Knob\n\nDraws.\n")
-    assert "  knob=1  knob [frames]" in said
-
-
-@pytest.mark.parametrize(
-    ("name", "meant"), [("camshit", "camshift"), ("kcf:preset=as-written", "opencv-kcf")]
-)
-def test_describe_suggests_trackers_too(trackmark, one_line, name, meant):
-    said = one_line(trackmark("describe", name, status=2))
-    assert said.startswith(f"trackmark: unknown sequence {name!r}.")
-    assert said.endswith(f"Did you mean the tracker {meant!r}?")
-
-
-def test_doctor_is_content_and_says_what_is_installed(trackmark):
-    about = json.loads(trackmark("doctor", "--json").stdout)
-    assert about["problems"] == []
-    assert about["trackers"]["static"] == "ready"
+def test_doctor_finds_no_problem_and_lists_versions(trackmark):
+    data = json.loads(trackmark("doctor", "--json").stdout)
+    assert data["problems"] == []
+    assert data["trackers"]["static"] == "ready"
     names = {"opencv-python-headless", "opencv-contrib-python-headless"}
-    assert names & about["versions"].keys()
+    assert names & data["versions"].keys()
 
 
-def test_a_reader_that_goes_away_is_no_error():
+def test_closed_pipe_is_no_error():
     done = subprocess.run(
         f"{SCRIPT} list | head -1", shell=True, capture_output=True, text=True, check=True
     )
@@ -138,57 +116,41 @@ def test_a_reader_that_goes_away_is_no_error():
 
 
 @pytest.mark.slow
-def test_the_demo_runs_and_draws_its_pictures(typed, here):
+def test_demo_runs_and_draws_its_pictures(typed, here):
     import cv2
 
-    said = typed("demo", "--output", "out").stdout
+    text = typed("demo", "--output", "out").stdout
     for tracker in ("static", "camshift", "camshift:window=adaptive", "opencv-mil"):
-        assert f"{tracker} " in said
-    assert "18 of 18 runs" in said
+        assert f"{tracker} " in text
+    assert "18 of 18 runs" in text
     folder = here / "out" / "demo"
-    assert f"Open {Path('out', 'demo', 'report.html')}" in said
+    assert f"Open {Path('out', 'demo', 'report.html')}" in text
     assert "camshift:window=adaptive" in (folder / "report.html").read_text()
-    drawn = [cv2.imread(str(path)) for path in folder.glob("*.png")]
-    assert len(drawn) in (11, 12)  # speed is drawn where load disturbed no timing run
-    assert all(picture is not None for picture in drawn)
+    pictures = [cv2.imread(str(path)) for path in folder.glob("*.png")]
+    assert len(pictures) in (11, 12)  # speed is drawn if load disturbed no timing run
+    assert all(picture is not None for picture in pictures)
     assert (folder / "times.csv").is_file()
 
 
-def test_further_names_of_presets_are_listed_and_known(trackmark):
-    assert "Also called vot" in " ".join(trackmark("list", "metrics").stdout.split())
-    said = trackmark("report", "results", "--metrics", "nonesuch", status=2).stderr
-    assert " vot, " in said
-
-
-def test_formats_of_recorded_data_are_listed(trackmark):
-    said = json.loads(trackmark("list", "formats", "--json").stdout)["formats"]
-    assert "(GOT-10k)" in said["got10k"]
-    assert "(OTB)" in said["otb"]
-
-
-@pytest.mark.parametrize("arguments", [("describe", ""), ("report", "results", "--metrics", "")])
-def test_an_empty_name_is_refused(trackmark, arguments):
-    said = trackmark(*arguments, status=2).stderr
-    assert "empty" in said or "one preset at least" in said
-
-
-def test_a_tracker_that_cannot_be_used_here_is_described_and_says_what_to_install(monkeypatch):
-    def lacking(name):
+def test_tracker_without_its_library_is_described_with_the_remedy(monkeypatch):
+    def describe_nothing(name):
         raise trackers.TrackerError(f"tracker {name!r} can't be used here: install a library.")
 
-    monkeypatch.setattr(trackers, "describe", lacking)
-    said = CliRunner().invoke(describe.command, ["opencv-kcf"])
-    assert said.exit_code == 0
-    assert "kernelised correlation filters" in said.output
-    assert "install a library" in said.output
-    assert CliRunner().invoke(describe.command, ["nobody"]).exit_code != 0
+    monkeypatch.setattr(trackers, "describe", describe_nothing)
+    done = CliRunner().invoke(describe.command, ["opencv-kcf"])
+    assert done.exit_code == 0
+    assert "kernelised correlation filters" in done.output
+    assert "install a library" in done.output
+    assert CliRunner().invoke(describe.command, ["no-tracker"]).exit_code != 0
 
 
-@pytest.mark.parametrize("name", [name for name in trackers.names() if ":" not in name])
-def test_what_is_read_of_a_trackers_file_is_what_it_says_of_itself(name):
-    try:
-        said = trackers.describe(name)["summary"]
-    except trackers.TrackerError as error:
-        said = describe._unusable(name, error)["summary"]
-        assert said.startswith("OpenCV's ")
-    assert describe._unusable(name, ValueError())["summary"] == said
+def test_summary_in_a_trackers_file_is_that_of_its_class():
+    for name in trackers.names():
+        if ":" in name:
+            continue
+        try:
+            summary = trackers.describe(name)["summary"]
+        except trackers.TrackerError as error:
+            summary = describe._unusable(name, error)["summary"]
+            assert summary.startswith("OpenCV's ")
+        assert describe._unusable(name, ValueError())["summary"] == summary

@@ -9,26 +9,6 @@ from trackmark.bench.papers import Effort, paper_names
 from trackmark.bench.papers.reproduction import Reproduction
 
 
-def test_unknown_paper_is_answered_with_the_known_ones(trackmark):
-    (line,) = trackmark("reproduce", "multi-part", status=2).stderr.strip().splitlines()
-    assert "unknown paper 'multi-part'" in line
-    assert "Did you mean 'multipart'?" in line
-
-
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        ([], "Give one PAPER (moreno2005, "),
-        (["multipart", "--all-papers"], "Give one PAPER"),
-        (["--all-papers", "--page", "page.md"], "--page needs one PAPER"),
-        (["multipart", "--quick", "--page", "page.md"], "a report with verdicts"),
-        (["multipart", "--quick", "--all"], "--quick or --all"),
-    ],
-)
-def test_options_that_exclude_each_other_are_refused(trackmark, arguments, words):
-    assert words in trackmark("reproduce", *arguments, status=2).stderr
-
-
 @pytest.mark.parametrize("paper", paper_names())
 def test_quick_runs_are_part_of_all_runs(paper):
     reproduction = Reproduction(paper)

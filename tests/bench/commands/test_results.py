@@ -1,12 +1,15 @@
-"""`trackmark results`, `report`, `show`: stored runs listed, told, merged, tabled and drawn."""
+"""`trackmark results`, `report` and `show`: stored runs listed, merged, tabled and drawn."""
 
 import json
 import shutil
+from collections import Counter
 
+import av
 import cv2
 import pytest
 
 from trackmark import bench
+from trackmark.bench.store import index, results
 
 SMALL = ("--sequences", "data/Small")
 MINE = ("run", "--name", "mine", "--trackers")
@@ -34,80 +37,72 @@ def test_results_are_listed_merged_and_removed(trackmark, here):
     assert nothing == "No run matches; nothing was removed.\n"
 
 
-def test_merging_runs_that_differ_is_refused_and_copies_nothing(trackmark, here):
-    trackmark("run", "--trackers", "knob.py:Knob", *SMALL, "--name", "a")
+def test_merge_refuses_runs_of_other_versions_and_other_data(trackmark, here, otb):
+    trackmark("run", "--trackers", "knob.py:Knob", *SMALL, "--name", "old")
     with (here / "knob.py").open("a") as file:
         file.write("CHANGED = True\n")
-    trackmark(*KNOB, "--name", "b")
-    done = trackmark("results", "merge", "results/b", "results/a", status=1)
+    trackmark(*KNOB, "--name", "new")
+    done = trackmark("results", "merge", "results/new", "results/old", status=1)
     assert "conflict: knob.py" in done.stderr
-    assert bench.load_results(here / "results" / "a")["tracker"].tolist() == ["knob.py:Knob"]
-
-
-def test_merging_different_data_of_one_name_is_refused(trackmark, here, otb):
+    assert bench.load_results(here / "results" / "old")["tracker"].tolist() == ["knob.py:Knob"]
     for number, name in enumerate("ab"):
         otb(here / name / "clip", 4 + number)
         trackmark(*STATIC, f"{name}/clip", "--name", name)
     trackmark("run", "--trackers", "camshift", "--sequences", "a/clip", "--name", "c")
     assert "Copied 2 runs" in trackmark("results", "merge", "results/a", "results/c", "all").stdout
-    said = trackmark("results", "merge", "results/c", "results/b", "both", status=1).stderr
-    assert str(here / "a" / "clip") in said
-    assert str(here / "b" / "clip") in said
+    message = trackmark("results", "merge", "results/c", "results/b", "both", status=1).stderr
+    assert str(here / "a" / "clip") in message
+    assert str(here / "b" / "clip") in message
     assert not (here / "both").exists()
 
 
-def test_a_log_tells_what_was_done_and_who_failed(trackmark, one_line, here, spoil):
+def test_log_has_start_units_failures_and_end(trackmark, one_line, here, spoil):
     spoil()
     trackmark(*KNOB, status=1)
-    said = trackmark("results", "log").stdout
-    assert "start of mine: 2 runs (0 done, 0 failed, 0 stale, 2 left)" in said
-    assert "failed: knob.py:Knob, repetition 0: 0002.png: ValueError: no idea" in said
-    assert "finished after" in said
+    text = trackmark("results", "log").stdout
+    assert "start of mine: 2 runs (0 done, 0 failed, 0 stale, 2 left)" in text
+    assert "failed: knob.py:Knob, repetition 0: 0002.png: ValueError: no idea" in text
+    assert "finished after" in text
     events = rows(trackmark("results", "log", "--json"))
     units = [event for event in events if event["event"] == "unit"]
     assert [event["event"] for event in events] == ["start", *["unit"] * len(units), "end"]
     assert sum(len(runs) for unit in units for runs in unit["runs"].values()) == 2
-    for unit in units:
-        assert unit["peak_memory"] > 1e6
-        assert unit["seconds"] > 0
+    assert all(unit["peak_memory"] > 1e6 and unit["seconds"] > 0 for unit in units)
     file = here / "results" / "mine" / "runs.db"
     file.write_bytes(file.read_bytes().replace(b'"peak_memory"', b'"leak_memory"'))
     assert "is damaged" in one_line(trackmark("results", "log", status=2))
 
 
-def test_results_that_failed_are_listed(trackmark, spoil):
+def test_list_names_failed_runs(trackmark, spoil):
     spoil()
     trackmark(*KNOB, status=1)
     assert "knob.py:Knob on Small: 1, 1 failed" in trackmark("results", "list").stdout
 
 
 def test_report_writes_tables_in_every_format_and_plots(trackmark, here):
-    trackers = "static,camshift,knob.py:Knob"
-    trackmark(*MINE, trackers, *SMALL)
+    trackmark(*MINE, "static,camshift,knob.py:Knob", *SMALL)
     done = trackmark("report", "results/mine", "--folder", "report", "--format", "svg")
-    said, (page, beside) = done.stdout, done.stderr.splitlines()[-2:]
+    page, others = done.stderr.splitlines()[-2:]
     assert page == "report/report.html"
-    drawn = "5 pictures (.svg), 5 pictures (.pdf), 1 picture (.png), report.md, report.tex."
-    assert beside == f"Beside it: 7 tables as .txt, .md, .csv and .tex, {drawn}"
+    pictures = "5 pictures (.svg), 5 pictures (.pdf), 1 picture (.png), report.md, report.tex."
+    assert others == f"Beside it: 7 tables as .txt, .md, .csv and .tex, {pictures}"
     suffixes = {file.suffix for file in (here / "report").rglob("*") if file.is_file()}
     assert {".txt", ".md", ".csv", ".tex", ".svg", ".html"} <= suffixes
     assert {file.stem for file in (here / "report").glob("*.png")} == {"strip-Small"}
-    drawn = {file.stem for file in (here / "report").glob("*.svg")}
-    assert {"success", "precision", "frames-Small", "survival", "heat"} <= drawn
+    figures = {file.stem for file in (here / "report").glob("*.svg")}
+    assert {"success", "precision", "frames-Small", "survival", "heat"} <= figures
     assert "](success.svg)" in (here / "report" / "report.md").read_text()
-    assert "camshift" in said
+    assert "camshift" in done.stdout
     markdown = trackmark("report", "results/mine", "--format", "markdown").stdout
     assert markdown.count("|") > 10
 
 
-def test_a_report_leaves_its_page_with_the_results_unless_it_prints_for_a_script(trackmark, here):
+def test_report_writes_its_page_unless_it_prints_for_a_script(trackmark, here):
     trackmark(*STATIC, "data/Small")
     page = here / "results" / "mine" / "report.html"
     for options in (["--json"], ["--format", "csv"], ["--no-pictures"]):
         trackmark("report", "results", *options)
         assert not page.exists()
-    for options in (["--format", "pdf"], ["--json", "--frames"], ["--no-pictures", "--frames"]):
-        assert "--folder" in trackmark("report", "results", *options, status=2).stderr
     done = trackmark("report", "results", "--frames")
     assert done.stderr.splitlines()[-1] == "results/mine/report.html"
     assert (page.parent / "report-frames" / "full-0-0.js").is_file()
@@ -115,33 +110,27 @@ def test_a_report_leaves_its_page_with_the_results_unless_it_prints_for_a_script
     trackmark("results", "check", "results")
 
 
-def test_a_report_on_several_experiments_names_each(trackmark, here):
+def test_report_on_several_experiments_names_each(trackmark, here):
     (here / "trial.toml").write_text(
         'version = 1\ntitle = "Mine"\nsequences = ["data/Small"]\ntrackers = ["static"]\n'
     )
     for name in "ab":
         trackmark("run", "trial.toml", "--name", name)
-    said = trackmark("report", "results").stdout
-    assert "a: Mine: every sequence" in said
-    assert "b: Mine: every sequence" in said
+    text = trackmark("report", "results").stdout
+    assert "a: Mine: every sequence" in text
+    assert "b: Mine: every sequence" in text
     assert trackmark("report", "results/a").stdout.startswith("Mine: every sequence")
 
 
-def test_a_report_of_tables_alone_opens_no_sequence_and_no_run(trackmark, monkeypatch, here):
+def test_report_of_tables_opens_no_sequence_and_no_run(trackmark, monkeypatch, here):
     trackmark(*STATIC, "data/Small,samples/face")
-    monkeypatch.setattr(
-        "trackmark.datasets.load", lambda *_, **__: pytest.fail("a sequence was opened")
-    )
-    monkeypatch.setattr(
-        "trackmark.bench.store.results.Results.read", lambda *_: pytest.fail("a run was opened")
-    )
+    for name in ("datasets.load", "bench.store.results.Results.read"):
+        monkeypatch.setattr(f"trackmark.{name}", lambda *_, **__: pytest.fail("it was opened"))
     trackmark("report", "results/mine", "--folder", "report", "--no-pictures")
     assert {file.suffix for file in (here / "report").iterdir()} == {".txt", ".md", ".csv", ".tex"}
 
 
-def test_a_report_draws_strips_of_recorded_data_and_only_while_they_are_the_same(
-    trackmark, one_line, here, monkeypatch
-):
+def test_film_strips_are_drawn_of_unchanged_data_only(trackmark, one_line, here, monkeypatch):
     for name in ("a|b", "a-b"):
         shutil.copytree(here / "data" / "Small", here / "data" / name)
     trackmark(*STATIC, "data/Small,samples/face,data/a|b,data/a-b")
@@ -152,62 +141,100 @@ def test_a_report_draws_strips_of_recorded_data_and_only_while_they_are_the_same
     assert (here / "first" / "strip-samples-face.png").is_file()
     truth = here / "data" / "Small" / "groundtruth_rect.txt"
     truth.write_text(truth.read_text().replace("5,6,10,12", "5,6,10,13", 1))
-    monkeypatch.setattr(
-        "trackmark.bench.reporting.pictures.write_plots", lambda *_, **__: []
-    )  # as before
-    said = trackmark("report", "results/mine", "--folder", "second").stderr
-    assert "Small: no film strip" in said
+    monkeypatch.setattr("trackmark.bench.pages.report_figures.write_for_papers", lambda *_: [])
+    errors = trackmark("report", "results/mine", "--folder", "second").stderr
+    assert "Small: no film strip" in errors
     assert not (here / "second" / "strip-Small.png").exists()
     done = trackmark("show", "data/Small", "--results", "results", "--output", "a.png", status=2)
     assert "another version" in one_line(done)
 
 
-def test_a_report_of_failed_timing_runs_alone_is_written(trackmark, spoil):
-    spoil()
-    trackmark(*MINE, "knob.py:Knob", *SMALL, "--timing", status=1)
-    said = trackmark("report", "results/mine", "--folder", "report", status=1).stdout
-    assert "1 of 1 failed" in said
-
-
 def test_report_exits_with_1_if_every_run_of_a_tracker_failed(trackmark, spoil):
-    trackmark(*MINE, "knob.py:Knob", *SMALL)
+    knob = (*MINE, "knob.py:Knob", *SMALL)
+    trackmark(*knob)
     assert not trackmark("report", "results/mine", "--no-pictures").stderr
     spoil()
-    trackmark(*MINE, "knob.py:Knob", *SMALL, status=1)
+    trackmark(*knob, status=1)
     done = trackmark("report", "results/mine", "--no-pictures", status=1)
     line = "knob.py:Knob: 1 of 1 runs failed (left out): sequence Small, ValueError: no idea"
     assert line in done.stdout
     assert line in done.stderr
+    trackmark(*knob, "--timing", "--name", "timed", status=1)
+    report = ("report", "results/timed", "--folder", "report")
+    assert "1 of 1 failed" in trackmark(*report, status=1).stdout
 
 
 def test_report_names_trackers_that_are_not_repeatable(trackmark, spoil):
     spoil("self.box = self.box + __import__('os').urandom(4)[0] / 99; return Estimate(self.box)")
-    trackmark(*MINE, "knob.py:Knob,static", *SMALL)
-    trackmark(*MINE, "knob.py:Knob,static", *SMALL, "--timing")
-    said = trackmark("report", "results/mine", "--no-pictures").stdout
-    assert "knob.py:Knob is not repeatable: seed 0 gave other boxes on Small" in said.replace(
-        "\n", " "
-    )
-    assert "static is not" not in said
+    trackmark(*KNOB)
+    trackmark(*KNOB, "--timing")
+    text = " ".join(trackmark("report", "results/mine", "--no-pictures").stdout.split())
+    assert "knob.py:Knob is not repeatable: seed 0 gave other boxes on Small" in text
+    assert "static is not" not in text
 
 
-def test_show_makes_a_film_strip_and_an_h264_video(trackmark, here):
-    import av
-
+def test_show_draws_a_film_strip_and_an_h264_video(trackmark, here):
     trackmark(*STATIC, "samples/face")
-    shown = ("show", "samples/face", "--results", "results/mine", "--output")
-    trackmark(*shown, "strip.png")
+    show = ("show", "samples/face", "--results", "results/mine", "--output")
+    trackmark(*show, "strip.png")
     assert cv2.imread(str(here / "strip.png")).shape[1] > 800
-    trackmark(*shown, "video.mp4", "--last", 29)
+    trackmark(*show, "video.mp4", "--last", 29)
     with av.open(str(here / "video.mp4")) as video:
         assert video.streams.video[0].codec_context.name == "h264"
         assert sum(1 for _ in video.decode(video=0)) == 30
 
 
-def test_show_never_overwrites_what_it_shows(trackmark, here):
+def test_show_never_overwrites_its_sequence(trackmark, here):
     trackmark("show", "data/Small/img", "--output", "mine.mp4")
-    whole = (here / "mine.mp4").read_bytes()
-    assert "overwritten" in trackmark("show", "mine.mp4", "--output", "mine.mp4", status=2).stderr
-    assert (here / "mine.mp4").read_bytes() == whole
-    image = "data/Small/img/0001.png"
-    assert "overwritten" in trackmark("show", "data/Small", "--output", image, status=2).stderr
+    content = (here / "mine.mp4").read_bytes()
+    for sequence, output in (("mine.mp4", "mine.mp4"), ("data/Small", "data/Small/img/0001.png")):
+        message = trackmark("show", sequence, "--output", output, status=2).stderr
+        assert "overwritten" in message
+    assert (here / "mine.mp4").read_bytes() == content
+
+
+@pytest.mark.parametrize("command", [("report", "--by-attribute"), ("compare", "--results")])
+def test_command_reads_each_run_once(trackmark, here, monkeypatch, command):
+    stored = here / "results" / "stored"
+    where = (*SMALL, "--seeds", 2, "--name", "stored")
+    trackmark("run", "--trackers", "static,camshift,knob.py:Knob", *where)
+    monkeypatch.setattr(index, "_scorer_version", lambda: "another")
+    reads, decode = Counter(), results._run
+    monkeypatch.setattr(results, "_run", lambda *of: reads.update([of[1]["id"]]) or decode(*of))
+    trackmark(*command, stored, "--metrics", "native,otb", "--folder", "out")
+    assert sorted(reads.values()) == [1] * 4
+    data = *command, stored, "--metrics", "native,otb,lasot", "--json"
+    first = trackmark(*data).stdout
+    monkeypatch.setattr(results.KeptRuns, "free", 0)
+    reads.clear()
+    assert trackmark(*data).stdout == first
+    assert min(reads.values()) > 1
+
+
+def test_report_by_attribute_measures_each_sequence_once(trackmark, here, otb):
+    for speed in range(12):
+        folder = otb(here / "twelve" / f"s{speed}", 4)
+        boxes = [f"{5 + speed * frame},6,10,12\n" for frame in range(4)]
+        (folder / "groundtruth_rect.txt").write_text("".join(boxes))
+    trackmark("run", "--trackers", "static,camshift", "--sequences", "twelve", "--name", "twelve")
+    report = ("report", "results/twelve", "--by-attribute", "--metrics", "native,otb")
+    first = trackmark(*report, "--folder", "paper").stdout
+    assert first.count("against attributes of the sequences") == 2
+    assert (here / "paper" / "attributes.png").is_file()
+    assert (here / "paper" / "attributes-otb.md").is_file()
+    cache = here / "cache" / "attributes"
+    times = sorted(file.stat().st_mtime_ns for file in cache.iterdir())
+    assert len(times) == 12
+    assert trackmark(*report).stdout == first
+    assert sorted(file.stat().st_mtime_ns for file in cache.iterdir()) == times
+    frame = bench.by_attribute(here / "results" / "twelve")
+    assert set(frame["tracker"]) == {"static", "camshift"}
+    assert set(frame["bin_sequences"].dropna()) == {6}
+
+
+def test_report_by_attribute_names_a_missing_sequence(trackmark, here, otb):
+    folders = [otb(here / name, frames) for name, frames in (("one", 4), ("two", 5))]
+    trackmark("run", "--trackers", "static", "--sequences", "one,two", "--name", "gone")
+    shutil.rmtree(folders[1])
+    done = trackmark("report", "results/gone", "--by-attribute")
+    assert "its attributes are not known" in done.stderr

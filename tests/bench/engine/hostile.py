@@ -6,7 +6,7 @@ Errors that they raise and malformed estimates, for which no process is needed, 
 
 HERE = r"^0003\.png: "
 FIRST = r"^0000\.png: "
-CUT_OFF = "closed or overwrote file descriptors|ended with status 1"  # some frames later
+CUT_OFF = "closed or overwrote file descriptors|ended with status"  # some frames later
 
 HEAD = '''
 import ctypes
@@ -81,7 +81,7 @@ METHODS = {
     "dropped": "__del__(self)",
 }
 
-# Pattern of the failure (empty: none); method, unless it is `strike`; and lines of the act.
+# Pattern of the failure (empty: none, None: any result); method, unless `strike`; lines.
 CLASSES = {
     # Exceptions
     "RaisesWhenMade": (FIRST + "RuntimeError: unmade", "made", "raise RuntimeError('unmade')"),
@@ -131,7 +131,8 @@ CLASSES = {
         "self.opened = [os.open(os.devnull, os.O_RDWR) for _ in range(64)]",
     ),
     "WritesToDescriptors": (CUT_OFF, "to_descriptors(lambda d: os.write(d, b'rubbish'))"),
-    "SignalsAnAnswer": (CUT_OFF, "to_descriptors(lambda d: os.write(d, b'.'), 3)"),
+    # It fails if the pool reads the byte before the worker has written its answer.
+    "SignalsAnAnswer": (None, "to_descriptors(lambda d: os.write(d, b'.'), 3)"),
     "TruncatesFiles": (
         "its process was killed by SIGBUS",
         "to_descriptors(lambda d: os.ftruncate(d, 0))",

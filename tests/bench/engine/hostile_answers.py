@@ -56,7 +56,6 @@ OTHERS = [
     ("details={'a\\nb': 1.0}", "detail"),
     ("details={'\\ud800': 1.0}", "detail"),
     ("details=Unreadable()", "unreadable"),
-    ("details=Forgetful(a=1.0)", "unpack"),
     ("mask=5", "mask"),
     ("mask=image", "mask"),
     ("mask=image[..., 0].astype(float)", "mask"),
@@ -75,16 +74,13 @@ OTHERS = [
 ACTS = [
     ("return 5", "returned 5"),
     ("return self.box", "returned array"),
-    ("return Alike(self.box)", "Alike"),
     ("yield Estimate(self.box)", "generator"),
     ("return Unspeakable()", "no text"),
     ("return object.__new__(Estimate)", "AttributeError"),
     ("return Estimate()", "TypeError"),
-    ("return Hasty(self.box)", "no setter"),
     ("raise RuntimeError('no wish to go on')", "RuntimeError: no wish to go on"),
     ("raise 'text'", "TypeError: exceptions must derive"),
     ("raise Unspeakable", "Unspeakable"),
-    ("raise Speechless", "Speechless"),
     ("raise type('E' * 10**6, (Exception,), {})", "EEE"),
     ("raise RuntimeError('x' * 5_000_000)", "RuntimeError: xxx"),
     ("raise RuntimeError('a\\nb\\r\\x1b[2Jc')", "RuntimeError: a"),
@@ -93,10 +89,6 @@ ACTS = [
     ("raise StopIteration('enough')", "StopIteration: enough"),
     ("raise BaseException('base')", "BaseException: base"),
     ("raise ExceptionGroup('many', [ValueError()] * 10**3)", "many"),
-    ("raise nested(200)", "nested"),
-    ("raise chained(10**3)", "chained"),
-    ("raise circular()", "circular"),
-    ("raise noted(Unspeakable())", "noted"),
     ("sys.exit(0)", "SystemExit"),
     ("raise SystemExit(Unspeakable())", "SystemExit"),
     ("return self.strike(image)", "RecursionError"),
@@ -129,11 +121,6 @@ class Unspeakable(Exception):
     __repr__ = __str__
 
 
-class Speechless(Exception):
-    def __str__(self):
-        return 5
-
-
 class Unfloatable:
     def __float__(self):
         raise RuntimeError("this is no number")
@@ -151,55 +138,9 @@ class Unreadable(dict):
     __bool__ = lambda self: True
 
 
-class Forgetful(dict):
-    def items(self):
-        return [5]
-
-
 class Liar(np.ndarray):
     def tolist(self):
         return [float("nan")] * 4
-
-
-class Alike:
-    visible, confidence, mask, details, arrays, revised = True, 1.0, None, {}, {}, None
-
-    def __init__(self, box):
-        self.box = box
-
-
-class Hasty(Estimate):
-    @property
-    def confidence(self):
-        raise RuntimeError("there is no hurry")
-
-
-def nested(depth):
-    error = RuntimeError("nested")
-    for _ in range(depth):
-        error = ExceptionGroup("nested", [error])
-    return error
-
-
-def chained(length):
-    last = error = RuntimeError("chained")
-    for _ in range(length):
-        last.__cause__ = RuntimeError("link")
-        last = last.__cause__
-    return error
-
-
-def circular():
-    error = RuntimeError("circular")
-    error.__cause__ = RuntimeError("other")
-    error.__cause__.__cause__ = error
-    return error
-
-
-def noted(what):
-    error = RuntimeError("noted")
-    error.__notes__ = what
-    return error
 """
 
 ROWS = {

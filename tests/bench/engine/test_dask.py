@@ -63,7 +63,7 @@ def stored_runs(data, name):
     return [results.read(file) for file in results.cells()]
 
 
-@pytest.mark.slow
+@pytest.mark.weekly
 def test_results_of_two_workers_equal_the_local_engine(data, start, contents):
     for name in ("local", "dask"):
         command = start(name, engine=name)
@@ -73,7 +73,7 @@ def test_results_of_two_workers_equal_the_local_engine(data, start, contents):
     assert contents(data / "results/dask") == expected
 
 
-@pytest.mark.slow
+@pytest.mark.weekly
 def test_crash_of_a_tracker_does_not_reach_the_worker(data, start):
     command = start("x", "static,deadly.py:Knob")
     assert command.wait() == 1, command.complained
@@ -82,7 +82,7 @@ def test_crash_of_a_tracker_does_not_reach_the_worker(data, start):
     assert (len(runs), failed) == (4 * 3, ["deadly.py:Knob"] * 8)
 
 
-@pytest.mark.slow
+@pytest.mark.weekly
 def test_unit_of_a_lost_worker_runs_on_another(data, start):
     command = start("x", "static,killer.py:Knob")
     assert command.wait() == 0, command.complained
@@ -91,7 +91,7 @@ def test_unit_of_a_lost_worker_runs_on_another(data, start):
     assert (len(runs), [run.failure for run in runs if run.failure]) == (4 * 3, [])
 
 
-@pytest.mark.slow
+@pytest.mark.weekly
 @pytest.mark.parametrize("end", [signal.SIGINT, signal.SIGKILL])
 def test_all_processes_end_after_the_command(start, wait_until, end):
     command = start("x", "slow.py:Knob")
@@ -114,7 +114,7 @@ def scheduler(data, wait_until):
         return subprocess.Popen(
             [sys.executable, "-m", "distributed.cli." + command[0], *command[1:], *options],
             cwd=elsewhere,
-            env=os.environ | {"PYTHONPATH": str(Path.cwd())},
+            env=os.environ | {"PYTHONPATH": os.pathsep.join([str(Path.cwd()), *sys.path])},
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
         )
@@ -136,7 +136,7 @@ def wait_for_workers(address):
     subprocess.run([sys.executable, "-c", code], check=True, stderr=subprocess.DEVNULL)
 
 
-@pytest.mark.slow
+@pytest.mark.weekly
 def test_worker_in_another_folder_resolves_relative_paths(data, start, scheduler, contents):
     address, _ = scheduler
     wait_for_workers(address)
@@ -146,7 +146,7 @@ def test_worker_in_another_folder_resolves_relative_paths(data, start, scheduler
     assert contents(data / "results/far") == contents(data / "results/local")
 
 
-@pytest.mark.slow
+@pytest.mark.weekly
 def test_lost_scheduler_is_reported_in_one_line(data, start, scheduler):
     address, processes = scheduler
     wait_for_workers(address)

@@ -41,7 +41,6 @@ ACTS = {
     "LeavesDaemon": "subprocess.Popen(['sleep', DAEMON], env={}, start_new_session=True)",
     "Reads": "self.box = self.box + [np.mean([1.0]), 0, 0, 0]",
     "ChangesItsFile": "Path(__file__).write_text('#')",
-    "MissesFile": "raise OSError('no \\udcff.png')",
 }
 HEAD = f"""
 import _thread, os, subprocess, time
@@ -239,12 +238,6 @@ def test_tracker_whose_file_changes_while_it_runs_leaves_nothing(data):
     with pytest.raises(SequenceError, match="changed while it ran"):
         run(experiment(data, "ChangesItsFile", sequences="A"), data / "results", jobs=1)
     assert Results(data / "results" / "trial").cells() == []
-
-
-def test_message_that_no_file_can_hold_is_escaped(data):
-    folder = run(experiment(data, "MissesFile", sequences="A"), data / "results", jobs=1)
-    (failure,) = failures(folder).values()
-    assert r"no \udcff.png" in failure
 
 
 def test_output_of_a_worker_is_cut_to_its_end(data, monkeypatch):

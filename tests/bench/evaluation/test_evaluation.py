@@ -1,4 +1,4 @@
-"""The loop over frames: who is called when, what is kept, what a bad tracker costs."""
+"""Loop over frames: calls, estimates, and failures of trackers."""
 
 from functools import partial
 
@@ -19,7 +19,7 @@ def boxes_of(maker, sequence, repetition=0):
     return bench.evaluate(maker, sequence, repetition).boxes
 
 
-def test_the_tracker_starts_in_the_first_frame_with_a_target_and_sees_every_later_one(
+def test_tracker_starts_with_the_target_and_sees_later_frames(
     make_sequence,
 ):
     made = []
@@ -41,13 +41,13 @@ def test_the_tracker_starts_in_the_first_frame_with_a_target_and_sees_every_late
     assert np.isnan(run.details["brightness"][:3]).all()
 
 
-def test_same_repetition_same_boxes_and_another_repetition_other_boxes(make_sequence):
+def test_boxes_depend_on_the_repetition(make_sequence):
     sequence = make_sequence()
     np.testing.assert_array_equal(boxes_of(Walker, sequence), boxes_of(Walker, sequence))
     assert not np.array_equal(boxes_of(Walker, sequence), boxes_of(Walker, sequence, 1))
 
 
-def test_the_seed_depends_on_tracker_sequence_and_repetition_as_documented(make_sequence):
+def test_seed_depends_on_tracker_sequence_and_repetition(make_sequence):
     seen = []
 
     def noting(seed):
@@ -62,7 +62,7 @@ def test_the_seed_depends_on_tracker_sequence_and_repetition_as_documented(make_
     assert seen[0].spawn_key == (crc32(name.encode()), crc32(b"a/b"))
 
 
-def test_lock_step_gives_every_tracker_the_boxes_that_it_has_alone(make_sequence):
+def test_lock_step_does_not_change_boxes(make_sequence):
     sequence = make_sequence()
     entries = [(contestant(Walker), r) for r in range(3)] + [(contestant("static"), 0)]
     together = run_protocol(entries, sequence).runs
@@ -71,7 +71,7 @@ def test_lock_step_gives_every_tracker_the_boxes_that_it_has_alone(make_sequence
         np.testing.assert_array_equal(run.boxes, alone.boxes)
 
 
-def test_a_frame_is_fetched_once_for_all_trackers(make_sequence):
+def test_frame_is_read_once_for_all_trackers(make_sequence):
     sequence = make_sequence(n=6)
     frames = sequence.frames
     sequence.check_runnable()
@@ -104,7 +104,7 @@ def make_sharer(seed):
     return Sharer(Sharer.Parameters(), seed)
 
 
-def test_shared_work_is_done_once_a_frame_and_does_not_change_boxes(make_sequence):
+def test_shared_work_is_done_once_per_frame(make_sequence):
     sequence = make_sequence(n=5)
     entry = contestant(make_sharer)
     computed.clear()
@@ -116,7 +116,7 @@ def test_shared_work_is_done_once_a_frame_and_does_not_change_boxes(make_sequenc
 
 
 @pytest.mark.parametrize("n", [1, 3])
-def test_trackers_in_lock_step_are_told_how_many_they_are(make_sequence, n):
+def test_shared_frame_has_the_number_of_trackers(make_sequence, n):
     told = set()
 
     class Asker(Sharer):
@@ -133,7 +133,7 @@ def raise_error(image, tracker):
     raise ZeroDivisionError("of my own making")
 
 
-def test_ctrl_c_is_not_the_trackers(make_sequence):
+def test_ctrl_c_is_not_a_failure_of_the_tracker(make_sequence):
     def interrupt(image, tracker):
         raise KeyboardInterrupt
 
@@ -141,18 +141,18 @@ def test_ctrl_c_is_not_the_trackers(make_sequence):
         bench.evaluate(misbehaving(interrupt), make_sequence())
 
 
-def test_a_negative_repetition_is_refused(make_sequence):
+def test_negative_repetition_is_refused(make_sequence):
     with pytest.raises(ValueError, match="repetition is -1"):
         bench.evaluate(Walker, make_sequence(), -1)
 
 
-def test_a_tracker_typed_at_a_prompt_runs(make_sequence):
+def test_tracker_without_a_file_runs(make_sequence):
     names = {"Walker": Walker}
     exec(compile("make = lambda seed: Walker(seed)", "<stdin>", "exec"), names)
     assert bench.evaluate(names["make"], make_sequence()).status == "finished"
 
 
-def test_what_determines_a_run_is_settled_before_it_begins(make_sequence, tmp_path):
+def test_identity_is_that_before_the_run(make_sequence, tmp_path):
     file = tmp_path / "editing.py"
     file.write_text(
         "from pathlib import Path\n"
@@ -170,25 +170,26 @@ def test_what_determines_a_run_is_settled_before_it_begins(make_sequence, tmp_pa
     assert contestant(f"{file}:Editing").version != before
 
 
-def test_a_tracker_that_fails_to_start_is_a_failed_run(make_sequence):
+def test_tracker_that_can_not_be_made_is_a_failed_run(make_sequence):
     def unmakeable(seed):
         raise RuntimeError("no licence")
 
     run = bench.evaluate(unmakeable, make_sequence())
     assert run.failure.startswith("frame 0: RuntimeError: no licence")
+    assert "Traceback" in run.failure
     with pytest.raises(ValueError, match="no licence"):
         bench.score(run, make_sequence())
 
 
 @pytest.mark.parametrize("protocol", [STORED_ONCE, TIMING])
-def test_a_frame_of_another_size_is_an_error_of_the_sequence(make_sequence, protocol):
+def test_frame_of_another_size_is_an_error(make_sequence, protocol):
     sequence = make_sequence(n=8)
     sequence.frames = [np.zeros((24, 32 + (frame == 5), 3), np.uint8) for frame in range(8)]
     with pytest.raises(SequenceError, match="line: frame 5 has 33x24 pixels, others have 32x24"):
         run_protocol([(contestant("static"), 0)], sequence, protocol)
 
 
-def test_arrays_and_masks_are_kept_only_when_asked_for(make_sequence):
+def test_arrays_and_masks_are_kept_on_request(make_sequence):
     def draw(image, tracker):
         mask = np.ones(image.shape[:2], bool)
         return Estimate(tracker.box, mask=mask, arrays={"cloud": np.arange(3)})
@@ -201,18 +202,18 @@ def test_arrays_and_masks_are_kept_only_when_asked_for(make_sequence):
     assert kept[3]["mask"].all()
 
 
-def test_a_ready_tracker_is_refused_because_its_seed_is_unknown(make_sequence):
+def test_tracker_instance_is_refused(make_sequence):
     with pytest.raises(TypeError, match="seed is unknown"):
         bench.evaluate(Walker(0), make_sequence())
 
 
-def test_a_sequence_without_truth_is_refused(make_sequence):
+def test_sequence_without_ground_truth_is_refused(make_sequence):
     sequence = make_sequence(n=4, absent=range(4))
     with pytest.raises(SequenceError, match="no truth"):
         bench.evaluate("static", sequence)
 
 
-def test_static_scores_what_standing_still_scores(make_sequence):
+def test_static_has_the_scores_of_its_first_box(make_sequence):
     sequence = make_sequence(n=9)
     scores = bench.score(bench.evaluate("static", sequence), sequence)
     distance = np.arange(1, 9) * 0.5
@@ -220,9 +221,7 @@ def test_static_scores_what_standing_still_scores(make_sequence):
     assert scores["mean_overlap"] == pytest.approx(np.mean((8 - distance) / (8 + distance)))
 
 
-def test_the_harness_reports_its_own_time_without_that_of_trackers_and_images(
-    make_sequence, monkeypatch
-):
+def test_overhead_excludes_trackers_and_images(make_sequence, monkeypatch):
     """By a clock that ticks once a reading: 1 in the loop, 2 in each tracker's own call."""
     ticks = iter(range(10**6))
     now = partial(next, ticks)
@@ -236,7 +235,7 @@ def test_the_harness_reports_its_own_time_without_that_of_trackers_and_images(
         assert overhead == pytest.approx((1 + 3 * n_trackers - 2 * n_trackers) / n_trackers)
 
 
-def test_trackers_that_failed_do_not_make_the_harness_look_quicker(make_sequence, monkeypatch):
+def test_overhead_counts_running_trackers_only(make_sequence, monkeypatch):
     clock = iter(range(10**6))
     monkeypatch.setattr("trackmark.bench.evaluation.loop.perf_counter", lambda: next(clock))
     monkeypatch.setattr("trackmark.bench.evaluation.recorder.perf_counter", lambda: 0.0)

@@ -1,4 +1,4 @@
-"""What trackers see before the target is there, and say later on: revisions and last words."""
+"""Frames before the target appears, revised boxes, and final corrections."""
 
 import numpy as np
 import pytest
@@ -10,7 +10,7 @@ from trackmark.bench.experiments.tracker_spec import contestant
 from trackmark.trackers import Estimate
 
 
-def test_revisions_are_kept_beside_what_was_said_online(make_sequence):
+def test_revised_boxes_are_kept_apart(make_sequence):
     def revise(image, tracker):
         return Estimate(tracker.box, revised={1: tracker.box, 2: tracker.box + [1, 0, 0, 0]})
 
@@ -27,7 +27,7 @@ def test_revisions_are_kept_beside_what_was_said_online(make_sequence):
     assert bench.score(run, sequence, trace="revised")["centre_error"] != online["centre_error"]
 
 
-def test_a_tracker_counts_the_frames_that_it_was_shown(make_sequence):
+def test_revised_frames_count_the_shown_ones(make_sequence):
     def revise(image, tracker):
         return Estimate(tracker.box, revised={np.int64(0): tracker.box, 3: tracker.box})
 
@@ -46,7 +46,7 @@ def finishing(last_word, at=99, act=None):
     return Finishing
 
 
-def test_what_a_tracker_knows_at_the_sequences_end_is_a_revision(make_sequence):
+def test_final_corrections_are_revised_boxes(make_sequence):
     sequence = make_sequence(n=6)
     asked = []
 
@@ -64,10 +64,6 @@ def test_what_a_tracker_knows_at_the_sequences_end_is_a_revision(make_sequence):
     np.testing.assert_array_equal(run.revised[[0, 1, 3, 4]], run.boxes[[0, 1, 3, 4]])
 
 
-def test_a_last_word_that_changes_nothing_leaves_no_second_trace(make_sequence):
-    assert bench.evaluate(finishing(lambda tracker: {}), make_sequence()).revised is None
-
-
 @pytest.mark.parametrize(
     ("last_word", "reason"),
     [
@@ -76,7 +72,7 @@ def test_a_last_word_that_changes_nothing_leaves_no_second_trace(make_sequence):
         (lambda tracker: {3: tracker.box * np.nan}, "box"),
     ],
 )
-def test_a_bad_last_word_costs_the_run_and_no_other(make_sequence, last_word, reason):
+def test_malformed_final_correction_fails_its_run(make_sequence, last_word, reason):
     entries = [(contestant(finishing(last_word)), 0), (contestant("static"), 0)]
     bad, other = run_protocol(entries, make_sequence(n=6)).runs
     assert bad.failure.startswith("frame 5: ")
@@ -84,11 +80,12 @@ def test_a_bad_last_word_costs_the_run_and_no_other(make_sequence, last_word, re
     assert other.failure == ""
 
 
-def test_a_tracker_that_failed_has_no_last_word(make_sequence):
+def test_failed_tracker_is_not_asked_for_corrections(make_sequence):
     asked = []
     maker = finishing(lambda tracker: asked.append(tracker) or {}, at=2, act=lambda i, t: 1 / 0)
     assert bench.evaluate(maker, make_sequence()).failure.startswith("frame 2: ZeroDivisionError")
     assert asked == []
+    assert bench.evaluate(finishing(lambda tracker: {}), make_sequence()).revised is None
 
 
 class Watching(Walker):
@@ -114,36 +111,17 @@ def late(make_sequence):
     return make_sequence(8, absent=(0, 1, 2))
 
 
-def test_a_tracker_that_watches_sees_the_frames_before_the_target_in_order(late):
-    run = bench.evaluate(Watching, late)
+def test_watcher_is_shown_frames_before_the_target(late):
+    bench.evaluate(Walker, late)
+    assert set(late.frames.asked) == set(range(3, 8)), "nobody watches"
+    run = bench.evaluate(lambda seed: Watching(seed), late)
     assert not run.failure
     assert Watching.seen == [int(late[frame].sum()) for frame in range(3)]
     assert np.isnan(run.boxes[:3]).all()
     assert np.isfinite(run.boxes[3:]).all()
 
 
-def test_frames_before_the_target_are_read_for_those_who_watch_alone(late):
-    bench.evaluate(Walker, late)
-    assert set(late.frames.asked) == set(range(3, 8))
-    bench.evaluate(Watching, late)
-    assert set(late.frames.asked) == set(range(8))
-
-
-def test_a_tracker_that_a_function_makes_watches_as_well(late):
-    bench.evaluate(lambda seed: Watching(seed), late)
-    assert len(Watching.seen) == 3
-
-
-def test_a_tracker_that_cannot_be_made_fails_before_anything_is_watched(late):
-    def unmade(seed):
-        raise RuntimeError("no such thing")
-
-    run = bench.evaluate(unmade, late)
-    assert "no such thing" in run.failure
-    assert "frame 3" in run.failure
-
-
-def test_what_a_tracker_raises_while_it_watches_fails_its_own_run(late):
+def test_error_of_a_watcher_fails_its_run(late):
     class Raising(Watching):
         def watch(self, image):
             raise RuntimeError("too dark")

@@ -1,15 +1,19 @@
 """Scores of runs and boxes through the public functions; times of timing runs."""
 
+import gc
+
+import cv2
 import numpy as np
 import pytest
 
-from trackmark import bench
+from trackmark import bench, datasets
 from trackmark.bench.evaluation import loop
 from trackmark.bench.evaluation.loop import WARM_UP_FRAMES, run_protocol
 from trackmark.bench.experiments.tracker_spec import contestant
 from trackmark.bench.metrics.times import DISTURBED_RATIO, Times, is_disturbed, time_scores
 from trackmark.bench.protocols import TIMING
 from trackmark.trackers import Estimate
+from trackmark.trackers.base.sharing import SharingTracker
 
 
 def time_run(tracker, sequence):
@@ -21,9 +25,7 @@ def times(wall, cpu):
     return Times(np.array(wall, float), np.array(cpu, float), 0.5, 0.25)
 
 
-def test_anybodys_boxes_are_scored():
-    from trackmark import datasets
-
+def test_boxes_of_any_origin_are_scored():
     face = datasets.load("samples/face")
     scores = bench.score_boxes(face.boxes, "samples/face")
     assert scores["success_frames"] == scores["evaluated_frames"] == 119
@@ -31,7 +33,7 @@ def test_anybodys_boxes_are_scored():
     assert bench.score_boxes(shifted.tolist(), face)["centre_error"] == pytest.approx(5)
 
 
-def test_unknown_presets_and_traces_are_refused_with_the_known_ones(make_sequence):
+def test_unknown_preset_or_trace_is_refused(make_sequence):
     sequence = make_sequence()
     with pytest.raises(ValueError, match=r"'otbx'\. Did you mean 'otb'\? Known: .*native"):
         bench.score_boxes(sequence.boxes, sequence, "otbx")
@@ -39,7 +41,7 @@ def test_unknown_presets_and_traces_are_refused_with_the_known_ones(make_sequenc
         bench.score(bench.evaluate("static", sequence), sequence, trace="later")
 
 
-def test_time_scores_are_quantiles_over_the_updates_alone():
+def test_time_scores_are_quantiles_over_updates():
     wall = [np.nan, *np.arange(1, 101) / 1000]
     scores = time_scores(times(wall, wall))
     assert scores["cpu_seconds_median"] == pytest.approx(0.0505)
@@ -49,7 +51,7 @@ def test_time_scores_are_quantiles_over_the_updates_alone():
     assert scores["disturbed"] == 0.0
 
 
-def test_a_disturbed_pass_has_no_speed():
+def test_disturbed_pass_has_no_speed():
     cpu = [np.nan, 0.01, 0.01]
     assert not is_disturbed(times(np.multiply(cpu, DISTURBED_RATIO * 0.99), cpu))
     disturbed = times(np.multiply(cpu, DISTURBED_RATIO * 1.01), cpu)
@@ -77,7 +79,7 @@ class Counting:
         return Estimate(self.box + [self.random.random(), 0, 0, 0])
 
 
-def test_a_timing_run_is_warmed_up_by_another_instance_and_gives_the_same_boxes(make_sequence):
+def test_timing_run_warms_up_and_gives_the_same_boxes(make_sequence):
     sequence = make_sequence(n=30)
     Counting.made.clear()
     run = time_run(Counting, sequence)
@@ -92,9 +94,7 @@ def test_a_timing_run_is_warmed_up_by_another_instance_and_gives_the_same_boxes(
     assert len(run.circumstances["reference_seconds"]) == 3
 
 
-def test_the_warm_pass_asks_for_no_image_again_and_ends_where_memory_does(
-    make_sequence, monkeypatch
-):
+def test_warm_pass_reads_no_image_and_ends_with_memory(make_sequence, monkeypatch):
     sequence = make_sequence(n=30)
     frames, asked = sequence.frames, []
 
@@ -117,7 +117,7 @@ def test_the_warm_pass_asks_for_no_image_again_and_ends_where_memory_does(
     assert np.isfinite(times.warm_cpu).tolist() == [0 < frame < 12 for frame in range(30)]
 
 
-def test_warm_times_have_scores_of_their_own_and_old_runs_have_none():
+def test_warm_times_have_their_own_scores():
     one = np.array([np.nan, 1.0, 2.0, 3.0])
     scores = time_scores(Times(one, one, 0.5, 0.25, one / 10, one / 10))
     assert scores["warm_seconds_median"] == pytest.approx(0.2)
@@ -128,22 +128,7 @@ def test_warm_times_have_scores_of_their_own_and_old_runs_have_none():
     assert np.isnan(disturbed["warm_seconds_median"])
 
 
-def test_only_the_update_is_timed(make_sequence):
-    sequence = make_sequence(n=8)
-    slow = sequence.frames
-    original = type(slow).__getitem__
-
-    class SlowFrames(type(slow)):
-        def __getitem__(self, frame):
-            sum(i * i for i in range(300_000))
-            return original(self, frame)
-
-    slow.__class__ = SlowFrames
-    run = time_run("static", sequence)
-    assert np.nanmax(run.times.cpu) < 0.005
-
-
-def test_a_tracker_that_fails_while_it_is_timed_is_a_failed_run(make_sequence):
+def test_failure_in_a_timing_run_fails_the_run(make_sequence):
     class Failing(Counting):
         def update(self, image):
             raise RuntimeError("no")
@@ -152,13 +137,7 @@ def test_a_tracker_that_fails_while_it_is_timed_is_a_failed_run(make_sequence):
     assert run.failure.startswith("frame 1: RuntimeError: no")
 
 
-def test_a_timing_run_has_one_thread_no_collector_and_shares_nothing(make_sequence):
-    import gc
-
-    import cv2
-
-    from trackmark.trackers.base.sharing import SharingTracker
-
+def test_timing_run_has_one_thread_and_shares_nothing(make_sequence):
     seen = []
 
     class Sharing(SharingTracker):
@@ -179,16 +158,10 @@ def test_a_timing_run_has_one_thread_no_collector_and_shares_nothing(make_sequen
     assert timed[::2] == ["plain"] * 4
     assert {(collected, used) for collected, used, _ in timed[1::2]} == {(False, 1)}
     assert cv2.getNumThreads() == threads
+    assert gc.isenabled()
 
 
-def test_a_run_is_scored_on_its_own_sequence_alone(make_sequence):
+def test_run_is_not_scored_on_another_sequence(make_sequence):
     run = bench.evaluate("static", make_sequence(n=9))
     with pytest.raises(ValueError, match="another sequence"):
         bench.score(run, make_sequence(n=9, absent=(3,)))
-
-
-def test_the_garbage_collector_is_on_again_after_a_timing_run(make_sequence):
-    import gc
-
-    time_run("static", make_sequence(n=5))
-    assert gc.isenabled()

@@ -1,4 +1,4 @@
-"""Sealing: what gives the same keeps its version, anything else needs a new one."""
+"""Version check: equal output keeps its version, other output needs a new one."""
 
 from dataclasses import replace
 from functools import cache
@@ -19,16 +19,16 @@ OLD = Seal(["abc"], "old tree", GOLDEN, ["numpy"])
 
 @pytest.fixture
 def sealing(tmp_path, monkeypatch):
-    """Seal a thing that stands so in `golden.json` and gives these digests now."""
+    """Seal a scene with a present seal and present digests; return output and new seal."""
     file = tmp_path / "golden.json"
 
-    def seal(stands, images, *arguments, tree="new tree"):
-        write_seals(file, {} if stands is None else {"suite/one": stands})
+    def seal(present, images, *arguments, tree="new tree"):
+        write_seals(file, {} if present is None else {"suite/one": present})
         one = Sealed(
             "suite/one",
             file,
             tree,
-            stands,
+            present,
             ["suite/one"],
             lambda text: {"images": images},
             ["cv2"],
@@ -41,44 +41,34 @@ def sealing(tmp_path, monkeypatch):
     return seal
 
 
-def test_the_same_digests_keep_the_version_and_seal_the_new_tree(sealing):
-    answer, seal = sealing(OLD, "12")
-    assert answer.exit_code == 0
-    assert seal == replace(OLD, tree="new tree")
+SAME = replace(OLD, tree="new tree")
+NEW = Seal([2], "new tree", {"suite/one": {"images": "13"}}, ["cv2"])
+ALLOWED = ["--new", "suite/one"]
 
 
-def test_other_digests_are_refused(sealing):
-    answer, seal = sealing(OLD, "13")
-    assert answer.exit_code == 1
-    assert "--new suite/one" in answer.output
-    assert seal == OLD
-
-
-def test_unless_a_new_version_is_asked_for(sealing):
-    answer, seal = sealing(OLD, "13", "--new", "suite/one")
-    assert answer.exit_code == 0
-    assert "version 2" in answer.output
-    assert seal == Seal([2], "new tree", {"suite/one": {"images": "13"}}, ["cv2"])
-
-
-def test_the_same_digests_are_no_new_version_though_one_was_allowed(sealing):
-    _, seal = sealing(OLD, "12", "--new", "suite/one")
-    assert seal == replace(OLD, tree="new tree")
-
-
-def test_what_is_sealed_is_not_rendered_again(sealing):
-    answer, seal = sealing(OLD, "13", tree="old tree")
-    assert (answer.exit_code, answer.output, seal) == (0, "", OLD)
-
-
-def test_what_is_new_begins_with_version_one(sealing):
-    _, seal = sealing(None, "12")
-    assert seal == Seal([1], "new tree", GOLDEN, ["cv2"])
-
-
-def test_only_what_is_asked_for_is_sealed(sealing):
-    answer, seal = sealing(OLD, "12", "--only", "other/")
-    assert (answer.exit_code, seal) == (0, OLD)
+@pytest.mark.parametrize(
+    ("present", "images", "tree", "arguments", "status", "words", "expected"),
+    [
+        pytest.param(OLD, "12", "new tree", [], 0, "sealed again", SAME, id="equal"),
+        pytest.param(OLD, "13", "new tree", [], 1, "--new suite/one", OLD, id="refused"),
+        pytest.param(OLD, "13", "new tree", ALLOWED, 0, "version 2", NEW, id="new version"),
+        pytest.param(OLD, "12", "new tree", ALLOWED, 0, "again", SAME, id="no new version"),
+        pytest.param(OLD, "13", "old tree", [], 0, "", OLD, id="not rendered again"),
+        pytest.param(
+            *(None, "12", "new tree", [], 0, "first time"),
+            Seal([1], "new tree", GOLDEN, ["cv2"]),
+            id="first version",
+        ),
+        pytest.param(OLD, "12", "new tree", ["--only", "other/"], 0, "", OLD, id="left out"),
+    ],
+)
+def test_version_changes_only_if_digests_do(
+    sealing, present, images, tree, arguments, status, words, expected
+):
+    answer, seal = sealing(present, images, *arguments, tree=tree)
+    assert (answer.exit_code, seal) == (status, expected)
+    assert words in answer.output
+    assert bool(words) == bool(answer.output)
 
 
 @cache
@@ -90,30 +80,30 @@ def test_every_tracker_has_a_seal():
     assert list(tracker_seals()) == [name for name in trackers.names() if ":" not in name]
 
 
-def slow(asked):
-    """Every day trackers follow the face as they are by default; the rest takes longer."""
-    text, _, sequence = asked.partition(" on ")
-    # Of the two that are made of one chain of cues the quicker one will do.
+def slow(key):
+    """Return whether a check is for the slow tests: all but the defaults on the face."""
+    text, _, sequence = key.partition(" on ")
+    # Two trackers consist of one chain of cues; the quicker one suffices.
     return ":" in text or sequence != SHORT[0][0] or text == "contour-smooth-color"
 
 
 @pytest.mark.parametrize(
-    "asked",
+    "key",
     [
-        pytest.param(asked, marks=pytest.mark.slow if slow(asked) else ())
+        pytest.param(key, marks=pytest.mark.slow if slow(key) else ())
         for seal in tracker_seals().values()
-        for asked in seal.golden
+        for key in seal.golden
     ],
 )
-def test_boxes_are_the_sealed_ones(asked):
-    seal = tracker_seals()[asked.partition(" on ")[0].partition(":")[0]]
+def test_boxes_are_the_sealed_ones(key):
+    seal = tracker_seals()[key.partition(" on ")[0].partition(":")[0]]
     if library_versions(set(seal.libraries)) != library_versions_of_constraints(seal.libraries):
         pytest.skip("other versions of libraries than those that boxes were sealed with")
-    assert golden_boxes(asked) == seal.golden[asked]
+    assert golden_boxes(key) == seal.golden[key]
 
 
 def library_versions_of_constraints(libraries):
-    """What `constraints.txt` says of them."""
+    """Return the versions in `constraints.txt`."""
     lines = (Path(__file__).parents[3] / "constraints.txt").read_text().splitlines()
     pinned = dict(line.split("==") for line in lines if "==" in line)
     return {name: pinned[name] for name in library_versions(set(libraries))}

@@ -42,21 +42,14 @@ def imported(folder, boxes, kind="otb", truth=TRUTH, **header):
 
 
 @pytest.mark.parametrize("kind", ["otb", "otb-json"])
-@pytest.mark.parametrize("offset", [0, 1, -1], ids=["one-based", "one more", "inclusive"])
+@pytest.mark.parametrize("offset", [0, 1, -1, None], ids=["from 1", "more", "inclusive", "zeros"])
 def test_import_refuses_corners(kind, offset, tmp_path):
-    corners = as_corners(ONE_BASED) + ([0, 0, -1, -1] if offset < 0 else [offset] * 4)
-    with pytest.raises(
-        ExchangeError, match=r"as corners x1, y1, x2, y2.*subtract x1 from x2"
-    ) as error:
+    corners = as_corners(ONE_BASED) + ([0, 0, -1, -1] if offset == -1 else [offset or 0] * 4)
+    if offset is None:  # in lost frames
+        corners[2] = 0
+    with pytest.raises(ExchangeError, match=r"as corners x1, y1.*subtract x1 from x2") as error:
         imported(tmp_path, corners, kind)
     assert str(error.value).startswith(str(tmp_path / "theirs" / "Couple"))
-
-
-def test_import_refuses_corners_if_lost_frames_are_zeros(tmp_path):
-    corners = as_corners(ONE_BASED)
-    corners[2] = 0
-    with pytest.raises(ExchangeError, match="as corners"):
-        imported(tmp_path, corners)
 
 
 def test_import_reads_boxes_near_the_origin_as_boxes(tmp_path):

@@ -1,4 +1,4 @@
-"""What holds for every layout of results: round trips, and what is said of malformed files."""
+"""Round trips and messages of every result format."""
 
 import json
 import struct
@@ -41,38 +41,29 @@ def imported(kind, folder, truth, target, told=None):
     return [results.read(path) for path in results.cells()]
 
 
-@pytest.mark.parametrize("kind", exchange.names())
-def test_it_says_what_it_expects_and_what_it_keeps(kind):
-    one = exchange.layout(kind)
-    assert "SEQ" in one.expects
-    assert one.holds
-    assert one.origin in (0, 1)
+every_layout = pytest.mark.parametrize("kind", exchange.names())
 
 
-@pytest.mark.parametrize("kind", exchange.names())
+@every_layout
 @pytest.mark.parametrize("origin", [0, 1])
-def test_a_round_trip_gives_the_boxes_that_the_layout_keeps(kind, origin, tmp_path):
-    boxes, one = walked(), exchange.layout(kind)
+def test_round_trip_keeps_boxes_and_layout_is_recognised(kind, origin, tmp_path):
+    boxes, form = walked(), exchange.layout(kind)
+    assert "SEQ" in form.expects
     shift = np.array([origin, origin, 0, 0])
-    files = written(kind, tmp_path / "theirs", Said(boxes + shift, seconds=np.full(FRAMES, 0.01)))
+    theirs = tmp_path / "theirs"
+    written(kind, theirs, Said(boxes + shift, seconds=np.full(FRAMES, 0.01)))
     told = []
-    # A special code of VOT's stands for the first box, and shows no origin.
-    start = one.origin if kind == "vot" else origin
-    (run,) = imported(kind, tmp_path / "theirs", boxes, tmp_path / "results", told)
-    kept = one.held(boxes + shift) - [start, start, 0, 0]
+    # In VOT's files a special code stands for the first box, and shows no origin.
+    start = form.origin if kind == "vot" else origin
+    (run,) = imported(kind, theirs, boxes, tmp_path / "results", told)
+    kept = form.held(boxes + shift) - [start, start, 0, 0]
     np.testing.assert_array_equal(run.boxes[0], boxes[0])
     np.testing.assert_allclose(run.boxes[1:], kept[1:], rtol=0, atol=1e-9)
     assert not told
-    assert files
     assert run.circumstances["source"] == "/data/Some-one_1"
-
-
-@pytest.mark.parametrize("kind", exchange.names())
-def test_what_is_exported_is_known_again(kind, tmp_path):
-    written(kind, tmp_path, Said(walked()))
-    known = guest(f"theirs={tmp_path}").layout
-    assert known == ("otb" if kind == "pysot" else kind)  # whose files look alike
-    assert guest(f"theirs={kind}:{tmp_path}").layout == kind
+    # The texts of pysot look like those of OTB.
+    assert guest(f"theirs={theirs}").layout == ("otb" if kind == "pysot" else kind)
+    assert guest(f"theirs={kind}:{theirs}").layout == kind
 
 
 THEIRS = {
@@ -91,41 +82,34 @@ THEIRS = {
 
 
 @pytest.mark.parametrize("kind", THEIRS)
-def test_what_is_written_is_read_by_the_tools_own_lines(kind, tmp_path):
+def test_files_are_read_by_code_of_the_toolkits(kind, tmp_path):
     (file, *_) = written(kind, tmp_path, Said(walked()))
     kept = exchange.layout(kind).held(walked())
     np.testing.assert_allclose(THEIRS[kind](file), kept, rtol=0, atol=1e-12)
 
 
-def test_confidences_are_read_by_the_tools_own_lines(tmp_path):
-    confidence = np.r_[np.nan, np.linspace(-3, 7, FRAMES - 1)]
-    said = Said(walked(), confidence)
-    (file,) = (path for path in written("pysot", tmp_path, said) if path.suffix == ".value")
-    lines = file.read_text().splitlines()
-    values = [float(line.strip()) for line in lines[1:]]
-    np.testing.assert_array_equal(values, confidence[1:])
+CONFIDENCE = np.r_[np.nan, np.linspace(-3, 7, FRAMES - 1)]
 
 
 @pytest.mark.parametrize(("kind", "place"), [("pysot", "."), ("vot", "unsupervised")])
 def test_one_folder_holds_runs_with_and_without_confidences(kind, place, tmp_path):
-    confidence = np.r_[np.nan, np.linspace(-3, 7, FRAMES - 1)]
-    written(kind, tmp_path / "with", Said(walked(), confidence))
-    written(kind, tmp_path / "without", Said(walked()))
-    ours, plain = (
-        {path.relative_to(tmp_path / name / place) for path in (tmp_path / name / place).rglob("*")}
-        for name in ("with", "without")
-    )
-    assert plain <= ours
-    assert list((tmp_path / "with").glob("longterm/*/*_001.txt"))
+    paths = []
+    for name, confidence in (("with", CONFIDENCE), ("without", None)):
+        written(kind, tmp_path / name, Said(walked(), confidence))
+        folder = tmp_path / name / place
+        paths.append({path.relative_to(folder) for path in folder.rglob("*")})
+    assert paths[1] <= paths[0]
     assert not (tmp_path / "without" / "longterm").exists()
+    (file,) = (tmp_path / "with").glob("longterm/*/*_001_confidence.value")
+    values = [float(line.strip()) for line in file.read_text().splitlines()[1:]]
+    np.testing.assert_array_equal(values, CONFIDENCE[1:])
 
 
 @pytest.mark.parametrize("kind", ["pysot", "pytracking", "vot"])
 def test_confidences_make_the_round_trip(kind, tmp_path):
-    confidence = np.r_[np.nan, np.linspace(-3, 7, FRAMES - 1)]
-    written(kind, tmp_path / "theirs", Said(walked(), confidence))
+    written(kind, tmp_path / "theirs", Said(walked(), CONFIDENCE))
     (run,) = imported(kind, tmp_path / "theirs", walked(), tmp_path / "results")
-    np.testing.assert_array_equal(run.confidence, confidence)
+    np.testing.assert_array_equal(run.confidence, CONFIDENCE)
 
 
 @pytest.mark.parametrize("kind", ["pysot", "vot"])
@@ -138,8 +122,8 @@ def test_states_of_supervised_runs_make_the_round_trip(kind, tmp_path):
     np.testing.assert_array_equal(np.isfinite(run.boxes[1:, 0]), states[1:] == State.TRACKED)
 
 
-@pytest.mark.parametrize("kind", exchange.names())
-def test_repetitions_have_a_file_each_where_there_is_room(kind, tmp_path):
+@every_layout
+def test_repetitions_have_a_file_each_if_there_is_room(kind, tmp_path):
     for number in range(2):
         written(kind, tmp_path / "theirs", Said(walked(number)), repetition=number)
     runs = imported(kind, tmp_path / "theirs", walked(), tmp_path / "results")
@@ -158,7 +142,7 @@ def test_repetitions_have_a_file_each_where_there_is_room(kind, tmp_path):
         (lambda text: text.rpartition("\n")[0].rpartition("\n")[0] + "\n", "ends after line 11"),
     ],
 )
-def test_damaged_files_are_one_line_that_names_file_and_line(kind, harm, words, tmp_path):
+def test_damaged_file_is_reported_by_name_and_line(kind, harm, words, tmp_path):
     (file, *_) = written(kind, tmp_path / "theirs", Said(walked()))
     file.write_text(harm(file.read_text()))
     with pytest.raises(ExchangeError) as raised:
@@ -170,9 +154,9 @@ def test_damaged_files_are_one_line_that_names_file_and_line(kind, harm, words, 
     assert "\n" not in said
 
 
-@pytest.mark.parametrize("kind", exchange.names())
-@pytest.mark.parametrize("tries", [300, pytest.param(10_000, marks=pytest.mark.slow)])
-def test_of_damaged_bytes_there_are_boxes_or_a_line(kind, tries, tmp_path):
+@every_layout
+@pytest.mark.parametrize("tries", [300, pytest.param(10_000, marks=pytest.mark.weekly)])
+def test_damaged_bytes_give_boxes_or_an_error(kind, tries, tmp_path):
     (file, *_) = written(kind, tmp_path, Said(walked()))
     whole, random = file.read_bytes(), np.random.default_rng(0)
     refused = []
@@ -192,36 +176,31 @@ def test_of_damaged_bytes_there_are_boxes_or_a_line(kind, tries, tmp_path):
     assert all(str(file) in line and "\n" not in line for line in refused)
 
 
-@pytest.mark.parametrize("kind", exchange.names())
-def test_a_sequence_without_results_says_what_there_is(kind, tmp_path):
+@every_layout
+def test_missing_sequence_is_reported_with_those_present(kind, tmp_path):
     written(kind, tmp_path / "theirs", Said(walked()), sequence="Other")
     with pytest.raises(ExchangeError, match=r"no results on Some-one_1.*there are Other"):
         imported(kind, tmp_path / "theirs", walked(), tmp_path / "results")
 
 
-def test_names_that_toolkits_write_differently_are_one(tmp_path):
-    written("otb", tmp_path / "theirs", Said(walked()), sequence="some.one-1")
-    written("otb", tmp_path / "theirs", Said(walked()), sequence="Other")
-    told = []
-    (run,) = imported("otb", tmp_path / "theirs", walked(), tmp_path / "results", told)
-    assert run.identity.sequence == "Some-one_1"
-    assert told == [
-        f"{tmp_path / 'theirs'}: not taken, as their sequences are not asked for: Other."
-    ]
-
-
-def test_a_first_box_that_is_not_the_truths_is_told(tmp_path):
-    written("otb", tmp_path / "theirs", Said(walked(1)))
-    told = []
-    imported("otb", tmp_path / "theirs", walked(), tmp_path / "results", told)
-    assert "count from 1" in told[0]
-
-
-def test_results_that_changed_replace_those_that_were_imported(tmp_path):
-    for number in range(2):
-        written("otb", tmp_path / "theirs", Said(walked(number)))
-        (run,) = imported("otb", tmp_path / "theirs", walked(), tmp_path / "results")
+def test_sequence_names_are_compared_by_letters(tmp_path):
+    theirs, told = tmp_path / "theirs", []
+    for number in range(2):  # changed results replace imported ones
+        written("otb", theirs, Said(walked(number)), sequence="some.one-1")
+        (run,) = imported("otb", theirs, walked(), tmp_path / "results", told)
+        assert run.identity.sequence == "Some-one_1"
         np.testing.assert_allclose(run.boxes[5, 2:], walked(number)[5, 2:], atol=1e-4)
+    assert "taken to count from 1" in told[-1]
+    written("otb", theirs, Said(walked(1)), sequence="Other")
+    imported("otb", theirs, walked(), tmp_path / "results", told)
+    assert told[-1] == f"{theirs}: not taken, as their sequences are not asked for: Other."
+
+
+def region_file(folder, line):
+    """Write a file of VOT with the same region in every frame after the first."""
+    file = folder / "unsupervised" / "Some-one_1" / "Some-one_1_001.txt"
+    file.parent.mkdir(parents=True)
+    file.write_text("1\n" + f"{line}\n" * (FRAMES - 1))
 
 
 @pytest.mark.parametrize(
@@ -235,10 +214,8 @@ def test_results_that_changed_replace_those_that_were_imported(tmp_path):
     ],
 )
 def test_regions_of_vot_count_as_the_boxes_around_them(region, box, tmp_path):
-    file = tmp_path / "theirs" / "unsupervised" / "Some-one_1" / "Some-one_1_001.txt"
-    file.parent.mkdir(parents=True)
-    file.write_text("1\n" + f"{region}\n" * (FRAMES - 1))
     told = []
+    region_file(tmp_path / "theirs", region)
     (run,) = imported("vot", tmp_path / "theirs", walked(), tmp_path / "results", told)
     np.testing.assert_array_equal(run.boxes[1:], [box] * (FRAMES - 1))
     assert bool(told) == ("," in region)
@@ -267,23 +244,22 @@ def binary(rows):
 ROWS = ["1", "2,3,9.5,4", "2,3,9,3,9,8,2,8", "m4,5,3,3,2,2,5", "0", "2", "-3.25,1,2,2"]
 
 
-def test_binary_files_of_vot_say_what_its_texts_do(tmp_path):
+def test_binary_files_of_vot_equal_texts(tmp_path):
     text = tmp_path / "baseline" / "bag" / "bag_001.txt"
     text.parent.mkdir(parents=True)
     text.write_text("".join(f"{row}\n" for row in ROWS))
     file = text.with_suffix(".bin")
     file.write_bytes(binary(ROWS))
     vot = exchange.layout("vot")
-    one, other = vot.read(text), vot.read(file)
-    np.testing.assert_array_equal(one.boxes, other.boxes)
-    np.testing.assert_array_equal(one.states, other.states)
+    for column in ("boxes", "states"):
+        np.testing.assert_array_equal(*(getattr(vot.read(each), column) for each in (text, file)))
     assert vot.files(tmp_path) == {"bag": [text]}
     text.unlink()
     assert vot.files(tmp_path) == {"bag": [file]}
     assert guest(f"theirs={tmp_path}").layout == "vot"
 
 
-def test_damaged_binary_files_are_one_line(tmp_path):
+def test_damaged_binary_files_give_boxes_or_an_error(tmp_path):
     file = tmp_path / "bag_001.bin"
     vot, whole, random = exchange.layout("vot"), binary(ROWS * 3), np.random.default_rng(0)
     refused = []
@@ -312,10 +288,8 @@ def test_damaged_binary_files_are_one_line(tmp_path):
         ("m0,0,inf,inf,3,9", "more pixels"),
     ],
 )
-def test_no_region_is_taken_for_one(line, words, tmp_path):
-    file = tmp_path / "unsupervised" / "Some-one_1" / "Some-one_1_001.txt"
-    file.parent.mkdir(parents=True)
-    file.write_text("1\n" + f"{line}\n" * (FRAMES - 1))
+def test_invalid_region_is_refused(line, words, tmp_path):
+    region_file(tmp_path, line)
     with pytest.raises(ExchangeError, match=f"line 2.*{words}"):
         imported("vot", tmp_path, walked(), tmp_path / "results")
 
@@ -336,7 +310,7 @@ def test_no_region_is_taken_for_one(line, words, tmp_path):
         ('{"res": [[1, 2, 3, 4]]}', "1 rows for the 12 frames .*: ends after box 1"),
     ],
 )
-def test_json_that_is_no_run_in_one_pass_is_refused(text, words, tmp_path):
+def test_invalid_json_is_refused(text, words, tmp_path):
     (tmp_path / "Some-one_1.json").write_text(text)
     with pytest.raises(ExchangeError, match=words):
         imported("otb-json", tmp_path, walked(), tmp_path / "results")
@@ -352,7 +326,7 @@ def test_json_that_is_no_run_in_one_pass_is_refused(text, words, tmp_path):
         ("STRUCK=.", "Looked for"),
     ],
 )
-def test_what_is_no_guest_is_told(text, words, tmp_path, monkeypatch):
+def test_invalid_tracker_text_is_refused(text, words, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     with pytest.raises(ExchangeError, match=words):
         guest(text)

@@ -1,7 +1,8 @@
-"""Runs with segments in layouts of other toolkits: VOT's anchors, OTB's SRE and TRE."""
+"""Exports, and runs with segments in layouts of other toolkits: anchors, SRE and TRE."""
 
 import csv
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -108,6 +109,38 @@ def test_segments_from_a_later_first_target_make_the_round_trip(tmp_path):
     assert sorted(path.stem[-8:] for path in files) == ["00000003", "00000063"]
 
 
+@pytest.mark.parametrize("kind", exchange.names())
+def test_export_refuses_folder_with_another_layout(kind, tmp_path):
+    sequence = datasets.load(SEQUENCE)
+    stored(evaluate("static", sequence), sequence, tmp_path / "first")
+    export_results(tmp_path / "first", kind, tmp_path / "there", [].append)
+    before = sorted(tmp_path.glob("there/**/*"))
+    for other in set(exchange.names()) - {kind, "pysot"}:
+        if {kind, other} == {"pysot", "otb"}:  # texts that look alike
+            continue
+        with pytest.raises(ExchangeError, match="static: the folder holds results in the layout"):
+            export_results(tmp_path / "first", other, tmp_path / "there", [].append, force=True)
+    assert sorted(tmp_path.glob("there/**/*")) == before
+    export_results(tmp_path / "first", kind, tmp_path / "there", [].append, force=True)
+
+
+def test_export_names_runs_without_a_file(tmp_path):
+    first, second = datasets.load(SEQUENCE), datasets.load("plain/target:length=30")
+    failed = evaluate("static", first)
+    stored(replace(failed, failure="frame 3: no idea"), first, tmp_path)
+    stored(evaluate("static", first, 1), first, tmp_path)
+    stored(evaluate("static", second), second, tmp_path)
+    messages = []
+    (file,) = export_results(tmp_path, "otb", tmp_path / "there", messages.append)
+    assert file.stem == "plain_target_length=30"
+    assert messages[-1] == (
+        f"nothing is written for static on {SEQUENCE}: its first repetition failed."
+    )
+    messages.clear()
+    assert len(export_results(tmp_path, "vot", tmp_path / "vot", messages.append)) == 2
+    assert not any("nothing is written" in message for message in messages)
+
+
 @pytest.mark.parametrize(
     ("kind", "protocol"), [("otb", "tre"), ("vot", "sre"), ("otb-json", "sre:shift=0.2")]
 )
@@ -178,17 +211,16 @@ def test_vot_anchor_in_the_middle_goes_as_the_data_state(tmp_path, monkeypatch):
     assert on_bag(theirs, truth).segments[0].tolist() == [5, 6, 7, 8, 9, 10]
 
 
-def test_vot_anchors_of_other_lengths_are_refused(tmp_path):
-    theirs = anchored(tmp_path, {"bag_00000003.txt": truth_of(6)})
-    with pytest.raises(ExchangeError, match=r"bag_00000003.txt: 6 rows from anchor 3. Expected: 9"):
-        on_bag(theirs, truth_of(12))
-
-
-def test_vot_anchors_beside_whole_runs_are_refused(tmp_path):
-    theirs = anchored(
-        tmp_path, {name: truth_of(12) for name in ("bag_00000000.txt", "bag_001.txt")}
-    )
-    with pytest.raises(ExchangeError, match="bag: results from anchors and over the whole"):
+@pytest.mark.parametrize(
+    ("files", "n", "words"),
+    [
+        (["bag_00000003.txt"], 6, "bag_00000003.txt: 6 rows from anchor 3. Expected: 9"),
+        (["bag_00000000.txt", "bag_001.txt"], 12, "bag: results from anchors and over the whole"),
+    ],
+)
+def test_vot_anchors_that_do_not_fit_are_refused(files, n, words, tmp_path):
+    theirs = anchored(tmp_path, dict.fromkeys(files, truth_of(n)))
+    with pytest.raises(ExchangeError, match=words):
         on_bag(theirs, truth_of(12))
 
 
@@ -284,11 +316,6 @@ def test_otb_records_that_do_not_fit_are_refused(change, words, tmp_path):
     theirs = json_of(tmp_path, change(content))
     with pytest.raises(ExchangeError, match=words):
         imported("otb-json", theirs, sequence, tmp_path / "results")
-
-
-@pytest.mark.parametrize("kind", ["vot", "otb-json"])
-def test_layout_with_segments_names_its_protocols(kind):
-    assert exchange.layout(kind).holds_segments
 
 
 def test_imported_segments_stand_beside_runs_of_their_protocol(trackmark):

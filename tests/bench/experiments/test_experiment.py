@@ -1,4 +1,4 @@
-"""Experiments as files: what is swept, and what is refused with which words."""
+"""Experiment files: sweeps, and messages for wrong content."""
 
 from functools import cache
 from pathlib import Path
@@ -31,7 +31,7 @@ def written(tmp_path, text):
     return path
 
 
-def test_lists_are_swept_in_the_order_written(tmp_path):
+def test_lists_are_swept_in_their_order(tmp_path):
     experiment = read_experiment(written(tmp_path, GOOD))
     assert experiment.name == "trial"
     assert experiment.title == "A title"
@@ -50,7 +50,7 @@ def test_lists_are_swept_in_the_order_written(tmp_path):
     ]
 
 
-def test_names_are_swept_too_and_a_tracker_can_have_repetitions_of_its_own(tmp_path):
+def test_names_are_swept_and_trackers_may_have_own_repetitions(tmp_path):
     entry = '{ name = ["static", "camshift"], init = ["full", "boxes"], repetitions = 2 }'
     path = written(tmp_path, GOOD.replace('"static"', entry))
     experiment = read_experiment(path)
@@ -59,13 +59,7 @@ def test_names_are_swept_too_and_a_tracker_can_have_repetitions_of_its_own(tmp_p
     assert experiment.repeated == dict.fromkeys(special, 2)
 
 
-def test_repetitions_that_are_no_number_are_refused(tmp_path):
-    path = written(tmp_path, GOOD.replace('"static"', '{ name = "static", repetitions = "3" }'))
-    with pytest.raises(ExperimentError, match="repetitions must be a number"):
-        read_experiment(path)
-
-
-def test_a_table_can_give_recorded_data_its_truth(tmp_path):
+def test_table_may_name_a_ground_truth_file(tmp_path):
     entry = '{ name = "a.mp4", truth = "b.csv" }'
     path = written(tmp_path, GOOD.replace('"samples/face"', entry))
     source = read_experiment(path).sequences[0]
@@ -85,9 +79,10 @@ def test_a_table_can_give_recorded_data_its_truth(tmp_path):
         (('["static", ', '["static", "static", '), "'static' is named twice"),
         (('["static", ', "[7, "), "7 is neither a text nor a table"),
         (("version = 1", "version = = 1"), "trial.toml"),
+        (('"static"', '{ name = "static", repetitions = "3" }'), "repetitions must be a number"),
     ],
 )
-def test_a_mistake_is_named_with_file_and_key(tmp_path, change, words):
+def test_mistake_is_named_with_file_and_key(tmp_path, change, words):
     assert change[0] in GOOD
     path = written(tmp_path, GOOD.replace(*change))
     with pytest.raises(ExperimentError) as caught:
@@ -97,20 +92,14 @@ def test_a_mistake_is_named_with_file_and_key(tmp_path, change, words):
     assert "trial" in str(caught.value)
 
 
-def test_a_missing_file_is_named(tmp_path):
+def test_missing_file_unknown_name_and_invalid_folder_are_refused(tmp_path):
     with pytest.raises(ExperimentError, match=r"nothing\.toml: No such file"):
         read_experiment(tmp_path / "nothing.toml")
-
-
-def test_an_unknown_experiment_gets_the_closest_match():
     with pytest.raises(ExperimentError, match=r"Did you mean 'demo'\?"):
         read_experiment("dmo")
-
-
-@pytest.mark.parametrize("name", ["", "a/b", ".hidden", "_truth"])
-def test_a_name_that_is_no_folder_is_refused(name):
-    with pytest.raises(ExperimentError, match="can't name a folder"):
-        Experiment(name, ("static",), (SequenceSource("samples/face"),))
+    for name in ("", "a/b", ".hidden", "_truth"):
+        with pytest.raises(ExperimentError, match="can't name a folder"):
+            Experiment(name, ("static",), (SequenceSource("samples/face"),))
 
 
 def planned(experiment, folder, known):
@@ -124,7 +113,7 @@ outline = cache(datasets.outline)
 
 
 def unopened(source):
-    """What is planned of a sequence, by its sealed outline; its knobs are checked."""
+    """Return the plan of a sequence from its sealed outline; its parameters are checked."""
     from trackmark.bench.execution.plan import PlannedSequence
 
     name, options = parse_text(source.text)
@@ -137,7 +126,7 @@ def unopened(source):
 
 
 @pytest.mark.parametrize("name", experiment_names())
-def test_every_experiment_that_comes_along_reads_and_can_be_planned(name, tmp_path):
+def test_every_experiment_of_the_package_is_planned(name, tmp_path):
     experiment = read_experiment(name)
     known = {source: unopened(source) for source in experiment.sequences}
     plan = planned(experiment, tmp_path, known)
@@ -145,17 +134,17 @@ def test_every_experiment_that_comes_along_reads_and_can_be_planned(name, tmp_pa
 
 
 OPENED = {}
-"""Sequences that were opened for one experiment: others have them too, and opening takes long."""
+"""Sequences that are open, as several experiments share some."""
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", experiment_names())
-def test_so_it_can_with_its_sequences_opened(name, tmp_path):
+def test_every_experiment_is_planned_with_open_sequences(name, tmp_path):
     plan = planned(read_experiment(name), tmp_path, OPENED)
     assert len(plan) == len(set(plan.asked().cells)) > 0
 
 
-def test_a_built_in_sequence_stays_itself_wherever_it_is_opened_from(tmp_path, monkeypatch):
+def test_absolute_source_keeps_built_in_names(tmp_path, monkeypatch):
     (tmp_path / "samples" / "face").mkdir(parents=True)
     monkeypatch.chdir(tmp_path)
     assert SequenceSource("samples/face").absolute() == SequenceSource("samples/face")

@@ -1,4 +1,4 @@
-"""Trackers of others: what importing their files does, it does in a child."""
+"""Trackers from outside the package: their files are imported in a child process."""
 
 import json
 import threading
@@ -44,7 +44,7 @@ REFUSED = {  # what stands before the class, or after it, and what is said
     "interrupts": (
         "raise KeyboardInterrupt",
         "",
-        "it can't be asked what it is: KeyboardInterrupt",
+        "its description raises KeyboardInterrupt",
     ),
     "can't be printed": (UNPRINTABLE, "", "<exception str() failed>"),
     "presets of no kind": ("", "    presets = 5", "presets are parameter values by preset name"),
@@ -72,17 +72,6 @@ ENDS = {
 }
 
 
-TOLD = dict.fromkeys(("label", "name", "preset", "init", "class_name"), "a")
-TOLD |= {"randomness": "none", "parameters": {}, "version": {}, "implied": []}
-FORGED = [
-    5,
-    {},
-    TOLD | {"file": 5},
-    TOLD | {"file": "{file}", "randomness": "much"},
-    TOLD | {"file": f"{trackers.__path__[0]}/static.py"},
-]
-
-
 @pytest.fixture
 def calm(tmp_path):
     """Make a file with a tracker, with something before the class and something in or after it."""
@@ -95,7 +84,7 @@ def calm(tmp_path):
     return made
 
 
-def test_whatever_an_import_raises_is_a_line_that_names_the_file(calm):
+def test_error_of_an_import_is_one_line_with_the_file(calm):
     files = {str(calm(name, *rest)): words for name, (*rest, words) in REFUSED.items()}
     _, lines = tracker_files._child(json.dumps(["settle", list(files)]))
     told = {text: error for text, error, _ in map(json.loads, lines)}
@@ -106,7 +95,7 @@ def test_whatever_an_import_raises_is_a_line_that_names_the_file(calm):
         assert "\n" not in told[file]
 
 
-def test_what_an_import_does_besides_is_done_elsewhere(calm, capfd):
+def test_import_changes_nothing_in_this_process(calm, capfd):
     threads, folder = threading.active_count(), Path.cwd()
     files = [str(calm(name, before)) for name, before in TAKEN.items()]
     found = settled(["static", *files])
@@ -116,24 +105,14 @@ def test_what_an_import_does_besides_is_done_elsewhere(calm, capfd):
 
 
 @pytest.mark.parametrize("case", ENDS)
-def test_the_file_that_ends_the_child_is_named(calm, case):
+def test_file_that_ends_the_child_is_named(calm, case):
     act, words = ENDS[case]
     good, bad = str(calm("good")), str(calm("bad", act))
     with pytest.raises(TrackerError, match=rf"bad\.py: while it is imported, {words}\."):
         settled([good, bad])
 
 
-@pytest.mark.parametrize("forged", FORGED, ids=str)
-def test_what_a_file_says_in_the_childs_place_is_no_answer(forged, tmp_path):
-    """Least of all that it is one of the package's, which share processes."""
-    file = tmp_path / "forger.py"
-    answer = json.dumps([str(file), "", forged]).replace("{file}", str(file))
-    file.write_text(f"import os, sys\nos.write(int(sys.argv[1]), {answer!r}.encode())\nos._exit(0)")
-    with pytest.raises(TrackerError, match=r"forger\.py: while it is imported, it answers for"):
-        settled([str(file)])
-
-
-def test_a_file_that_never_comes_back_is_given_up(calm, monkeypatch):
+def test_import_that_never_ends_is_stopped(calm, monkeypatch):
     monkeypatch.setattr(tracker_files, "_SECONDS", 2)
     with pytest.raises(
         TrackerError, match=r"file\.py: while it is imported, nothing happens for 2 s"
@@ -141,7 +120,7 @@ def test_a_file_that_never_comes_back_is_given_up(calm, monkeypatch):
         described(str(calm("file", "while True: pass")))
 
 
-def test_what_a_child_tells_is_what_importing_tells(calm):
+def test_tracker_from_the_child_equals_an_imported_one(calm):
     file = calm("file", after="    presets = {'a': {}}\n    name = 'mine'")
     texts = [f"{file}:Calm:preset=a", f"{file}:as=other:init=full", "camshift:window=adaptive"]
     for text, told in settled(texts).items():
@@ -154,9 +133,7 @@ def test_what_a_child_tells_is_what_importing_tells(calm):
     assert described(str(file)) == trackers.describe(str(file))
 
 
-def test_a_file_that_exits_or_prints_is_as_any_other_to_the_command(
-    typed, trackmark, here, one_line
-):
+def test_command_survives_files_that_exit_or_print(typed, trackmark, here, one_line):
     (here / "exits.py").write_text("import sys; sys.exit(0)")
     asked = ("--sequences", "data/Small", "--json")
     done = trackmark("run", "--trackers", "exits.py", *asked, status=2)

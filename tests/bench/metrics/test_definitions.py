@@ -1,7 +1,4 @@
-"""Definitions of presets against slow ones, written frame by frame, and published figures.
-
-Where toolkits differ from each other or from us, a row says so (docs/metrics.md).
-"""
+"""Definitions of presets against slow ones, written frame by frame, and published figures."""
 
 import csv
 import json
@@ -18,7 +15,7 @@ from hypothesis import strategies as st
 from tests.bench.metrics import toolkits
 from tests.bench.metrics.made import SIZE, answer_of, noisy, states_of, truth_of, walk
 from trackmark.bench import metrics
-from trackmark.bench.metrics.preset import Answer
+from trackmark.bench.metrics.preset import Answer, Target
 from trackmark.bench.metrics.region_overlap import exact_overlap, raster_overlap
 
 SHARED = Path(__file__).parents[3].parent / "shared"
@@ -42,7 +39,7 @@ def iou(a, b):
 
 
 def apart(a, b, sized=False):
-    """Distance of two boxes' centres."""
+    """Distance of the centres of two boxes, in sizes of the first one if `sized`."""
     units = a[2:] if sized else (1, 1)
     if 0 in units:
         return nan
@@ -130,8 +127,7 @@ def whole(value):
 
 
 @pytest.mark.parametrize("name", ["otb", "lasot", "trackingnet"])
-def test_a_preset_is_its_slow_definition(name):
-    """On short sequences with boxes of all kinds; made by chance, but the same ones every time."""
+def test_preset_equals_slow_definition(name):
     slow = {"otb": slow_otb, "lasot": slow_lasot, "trackingnet": slow_trackingnet}[name]
     random = np.random.default_rng(1)
     for n in np.tile(np.arange(1, 13), 12):
@@ -166,80 +162,71 @@ def test_otb_rounds_centre_errors_to_four_decimals(offset, hit):
     assert ours == pytest.approx(slow_otb(truth, boxes), abs=1e-12)
 
 
-# One truth and one result in ten ways, scored as the toolkits do it.
-
-CASES = ("noisy", "touching", "absent", "malformed", "no size", "perfect")
-
-
-def case(name):
-    """Truth of 500 frames in numbers from 0, and boxes."""
-    truth = walk(500) + [100, 100, 0, 0]
+def test_lasot_scores_a_target_that_touches_the_first_pixel():
+    """A miss for success and a hit for precision, as in the toolkit: -1 is 0 in numbers from 1."""
+    truth = walk(50)
     boxes = noisy(truth)
-    tenth, fifth = slice(100, 150), slice(200, 300)
-    if name == "touching":
-        truth[tenth, 0] = -1  # which is 0 in numbers from 1
-        boxes[tenth, 0] = -1
-    if name == "absent":
-        truth[fifth] = nan
-    if name == "malformed":
-        boxes[tenth] = nan
-    if name == "no size":
-        boxes[tenth, 2:] = 0
-    return truth, truth.copy() if name == "perfect" else boxes
-
-
-@pytest.mark.parametrize("name", CASES)
-def test_ten_scorers_differ_and_ours_are_those_that_they_are_called(name):
-    truth, boxes = case(name)
-    otb, lasot = scores("otb", truth, boxes), scores("lasot", truth, boxes)
-    assert otb == pytest.approx(slow_otb(truth, boxes), abs=1e-12)
+    truth[10:20, 0] = boxes[10:20, 0] = -1
+    lasot, otb = scores("lasot", truth, boxes), scores("otb", truth, boxes)
     assert lasot == pytest.approx(slow_lasot(truth, boxes), abs=1e-12)
-    plain = scores("otb", *case("noisy"))
-    lost = {"touching": 0.0, "absent": 0.2, "malformed": 0.1, "no size": 0.1}.get(name, 0.0)
-    assert otb["precision"] == pytest.approx(1 - lost)
-    if name in ("absent", "malformed", "no size"):
-        assert otb["success_auc"] == pytest.approx(plain["success_auc"] * (1 - lost), abs=0.01)
-    if name in ("noisy", "absent", "perfect"):
-        assert lasot["success_auc"] == otb["success_auc"]
-    if name == "touching":  # a miss for one score, a hit for the others
-        assert lasot["success_auc"] < 0.91 * otb["success_auc"]
-        assert lasot["precision"] == 1
-    if name in ("malformed", "no size"):  # the box of the frame before stands in for it
-        assert lasot["success_auc"] > otb["success_auc"]
-    if name == "perfect":
-        assert otb["success_auc"] == pytest.approx(0.952, abs=5e-4)
+    assert otb == pytest.approx(slow_otb(truth, boxes), abs=1e-12)
+    assert lasot["success_auc"] < 0.91 * otb["success_auc"]
+    assert lasot["precision"] == 1
 
 
-# What is different on purpose.
+# Differences on purpose (docs/metrics.md).
 
 
-def test_malformed_boxes_are_misses_everywhere_where_got10k_counts_some():
+def test_malformed_boxes_are_misses_of_which_got10k_counts_some():
     theirs = json.loads((Path(__file__).parent / "recorded_got10k.json").read_text())["malformed"]
     truth = np.array([toolkits.TARGET] * 2, float)
-    for k, box in enumerate(toolkits.MALFORMED):
+    for box in toolkits.MALFORMED:
         boxes = np.array([toolkits.TARGET, box], float)
         assert scores("otb", truth, boxes)["precision"] == 0.5
         assert scores("otb", truth, boxes)["mean_overlap"] == 0.5
         assert scores("got10k", truth, boxes)["ao"] == 0.0
         assert scores("trackingnet", truth, boxes)["precision_auc"] == pytest.approx(0.5)
-        hit, overlap = theirs["distance"][k] <= 20, theirs["overlap cut"][k]
-        assert (hit, isnan(overlap), overlap > 0) == {
-            0: (True, False, False),
-            1: (False, True, False),
-            2: (True, False, False),
-            3: (False, False, True),
-        }[k]
+    assert [distance <= 20 for distance in theirs["distance"]] == [True, False, True, False]
+    overlaps = np.array(theirs["overlap cut"])
+    assert np.isnan(overlaps).tolist() == [False, True, False, False]
+    assert (overlaps > 0).tolist() == [False, False, False, True]
 
 
-def test_a_sequence_that_is_missed_altogether_counts():
+@pytest.mark.parametrize("cover", range(9))
+def test_got10k_counts_frames_of_every_cover_level_except_0(cover):
+    boxes = np.tile([5.0, 6, 8, 9], (3, 1))
+    # As the reader of GOT-10k has it: level 0 is the only one without a visible part.
+    visible = (0.0, 0.075, 0.225, 0.375, 0.525, 0.675, 0.825, 0.95, 1.0)[cover]
+    visibility = np.array([1, visible, 1])
+    estimates = boxes + [[0, 0, 0, 0], [100, 0, 0, 0], [0, 0, 0, 0]]
+    judged = metrics.preset("got10k").judge(Target(boxes, visibility=visibility), Answer(estimates))
+    assert judged.scores["ao"] == (0.5 if cover else 1.0)
+
+
+@pytest.mark.parametrize(
+    ("target", "estimate", "overlap"),
+    [
+        ([300, 10, 40, 20], [310, 10, 40, 20], 0.5),  # right, cut to widths 20 and 10
+        ([10, 220, 20, 40], [10, 230, 20, 40], 0.5),  # below
+        ([-10, 5, 20, 20], [0, 5, 20, 20], 1.0),  # left: moved in, not cut
+        ([5, -10, 20, 20], [5, 0, 20, 20], 1.0),
+    ],
+)
+def test_got10k_moves_boxes_into_the_image(target, estimate, overlap):
+    first = [100, 100, 20, 20]
+    truth, boxes = np.array([first, target], float), np.array([first, estimate], float)
+    assert scores("got10k", truth, boxes)["ao"] == pytest.approx(overlap)
+
+
+def test_a_sequence_without_hits_counts():
     truth = walk(50)
     preset = metrics.preset("lasot")
     runs = [[preset.judge(truth_of(truth), answer_of(boxes))] for boxes in (truth, truth + 900)]
-    runs[1][0].curves["success"][:, 1] = 0
-    assert preset.overall(runs).curves["success"][0, 1] == 0.5
+    # The first frame, overwritten by the ground truth, is the only hit of the second.
+    assert preset.overall(runs).curves["success"][0, 1] == pytest.approx((1 + 1 / 50) / 2)
 
 
-def test_regions_of_one_column_overlap_by_what_they_share():
+def test_regions_of_one_column_overlap_by_shared_pixels():
     theirs = json.loads((Path(__file__).parent / "recorded_vot.json").read_text())["thin"]
     a, b = np.array(toolkits.THIN, float).transpose(1, 0, 2)
     np.testing.assert_array_equal(raster_overlap(a, b, SIZE), [0, 0, 1])
@@ -247,61 +234,66 @@ def test_regions_of_one_column_overlap_by_what_they_share():
 
 
 def test_expected_average_overlap_is_over_the_lengths_that_occur():
-    truth = walk(200)
-    anchored = scores("vot-anchor", truth, truth)
-    assert (anchored["eao"], anchored["eao_lengths"]) == (1, 200 - 115)
-    supervised = scores("vot-supervised", truth, truth)
-    assert (supervised["eao"], supervised["eao_lengths"]) == (1, 200 - 100)
-    short = scores("vot-supervised", truth[:90], truth[:90])
-    assert isnan(short["eao"])
-    assert short["eao_lengths"] == 0
+    for name, shortest in (("vot-anchor", 115), ("vot-supervised", 100)):
+        judged = scores(name, walk(200), walk(200))
+        assert (judged["eao"], judged["eao_lengths"]) == (1, 200 - shortest)
+        short = scores(name, walk(90), walk(90))
+        assert isnan(short["eao"])
+        assert short["eao_lengths"] == 0
 
 
-def test_the_given_frame_counts_in_vots_anchors_and_long_term():
+@pytest.mark.parametrize(("lost", "tracked"), [(9, 40), (10, 20)])
+def test_vot_anchor_fails_after_ten_frames_without_overlap(lost, tracked):
+    truth = walk(40)
+    boxes = truth.copy()
+    boxes[20 : 20 + lost] += 900
+    judged = scores("vot-anchor", truth, boxes)
+    assert judged["robustness"] == tracked / 40
+    assert judged["accuracy"] == pytest.approx((19 if tracked == 20 else 39 - lost) / tracked)
+
+
+def test_first_frame_counts_in_vot_anchor_and_long_term():
     truth = walk(100)
     assert scores("vot-anchor", truth, truth)["accuracy"] == pytest.approx(0.99)
     sure = scores("long-term", truth, truth, confidence=np.full(100, 0.5))
     assert (sure["precision"], sure["recall"]) == (1, pytest.approx(0.99))
-
-
-def test_a_confidence_of_the_given_frame_does_not_count_in_long_term():
-    """It would in VOT's toolkit: a row of what differs on purpose in docs/metrics.md."""
-    truth = walk(100)
-    boxes, confidence = noisy(truth), np.linspace(0.1, 0.9, 100)
-    first = [np.where(np.arange(100) == 0, sure, confidence) for sure in (0.0, 0.5, 1.0, nan)]
-    one, *others = [scores("long-term", truth, boxes, confidence=each) for each in first]
-    assert all(other == one for other in others)
-    later = np.where(np.arange(100) == 1, 1.0, confidence)
-    assert scores("long-term", truth, boxes, confidence=later) != one
-
-
-def test_recall_is_never_above_one():
-    truth = walk(100)
     truth[40:80] = nan
     seen = np.isfinite(truth[:, 0])
     oracle = scores("long-term", truth, truth, visible=seen, confidence=seen * 1.0)
-    assert oracle["recall"] == pytest.approx(59 / 60)
+    assert oracle["recall"] == pytest.approx(59 / 60)  # never above 1
     everywhere = scores("long-term", truth, np.where(seen[:, None], truth, 50.0))
     assert everywhere["precision"] == pytest.approx(59 / 100)
 
 
-def test_a_run_in_one_pass_that_never_failed_is_a_supervised_one():
-    truth = walk(150)
+def test_first_confidence_does_not_count_in_long_term():
+    truth = walk(100)
+    boxes, confidence = noisy(truth), np.linspace(0.1, 0.9, 100)
+
+    def judged(frame, value):
+        changed = np.where(np.arange(100) == frame, value, confidence)
+        return scores("long-term", truth, boxes, confidence=changed)
+
+    assert all(judged(0, value) == judged(0, 0.0) for value in (0.5, 1.0, nan))
+    assert judged(1, 1.0) != judged(0, 0.0)
+
+
+def test_one_pass_run_without_failure_is_a_supervised_one():
+    truth, preset = walk(150), metrics.preset("vot-supervised")
     boxes = noisy(truth)
-    preset = metrics.preset("vot-supervised")
-    alone, told = (
-        preset.judge(truth_of(truth), Answer(boxes, states=s)) for s in (None, states_of(150))
-    )
-    assert alone.scores == told.scores
+
+    def judged(states):
+        return preset.judge(truth_of(truth), Answer(boxes, states=states)).scores
+
+    assert judged(None) == judged(states_of(150))
     boxes[70] += 900
     with pytest.raises(ValueError, match="failed, and was not begun again there"):
-        preset.judge(truth_of(truth), Answer(boxes))
-    begun = preset.judge(truth_of(truth), Answer(boxes, states=states_of(150, [70])))
-    assert begun.scores["failures"] == 1
-    assert begun.scores["robustness"] == pytest.approx(np.exp(-30 / 150))
+        judged(None)
+    failed = judged(states_of(150, [70]))
+    assert failed["failures"] == 1
+    assert failed["robustness"] == pytest.approx(np.exp(-30 / 150))
     for states in states_of(149), np.full(150, 3):
         with pytest.raises(ValueError, match="a state a frame, the first one INITIALISED"):
-            preset.judge(truth_of(truth), Answer(boxes, states=states))
+            judged(states)
 
 
 # Regions.
@@ -314,7 +306,7 @@ corner = st.tuples(st.floats(-20, 80), st.floats(-20, 60)).map(lambda point: np.
 
 @settings(max_examples=40, deadline=None)
 @given(st.lists(corner, min_size=3, max_size=6), box_of, st.sampled_from([None, (60, 50)]))
-def test_exact_overlap_with_polygons_is_shapelys(points, box, size):
+def test_exact_overlap_with_polygon_equals_shapely(points, box, size):
     points = np.array(points)
     outline = shapely.Polygon(points)
     assume(outline.is_valid and outline.area > 1)
@@ -330,7 +322,7 @@ def test_exact_overlap_with_polygons_is_shapelys(points, box, size):
     assert ours[0] == pytest.approx(expected, abs=1e-9)
 
 
-def test_a_polygon_that_crosses_itself_is_told_by_the_even_odd_rule():
+def test_even_odd_rule_applies_to_self_crossing_polygon():
     bow = np.array([[0, 0], [10, 10], [10, 0], [0, 10.0]])
     truth = np.array([[0, 0, 10, 10.0]])
     assert exact_overlap(truth, truth, None, [bow])[0] == pytest.approx(0.5)
@@ -338,7 +330,7 @@ def test_a_polygon_that_crosses_itself_is_told_by_the_even_odd_rule():
 
 @settings(max_examples=30, deadline=None)
 @given(st.integers(0, 2**32 - 1), box_of)
-def test_exact_overlap_with_masks_is_that_of_unit_squares(seed, box):
+def test_exact_overlap_with_mask_equals_shapely(seed, box):
     mask = np.random.default_rng(seed).random((8, 9)) < 0.5
     assume(mask.any())
     squares = shapely.union_all([shapely.box(x, y, x + 1, y + 1) for y, x in np.argwhere(mask)])

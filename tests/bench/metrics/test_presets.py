@@ -1,4 +1,4 @@
-"""What every metrics preset must do, whatever its definitions: asked of all that are found."""
+"""Behaviour that every metrics preset has; the tests find the presets by themselves."""
 
 import re
 from pathlib import Path
@@ -14,6 +14,7 @@ from trackmark.bench.metrics.preset import Answer
 from trackmark.bench.store.index import SCORED_BY
 
 N = 400
+TRUTH = walk(N)
 MALFORMED = [
     [np.nan] * 4,
     [50, 50, np.inf, 9],
@@ -26,37 +27,36 @@ ROOMS = Path(metrics.__file__).parent
 every_preset = pytest.mark.parametrize("name", metrics.names())
 
 
-def judge(name, truth, answer):
-    return metrics.preset(name).judge(truth, answer)
+def judge(name, truth, boxes, **further):
+    return metrics.preset(name).judge(truth_of(truth), answer_of(boxes, **further))
 
 
-def best(judged, preset):
-    """Scores of which more is better."""
-    return [value for key, value in judged.scores.items() if preset.columns[key].perfect == 1.0]
+def shares_of(name, judged):
+    """Return the scores of which 1 is best."""
+    columns = metrics.preset(name).columns
+    return {key: value for key, value in judged.scores.items() if columns[key].perfect == 1.0}
 
 
-def test_a_preset_is_found_by_its_file_and_its_further_names():
+def test_preset_is_found_by_file_and_alias():
     files = {path.stem for path in (ROOMS / "presets").glob("*.py")} - {"__init__"}
     assert {name.replace("-", "_") for name in metrics.names()} == files
     assert metrics.preset("vot-eao") is metrics.preset("vot-supervised")
     assert metrics.preset("otb100-auc") is metrics.preset("otb")
+    assert (metrics.knows("vot"), metrics.knows("votes")) == (True, False)
     with pytest.raises(ValueError, match=r"'lasott'\. Did you mean 'lasot'\? Known: got10k, "):
         metrics.preset("lasott")
 
 
-def test_an_index_is_made_anew_when_what_defines_its_scores_changes():
+def test_index_depends_on_all_modules_that_define_its_scores():
     imported = set()
     for module in SCORED_BY:
-        imported |= set(
-            re.findall(
-                r"from trackmark\.bench\.metrics\.(\w+)", (ROOMS / f"{module}.py").read_text()
-            )
-        )
+        source = (ROOMS / f"{module}.py").read_text()
+        imported |= set(re.findall(r"from trackmark\.bench\.metrics\.(\w+)", source))
     assert imported <= set(SCORED_BY)
 
 
 @every_preset
-def test_a_preset_says_what_it_is(name):
+def test_preset_has_definition_and_meanings(name):
     preset = metrics.preset(name)
     summary, _, paragraph = metrics.definition(name).partition("\n\n")
     assert summary.endswith(".")
@@ -66,145 +66,100 @@ def test_a_preset_says_what_it_is(name):
 
 
 @every_preset
-def test_truth_as_result_gives_the_best_score_that_the_preset_has(name):
-    preset, truth = metrics.preset(name), walk(N)
-    judged = judge(name, truth_of(truth), answer_of(truth))
+def test_perfect_result_has_the_best_score(name):
+    preset, judged = metrics.preset(name), judge(name, TRUTH, TRUTH)
     assert list(judged.scores) == list(preset.columns)
     assert set(judged.curves) == set(preset.curves)
     for key, column in preset.columns.items():
-        if column.perfect is not None:
-            assert judged.scores[key] == pytest.approx(column.perfect, abs=1e-12), key
-    for other in noisy(truth), truth + [500, 0, 0, 0]:
-        for worse, good in zip(
-            best(judge(name, truth_of(truth), answer_of(other)), preset),
-            best(judged, preset),
-            strict=True,
-        ):
-            assert worse <= good
+        assert column.perfect is None or judged.scores[key] == pytest.approx(column.perfect), key
+    for boxes in noisy(TRUTH), TRUTH + [500, 0, 0, 0]:
+        for key, value in shares_of(name, judge(name, TRUTH, boxes)).items():
+            assert value <= judged.scores[key]
 
 
 @every_preset
-@pytest.mark.parametrize("bad", MALFORMED)
-def test_a_malformed_box_is_never_better_than_one_far_off(name, bad):
-    truth = walk(N)
-    far, malformed = noisy(truth), noisy(truth)
-    far[20:60] = [5000, 5000, 9, 9]
-    malformed[20:60] = bad
-    scores = judge(name, truth_of(truth), answer_of(malformed)).scores
-    expected = judge(name, truth_of(truth), answer_of(far)).scores
-    repeats = name == "lasot"  # the box before stands in for a malformed one
-    for key, column in metrics.preset(name).columns.items():
-        if column.perfect == 1.0 and not repeats:
-            assert scores[key] == pytest.approx(expected[key], abs=1e-12), key
-        assert not np.isnan(scores[key]) or np.isnan(expected[key])
-
-
-@every_preset
-def test_only_malformed_boxes_score_nothing_and_no_numbers_are_lost(name):
-    truth = walk(N)
-    judged = judge(name, truth_of(truth), answer_of(np.full((N, 4), np.nan)))
+def test_malformed_boxes_are_no_better_than_distant_ones(name):
+    distant = noisy(TRUTH)
+    distant[20:60] = [5000, 5000, 9, 9]
+    expected = judge(name, TRUTH, distant)
+    for bad in MALFORMED:
+        malformed = noisy(TRUTH)
+        malformed[20:60] = bad
+        judged = judge(name, TRUTH, malformed)
+        if name != "lasot":  # it repeats the box before a malformed one
+            assert shares_of(name, judged) == pytest.approx(shares_of(name, expected), abs=1e-12)
+        assert not np.isnan([*judged.scores.values()]).any() or name in ("native", "vot-anchor")
+    judged = judge(name, TRUTH, np.full((N, 4), np.nan))
     assert all(np.isfinite(list(judged.scores.values()))) or name == "native"
     assert all(np.isfinite(curve).all() for curve in judged.curves.values())
 
 
 @every_preset
-def test_absent_frames_are_no_error_whatever_stands_there(name):
-    truth = walk(N)
-    truth[100:150] = np.nan
-    scores = [
-        judge(name, truth_of(truth), answer_of(np.where(np.isnan(truth), fill, truth))).scores
-        for fill in (np.nan, 50.0)
-    ]
-    for key, column in metrics.preset(name).columns.items():
-        if column.perfect == 1.0:
-            assert all(0 <= of[key] <= 1 for of in scores), key
-    seen = np.isfinite(truth).all(axis=1)
-    judge(name, truth_of(truth), answer_of(truth, visible=seen, confidence=seen * 0.5))
+def test_shares_stay_in_range_without_target_and_beyond_the_border(name):
+    absent, beyond = TRUTH.copy(), TRUTH.copy()
+    absent[100:150] = np.nan
+    beyond[:, :2] -= TRUTH[0, :2] + 10  # half of it outside, left and above
+    cases = [(absent, np.where(np.isnan(absent), fill, absent)) for fill in (np.nan, 50.0)]
+    for truth, boxes in (*cases, (beyond, beyond), (beyond, noisy(beyond))):
+        assert all(0 <= value <= 1 for value in shares_of(name, judge(name, truth, boxes)).values())
+    seen = np.isfinite(absent).all(axis=1)
+    judge(name, absent, TRUTH, visible=seen, confidence=seen * 0.5)
+    metrics.preset(name).judge(truth_of(TRUTH), Answer(TRUTH.tolist()))  # boxes alone
 
 
 @every_preset
-def test_a_sequence_begins_where_the_target_appears(name):
-    truth = walk(N)
-    boxes = noisy(truth)
-    late = np.vstack([np.full((7, 4), np.nan), truth])
-    shifted = answer_of(
-        np.vstack([np.zeros((7, 4)), boxes]),
-        states=np.concatenate([np.zeros(7, int), answer_of(boxes).states]),
-    )
-    early, later = (
-        judge(name, truth_of(truth), answer_of(boxes)),
-        judge(name, truth_of(late), shifted),
-    )
-    for key in metrics.preset(name).columns:
-        if key != "first_loss":  # it counts frames from the first
-            assert early.scores[key] == pytest.approx(later.scores[key], nan_ok=True), key
-
-
-@every_preset
-def test_what_stands_in_the_given_frame_counts_for_nothing(name):
-    truth = walk(N)
-    boxes = noisy(truth)
+def test_scores_begin_after_the_first_frame_with_a_target(name):
+    boxes = noisy(TRUTH)
+    scores = judge(name, TRUTH, boxes).scores
     other = boxes.copy()
     other[0] = np.nan
-    one, two = (judge(name, truth_of(truth), answer_of(of)).scores for of in (boxes, other))
-    assert one == pytest.approx(two, nan_ok=True)
+    assert judge(name, TRUTH, other).scores == pytest.approx(scores, nan_ok=True)
+    late = np.vstack([np.full((7, 4), np.nan), TRUTH])
+    states = np.concatenate([np.zeros(7, int), answer_of(boxes).states])
+    later = judge(name, late, np.vstack([np.zeros((7, 4)), boxes]), states=states).scores
+    for key in scores.keys() - {"first_loss"}:  # which counts frames from the first
+        assert later[key] == pytest.approx(scores[key], nan_ok=True), key
 
 
 @every_preset
-def test_boxes_at_and_beyond_the_border_are_scored(name):
-    truth = walk(N)
-    truth[:, :2] -= truth[0, :2] + 10  # half of it outside, left and above
-    for boxes in truth, noisy(truth):
-        judged = judge(name, truth_of(truth), answer_of(boxes))
-        for key, column in metrics.preset(name).columns.items():
-            if column.perfect == 1.0:
-                assert 0 <= judged.scores[key] <= 1, key
-
-
-@every_preset
-def test_rows_that_lack_and_missing_truth_are_refused(name):
+def test_missing_rows_and_missing_ground_truth_are_refused(name):
     truth = walk(9)
-    with pytest.raises(ValueError, match=r"shape \(8, 4\), the truth \(9, 4\)"):
-        judge(name, truth_of(truth), answer_of(truth[:8]))
-    with pytest.raises(ValueError, match="no truth"):
-        judge(name, truth_of(truth * np.nan), answer_of(truth))
-    with pytest.raises(ValueError, match=r"shape \(0, 4\)"):
-        judge(name, truth_of(truth), answer_of(np.empty((0, 4))))
-
-
-@every_preset
-def test_two_frames_and_one_are_a_sequence(name):
+    for target, boxes, message in (
+        (truth, truth[:8], r"shape \(8, 4\), the truth \(9, 4\)"),
+        (truth * np.nan, truth, "no truth"),
+        (truth, np.empty((0, 4)), r"shape \(0, 4\)"),
+        (np.empty((0, 4)), np.empty((0, 4)), "no truth"),
+    ):
+        with pytest.raises(ValueError, match=message):
+            judge(name, target, boxes)
     for n in 2, 1:
-        judged = judge(name, truth_of(walk(n)), answer_of(walk(n)))
-        assert list(judged.scores) == list(metrics.preset(name).columns)
+        assert list(judge(name, walk(n), walk(n)).scores) == list(metrics.preset(name).columns)
 
 
 @every_preset
-def test_judging_changes_no_argument_and_repeats_to_the_bit(name):
-    truth, boxes = walk(N), noisy(walk(N))
-    before = truth.copy(), boxes.copy()
-    first, second = (judge(name, truth_of(truth), answer_of(boxes)) for _ in range(2))
-    np.testing.assert_array_equal(truth, before[0])
-    np.testing.assert_array_equal(boxes, before[1])
+def test_judging_changes_no_argument_and_is_repeatable(name):
+    truth, boxes = TRUTH.copy(), noisy(TRUTH)
+    first, second = (judge(name, truth, boxes) for _ in range(2))
+    np.testing.assert_array_equal(truth, TRUTH)
+    np.testing.assert_array_equal(boxes, noisy(TRUTH))
     assert repr(first.scores) == repr(second.scores)
 
 
 @every_preset
 @settings(max_examples=10, deadline=None)
 @given(st.integers(-40, 40), st.integers(-40, 40), st.sampled_from([2, 4]))
-def test_scores_move_and_grow_with_the_image(name, dx, dy, factor):
-    """Whole pixels, which rasters keep, and nothing cut off; but for what counts in pixels."""
+def test_scores_are_invariant_to_moves_and_scale(name, dx, dy, factor):
+    """Whole pixels survive rasters, and nothing is cut off; scores in pixels are left out."""
     truth = np.round(walk(120) + [60, 60, 0, 0])
     boxes = np.round(noisy(truth))
-    move = np.array([dx, dy, 0, 0])
 
     def scores(change):
-        return judge(
-            name, truth_of(change(truth), image_size=None), answer_of(change(boxes))
-        ).scores
+        target = truth_of(change(truth), image_size=None)
+        return metrics.preset(name).judge(target, answer_of(change(boxes))).scores
 
     plain = scores(lambda rows: rows)
-    assert scores(lambda rows: rows + move) == pytest.approx(plain, abs=1e-9, nan_ok=True)
+    moved = scores(lambda rows: rows + [dx, dy, 0, 0])
+    assert moved == pytest.approx(plain, abs=1e-9, nan_ok=True)
     grown = scores(lambda rows: rows * factor)
     in_pixels = ("centre_error", "precision") if name != "long-term" else ("centre_error",)
     for key, value in plain.items():
@@ -213,19 +168,11 @@ def test_scores_move_and_grow_with_the_image(name, dx, dy, factor):
 
 
 @every_preset
-def test_repetitions_and_sequences_of_the_same_run_change_no_mean(name):
-    preset, truth = metrics.preset(name), walk(N)
-    run = judge(name, truth_of(truth), answer_of(noisy(truth)))
+def test_equal_runs_have_their_own_mean_and_missing_ones_none(name):
+    preset, run = metrics.preset(name), judge(name, TRUTH, noisy(TRUTH))
     together = preset.overall([[run, run], [run, run]])
-    for key, value in run.scores.items():
-        assert together.scores[key] == pytest.approx(value, nan_ok=True), key
+    assert together.scores == pytest.approx(run.scores, nan_ok=True)
     assert set(together.curves) == set(preset.curves)
-
-
-@every_preset
-def test_what_is_missing_is_never_averaged_over(name):
-    preset, truth = metrics.preset(name), walk(N)
-    run = judge(name, truth_of(truth), answer_of(truth))
     for runs in [], [[]], [[run], []]:
         scores = preset.overall(runs).scores
         assert list(scores) == list(preset.columns)
@@ -234,27 +181,17 @@ def test_what_is_missing_is_never_averaged_over(name):
 
 @every_preset
 @pytest.mark.parametrize("kind", ["polygon", "mask"])
-def test_outlines_are_taken_where_overlaps_are_of_regions(name, kind):
-    truth = np.round(walk(N))
+def test_outlines_replace_boxes_in_overlaps_of_regions(name, kind):
+    truth = np.round(TRUTH)
     corners = [[0, 0], [1, 0], [1, 1], [0, 1]]
-    polygons = [box[:2] + box[2:] * corners for box in truth]
-    masks = [mask_of(box) for box in truth.astype(int)]
-    outlined = truth_of(truth, shapes=polygons if kind == "polygon" else masks)
-    scores = judge(name, outlined, answer_of(truth)).scores
-    plain = judge(name, truth_of(truth), answer_of(truth)).scores
+    shapes = [box[:2] + box[2:] * corners for box in truth]
+    if kind == "mask":
+        shapes = np.zeros((N, *SIZE[::-1]), bool)
+        for mask, (x, y, width, height) in zip(shapes, truth.astype(int), strict=True):
+            mask[y : y + height, x : x + width] = True
+    outlined = truth_of(truth, shapes=list(shapes))
+    scores = metrics.preset(name).judge(outlined, answer_of(truth)).scores
+    plain = judge(name, truth, truth).scores
     for key, value in scores.items():
         if kind == "mask" or "exact" in key:
             assert value == pytest.approx(plain[key], abs=1e-9, nan_ok=True), key
-
-
-def mask_of(box):
-    mask = np.zeros(SIZE[::-1], bool)
-    x, y, width, height = box
-    mask[y : y + height, x : x + width] = True
-    return mask
-
-
-@every_preset
-def test_an_answer_may_be_boxes_alone(name):
-    truth = walk(N)
-    judge(name, truth_of(truth), Answer(truth.tolist()))

@@ -1,4 +1,4 @@
-"""A page written, read, and opened in a browser."""
+"""Helpers that write a page, read it, and open it in a browser."""
 
 import json
 import re
@@ -6,12 +6,12 @@ from html.parser import HTMLParser
 from urllib.parse import urlencode
 
 from trackmark import datasets
-from trackmark.bench.pages.report import Said, write_report_page
+from trackmark.bench.pages.report import Commands, write_report_page
 from trackmark.bench.reporting.tables import tables
 
 
 class Cells(HTMLParser):
-    """Tables of a page, as somebody reads them who knows nothing of ours."""
+    """Tables of a page, read from its HTML alone."""
 
     def __init__(self, text):
         super().__init__()
@@ -43,22 +43,20 @@ class Cells(HTMLParser):
 
 
 def data_of(text):
-    """What a page's scripts know."""
+    """Return the data of a page's scripts."""
     return json.loads(re.search(r'id="data">(.*?)</script>', text, re.S)[1])
 
 
-def written(experiment, folder, **options):
-    """The page of an experiment."""
-    said = Said(str(experiment))
-    made = tables(experiment)
-    paths = write_report_page(
-        experiment, folder / "report.html", made, "Trial", said, lambda *_: None, **options
-    )
+def written(experiment, folder, made=None, **options):
+    """Write the page of an experiment, with tables that were made or with its own."""
+    commands, path = Commands(str(experiment)), folder / "report.html"
+    made = tables(experiment) if made is None else made
+    paths = write_report_page(experiment, path, made, "Trial", commands, lambda *_: None, **options)
     return paths[0]
 
 
 def named(text):
-    """A sequence's canonical name."""
+    """Return a sequence's canonical name."""
     return datasets.load(text).name
 
 
@@ -72,3 +70,18 @@ def seen(shown, **address):
     number = address["frame"]
     name = json.dumps(address["sequence"])
     shown.wait(f"scene && scene.name === {name} && paintedFrame === {number}")
+
+
+def filter_tables(shown, words):
+    """Type words into the filter of tables."""
+    shown.run(f"byId('filter').value = {json.dumps(words)}")
+    shown.run("byId('filter').dispatchEvent(new Event('input'))")
+
+
+def scroll_to(shown, chart):
+    """Scroll to a chart, and wait until it is drawn."""
+    shown.wait(
+        f"new Promise((done) => {{ byId('{chart}').scrollIntoView({{block: 'center', behavior: "
+        "'instant'}); requestAnimationFrame(() => "
+        f"done(document.querySelector('#{chart} svg') !== null)); }})"
+    )

@@ -47,15 +47,7 @@ def test_results_are_a_data_frame_that_a_notebook_shows_as_tables(results):
     shown = Tags(runs._repr_html_())
     assert shown.open == []
     assert {tag for tag, _ in shown.seen} <= {
-        "table",
-        "caption",
-        "thead",
-        "tbody",
-        "tr",
-        "th",
-        "td",
-        "p",
-        "b",
+        *["table", "caption", "thead", "tbody", "tr", "th", "td", "p", "b"]
     }
     assert not any(given for _, given in shown.seen)
     assert NAME in shown.text

@@ -1,4 +1,4 @@
-"""A page on paper: all of it, on light ground, and nothing that only a screen can do."""
+"""A page on paper: all of it, on light ground, without what only a screen can do."""
 
 from base64 import b64decode
 
@@ -21,15 +21,15 @@ CUT = """[...document.querySelectorAll("main *")]
     .filter(one => one.scrollWidth > one.clientWidth + 1)
     .filter(one => getComputedStyle(one).overflowX !== "visible")
     .map(one => one.outerHTML)"""
+UNDRAWN = "document.querySelectorAll('figure.chart:not(:has(svg))').length"
 
 
 def table(name, columns, rows=40):
     heads = ["sequence", "tracker", *(f"90th percentile {n} [px]" for n in range(columns))]
-    cells = [
-        [Cell(LONG), Cell("particle-filter:particles=200"), *[Cell("12.34 ±5.67")] * columns]
-        for _ in range(rows)
-    ]
-    return Table(name, f"Of {LONG}.", heads, 2, cells)
+    labels = [Cell(LONG), Cell("particle-filter:particles=200")]
+    return Table(
+        name, f"Of {LONG}.", heads, 2, [[*labels, *[Cell("12.34 ±5.67")] * columns]] * rows
+    )
 
 
 @pytest.fixture(scope="module")
@@ -49,82 +49,65 @@ def tables(tmp_path_factory):
     return write_page(path, Page("T", sections))[0]
 
 
-def on_paper(chromium, *, dark=False):
-    """Lay the page out as it is printed."""
-    chromium.size(LINE, 900)
-    features = [{"name": "prefers-color-scheme", "value": "dark" if dark else "light"}]
-    chromium.call("Emulation.setEmulatedMedia", media="print", features=features)
-    chromium.run("dispatchEvent(new Event('beforeprint'))")
-
-
 @pytest.fixture
-def printed(chromium, tables):
+def on_paper(chromium):
+    """`on_paper(page)` opens a page and lays it out as it is printed."""
+
+    def on_paper(page, *, dark=False):
+        chromium.open(page.as_uri())
+        assert chromium.run("document.querySelectorAll('figure.chart > svg').length") < 6
+        chromium.size(LINE, 900)
+        features = [{"name": "prefers-color-scheme", "value": "dark" if dark else "light"}]
+        chromium.call("Emulation.setEmulatedMedia", media="print", features=features)
+        chromium.run("dispatchEvent(new Event('beforeprint'))")
+        return chromium
+
     chromium.size(1280, 900)
-    chromium.open(tables.as_uri())
-    yield chromium
+    yield on_paper
     chromium.call("Emulation.setEmulatedMedia", media="")
 
 
-def test_on_paper_tables_are_whole_and_charts_drawn(printed):
-    assert printed.run("document.querySelectorAll('figure.chart > svg').length") < 6
-    on_paper(printed)
+@pytest.mark.parametrize("dark", [False, True])
+def test_paper_has_whole_tables_and_charts_on_light_ground(on_paper, tables, dark):
+    printed = on_paper(tables, dark=dark)
     assert printed.run(STICKING_OUT) == []
     assert printed.run(CUT) == []
-    assert printed.run("document.querySelectorAll('figure.chart:not(:has(svg))').length") == 0
-    told = "[...document.querySelectorAll('main :is(th, td, dd, p)')]"
-    assert printed.run(f"{told}.filter(one => !one.checkVisibility()).length") == 0
-
-
-def test_letters_of_a_table_are_made_no_smaller_than_it_takes(printed):
-    on_paper(printed)
-    sizes = printed.run(
-        "Object.fromEntries([...document.querySelectorAll('table')].map(one => "
-        "[one.id, parseFloat(getComputedStyle(one.tBodies[0]).fontSize)]))"
-    )
-    assert sizes["wide-3"] > 10
-    assert sizes["wide-3"] > sizes["wide-8"] > sizes["wide-25"] > 2
-    widths = printed.run(
-        "Object.fromEntries([...document.querySelectorAll('table')].map(one => "
-        "[one.id, one.offsetWidth]))"
-    )
-    assert min(widths["wide-8"], widths["wide-25"]) > 0.9 * 690
-
-
-@pytest.mark.parametrize("dark", [False, True])
-def test_paper_is_light_whatever_the_screen_is(printed, dark):
-    on_paper(printed, dark=dark)
+    assert printed.run(UNDRAWN) == 0
+    texts = "[...document.querySelectorAll('main :is(th, td, dd, p)')]"
+    assert printed.run(f"{texts}.filter(one => !one.checkVisibility()).length") == 0
     style = "getComputedStyle(document.documentElement)"
     ground, ink = printed.run(f"[{style}.backgroundColor, {style}.color]")
     assert ground == "rgb(255, 255, 255)"
     assert max(map(int, ink[4:-1].split(","))) < 64
+    each = "Object.fromEntries([...document.querySelectorAll('table')].map(one => [one.id, {}]))"
+    sizes = printed.run(each.format("parseFloat(getComputedStyle(one.tBodies[0]).fontSize)"))
+    assert sizes["wide-3"] > 10
+    assert sizes["wide-3"] > sizes["wide-8"] > sizes["wide-25"] > 2
+    widths = printed.run(each.format("one.offsetWidth"))
+    assert min(widths["wide-8"], widths["wide-25"]) > 0.9 * 690
 
 
-def test_what_only_a_screen_can_do_is_not_printed(chromium, page, results):
-    chromium.size(1280, 900)
+@pytest.mark.usefixtures("on_paper")
+def test_controls_are_not_printed(chromium, page):
     chromium.open(page.as_uri())
     scene = chromium.run("data.scenes[0].name")
     seen(chromium, sequence=scene, tracker="static", repetition=0, frame=5)
-    on_paper(chromium)
-    try:
-        controls = (
-            "[...document.querySelectorAll('nav, input, select, dialog, header label, .copy')]"
-        )
-        assert chromium.run(f"{controls}.filter(one => one.checkVisibility()).length") == 0
-        assert (
-            chromium.run("getComputedStyle(document.querySelector('header')).position") == "static"
-        )
-    finally:
-        chromium.call("Emulation.setEmulatedMedia", media="")
+    chromium.call("Emulation.setEmulatedMedia", media="print")
+    controls = "[...document.querySelectorAll('nav, input, select, dialog, header label, .copy')]"
+    assert chromium.run(f"{controls}.filter(one => one.checkVisibility()).length") == 0
+    header = "getComputedStyle(document.querySelector('header')).position"
+    assert chromium.run(header) == "static"
+    chromium.call("Emulation.setEmulatedMedia", media="")
     assert state(chromium)["frame"] == "5"
 
 
-def test_printing_draws_all_and_leaves_the_page_as_it_was(printed):
-    open_ones = "document.querySelectorAll('details[open]').length"
-    assert printed.run(open_ones) == 0
-    told = printed.call("Page.printToPDF", displayHeaderFooter=False)
-    assert b64decode(told["data"]).startswith(b"%PDF")
-    assert printed.run("document.querySelectorAll('figure.chart:not(:has(svg))').length") == 0
-    assert printed.run(open_ones) == 0
-    assert printed.run("document.body.className") == ""
+def test_printing_leaves_the_page_as_it_was(chromium, tables):
+    chromium.size(1280, 900)
+    chromium.open(tables.as_uri())
+    printed = chromium.call("Page.printToPDF", displayHeaderFooter=False)
+    assert b64decode(printed["data"]).startswith(b"%PDF")
+    assert chromium.run(UNDRAWN) == 0
+    assert chromium.run("document.querySelectorAll('details[open]').length") == 0
+    assert chromium.run("document.body.className") == ""
     styles = "[...document.querySelectorAll('table')].map(one => one.getAttribute('style') || '')"
-    assert printed.run(styles) == [""] * 4
+    assert chromium.run(styles) == [""] * 4

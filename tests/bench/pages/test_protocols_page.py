@@ -1,4 +1,4 @@
-"""Runs by other protocols than one pass, on the page of a report."""
+"""Runs by other protocols than one-pass on the page of a report."""
 
 import json
 import re
@@ -10,69 +10,62 @@ import numpy as np
 import pytest
 
 from tests import browser
-from tests.bench.pages.reading import Cells, data_of, named, seen
+from tests.bench.pages.reading import Cells, data_of, named, seen, written
 from trackmark import bench
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 from trackmark.bench.metrics.centre_error import centre_error
 from trackmark.bench.metrics.preset import State
-from trackmark.bench.pages.report import Said, write_report_page
-from trackmark.bench.reporting.by_preset import beside_native, tables_by
-from trackmark.bench.reporting.pictures import judged_runs
+from trackmark.bench.reporting.by_preset import preset_report
+from trackmark.bench.reporting.stored_runs import judged_runs
 from trackmark.reports.page.film import ABSENT
 
+SOURCE = "plain/target:length=60:scene=9:noise=30"
+LENGTH = 60
 PROTOCOLS = (
-    "one-pass",
     "real-time:seconds=0.1",
     "supervised:threshold=0.6",
     "tre:starts=3",
     "anchors:spacing=20",
     "sre",
+    "one-pass",
 )
-
-
-LENGTH = 60
 
 
 @pytest.fixture(scope="module")
 def by_protocols(drifting, tmp_path_factory, without_processes):
     """Runs of a tracker by several protocols, and their page."""
     folder = tmp_path_factory.mktemp("protocols")
-    source = (SequenceSource("plain/target:length=60:scene=9:noise=30"),)
     for protocol in PROTOCOLS:
-        asked = Experiment("trial", (drifting,), source, repetitions=2, protocol=protocol)
+        sources = (SequenceSource(SOURCE),)
+        experiment = Experiment("trial", (drifting,), sources, repetitions=2, protocol=protocol)
         with without_processes():
-            made = bench.run(asked, folder, jobs=1)
-    scored = beside_native(made, ["native"])
-    said = Said(str(made))
-    path = folder / "report.html"
-    tables = tables_by(made, ["native"], scored=scored)
-    write_report_page(made, path, tables, "Trial", said, lambda *_: None)
-    return made, path
+            made = bench.run(experiment, folder, jobs=1)
+        if protocol == "real-time:seconds=0.1":
+            text = written(made, folder / "first").read_text()
+            assert "No comparison: nothing was run in one pass." in text
+    return made, written(made, folder, preset_report(made, ["native"]).tables)
 
 
 def unpacked(text, frames):
-    """Boxes of a page in pixels, (rows, frames, 4); NaN where there is none."""
+    """Return boxes of a page in pixels, (rows, frames, 4); NaN where there is none."""
     content = np.frombuffer(zlib.decompress(b64decode(text)), np.uint8).reshape(4, -1)
     steps = np.ascontiguousarray(content.T).view("<i4").reshape(-1, frames, 4)
     whole = steps.cumsum(axis=1, dtype=np.int32)
     return np.where(whole == ABSENT, np.nan, whole / 10)
 
 
-def test_runs_by_other_protocols_have_their_boxes_over_the_frames_they_are_of(by_protocols):
+def test_runs_have_their_boxes_in_the_frames_of_their_segments(by_protocols):
     folder, page = by_protocols
     text = page.read_text()
-    assert "and no frames" not in text
     data = data_of(text)
     (scene,) = data["scenes"]
     boxes = unpacked(re.search(r'id="boxes-0">(.*?)</script>', text, re.S)[1], LENGTH)
-    held = 0
-    for row, run, truth in judged_runs(folder):
+    restarts = 0
+    for row, run, _ in judged_runs(folder):
         name = row["tracker"]
         name += "" if row["protocol"] == "accuracy" else f" ({row['protocol']})"
-        takes = [
-            take for take in scene["takes"]
-            if data["labels"][take[0]] == name and take[1] == row["repetition"]
-        ]  # fmt: skip
+        number = data["labels"].index(name)
+        takes = [t for t in scene["takes"] if t[:2] == [number, row["repetition"]]]
         parts = run.segments or (np.arange(LENGTH),)
         assert [take[8] for take in takes] == [*range(len(parts))]
         pieces = np.split(run.boxes, np.cumsum([len(part) for part in parts])[:-1])
@@ -87,19 +80,14 @@ def test_runs_by_other_protocols_have_their_boxes_over_the_frames_they_are_of(by
             if run.states is not None:
                 assert take[11] == [*np.flatnonzero(run.states == State.INITIALISED)[1:]]
                 assert judged == {*np.flatnonzero(run.states >= State.FAILED).tolist()}
-                held += len(take[11])
-            if row["protocol"] == "accuracy":
-                assert not judged
-        assert np.isfinite(truth.boxes).all()
-    assert held  # something was begun again
+                restarts += len(take[11])
+            assert judged or row["protocol"] == "accuracy"
+    assert restarts
 
 
-def test_a_number_by_another_protocol_opens_the_start_and_frame_that_are_worst(by_protocols):
+def test_number_opens_the_worst_segment_and_frame(by_protocols):
     folder, page = by_protocols
     tables = Cells(page.read_text()).tables
-    by = {
-        protocol: name for name in tables for protocol in PROTOCOLS if name.startswith(protocol[:3])
-    }
     worst = []
     for row, run, truth in judged_runs(folder, protocol="sre"):
         pieces = np.split(run.boxes, np.cumsum([len(part) for part in run.segments])[:-1])
@@ -108,48 +96,47 @@ def test_a_number_by_another_protocol_opens_the_start_and_frame_that_are_worst(b
             furthest = int(frames[1:][np.argmax(errors)])
             worst.append((errors.mean(), row["repetition"], number, furthest))
     _, repetition, number, frame = max(worst)
-    assert number  # not the first start, to which a link would lead anyhow
-    links = {cell["link"] for row in tables[by["sre"]][1:] for cell in row if cell["link"]}
+    assert number  # not the first segment, which any link could open
+    links = {
+        name: {cell["link"] for row in rows[1:] for cell in row if cell["link"]}
+        for name, rows in tables.items()
+    }
     wanted = f"%28sre%29&repetition={repetition}&frame={frame}&start={number}"
-    assert any(link.endswith(wanted) for link in links)
-    for name in PROTOCOLS:
-        assert name == "one-pass" or any(
-            cell["link"] for row in tables[by[name]][1:] for cell in row
-        )
+    assert any(link.endswith(wanted) for link in links["sre-metrics-native"])
+    for protocol in PROTOCOLS[:-1]:
+        assert any(links[name] for name in tables if name.startswith(protocol[:3]))
 
 
 @browser.needs_browser
-def test_the_player_shows_starts_and_where_a_tracker_was_begun_again(chromium, by_protocols):
+def test_player_shows_segments_and_restarts(chromium, by_protocols):
     _, page = by_protocols
     chromium.console.clear()
     chromium.size(1280, 1000)
     chromium.open(page.as_uri())
-    labels = chromium.run("data.labels")
-    name = named("plain/target:length=60:scene=9:noise=30")
-    (supervised,) = [one for one in labels if "supervised" in one]
-    (tre,) = [one for one in labels if "tre" in one]
-    shown = labels.index(supervised)
+    labels, name, text = chromium.run("data.labels"), named(SOURCE), "byId('told').textContent"
+    supervised, tre = (
+        next(label for label in labels if word in label) for word in ("supervised", "tre")
+    )
+    number = labels.index(supervised)
+    address = {"sequence": name, "tracker": supervised, "show": number, "repetition": 0}
     chromium.run(f"location.hash = {json.dumps(urlencode({'sequence': name, 'frame': 1}))}")
     chromium.wait("scene && paintedFrame === 1")
-    chromium.run(f"choose({{show: '{shown}', tracker: {json.dumps(supervised)}}})")
-    mark = chromium.run(f"scene.take({shown}, 0, 0).marks[0]")
-    seen(chromium, sequence=name, tracker=supervised, show=shown, repetition=0, frame=mark)
-    assert "begun with the truth" in chromium.run("byId('told').textContent")
-    seen(chromium, sequence=name, tracker=supervised, show=shown, repetition=0, frame=mark - 1)
-    assert "not asked" in chromium.run("byId('told').textContent")
-    tall = chromium.run("byId('told').clientHeight")
-    seen(chromium, sequence=name, tracker=supervised, show=shown, repetition=0, frame=1)
-    assert chromium.run("byId('told').textContent") == ""  # nothing was done: no name either
-    assert chromium.run("byId('told').clientHeight") == tall  # and nothing moves
-    assert chromium.run(f"Number.isNaN(scene.curve(scene.take({shown}, 0, 0).row).error[{mark}])")
-    told = []
+    mark = chromium.run(f"scene.take({number}, 0, 0).marks[0]")
+    heights = []
+    for frame, words in ((mark, "begun with the truth"), (mark - 1, "not asked"), (1, "")):
+        seen(chromium, **address, frame=frame)
+        shown = chromium.run(text)
+        assert words in shown if words else shown == ""
+        heights.append(chromium.run("byId('told').clientHeight"))
+    assert len({*heights[1:]}) == 1  # nothing moves
+    assert chromium.run(f"Number.isNaN(scene.curve(scene.take({number}, 0, 0).row).error[{mark}])")
+    messages = []
     for _ in range(4):
         chromium.key("f")
-        told.append(chromium.run("byId('said').textContent"))
-    assert any(f"begun again at frame {mark}." in one for one in told)
-    assert chromium.run("byId('shown').parentNode.hidden")  # `show` knows runs in one pass alone
-    number = labels.index(tre)
-    seen(chromium, sequence=name, tracker=tre, show=number, repetition=1, frame=50)
+        messages.append(chromium.run("byId('said').textContent"))
+    assert any(f"begun again at frame {mark}." in one for one in messages)
+    assert chromium.run("byId('shown').parentNode.hidden")  # `show` draws one-pass runs only
+    seen(chromium, sequence=name, tracker=tre, show=labels.index(tre), repetition=1, frame=50)
     before = chromium.run("screen.toDataURL()")
     assert chromium.run("[...byId('start').options].length") == 3
     chromium.run("byId('start').value = '2'; byId('start').dispatchEvent(new Event('change'))")

@@ -79,7 +79,7 @@ of = "error"
 
 [figure.figure-10]
 kind = "hook"
-caption = "Two frames."
+caption = { figure-10 = "Two frames.", figure-10-later = "The later frame." }
 words = "Frames 1 and 10 of scene 200."
 hook = "figures.two_frames"
 """,

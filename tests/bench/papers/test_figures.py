@@ -91,21 +91,20 @@ def test_strip_of_few_frames_does_not_enlarge_them(redraw):
 
 
 def test_series_has_scenes_in_a_panel_per_setting(report, redraw, monkeypatch):
-    tables, draw = [], figures.series_grid
-    monkeypatch.setattr(figures, "series_grid", lambda *a: tables.append(a[0]) or draw(*a))
+    panels, draw = [], figures.series_plot
+    monkeypatch.setattr(figures, "series_plot", lambda *a: panels.append(a[0]) or draw(*a))
     (drawing,) = redraw("figure-2", of="overlap", quantity="overlap [share]")
-    (table,) = tables
     assert "overlap [share]: median and quartiles over 12 scenes of target" in drawing.words
-    assert set(table["reading"]) == {"as written", "recommended"}
-    assert (table["frame"].min(), table["frame"].max()) == (1, 20)
-    here = table[(table["reading"] == "recommended") & (table["label"] == "camshift")]
+    (shown,) = panels
+    assert list(shown) == ["as written", "recommended"]
     expected = [report.context.runs.courses(ADAPTIVE, scene)[0].overlap for scene in SCENES]
-    values = here.pivot_table(index="repetition", columns="frame", values="value").to_numpy()
-    np.testing.assert_allclose(values, expected)
+    np.testing.assert_allclose(shown["recommended"]["camshift"], expected)
 
 
 def test_hook_gives_several_images(report):
     sequence = datasets.load(SCENES[0])
+    captions = ["Two frames.", "The later frame."]
+    assert [drawing.caption for drawing in report.figures[2:]] == captions
     for drawing, frame in zip(report.figures[2:], (0, 9), strict=True):
         np.testing.assert_array_equal(cv2.imread(str(drawing.path)), sequence[frame])
         assert drawing.words == "Frames 1 and 10 of scene 200."

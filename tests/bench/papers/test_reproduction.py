@@ -41,7 +41,10 @@ def test_sensitivity_table_changes_one_choice(report):
 def test_page_begins_with_the_result_and_ends_with_history(report, tmp_path):
     write_page(tmp_path / "tiny.md", report)
     text = (tmp_path / "tiny.md").read_text("utf-8")
-    assert text == page(report)
+    assert text == page(report, tmp_path)
+    (file, *_) = (one.path for one in report.figures)
+    assert f"[{file.name}]({file.name}): " in page(report, file.parent)
+    assert f"`{file.name}`: " in text  # the figures lie in another folder
     places = [
         "# A tiny paper",
         "**Result in one sentence.** CamShift follows the target.",
@@ -82,7 +85,7 @@ def test_quick_report_has_no_verdicts(tiny, tmp_path):
     assert "2 scenes per sequence" in text
     assert "TI-1" not in text
     assert "not run" not in text
-    assert "## 3 Verdicts" not in page(quick)
+    assert "## 3 Verdicts" not in page(quick, tmp_path)
 
 
 def test_failed_run_counts_as_lost_and_is_named(tiny, report, monkeypatch):

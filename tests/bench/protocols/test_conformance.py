@@ -19,7 +19,7 @@ from trackmark.bench.execution.scheduling import left_of
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 from trackmark.bench.experiments.tracker_spec import contestant
 from trackmark.bench.protocols import STORED_ONCE, ProtocolError, protocol
-from trackmark.bench.reporting.by_preset import tables_by
+from trackmark.bench.reporting.by_preset import preset_report
 from trackmark.bench.store.asked import Asked
 from trackmark.bench.store.index import read_index
 from trackmark.bench.store.layout import cell_of
@@ -125,22 +125,15 @@ def test_rows_are_those_of_the_segments_and_each_begins_with_a_given_box(name, s
 
 
 @every_protocol
-def test_the_same_run_again_alone_and_beside_others_to_the_bit(name, sequence):
+def test_run_is_repeatable_alone_and_next_to_others(name, sequence):
     (run,) = by(name, sequence, Sure)
     _, beside, _ = by(name, sequence, lambda seed: Sure(seed), Sure, Walker)
     (other,) = by(name, sequence, Walker)
-    np.testing.assert_array_equal(run.boxes, beside.boxes)
-    np.testing.assert_array_equal(run.details["brightness"], beside.details["brightness"])
-    assert run.identity == beside.identity
-    assert run.identity != other.identity
-
-
-@every_protocol
-def test_evaluate_is_the_same_run(name, sequence):
-    (run,) = by(name, sequence, Sure)
     evaluated = bench.evaluate(Sure, sequence, protocol=text_of(name))
-    np.testing.assert_array_equal(run.boxes, evaluated.boxes)
-    assert evaluated.identity == run.identity
+    for again in (beside, evaluated):
+        np.testing.assert_array_equal(run.boxes, again.boxes)
+        assert run.identity == again.identity != other.identity
+    np.testing.assert_array_equal(run.details["brightness"], beside.details["brightness"])
 
 
 @every_protocol
@@ -198,7 +191,7 @@ def test_runs_by_a_protocol_that_is_not_known_here_are_read_and_not_judged(seque
     results.write(strange)
     (row,) = read_index(results)
     assert (row["protocol"], row["scores"]) == ("of-tomorrow:knob=1", {})
-    (table,) = tables_by(results.folder, ["native"])
+    (table,) = preset_report(results.folder, ["native"]).tables
     assert any("native judges no runs by the protocol of-tomorrow" in note for note in table.notes)
 
 

@@ -9,17 +9,10 @@ from trackmark import bench, datasets
 from trackmark.bench import metrics
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 from trackmark.bench.metrics.preset import Answer
-from trackmark.bench.reporting.by_preset import (
-    LATE,
-    MEANS,
-    TOGETHER,
-    by_presets,
-    tables_by,
-    write_curves,
-)
+from trackmark.bench.pages.report_figures import preset_curves
+from trackmark.bench.reporting.by_preset import LATE, MEANS, TOGETHER, preset_report, score_runs
 from trackmark.bench.reporting.tables import SUMMARY
 from trackmark.bench.store.loading import load_results
-from trackmark.bench.store.truth import read_truth
 from trackmark.reports.renderers import to_latex, to_markdown, to_text
 
 SOURCES = tuple(SequenceSource(f"plain/target:length={15 + n}:scene={n}") for n in (0, 1))
@@ -40,7 +33,7 @@ def texts(table):
 @pytest.mark.parametrize("name", metrics.names())
 def test_a_stored_run_scores_what_its_boxes_do_together_as_the_preset_says(stored, name):
     preset = metrics.preset(name)
-    (scored,) = by_presets(stored, [name])
+    (scored,) = score_runs(stored, [name], load_results(stored), "T")
     found = scored.table.data.set_index(["sequence", "tracker", "measure"])["mean"]
     told = set(scored.table.data["measure"])
     assert told == ({one.name for one in SUMMARY} if name == "native" else {*preset.columns})
@@ -60,55 +53,38 @@ def test_a_stored_run_scores_what_its_boxes_do_together_as_the_preset_says(store
     assert set(scored.curves) == set(preset.curves)
 
 
-def test_stored_truth_knows_the_images_size(stored):
-    runs = load_results(stored)
-    truth = read_truth(stored, runs["sequence"][0], runs["fingerprint"][0])
-    assert truth.image_size == datasets.load(SOURCES[0].text).image_size
-
-
-def test_a_run_that_lacks_makes_what_it_belongs_to_missing(stored):
+def test_missing_run_makes_its_means_missing(stored):
     rows = load_results(stored).itertuples()
     names = [(row.tracker, row.sequence, row.repetition, row.protocol) for row in rows]
-    (scored,) = by_presets(stored, ["otb"], cells=names[1:])
+    (scored,) = preset_report(stored, ["otb"], names[1:]).scored
     assert texts(scored.table)[TOGETHER, names[0][0]][0] == "— (1 of 2 not run)"
     assert names[0][0] not in scored.curves["success"]
 
 
-def test_a_preset_says_why_it_does_not_judge_a_run(stored):
-    (scored,) = by_presets(stored, ["vot-supervised"])
-    refused = [note for note in scored.table.notes if note.startswith("not scored: vot-supervised")]
-    lost = [row for row in texts(scored.table).values() if "not scored" in row[0]]
-    assert bool(refused) == bool(lost)
+def test_tables_follow_the_order_of_presets(stored):
+    names = [table.name for table in preset_report(stored, ["otb", "native", "lasot"]).tables]
+    assert names == ["metrics-otb", "summary", "sequences", "metrics-lasot"]
+    otb, got10k = preset_report(stored, ["otb", "got10k"]).tables
+    assert "success AUC" in otb.heads
+    assert got10k.heads[2:] == ["AO", "SR 0.50", "SR 0.75"]
 
 
-def test_several_presets_give_a_table_each_and_native_its_own(stored, tmp_path):
-    made = [table.name for table in tables_by(stored, ["native", "otb", "lasot"])]
-    assert made == ["summary", "sequences", "metrics-otb", "metrics-lasot"]
-    scored = by_presets(stored, ["vot-anchor"])
-    paths = write_curves(tmp_path, scored, ["static", "camshift"], pytest.fail)
-    assert [path.name for path in paths] == [
-        "metrics-vot-anchor-eao.png",
-        "metrics-vot-anchor-accuracy-robustness.png",
-    ]
-
-
-def test_without_a_tracker_whose_runs_can_all_be_judged_there_is_no_plot_but_a_word(
-    stored, tmp_path
-):
-    runs = list(load_results(stored).itertuples())[:1]
-    cells = [(row.tracker, row.sequence, row.repetition, row.protocol) for row in runs]
-    scored, said = by_presets(stored, ["otb"], cells=cells), []
-    scored = [replace(one, curves={name: {} for name in one.curves}) for one in scored]
-    assert write_curves(tmp_path, scored, ["static"], said.append) == []
-    assert said == ["metrics-otb: no plot: there is no tracker all of whose runs otb can judge."]
-    assert not list(tmp_path.iterdir())
+def test_curves_of_a_preset_are_drawn_if_there_are_any(stored):
+    (scored,) = preset_report(stored, ["vot-anchor"]).scored
+    names = ["metrics-vot-anchor-eao", "metrics-vot-anchor-accuracy-robustness"]
+    assert list(preset_curves(scored, ["static", "camshift"], pytest.fail)) == names
+    messages = []
+    scored = replace(scored, curves={name: {} for name in scored.curves})
+    assert preset_curves(scored, ["static"], messages.append) == {}
+    (message,) = messages
+    assert message.endswith("there is no tracker all of whose runs vot-anchor can judge.")
 
 
 def test_what_a_preset_can_judge_no_run_of_is_said_in_a_sentence(without_processes, tmp_path):
     with without_processes():
         asked = Experiment("trial", ("static",), SOURCES, protocol="supervised")
         folder = bench.run(asked, tmp_path, jobs=1)
-    table = tables_by(folder, ["otb"])[0]
+    table = preset_report(folder, ["otb"]).tables[0]
     assert not table.rows
     for text in (to_text(table), to_markdown(table), to_latex(table)):
         assert "otb judges no runs by the protocol supervised" in text
@@ -123,7 +99,7 @@ def test_late_answers_are_counted_in_real_time(without_processes, tmp_path, seco
         protocol = f"real-time:seconds={seconds}"
         asked = Experiment("trial", ("static",), SOURCES, protocol=protocol)
         folder = bench.run(asked, tmp_path, jobs=1)
-    (table,) = tables_by(folder, ["native"])
+    (table,) = preset_report(folder, ["native"]).tables
     told = table.data[table.data["measure"] == LATE.name]
     assert set(told["sequence"]) > {TOGETHER}
     assert told["mean"].tolist() == [late] * 3
@@ -133,25 +109,13 @@ def test_late_answers_are_counted_in_real_time(without_processes, tmp_path, seco
     assert set(counted.drop(TOGETHER)) == {1}
 
 
-def test_presets_come_in_the_order_that_they_are_asked_for_in(stored):
-    names = [table.name for table in tables_by(stored, ["otb", "native", "lasot"])]
-    assert names == ["metrics-otb", "summary", "sequences", "metrics-lasot"]
-    assert [one.name for one in tables_by(stored, ["native", "otb"])][-1] == "metrics-otb"
-
-
-def test_scores_have_the_names_that_papers_give_them(stored):
-    otb, got10k = tables_by(stored, ["otb", "got10k"])
-    assert "success AUC" in otb.heads
-    assert got10k.heads[2:] == ["AO", "SR 0.50", "SR 0.75"]
-
-
 def test_scores_with_one_value_per_unit_have_intervals(without_processes, tmp_path):
     sources = tuple(
         SequenceSource(f"plain/target:length=120:width=64:height=64:scene={n}") for n in range(6)
     )
     with without_processes():
         folder = bench.run(Experiment("six", ("static",), sources), tmp_path, jobs=1)
-    otb, vot = by_presets(folder, ["otb", "vot-anchor"])
+    otb, vot = preset_report(folder, ["otb", "vot-anchor"]).scored
     assert all("[" in cell for cell in texts(otb.table)[TOGETHER, "static"])
     assert "95 % interval of the mean for new scenes of this family only" in otb.table.caption
     columns = vot.table.heads[2:]
@@ -172,7 +136,7 @@ def test_means_skip_sequences_with_an_undefined_score(
     with without_processes():
         asked = Experiment("trial", ("static",), sources, protocol=protocol or "one-pass")
         folder = bench.run(asked, tmp_path, jobs=1)
-    (table,) = tables_by(folder, [preset])
+    (table,) = preset_report(folder, [preset]).tables
     shown = texts(table)
     label = TOGETHER if preset == "native" else MEANS
     assert shown["s1", "static"][0] == "—"

@@ -11,7 +11,7 @@ from tests.bench.conftest import KNOB_TRACKER
 from trackmark import bench, datasets
 from trackmark.bench import metrics
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
-from trackmark.bench.reporting.by_preset import tables_by
+from trackmark.bench.reporting.by_preset import preset_report
 from trackmark.bench.reporting.failed_runs import failed_runs, judge_failed, with_worst_scores
 from trackmark.bench.store.loading import load_results
 from trackmark.bench.store.results import Results
@@ -49,10 +49,8 @@ def test_failed_runs_have_the_worst_native_scores(stored):
     assert failed["first_loss"] == 1
     _, truth = failed_run(stored, runs)
     diagonal = hypot(*truth.image_size)
-    assert (
-        failed[["centre_error", "centre_error_median", "centre_error_p90"]].tolist()
-        == [diagonal] * 3
-    )
+    errors = ["centre_error", "centre_error_median", "centre_error_p90"]
+    assert failed[errors].tolist() == [diagonal] * 3
     assert failed["evaluated_frames"] == N_FRAMES - 1
     unchanged = runs["status"] == "finished"
     pd.testing.assert_frame_equal(filled[unchanged], runs[unchanged])
@@ -97,33 +95,24 @@ def test_failed_runs_are_counted_with_the_first_reason(stored):
     }
 
 
-def test_trackers_whose_every_run_failed_keep_no_scores(stored):
-    filled = with_worst_scores(stored, load_results(stored))
-    assert filled["mean_overlap"][filled["tracker"] == "broken.py:Knob"].isna().all()
-
-
-def test_failed_runs_that_a_preset_cannot_judge_are_unchanged(stored):
+def test_runs_without_a_worst_score_are_unchanged(stored):
     runs = load_results(stored)
+    filled = with_worst_scores(stored, runs)
+    assert filled["mean_overlap"][filled["tracker"] == "broken.py:Knob"].isna().all()
     pd.testing.assert_frame_equal(with_worst_scores(stored, runs, ["vot-supervised"]), runs)
 
 
-@pytest.mark.parametrize("name", ["native", "otb", "got10k"])
+SCORES = {"native": "mean_overlap", "otb": "success_auc", "got10k": "ao"}
+
+
+@pytest.mark.parametrize("name", SCORES)
 def test_tables_count_failed_runs_as_worst(stored, name):
-    tables = {table.name: table for table in tables_by(stored, [name])}
+    tables = {table.name: table for table in preset_report(stored, [name]).tables}
     summary = tables["summary" if name == "native" else f"metrics-{name}"]
-    runs = with_worst_scores(stored, load_results(stored))
-    data = summary.data[
-        summary.data["measure"]
-        == {"native": "mean_overlap", "otb": "success_auc", "got10k": "ao"}[name]
-    ]
+    data = summary.data[summary.data["measure"] == SCORES[name]]
     means = data.groupby("tracker", sort=False)["mean"].first()
     assert np.isnan(means["broken.py:Knob"])
     assert 0 < means["partly.py:Knob"] < means["static"]
-    if name == "native":
-        assert (
-            means["partly.py:Knob"]
-            == runs["mean_overlap"][runs["tracker"] == "partly.py:Knob"].mean()
-        )
     assert [note for note in summary.notes if note.startswith("partly")] == [
         "partly.py:Knob: 1 of 2 runs failed (counted as the worst score): "
         f"sequence plain/target:length={N_FRAMES}, ValueError: empty"

@@ -8,7 +8,7 @@ import pytest
 from trackmark import bench, datasets
 from trackmark.bench.evaluation.scoring import REVISED, score_both
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
-from trackmark.bench.reporting.pictures import frames_and_boxes, write_strips
+from trackmark.bench.reporting.film_strips import write_strips
 from trackmark.bench.reporting.tables import tables
 from trackmark.bench.store.loading import as_revised, load_results
 from trackmark.reports.film_strip import film_strip
@@ -53,19 +53,6 @@ def overlaps(table):
     return {row[0].text: row[place].text for row in table.rows}
 
 
-def test_scores_of_both_traces_are_kept_of_runs_that_were_revised_alone(stored):
-    runs = load_results(stored).set_index("tracker_name")
-    beside = [name for name in runs if name.startswith(REVISED)]
-    assert f"{REVISED}mean_overlap" in beside
-    assert runs.loc["static", beside].isna().all(axis=None)
-    revising = runs.drop(index="static")
-    assert len(revising) == 2
-    pd.testing.assert_series_equal(
-        runs.loc["static", "mean_overlap"], revising["mean_overlap"], check_index=False
-    )
-    assert (revising[f"{REVISED}mean_overlap"] != revising["mean_overlap"]).all()
-
-
 def test_a_score_of_the_revised_trace_is_that_of_the_revised_boxes(stored, make_sequence):
     sequence = make_sequence(n=6)
     run = bench.evaluate("static", sequence)
@@ -78,15 +65,13 @@ def test_a_score_of_the_revised_trace_is_that_of_the_revised_boxes(stored, make_
     np.testing.assert_array_equal(revised.boxes_in("revised"), shifted)
 
 
-def test_runs_in_the_revised_trace_have_the_others_scores_where_nothing_was_revised(stored):
+def test_runs_without_revision_keep_their_scores(stored):
     runs = load_results(stored)
     revised = as_revised(runs)
     still = runs["tracker_name"] == "static"
     pd.testing.assert_frame_equal(revised[still], runs[still])
-    moved = runs[~still]
-    assert list(revised["mean_overlap"][~still]) == list(moved[f"{REVISED}mean_overlap"])
+    assert list(revised["mean_overlap"][~still]) == list(runs[f"{REVISED}mean_overlap"][~still])
     assert as_revised(runs[still]) is None
-    assert as_revised(runs[[name for name in runs if not name.startswith(REVISED)]]) is None
 
 
 def test_tables_say_which_trace_they_show_where_a_tracker_revised(
@@ -108,11 +93,6 @@ def test_tables_say_which_trace_they_show_where_a_tracker_revised(
     assert "boxes (" not in alone.caption
 
 
-def test_a_row_a_frame_tells_whether_its_run_was_revised(stored):
-    frames, _ = frames_and_boxes(stored)
-    assert set(frames["tracker"][frames["revised"]]) == set(frames["tracker"]) - {"static"}
-
-
 @pytest.fixture
 def ran(trackmark, here):
     """A folder in which a tracker that revises and one that does not have run."""
@@ -131,28 +111,23 @@ def pictured(here, words, steps, **options):
     return film_strip(sequence.__getitem__, range(5), boxes, "Small", **options)
 
 
-SHOW = ("show", "data/Small", "--results", "results/mine", "--output")
-
-
-def test_show_draws_the_trace_asked_for_and_says_which(trackmark, ran):
+def test_pictures_name_the_trace_that_they_draw(trackmark, ran):
     online = pictured(ran, "said at once (online)", [0] * 5)
-    trackmark(*SHOW, "shown.png")
+    show = ("show", "data/Small", "--results", "results/mine", "--output")
+    trackmark(*show, "shown.png")
     np.testing.assert_array_equal(cv2.imread(str(ran / "shown.png")), online)
+    trackmark(*show, "revised.png", "--trace", "revised")
     revised = pictured(ran, "said in the end (revised)", [0, 0.5, 1, 1.5, 2])
-    trackmark(*SHOW, "revised.png", "--trace", "revised")
     np.testing.assert_array_equal(cv2.imread(str(ran / "revised.png")), revised)
-
-
-def test_strips_of_a_report_say_that_boxes_are_online(trackmark, ran):
     trackmark("report", "results/mine", "--folder", "report")
     strip = cv2.imread(str(ran / "report" / "strip-Small.png"))
-    np.testing.assert_array_equal(strip, pictured(ran, "said at once (online)", [0] * 5))
+    np.testing.assert_array_equal(strip, online)
 
 
 def test_strips_of_a_comparison_have_the_colours_of_its_figures(ran):
     results, reviser = ran / "results" / "mine", "second_thoughts.py:SecondThoughts"
     (file,) = write_strips(
-        results, ran, print, {"Small": ("static", reviser)}, ["a", reviser, "static"]
+        results, ran, print, ["a", reviser, "static"], {"Small": ("static", reviser)}
     )
     words = "said at once (online)"
     shades = {f"{reviser}, {words}": colour(1), "static": colour(2)}

@@ -16,30 +16,19 @@ HIGHER, LOWER, NEITHER = (Measure("m", "m", direction=one) for one in ("higher",
 EASE = np.linspace(0.3, 0.8, 8)
 
 
-def test_intervals_are_those_of_the_shared_rule():
+def test_marks_and_intervals_follow_the_shared_rules():
     (interval,), marks = uncertainty_of(EASE[None], HIGHER)
-    assert interval == mean_interval(EASE)
-    assert marks == [False]
-
-
-def test_marks_are_of_trackers_that_are_worse_than_none():
+    assert (interval, marks) == (mean_interval(EASE), [False])
     noise = np.array([0.03, -0.02, 0.01, -0.03, 0.02, -0.01, 0.02, -0.025])
     values = np.array([EASE, EASE + noise, EASE - 0.2])
     assert uncertainty_of(values, HIGHER).marks == [True, True, False]
     assert uncertainty_of(values, LOWER).marks == [False, False, True]
     assert uncertainty_of(values, NEITHER).marks == [False] * 3
-
-
-def test_few_units_have_neither_intervals_nor_marks():
-    values = np.array([EASE[:5], EASE[:5] - 0.2])
-    assert uncertainty_of(values, HIGHER) == ([None, None], [False, False])
-
-
-def test_infinite_values_have_no_interval_and_no_mark():
-    values = np.array([[np.inf, *EASE[1:]], EASE, EASE + 0.01])
+    few = values[:, :5]
+    assert uncertainty_of(few, HIGHER) == ([None] * 3, [False] * 3)
+    values[0, 0] = np.inf
     intervals, marks = uncertainty_of(values, LOWER)
-    assert intervals[0] is None
-    assert marks[0] is False
+    assert (intervals[0], marks[0]) == (None, False)
 
 
 def frame(tracker, overlap, protocol="accuracy", n=2, **more):
@@ -61,38 +50,32 @@ def frame(tracker, overlap, protocol="accuracy", n=2, **more):
     ]
 
 
-def test_a_frames_time_is_of_timing_runs_where_all_have_them():
+WARM = {"warm_seconds_median": 0.002, "cpu_seconds_median": 0.007}
+DECODED = {"cpu_seconds_median": 0.007}
+
+
+@pytest.mark.parametrize(
+    ("a", "b", "head", "times"),
+    [
+        (DECODED, None, "~time a frame [ms]", ["2.000", "2.000"]),  # of the runs themselves
+        (DECODED, {"cpu_seconds_median": 0.003}, "time a frame [ms]", ["7.000", "3.000"]),
+        (WARM, WARM, "time a frame [ms]", ["2.000", "2.000"]),
+        (WARM, DECODED, "time a frame [ms]", ["7.000", "7.000"]),
+    ],
+)
+def test_time_is_that_of_timing_runs_if_all_have_one(a, b, head, times):
     scored = pd.DataFrame(frame("a", 0.5) + frame("b", 0.6))
-    timed = pd.DataFrame(frame("a", 0.5, "timing", cpu_seconds_median=0.007))
-    summary, _ = score_tables(scored, timed, "T")
-    assert summary.heads[-1] == "~time a frame [ms]"
-    assert [row[-1].text for row in summary.rows] == ["2.000", "2.000"]
-    both = pd.concat([timed, pd.DataFrame(frame("b", 0.6, "timing", cpu_seconds_median=0.003))])
-    summary, _ = score_tables(scored, both, "T")
-    assert summary.heads[-1] == "time a frame [ms]"
-    assert [row[-1].text for row in summary.rows] == ["7.000", "3.000"]
+    timed = frame("a", 0.5, "timing", **a) + (frame("b", 0.6, "timing", **b) if b else [])
+    summary, _ = score_tables(scored, pd.DataFrame(timed), "T")
+    assert summary.heads[-1] == head
+    assert [row[-1].text for row in summary.rows] == times
 
 
-def test_a_frames_time_is_warm_where_all_were_timed_so():
-    scored = pd.DataFrame(frame("a", 0.5) + frame("b", 0.6))
-    warm = {"warm_seconds_median": 0.002, "cpu_seconds_median": 0.007}
-    timed = frame("a", 0.5, "timing", **warm)
-    new = pd.DataFrame(timed + frame("b", 0.6, "timing", **warm))
-    old = pd.DataFrame(timed + frame("b", 0.6, "timing", cpu_seconds_median=0.007))
-    for runs, shown in ((new, "2.000"), (old, "7.000")):
-        summary, _ = score_tables(scored, runs, "T")
-        assert [row[-1].text for row in summary.rows] == [shown, shown]
-
-
-def test_tables_of_some_runs_have_the_times_of_timing_runs_that_were_not_asked_for(
-    monkeypatch, tmp_path
-):
+def test_tables_of_some_runs_have_times_of_any_timing_runs(monkeypatch, tmp_path):
     scored = pd.DataFrame(frame("a", 0.5))
-    timed = pd.DataFrame(frame("a", 0.5, "timing", cpu_seconds_median=0.007))
-    stored = pd.concat([scored, timed])
-    monkeypatch.setattr(
-        reporting, "load_results", lambda folder, cells=None: scored if cells else stored
-    )
+    stored = pd.concat([scored, pd.DataFrame(frame("a", 0.5, "timing", **DECODED))])
+    load = lambda folder, cells=None: scored if cells else stored  # noqa: E731
+    monkeypatch.setattr(reporting, "load_results", load)
     summary, _ = reporting.tables(tmp_path, [("a", "s0", 0, "accuracy")], "T")
     assert summary.heads[-1] == "time a frame [ms]"
 
@@ -144,23 +127,14 @@ def test_summary_of_few_units_says_that_there_are_too_few():
     assert not any(cell.best or "[" in cell.text for row in summary.rows for cell in row)
 
 
-def test_summary_averages_over_families():
-    rows = frame("a", 0.9, n=3)
-    for row, name, overlap in zip(
-        rows, ("x:scene=1", "x:scene=2", "y"), (0.2, 0.4, 0.9), strict=True
-    ):
+def test_summary_averages_over_families_within_limits():
+    rows = frame("a", 0.9, n=8)
+    names = ["x:scene=1", "x:scene=2", *"abcdef"]
+    for row, name, overlap in zip(rows, names, [0.2, 0.4, *[1.0] * 6], strict=True):
         row |= {"sequence": name, "mean_overlap": overlap}
     runs = pd.DataFrame(rows)
     summary, _ = score_tables(runs, runs[:0], "T")
-    assert summary.rows[0][1].text == "0.600"
-    assert "2 families" in summary.caption
-
-
-def test_intervals_end_at_the_limits_of_scores():
-    scores = [0.99, 1.0, 1.0, 1.0, 1.0, 0.7]
-    rows = [
-        row | {"mean_overlap": score} for row, score in zip(frame("a", 0, n=6), scores, strict=True)
-    ]
-    runs = pd.DataFrame(rows)
-    summary, _ = score_tables(runs, runs[:0], "T")
-    assert summary.rows[0][1].text.endswith(", 1.000]")
+    text = summary.rows[0][1].text
+    assert text.startswith("0.900 [0.")
+    assert text.endswith(", 1.000]")
+    assert "means over 8 sequences in 7 units" in summary.caption

@@ -90,11 +90,8 @@ def test_share_verdict_and_reason(good, n, limit, verdict, reason):
     assert judged.statistic == pytest.approx(good / n)
 
 
-def test_share_reference_intervals():
-    assert share([1] * 20, [1] * 20).interval == pytest.approx((0.832, 1.0), abs=6e-4)
-    assert share([1] * 19 + [0], [1] * 20).interval == pytest.approx((0.751, 0.999), abs=6e-4)
-    half_of_the_runs = share([1] * 12, [2] * 12)
-    assert half_of_the_runs.statistic == 0.0
+def test_half_of_the_runs_is_no_success():
+    assert share([1] * 12, [2] * 12).statistic == 0.0
 
 
 @pytest.mark.parametrize(
@@ -194,6 +191,8 @@ def test_part_fails_with_its_interval_corrected_for_the_parts():
     assert judged.verdict == "inconclusive"
     assert judged.reason.startswith("part weak: interval contains the limit 0.5")
     assert judged.interval == share_interval([1] * 5 + [0] * 15, [1] * 20, 0.99)
+    failing = conjunction({"a": fixed(FAILS)}, comparisons=4)
+    assert failing.reason == "part a: interval below 0.5; interval at 98.8 %"
     nested = conjunction({"all": partial(conjunction, {"weak": weak, "a": fixed(HOLDS)})})
     assert nested.verdict == conjunction({"weak": weak, "a": fixed(HOLDS)}).verdict
 
@@ -217,56 +216,3 @@ def test_effect_has_two_digits_of_the_interval():
 def test_values_that_cannot_be_judged_are_rejected(wrong):
     with pytest.raises(ValueError, match=r"finite|successes|above 0"):
         wrong()
-
-
-def outcomes(judge, draw, rounds=1000):
-    """Percentages of holds and does not hold over simulated samples."""
-    verdicts = [judge(draw()).verdict for _ in range(rounds)]
-    return [100 * verdicts.count(label) / rounds for label in ("holds", "does not hold")]
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("judge", "mean", "spread", "n", "expected"),
-    [
-        (order, 0.0, 0.2, 20, (2, 2)),
-        (order, 0.1, 0.2, 12, (32, 0)),
-        (order, 0.1, 0.2, 20, (55, 0)),
-        (order, 0.1, 0.2, 40, (84, 0)),
-        (no_worse, -0.04, 0.05, 20, (0, 37)),
-        (no_worse, -0.02, 0.05, 40, (2, 2)),
-        (no_worse, 0.0, 0.05, 20, (2, 0)),
-        (no_worse, 0.0, 0.05, 30, (54, 0)),
-        (no_worse, 0.03, 0.05, 30, (100, 0)),
-    ],
-)
-def test_simulated_verdicts_on_differences(judge, mean, spread, n, expected):
-    generator = np.random.default_rng(n)
-    result = outcomes(judge, lambda: generator.normal(mean, spread, n))
-    assert result == pytest.approx(expected, abs=6)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("truth", "n", "expected"),
-    [(0.75, 20, (3, 2)), (0.85, 40, (28, 0)), (0.95, 20, (74, 0)), (0.95, 40, (95, 0))],
-)
-def test_simulated_verdicts_on_shares(truth, n, expected):
-    generator = np.random.default_rng(n)
-    result = outcomes(
-        lambda kept: share(kept, np.ones(n), 0.75), lambda: generator.random(n) < truth
-    )
-    assert result == pytest.approx(expected, abs=6)
-
-
-@pytest.mark.slow
-def test_simulated_false_verdicts_if_one_scene_in_five_decides():
-    generator = np.random.default_rng(0)
-    for n, most in ((12, 10), (20, 3)):
-        _, fails = outcomes(
-            order,
-            lambda n=n: (
-                np.where(generator.random(n) < 0.2, 0.4, -0.1) + generator.normal(0, 0.01, n)
-            ),
-        )
-        assert fails <= most

@@ -124,6 +124,10 @@ class TestGot10k:
     def test_cover_is_visibility_and_labels_are_attributes(self, opened):
         sequence = opened(layouts.got10k)
         assert sequence.visibility.tolist() == [1, 0.375, 0]
+        levels = [[0, 0.075, 0.225], [0.375, 0.525, 0.675], [0.825, 0.95, 1]]
+        for number, middles in enumerate(levels):
+            labels = "".join(f"{3 * number + k}\n" for k in range(3))
+            assert opened(layouts.got10k, {"cover.label": labels}).visibility.tolist() == middles
         assert sequence.attributes["cut_by_image"].tolist() == [False, True, False]
         assert (sequence.fps, sequence.origin.description) == (10, "dog, running")
 

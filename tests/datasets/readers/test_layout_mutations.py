@@ -110,7 +110,7 @@ def check_frames(path, plain, first):
 @pytest.mark.parametrize("make", READERS, ids=lambda make: make.__name__)
 @pytest.mark.parametrize(
     "numbers",
-    [range(EVERYDAY), pytest.param(range(EVERYDAY, ALL), marks=pytest.mark.slow)],
+    [range(EVERYDAY), pytest.param(range(EVERYDAY, ALL), marks=pytest.mark.weekly)],
     ids=["everyday", "all"],
 )
 def test_a_copy_that_is_not_whole_is_told_or_read_as_it_stands(

@@ -139,7 +139,7 @@ def check_all(path, plain):
 @pytest.mark.parametrize("make", READERS, ids=lambda make: make.__name__)
 @pytest.mark.parametrize(
     "numbers",
-    [range(EVERYDAY), pytest.param(range(EVERYDAY, ALL), marks=pytest.mark.slow)],
+    [range(EVERYDAY), pytest.param(range(EVERYDAY, ALL), marks=pytest.mark.weekly)],
     ids=["everyday", "all"],
 )
 def test_damaged_files_are_told_in_their_name_or_read_as_they_stand(

@@ -94,7 +94,7 @@ class TestFingerprint:
 
         def edit(digest):
             monkeypatch.setattr(
-                "trackmark.datasets.synthetic.suite.tree_digest", lambda file, package: digest
+                "trackmark.datasets.synthetic.suite._scene_tree", lambda module: digest
             )
 
         return edit

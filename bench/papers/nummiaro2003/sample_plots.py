@@ -1,9 +1,9 @@
-"""Samples of a particle filter on the images that they were drawn on.
+"""Samples of a particle filter on their images, and how many of them look like the target.
 
 Ellipses are rows of centre x, y and half axes, in pixels (pixel column i spans [i, i + 1)).
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,13 +13,15 @@ from matplotlib.collections import EllipseCollection
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from trackmark.reports.figures import bare_figure, rim, show
+from trackmark.reports.figures import add_legend, bare_figure, new_figure, rim, show
 from trackmark.reports.palette import colour
+from trackmark.reports.series import QUARTILES, draw_median
 
 Array = NDArray[np.float64]
 
 _SAMPLE, _MEAN = "black", "white"
 _ROOM = 32, 14  # that a number takes in an image [pixels]
+_GREYS = (0.93, 0.82)  # of shaded frames, each kind darker than the last
 _SHOWN = 2.0  # how far the image beside a surface reaches, in the mean's longer half axis
 
 
@@ -155,3 +157,38 @@ def _draw_ellipses(axes: Axes, ellipses: Array, shade: str, line_width: float) -
             linewidths=thickness,
         )
         axes.add_collection(collection)
+
+
+def appearance_plot(
+    counts: Array,
+    modes: Array,
+    title: str,
+    threshold: float,
+    shades: Mapping[str, NDArray[np.bool_]],
+) -> Figure:
+    """Draw positive appearances per frame above, and the runs that were initialising below.
+
+    `counts`, `modes`: (runs, frames): samples that fulfil the appearance condition; 0 initialising,
+    1 tracking; NaN without estimate. The mode changes at `threshold` appearances, a dashed line.
+    `shades`: flags of shaded frames (n,) by kind.
+    """
+    figure, (upper, lower) = new_figure(title, 4.4, rows=2, heights=(3, 1))
+    known = np.flatnonzero(np.isfinite(counts).any(axis=0))
+    frames = np.arange(known[0], known[-1] + 1)
+    draw_median(upper, frames, counts[:, frames], 0, "positive appearances")
+    line: dict[str, Any] = {"color": "black", "linestyle": "--", "linewidth": 1.2}
+    upper.axhline(threshold, label="threshold b·N", **line)
+    initialising = 1.0 - np.ma.masked_invalid(modes[:, frames]).mean(axis=0).filled(np.nan)
+    lower.fill_between(frames, initialising, step="mid", color=colour(1), linewidth=0)
+    for grey, (kind, flags) in zip(_GREYS, shades.items(), strict=True):
+        edges = np.flatnonzero(np.diff(np.concatenate([[False], flags, [False]])))
+        for number, (start, stop) in enumerate(edges.reshape(-1, 2) - 0.5):
+            look: dict[str, Any] = {"color": str(grey), "zorder": 0, "linewidth": 0}
+            upper.axvspan(start, stop, label=None if number else kind, **look)
+            lower.axvspan(start, stop, **look)
+    upper.set(ylabel="samples", xlim=(frames[0], frames[-1]))
+    upper.set_ylim(bottom=0)
+    lower.set(ylabel="runs in\ninitialisation", xlabel="frame", ylim=(0, 1))
+    lower.set_yticks([0, 0.5, 1], ["0", "", str(len(counts))])
+    add_legend(figure, f"{QUARTILES} repetitions" if len(counts) > 1 else "")
+    return figure

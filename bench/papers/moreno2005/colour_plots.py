@@ -181,7 +181,7 @@ _FAINTEST = 0.12  # opacity of the lightest contours
 class Palette:
     """A hypothesis of the target's colours and the background's."""
 
-    mixtures: Mapping[str, Gaussians]  # on a plane, by the names of `reports.colour_space.CLASSES`
+    mixtures: Mapping[str, Gaussians]  # on a plane, by the names of `CLASSES`
     posterior: Array  # (height, width): map of the target by them, in [0, 1]
 
 

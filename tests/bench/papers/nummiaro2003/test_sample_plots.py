@@ -2,7 +2,13 @@
 
 import numpy as np
 
-from trackmark.reports.samples import Surface, Track, surface_plot, trajectory_plot
+from trackmark.bench.papers.nummiaro2003.sample_plots import (
+    Surface,
+    Track,
+    appearance_plot,
+    surface_plot,
+    trajectory_plot,
+)
 
 GREY = np.full((120, 160, 3), 128, np.uint8)
 MEAN = np.array([60.5, 50.5, 8.0, 14.0])
@@ -50,11 +56,23 @@ def test_a_trajectory_has_an_ellipse_every_so_many_frames_and_gaps_where_there_i
     np.testing.assert_allclose(way[1:8, 0], np.arange(6.0, 13.0))
     assert np.isnan(way[[0, 8]]).all()
     np.testing.assert_allclose(axes.lines[0].get_xydata()[1:8, 0], np.arange(56.0, 63.0))
-
-
-def test_frames_have_their_numbers_where_these_do_not_cover_one_another():
-    x = np.array([10.0, 20, 60, 65, 110])
-    boxes = np.column_stack([x, np.full(5, 50.0), np.full(5, 10.0), np.full(5, 20.0)])
+    boxes = np.array([[x, 50.0, 10.0, 20.0] for x in (10.0, 20, 60, 65, 110)])
     (axes,) = trajectory_plot([Track(GREY, "person", boxes, boxes)], "T", 1).axes
-    assert [text.get_text() for text in axes.texts] == ["0", "2", "4"]
+    assert [text.get_text() for text in axes.texts] == ["0", "2", "4"]  # none covers another
     assert len(drawn(axes.collections[-1])) == 5
+
+
+def test_appearances_have_a_threshold_modes_and_shaded_frames():
+    counts = np.array([[np.nan, np.nan, 90, 50, 5, 60]] * 2)
+    counts[1, 2] += 2
+    modes = np.array([[np.nan, np.nan, 1, 1, 0, 1], [np.nan, np.nan, 1, 1, 1, 1]])
+    shades = {"half": np.isin(np.arange(6), [0, 3, 4]), "all": np.arange(6) == 4}
+    upper, lower = appearance_plot(counts, modes, "T", 10.0, shades).axes
+    median, threshold = upper.lines
+    np.testing.assert_array_equal(median.get_xydata(), [[2, 91], [3, 50], [4, 5], [5, 60]])
+    assert set(threshold.get_ydata()) == {10.0}
+    spans = [(patch.get_x(), patch.get_x() + patch.get_width()) for patch in upper.patches]
+    assert spans == [(-0.5, 0.5), (2.5, 4.5), (3.5, 4.5)]
+    assert len(lower.patches) == 3
+    assert lower.collections[0].get_paths()[0].vertices[:, 1].max() == 0.5  # one of two runs
+    assert lower.get_yticklabels()[-1].get_text() == "2"

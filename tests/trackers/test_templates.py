@@ -1,6 +1,7 @@
-"""The search from coarse to fine against looking everywhere."""
+"""Parts of the template tracker where its plain reference does not look.
 
-from math import inf, prod
+What each setting does is compared with the plain reference in `test_nguyen2002_against_plain.py`.
+"""
 
 import cv2
 import numpy as np
@@ -9,7 +10,72 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.trackers import plain_matching as plain
-from trackmark.trackers.templates.matching import Pose, Window, reach, sampled, search
+from trackmark.trackers.templates.appearance import Appearance, Noise, raised
+from trackmark.trackers.templates.matching import Pose, Window, reach, search
+
+LIMIT = {1: 6.6349, 3: 11.3449}
+
+
+def noise(d=3, **changes):
+    usual = Noise(LIMIT[d], 1e-4, 1.0, 0.25, True, 0.0, 10, True, True, True, patience=10**9)
+    return usual._replace(**changes)
+
+
+def shown(appearance, features):
+    """See a view as the tracker does."""
+    first = not appearance.started
+    if first:
+        appearance.start(features)
+    seen = appearance.seen(features)
+    appearance.update(seen, first=first)
+    return seen
+
+
+def views(number, d=3, sd=2.0, shape=(30, 40), seed=0):
+    random = np.random.default_rng(seed)
+    truth = random.uniform(0, 255, (*shape, d))
+    return truth, [truth + random.normal(0, sd, truth.shape) for _ in range(number)]
+
+
+@pytest.mark.parametrize("full", [True, False])
+def test_grey_noise_is_singular_and_kept_off_singularity_in_the_other_directions_only(full):
+    random = np.random.default_rng(0)
+    grey = random.uniform(0, 255, (30, 40, 1))
+    seen = [np.repeat(grey + random.normal(0, 3, grey.shape), 3, axis=2) for _ in range(12)]
+    appearance = Appearance(noise(floor=1.0, full=full), seen[0])
+    for features in seen[1:]:
+        assert shown(appearance, features).share < 0.2
+        for matrix in (appearance.residual, appearance.state, appearance.measurement):
+            assert np.isfinite(matrix).all()
+            assert np.linalg.eigvalsh(matrix)[0] > -1e-9
+    variances = np.linalg.eigvalsh(appearance.residual)
+    if full:
+        assert variances[:2] == pytest.approx(1.0, abs=1e-9)
+        assert variances[2] > 15
+    else:
+        assert variances.max() < 1.2 * variances.min()
+        np.testing.assert_array_equal(appearance.residual, np.diag(np.diag(appearance.residual)))
+
+
+def test_a_view_without_any_inlier_leaves_the_covariance_as_it_was():
+    _, seen = views(2)
+    appearance = Appearance(noise(), seen[0])
+    appearance.start(seen[1])
+    before = appearance.residual
+    lost = appearance.seen(seen[1] + 1e4)
+    assert lost.share == 1
+    np.testing.assert_allclose(lost.covariance, before, rtol=1e-12)
+
+
+def test_eigenvalues_are_raised_and_nothing_else_is_changed():
+    rotation, _ = np.linalg.qr(np.random.default_rng(0).normal(size=(3, 3)))
+    matrix = rotation @ np.diag([-2.0, 0.5, 3.0]) @ rotation.T
+    expected = rotation @ np.diag([1.0, 1.0, 3.0]) @ rotation.T
+    np.testing.assert_allclose(raised(matrix, 1.0), expected, atol=1e-12)
+    np.testing.assert_array_equal(raised(expected, 0.9), (expected + expected.T) / 2)
+    skewed = expected + np.array([[0, 1e-3, 0], [-1e-3, 0, 0], [0, 0, 0]])
+    np.testing.assert_allclose(raised(skewed, 0.9), expected, atol=1e-12)
+
 
 ROWS, COLUMNS = 70, 90
 CUTOFF = 3.368
@@ -36,8 +102,7 @@ def costs(features, template, poses, bilinear=False, cutoff=CUTOFF):
     return np.array([plain.matching_cost(*arguments, pose, cutoff, **ways) for pose in poses])
 
 
-@pytest.mark.parametrize("seed", [0, 1])
-@pytest.mark.parametrize("scale", [1.0, 0.99, 1.02])
+@pytest.mark.parametrize(("seed", "scale"), [(0, 1.0), (1, 0.99), (0, 1.02)])
 def test_whole_pixels_are_those_of_an_exhaustive_search(seed, scale):
     random = np.random.default_rng(seed)
     features = texture(seed=seed)
@@ -66,18 +131,6 @@ def on_flat_ground(pose, search_range, subpixel, ties="ascending"):
     return search(whole(flat), *arguments).pose
 
 
-@pytest.mark.parametrize(("subpixel", "further"), [(False, 4), (True, 4.75)])
-@pytest.mark.parametrize(("search_range", "x", "y"), [(16, 44.5, 35.49), (26, 45.49, 34.5)])
-def test_of_equal_costs_the_first_wins_and_the_search_starts_at_whole_pixels(
-    subpixel, further, search_range, x, y
-):
-    pose = on_flat_ground(Pose(x, y, 1.0), search_range, subpixel)
-    assert (pose.x, pose.y) == (45 - search_range - further, 35 - search_range - further)
-    factors = (0.98, 0.99, 0.99, 0.995) if subpixel else (0.98, 0.99)
-    assert pose.scale == pytest.approx(prod(factors), abs=1e-15)
-    assert on_flat_ground(Pose(x, y, 1.1), search_range, subpixel, "unchanged").scale == 1.1
-
-
 @pytest.mark.parametrize(("scale", "limit"), [(0.5, 0.5), (0.4, 0.5), (2.3, 2.0)])
 def test_scales_stay_between_a_half_and_two(scale, limit):
     found = on_flat_ground(Pose(45, 35, scale), 16, False).scale
@@ -85,37 +138,9 @@ def test_scales_stay_between_a_half_and_two(scale, limit):
     assert found == pytest.approx(limit, rel=0.031)
 
 
-@pytest.mark.parametrize("error", [0.0, 1.0, CUTOFF - 1e-9, CUTOFF + 1e-9, 5.0, 40.0])
-def test_errors_cost_their_square_and_from_the_cutoff_on_what_they_are(error):
-    window = whole(np.full((ROWS, COLUMNS, 1), 7.0))
-    template = np.full((13, 10, 1), 7.0 - 2 * error)
-    place = Pose(45, 35, 1.0)
-    pixels = 6 * 5  # every second either way, from the second on
-    robust = search(window, template, np.array([[4.0]]), place, 8, CUTOFF, False).cost / pixels
-    if error < CUTOFF:
-        assert robust == pytest.approx(error**2 / 2)
-    else:
-        assert robust == pytest.approx(CUTOFF * error - CUTOFF**2 / 2)
-    square = search(window, template, np.array([[4.0]]), place, 8, inf, False).cost / pixels
-    assert square == pytest.approx(error**2 / 2)
-
-
 POSES = st.builds(
     Pose, st.floats(-60, COLUMNS + 60), st.floats(-60, ROWS + 60), st.floats(0.5, 2.0)
 )
-
-
-@settings(max_examples=30)
-@given(pose=POSES, height=st.integers(4, 20), width=st.integers(4, 20), bilinear=st.booleans())
-def test_pixels_are_sampled_as_the_plain_reference_does_also_beside_the_image(
-    pose, height, width, bilinear
-):
-    features = texture()
-    window = cropped(features, pose, 0, (height, width))
-    expected = plain.sample(features, plain.Pose(*pose), height, width, bilinear=bilinear)
-    np.testing.assert_allclose(
-        sampled(window, pose, height, width, bilinear), expected, rtol=0, atol=1e-10
-    )
 
 
 @settings(max_examples=15)

@@ -1,4 +1,4 @@
-"""Series of runs under a knob: where they take place, when they end, what they say."""
+"""Breaking points: sequences and ends of a series, and tables and curves of the results."""
 
 from math import exp, isinf, isnan
 
@@ -6,25 +6,34 @@ import numpy as np
 import pytest
 
 from trackmark import datasets
-from trackmark.bench.comparing.breaking import Breaking, as_data, tables, write_curves
-from trackmark.bench.comparing.stressing import Course, Knob, Series, factor, knob_of
+from trackmark.bench.comparing.breaking_points import (
+    BreakingPoints,
+    Knob,
+    RunSequences,
+    Series,
+    as_data,
+    factor,
+    knob_of,
+    tables,
+    write_curves,
+)
 from trackmark.bench.experiments.experiment import ExperimentError
 from trackmark.datasets import SequenceError
 
 NOISE = Knob("noise", "grey levels", 0, 160)
 GAIN = Knob("gain", "times the light", 1, 0.02, logarithmic=True)
-COURSE = Course(["plain/target"])
+SCENES = RunSequences(["plain/target"])
 
 
-def ended(tracker, knob, half, slope=0.05, most=100, course=COURSE):
-    """A series of a tracker whose survival is known, to its end."""
-    series = Series(tracker, knob, course, most)
-    while wanted := series.wanted():
+def ended(tracker, knob, half, slope=0.05, most=100, sequences=SCENES):
+    """Return the complete series of a tracker whose survival is known."""
+    series = Series(tracker, knob, sequences, most)
+    while runs := series.next_runs():
         generator = np.random.default_rng(len(series.trials))
-        series = series.with_trials(
+        series = series.with_outcomes(
             {
                 text: (generator.uniform() < 1 / (1 + exp((knob.place(level) - half) / slope)), "")
-                for text, level in wanted
+                for text, level in runs
             }
         )
     return series
@@ -33,7 +42,7 @@ def ended(tracker, knob, half, slope=0.05, most=100, course=COURSE):
 @pytest.mark.parametrize(
     ("knob", "half", "level"), [(NOISE, 0.3, 48), (GAIN, 0.5, 0.1414), (GAIN, 0.75, 0.0532)]
 )
-def test_the_breaking_point_is_found_in_units_of_the_knob(knob, half, level):
+def test_breaking_point_is_in_units_of_the_knob(knob, half, level):
     series = ended("a", knob, half)
     low, high = sorted(series.interval)
     assert series.verdict == "broken"
@@ -44,19 +53,19 @@ def test_the_breaking_point_is_found_in_units_of_the_knob(knob, half, level):
 
 
 @pytest.mark.parametrize(
-    ("half", "verdict", "said"), [(2.5, "never", "never to 0.02"), (-2.0, "at once", "at once")]
+    ("half", "verdict", "text"), [(2.5, "never", "never to 0.02"), (-2.0, "at once", "at once")]
 )
-def test_beyond_the_range_no_level_is_claimed(half, verdict, said):
+def test_breaking_point_beyond_the_range_has_no_level(half, verdict, text):
     series = ended("a", GAIN, half)
     assert series.verdict == verdict
     assert len(series.trials) < 100
     assert any(map(isinf, series.interval))
-    (table,) = tables(Breaking([series], "a", {}))
-    assert said in table.rows[0][2].text
-    assert as_data(Breaking([series], "a", {}))["series"][0]["level"] is None
+    (table,) = tables(BreakingPoints([series], "a", {}))
+    assert text in table.rows[0][2].text
+    assert as_data(BreakingPoints([series], "a", {}))["series"][0]["level"] is None
 
 
-def test_a_factor_is_above_one_for_whoever_bears_more_whichever_way_a_knob_turns():
+def test_factor_is_above_1_for_the_stronger_tracker():
     weak, strong = ended("weak", GAIN, 0.3, 0.02), ended("strong", GAIN, 0.6, 0.02)
     ratio, (low, high) = factor(strong, weak)
     assert low < 50**0.3 < high
@@ -68,7 +77,7 @@ def test_a_factor_is_above_one_for_whoever_bears_more_whichever_way_a_knob_turns
 
 
 @pytest.mark.filterwarnings("error")
-def test_a_factor_needs_levels_that_have_a_ratio():
+def test_factor_needs_levels_that_have_a_ratio():
     fading = Knob("light", "share", 1, 0)
     weak = ended("weak", fading, 0.5, 0.02)
     for half in (0.97, 2.5):  # levels near 0 are borne, or 0 itself
@@ -78,25 +87,25 @@ def test_a_factor_needs_levels_that_have_a_ratio():
     assert isnan(factor(ended("a", below, 0.6), ended("b", below, 0.4))[0])
 
 
-def test_runs_of_one_number_share_scene_and_draw_and_no_two_are_alike():
-    texts = [COURSE.text(NOISE, 20, i) for i in range(50)]
+def test_runs_of_one_number_share_scene_and_draw():
+    texts = [SCENES.text(NOISE, 20, i) for i in range(50)]
     assert texts[7] == "plain/target:scene=7:filter.noise=20:filter.draw=7"
-    assert COURSE.text(GAIN, 0.5, 7) == "plain/target:scene=7:filter.gain=0.5:filter.draw=7"
+    assert SCENES.text(GAIN, 0.5, 7) == "plain/target:scene=7:filter.gain=0.5:filter.draw=7"
     assert len(set(texts)) == 50
     speed = knob_of("speed=2..8", ["plain/target"])
     assert speed.unit == "pixels/frame"
-    text = COURSE.text(speed, 3.5, 0)
+    text = SCENES.text(speed, 3.5, 0)
     assert datasets.load(text).name == "plain/target:speed=3.5"
 
 
-def test_what_has_no_scenes_begins_at_other_frames():
-    course = Course(["samples/face", "plain/target:scene=4"])
-    texts = [course.text(NOISE, 20, i) for i in range(8)]
+def test_runs_without_scenes_start_at_different_frames():
+    sequences = RunSequences(["samples/face", "plain/target:scene=4"])
+    texts = [sequences.text(NOISE, 20, i) for i in range(8)]
     assert texts[0] == "samples/face:filter.noise=20"
     assert texts[3] == "plain/target:scene=4:filter.start=15:filter.noise=20:filter.draw=3"
     assert len({datasets.load(text).fingerprint for text in texts}) == 8
     assert all(len(datasets.load(text)) >= 90 for text in texts)
-    later = Course(["samples/face:filter.start=40"])
+    later = RunSequences(["samples/face:filter.start=40"])
     assert later.text(NOISE, 20, 1) == "samples/face:filter.start=50:filter.noise=20:filter.draw=1"
 
 
@@ -113,28 +122,28 @@ def test_what_has_no_scenes_begins_at_other_frames():
         ("scene=0..9", "plain/target", "no knob 'scene'"),
     ],
 )
-def test_a_knob_that_is_not_there_is_refused_in_a_line(text, sequence, words):
+def test_unknown_knob_is_refused(text, sequence, words):
     with pytest.raises(ExperimentError, match=words) as caught:
         knob_of(text, [sequence])
     assert "\n" not in str(caught.value)
 
 
-def test_what_is_too_short_to_begin_elsewhere_is_refused():
-    with pytest.raises(ExperimentError, match="it needs 40"):
-        Course(["plain/target:length=30:scene=1"])
+def test_sequence_that_is_too_short_is_refused():
+    with pytest.raises(ExperimentError, match="Give a sequence of 40 frames or more"):
+        RunSequences(["plain/target:length=30:scene=1"])
     with pytest.raises(SequenceError, match="nowhere"):
-        Course(["nowhere"])
+        RunSequences(["nowhere"])
 
 
-def test_tables_and_curves_say_it(tmp_path):
+def test_tables_and_curves_have_the_numbers(tmp_path):
     series = [ended(name, NOISE, half) for name, half in (("a", 0.3), ("b", 0.5), ("c", 3.0))]
-    found = Breaking(series, "a", {"a": [0.3, 0.4], "b": [0.6, 0.7], "c": [0.8, 0.9]})
-    points, agreement, severity, runs = tables(found, whole=True)
+    result = BreakingPoints(series, "a", {"a": [0.3, 0.4], "b": [0.6, 0.7], "c": [0.8, 0.9]})
+    points, agreement, severity, runs = tables(result, whole=True)
     assert points.rows[0][4].text == "1"
     assert points.rows[2][4].text.startswith("more than")
     assert agreement.rows[0][1].text == "1.00"
     assert agreement.rows[0][2].text == "-1.00 to 1.00"  # of three trackers
     assert list(severity.data["level"]) == sorted(severity.data["level"])
-    assert len(runs.data) == sum(len(one.trials) for one in series)
-    (curve,) = write_curves(found, tmp_path)
+    assert len(runs.data) == sum(len(entry.trials) for entry in series)
+    (curve,) = write_curves(result, tmp_path)
     assert curve.stat().st_size > 10_000

@@ -1,15 +1,16 @@
-"""Densities of two quantities and of both together, before and after something was seen."""
+"""Plots of the example: densities in one iteration, and errors by number of samples."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from trackmark.reports.figures import bare_figure
+from trackmark.reports.figures import add_legend, bare_figure, line_style, new_figure
 
 Array = NDArray[np.float64]
 
@@ -18,7 +19,7 @@ _MARKER_GREYS = ("black", "0.45", "0.75")
 
 @dataclass(frozen=True)
 class Densities:
-    """What is known of two quantities at a time."""
+    """Densities of two quantities at one time."""
 
     first: Array  # (n,): density of the first alone, on its grid
     second: Array  # (m,): density of the second alone
@@ -70,3 +71,23 @@ def _mark(axes: Axes, marks: Mapping[str, tuple[float, float]], marker: str) -> 
         look: dict[str, Any] = {"markersize": 8, "markeredgewidth": 2.0}
         look |= {} if marker == "x" else {"markerfacecolor": grey}
         axes.plot(x, y, marker, label=label, color=grey, clip_on=False, zorder=3, **look)
+
+
+def error_plot(points: pd.DataFrame, title: str, labels: Sequence[str], heading: str) -> Figure:
+    """Draw an error with its interval against the number of samples, a line per label.
+
+    `points`: `label`, `samples`, `value`, and the ends of its interval, `low` and `high`.
+    """
+    figure, (axes,) = new_figure(title, 3.4)
+    for position, label in enumerate(labels):
+        line = points[points["label"] == label].sort_values("samples")
+        reach = line["value"] - line["low"], line["high"] - line["value"]
+        look: dict[str, Any] = {"capsize": 2, "elinewidth": 1, **line_style(position)}
+        axes.errorbar(line["samples"], line["value"], reach, label=label, **look)
+    ends = [points["samples"].min(), points["samples"].max()]
+    axes.set(xlabel="number of samples", ylabel="error", xscale="log")
+    axes.set_xticks(ends, [f"{value:g}" for value in ends])
+    axes.set_xticks([], minor=True)
+    axes.set_ylim(bottom=0)
+    add_legend(figure, heading)
+    return figure

@@ -1,0 +1,125 @@
+"""Execution of an experiment by a command: its missing runs, with progress and messages."""
+
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from trackmark.bench.commands._options import EngineOptions
+from trackmark.bench.commands._progress import patience, print_message, progress_bar, refresh_index
+from trackmark.bench.experiments.experiment import Experiment
+
+if TYPE_CHECKING:
+    from trackmark.bench.execution.executor import Execution
+    from trackmark.bench.execution.plan import KnownSequences, Plan
+
+
+def plan_experiment(
+    experiment: Experiment,
+    options: EngineOptions,
+    *,
+    retry_failed: bool = False,
+    known: "KnownSequences | None" = None,
+) -> "Execution":
+    """Plan an experiment in the results folder of the options.
+
+    `known`: opened sequences, to which others are added.
+    """
+    from trackmark.bench.execution.executor import Execution
+
+    refresh_index(options.output / experiment.name)
+    with patience("Opening sequences") as opened:
+        return Execution(
+            experiment,
+            options.output,
+            retry_failed=retry_failed,
+            known={} if known is None else known,
+            opened=opened,
+            **options.engine_settings,
+        )
+
+
+def execute_runs(
+    execution: "Execution",
+    on_row: Callable[[Mapping[str, Any]], None] = lambda _: None,
+    *,
+    remark: str = "",
+    temporary: bool = False,
+    keep_errors: bool = False,
+) -> None:
+    """Execute the missing runs of a plan; Ctrl-C prints where the finished ones are.
+
+    `on_row`: called with the index row of each run. `remark`: ends the message on stored runs that
+    are replaced. `temporary`: the results folder is removed afterwards. Raises `SequenceError` if a
+    sequence could not be read, unless `keep_errors`: then `execution.errors` has the message.
+    """
+    from trackmark.datasets import SequenceError
+
+    with _replacement_messages(execution, remark):
+        try:
+            with progress_bar(execution.work, "frame") as progress:
+                for row in execution.rows(progress):
+                    on_row(row)
+        except KeyboardInterrupt:
+            if not temporary:
+                _, _, state = stored_runs(execution)
+                print_message(f"Stopped: {state} The same command continues from there.")
+            raise click.Abort from None  # click prints an empty line for KeyboardInterrupt
+    if execution.errors and not keep_errors:
+        raise SequenceError("\n".join(execution.errors))
+
+
+def run_experiment(
+    experiment: Experiment,
+    options: EngineOptions,
+    known: "KnownSequences | None" = None,
+) -> "Execution":
+    """Plan an experiment and execute its missing runs; see `execute_runs`."""
+    execution = plan_experiment(experiment, options, known=known)
+    execute_runs(execution)
+    return execution
+
+
+def stored_runs(execution: "Execution") -> "tuple[list[dict[str, Any]], Plan, str]":
+    """Return the stored runs and the plan as they are now, and how many are stored or failed."""
+    from trackmark.bench.execution.plan import State
+    from trackmark.bench.store.index import read_index
+    from trackmark.bench.store.results import Results
+
+    # Read from disk: another command may have stored runs meanwhile.
+    rows = read_index(Results(execution.folder))
+    plan = execution.plan.seen_in(rows)
+    failed = plan.count(State.FAILED)
+    end = f", {failed} failed." if failed else "."
+    return (
+        rows,
+        plan,
+        f"{plan.count(State.DONE)} of {len(plan)} runs are in {execution.folder}{end}",
+    )
+
+
+@contextmanager
+def _replacement_messages(execution: "Execution", remark: str) -> Iterator[None]:
+    """Print which stored runs will be replaced, and afterwards how their scores changed."""
+    from trackmark.bench.execution.plan import State
+    from trackmark.bench.store.index import read_index
+    from trackmark.bench.store.results import Results
+
+    if not (stale := execution.plan.count(State.STALE)):
+        yield
+        return
+    from trackmark.bench.reporting.before_after import Replaced  # imports the table renderers
+
+    results = Results(execution.folder)
+    replaced = Replaced(execution.plan, read_index(results))
+    runs = "1 stored run was" if stale == 1 else f"{stale} stored runs were"
+    caption = (
+        f"{runs} made with another version of tracker or sequence and will be repeated{remark}. "
+        "Scores so far:"
+    )
+    print_message(replaced.before(caption))
+    yield
+    rows = read_index(results)
+    if change := replaced.compared(execution.plan.seen_in(rows), rows):
+        print_message(change)

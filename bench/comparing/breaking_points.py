@@ -1,0 +1,517 @@
+"""Breaking points: levels of a difficulty at which half of a tracker's runs survive.
+
+A series is a tracker under a knob. Each of its runs has a scene of its own, or a start frame and a
+draw of its own in recorded data. Runs of the same number in all series are matched pairs.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from math import inf, isfinite, log, nan
+from pathlib import Path
+from typing import Any
+from zlib import crc32
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from trackmark import datasets
+from trackmark.bench.experiments.experiment import ExperimentError
+from trackmark.bench.statistics.correlation import rank_correlation
+from trackmark.bench.statistics.intervals import Interval
+from trackmark.bench.statistics.psychometric import FIRST, NEXT, Threshold, next_places, threshold
+from trackmark.bench.statistics.rules import MIN_UNITS
+from trackmark.datasets.filters import FILTERS, split_filters, with_filters
+from trackmark.datasets.spec_string import close_match, format_text, parse_text
+from trackmark.reports.comparison import Breaks, breaking_plot
+from trackmark.reports.figures import write_figure
+from trackmark.reports.tables import MISSING, Cell, Table, failure_notes
+from trackmark.reports.write import file_names
+
+ENOUGH = 0.05
+"""Half the width of an interval, as a share of the range, at which a series ends early."""
+
+RULE = "A run survives unless its centre is outside the target's box for ten visible frames on end."
+"""Definition of survival: `first_loss` of the metrics preset `native`."""
+
+LEVELS = 40
+"""Number of steps of a range; runs have levels on this grid, so that their names are short."""
+
+SHORTEST = 40
+"""Number of frames that a sequence needs for runs to start at different frames."""
+
+SEVERITIES = (0.9, 0.75, 0.5, 0.25, 0.1)
+"""Shares of the baseline's runs that survive. Levels with the same share are equally severe."""
+
+PLACES = np.linspace(0, 1, 201)
+"""Places along a range at which curves are drawn and read."""
+
+BINS = 8
+"""Number of dots by which the runs of a series are drawn."""
+
+
+@dataclass(frozen=True)
+class Knob:
+    """A filter or a parameter of scenes, between an easy and a hard level."""
+
+    name: str
+    unit: str
+    easy: float
+    hard: float
+    whole: bool = False  # levels are integers
+    logarithmic: bool = False
+    is_filter: bool = True  # else it is a parameter of the scenes
+
+    def level(self, place: float) -> float:
+        """Return the level at a place: 0 is the easy end of the range, 1 the hard one."""
+        if self.logarithmic:
+            return float(self.easy * (self.hard / self.easy) ** place)
+        return self.easy + (self.hard - self.easy) * place
+
+    def place(self, level: float) -> float:
+        """Return the place of a level; see `level`."""
+        if self.logarithmic:
+            return log(level / self.easy) / log(self.hard / self.easy)
+        return (level - self.easy) / (self.hard - self.easy)
+
+    def run_level(self, place: float) -> float:
+        """Return the level of a run near a place: on the grid, with three digits or whole."""
+        level = self.level(round(place * LEVELS) / LEVELS)
+        return float(round(level)) if self.whole else float(f"{level:.3g}")
+
+    @property
+    def head(self) -> str:
+        """Name, unit and range."""
+        return f"{self.name} [{self.unit}], {self.easy:g} to {self.hard:g}"
+
+
+def knob_of(text: str, sequences: Sequence[str]) -> Knob:
+    """Return the knob of `NAME` or `NAME=FROM..TO`: a filter, or a parameter of the scenes.
+
+    Raises `ExperimentError` for an unknown name or an invalid range.
+    """
+    name, equals, limits = text.partition("=")
+    try:
+        ends = [float(end) for end in limits.split("..")] if equals else []
+    except ValueError:
+        ends = [nan]
+    if equals and (len(ends) != 2 or ends[0] == ends[1] or not all(map(isfinite, ends))):
+        raise ExperimentError(f"knob {text!r}: give a range as {name}=FROM..TO, easy to hard.")
+    filters = {key: kind for key, kind in FILTERS.items() if key != "start"}
+    if name in filters:
+        kind = filters[name]
+        easy, hard = ends or (kind.easy, kind.hard)
+        if kind.logarithmic and min(easy, hard) <= 0:
+            raise ExperimentError(f"knob {text!r}: both ends must be above 0.")
+        return Knob(name, kind.unit, easy, hard, kind.whole, kind.logarithmic)
+    for sequence in sequences:
+        options = {option["name"]: option for option in datasets.options(_bare(sequence))}
+        if name not in options or name == "scene":
+            raise ExperimentError(
+                f"{sequence} has no knob {name!r}.{close_match(name, [*filters, *options])} "
+                f"Filters go over any sequence: {', '.join(filters)}."
+            )
+        default = options[name]["default"]
+        if not ends or type(default) not in (int, float):
+            raise ExperimentError(f"knob {name!r} of scenes: give numbers, {name}=FROM..TO.")
+    _, bracket, unit = options[name]["meaning"].rpartition("[")
+    unit = unit.rstrip("]") if bracket else "share"
+    return Knob(name, unit, ends[0], ends[1], isinstance(default, int), is_filter=False)
+
+
+@dataclass(frozen=True)
+class RunSequences:
+    """Sequences of numbered runs; the runs take the given sequences in turn.
+
+    A sequence with a free parameter `scene` gives another scene to each run. Runs on any other
+    sequence start at different frames of its first quarter.
+    """
+
+    sequences: Sequence[str]  # specifications
+
+    def __post_init__(self) -> None:
+        """Raise `ExperimentError` for a sequence that is too short."""
+        _ = self._start_frames
+
+    def text(self, knob: Knob, level: float, number: int) -> str:
+        """Return the specification of the sequence of a run, numbered from 0, at a level."""
+        turn, index = divmod(number, len(self.sequences))
+        bare, filters = split_filters(self.sequences[index])
+        start_frames = self._start_frames[index]
+        options: dict[str, float] = {} if start_frames else {"scene": turn}
+        if start_frames and turn:
+            filters["start"] = filters.get("start", 0) + int(_halving(turn) * start_frames)
+        if number:
+            filters["draw"] = number
+        if knob.is_filter:
+            filters[knob.name] = level
+        else:
+            options[knob.name] = int(level) if knob.whole else level
+        return with_filters(format_text(bare, options), filters)
+
+    @cached_property
+    def _start_frames(self) -> list[int]:
+        """Number of frames at which runs may start, by sequence; 0 if its scenes are free."""
+        return [_start_frames(text) for text in self.sequences]
+
+
+def _start_frames(text: str) -> int:
+    bare = _bare(text)
+    names = [option["name"] for option in datasets.options(bare)]
+    if "scene" in names and "scene" not in parse_text(bare)[1]:
+        return 0
+    frames = len(datasets.load(text))
+    if frames < SHORTEST:
+        raise ExperimentError(
+            f"{text}: {frames} frames are too few for runs that start at different frames. "
+            f"Give a sequence of {SHORTEST} frames or more."
+        )
+    return frames // 4
+
+
+def _bare(text: str) -> str:
+    """Return the specification of a sequence without its filters."""
+    return split_filters(text)[0]
+
+
+def _halving(number: int) -> float:
+    """Return an element of van der Corput's sequence, which fills [0, 1) evenly at any length."""
+    digits = f"{number:b}"[::-1]
+    return float(int(digits, 2) / 2.0 ** len(digits))
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One run of a series."""
+
+    sequence: str  # specification
+    level: float
+    survived: bool
+    failure: str = ""
+
+
+@dataclass(frozen=True)
+class Series:
+    """Runs of a tracker under a knob."""
+
+    tracker: str  # label
+    knob: Knob
+    sequences: RunSequences
+    max_runs: int
+    trials: Sequence[Trial] = field(default_factory=tuple)
+
+    @cached_property
+    def threshold(self) -> Threshold:
+        """Place along the range at which half of the runs survive."""
+        places = [self.knob.place(trial.level) for trial in self.trials]
+        return threshold(places, [trial.survived for trial in self.trials])
+
+    @property
+    def verdict(self) -> str:
+        """`broken` within the range, or `never` or `at once` if the point is beyond an end."""
+        place = self.threshold.place
+        return "never" if place > 1 else "at once" if place < 0 else "broken"
+
+    @property
+    def level(self) -> float:
+        """Breaking point."""
+        return self.knob.level(self.threshold.place)
+
+    @property
+    def interval(self) -> Interval:
+        """95 % interval of the breaking point, from easy to hard; infinite beyond the range."""
+        low, high = self.threshold.interval
+        away = inf if self.knob.hard > self.knob.easy else -inf
+        return Interval(
+            self.knob.level(low) if low >= 0 else -away,
+            self.knob.level(high) if high <= 1 else away,
+        )
+
+    def next_runs(self) -> list[tuple[str, float]]:
+        """Return sequences and levels of the next runs; none if the point is known well enough."""
+        done = len(self.trials)
+        if not done:
+            places: NDArray[np.float64] = (np.arange(FIRST) + 0.5) / FIRST
+        else:
+            low, high = self.threshold.interval
+            if self.threshold.half_width <= ENOUGH or low > 1 or high < 0:
+                return []
+            key = crc32(self.tracker.encode()), crc32(self.knob.name.encode())
+            random = np.random.default_rng(np.random.SeedSequence(done, spawn_key=key))
+            places = next_places(self.threshold, random, NEXT)
+        levels = [self.knob.run_level(place) for place in places[: self.max_runs - done].tolist()]
+        return [
+            (self.sequences.text(self.knob, level, done + i), level)
+            for i, level in enumerate(levels)
+        ]
+
+    def with_outcomes(self, outcomes: Mapping[str, tuple[bool, str]]) -> "Series":
+        """Return the series after its next runs.
+
+        `outcomes`: by sequence, whether the run survived and why it failed.
+        """
+        new = [Trial(text, level, *outcomes[text]) for text, level in self.next_runs()]
+        return replace(self, trials=[*self.trials, *new])
+
+
+def factor(series: Series, baseline: Series) -> tuple[float, Interval]:
+    """Return the ratio of a tracker's breaking level to the baseline's, and its 95 % interval.
+
+    A ratio above 1 means that the tracker survives harder levels. If a tracker never breaks it is
+    a lower bound with an infinite upper end. It is NaN if the baseline does not break within the
+    range, or for levels below 0, which have no ratio.
+    """
+    knob = series.knob
+    if baseline.verdict != "broken" or series.verdict == "at once" or min(knob.easy, knob.hard) < 0:
+        return nan, Interval(nan, nan)
+    least = 1 / LEVELS / 10  # a level of 0 has no ratio
+    limits = 0 if knob.easy else least, 1 if knob.hard else 1 - least
+    shares = ((np.arange(200) + 0.5) / 200).tolist()
+    places = np.array([[side.threshold.quantile(x) for x in shares] for side in (series, baseline)])
+    levels = [knob.level(place) for place in np.clip(places, *limits).ravel().tolist()]
+    logs = np.log(levels).reshape(places.shape) * (1 if knob.hard > knob.easy else -1)
+    ratios = logs[0][:, None] - logs[1][None]
+    middle, low = (float(np.exp(end)) for end in (np.median(ratios), np.quantile(ratios, 0.025)))
+    ratios[places[0] > 1] = inf
+    return middle, Interval(low, float(np.exp(np.quantile(ratios, 0.975, method="higher"))))
+
+
+@dataclass(frozen=True)
+class BreakingPoints:
+    """All series of a call."""
+
+    series: Sequence[Series]
+    baseline: str  # label
+    scores: Mapping[str, Sequence[float]]  # mean overlaps on recorded sequences, by tracker
+
+    @cached_property
+    def knobs(self) -> dict[Knob, dict[str, Series]]:
+        """Series by knob and tracker."""
+        by_knob: dict[Knob, dict[str, Series]] = {}
+        for series in self.series:
+            by_knob.setdefault(series.knob, {})[series.tracker] = series
+        return by_knob
+
+    @cached_property
+    def points(self) -> list[dict[str, Any]]:
+        """Numbers of each series; values beyond the range are None."""
+        return [_row(series, self.knobs[series.knob][self.baseline]) for series in self.series]
+
+    @cached_property
+    def runs(self) -> list[dict[str, Any]]:
+        """All runs, with knob and tracker."""
+        return [
+            {"knob": series.knob.name, "tracker": series.tracker, **vars(trial)}
+            for series in self.series
+            for trial in series.trials
+        ]
+
+    @cached_property
+    def correlations(self) -> list[tuple[str, float, Interval]]:
+        """Correlation of breaking points with scores, by knob and over all knobs."""
+        if not self.scores:
+            return []
+        means = [float(np.mean(scores)) for scores in self.scores.values()]
+        places = {
+            knob.name: [
+                min(1.0, max(0.0, by_tracker[name].threshold.place)) for name in self.scores
+            ]
+            for knob, by_tracker in self.knobs.items()
+        }
+        if len(places) > 1:
+            places["mean over the knobs"] = np.mean(list(places.values()), axis=0).tolist()
+        return [(name, *rank_correlation(points, means)) for name, points in places.items()]
+
+
+def _row(series: Series, baseline: Series) -> dict[str, Any]:
+    knob = series.knob
+    ratio, ratios = factor(series, baseline)
+    easy, hard = series.threshold.survival([0.0, 1.0]).tolist()
+    return {
+        "knob": knob.name,
+        "unit": knob.unit,
+        "easy": knob.easy,
+        "hard": knob.hard,
+        "tracker": series.tracker,
+        "breaks": series.verdict,
+        "level": series.level if series.verdict == "broken" else None,
+        "level_low": _finite(series.interval.low),
+        "level_high": _finite(series.interval.high),
+        "factor": _finite(ratio),
+        "factor_low": _finite(ratios.low),
+        "factor_high": _finite(ratios.high),
+        "half_width_in_ranges": series.threshold.half_width,
+        "survive_at_easy": easy,
+        "survive_at_hard": hard,
+        "runs": len(series.trials),
+    }
+
+
+def _finite(value: float) -> float | None:
+    return value if isfinite(value) else None
+
+
+def as_data(result: BreakingPoints) -> dict[str, Any]:
+    """Return the object of `--json`; values beyond the range are null."""
+    return {
+        "rule": RULE,
+        "baseline": result.baseline,
+        "series": [
+            {**row, "runs": [vars(trial) for trial in series.trials]}
+            for row, series in zip(result.points, result.series, strict=True)
+        ],
+        "recorded": {name: list(scores) for name, scores in result.scores.items()},
+        "correlations": [
+            {"knob": name, "rank_correlation": _finite(r), "interval": list(interval)}
+            for name, r, interval in result.correlations
+        ],
+    }
+
+
+def tables(result: BreakingPoints, *, whole: bool = False) -> list[Table]:
+    """Return the tables for a terminal; with severities and all runs if `whole`."""
+    agreement = [_agreement(result)] if result.scores else []
+    return [_points(result), *agreement, *([_severity(result), _runs(result)] if whole else [])]
+
+
+def _points(result: BreakingPoints) -> Table:
+    rows = []
+    for series, row in zip(result.series, result.points, strict=True):
+        harder = "1" if series.tracker == result.baseline else _factor(row)
+        shares = f"{100 * row['survive_at_easy']:.0f} … {100 * row['survive_at_hard']:.0f}"
+        texts = [series.knob.head, series.tracker, _level(row), _interval(series), harder, shares]
+        rows.append([Cell(text) for text in (*texts, str(row["runs"]))])
+    runs = pd.DataFrame(result.runs)
+    runs["status"] = np.where(runs["failure"] == "", "finished", "failed")
+    failures = failure_notes(runs, "lost", "counted as lost")
+    end = f"Runs end at half an interval's width of {100 * ENOUGH:g} % of the range, or at --runs."
+    return Table(
+        name="breaking-points",
+        caption=(
+            "Breaking points: the level at which half of the runs survive, with 95 % intervals; "
+            f"factor: how much harder that is than the breaking point of {result.baseline}."
+        ),
+        heads=["knob", "tracker", "breaks at", "95 %", "factor", "survive at ends [%]", "runs"],
+        n_labels=2,
+        rows=rows,
+        notes=[RULE, end, *(f"{tracker}: {note}" for tracker, note in failures.items())],
+        data=pd.DataFrame(result.points),
+        ranks=[0, 1, 2, 4, 3],
+    )
+
+
+def _level(row: Mapping[str, Any]) -> str:
+    if row["breaks"] == "never":
+        return f"never to {row['hard']:g}"
+    return f"at once, by {row['easy']:g}" if row["breaks"] == "at once" else f"{row['level']:.3g}"
+
+
+def _interval(series: Series) -> str:
+    """Return the interval from the easier to the harder end, cut at the ends of the range."""
+    knob, places = series.knob, series.threshold.interval
+    before = f"{'before' if knob.hard > knob.easy else 'above'} {knob.easy:g}"
+    beyond = f"beyond {knob.hard:g}"
+    if places.low > 1 or places.high < 0:
+        return beyond if places.low > 1 else before
+    low = before if places.low < 0 else f"{series.interval.low:.3g}"
+    return f"{low} to {beyond if places.high > 1 else f'{series.interval.high:.3g}'}"
+
+
+def _factor(row: Mapping[str, Any]) -> str:
+    ratio, low, high = (row[key] for key in ("factor", "factor_low", "factor_high"))
+    if ratio is None:
+        return MISSING
+    if row["breaks"] == "never":
+        return f"more than {_times(low)}"
+    return f"{_times(ratio)} ({_times(low)} to {'more' if high is None else _times(high)})"
+
+
+def _times(ratio: float) -> str:
+    """Return a ratio with two digits, without a power of ten."""
+    return f"{ratio:.2g}" if ratio < 99.5 else f"{ratio:.0f}"
+
+
+def _text(value: float, form: str) -> str:
+    return format(value, form) if isfinite(value) else MISSING
+
+
+def _agreement(result: BreakingPoints) -> Table:
+    sequences = len(next(iter(result.scores.values())))
+    return Table(
+        name="agreement",
+        caption=(
+            f"Rank correlation over {len(result.scores)} trackers of breaking points with the mean "
+            f"overlap on {sequences} recorded sequences."
+        ),
+        heads=["knob", "Spearman's", "95 %"],
+        n_labels=1,
+        rows=[
+            [Cell(name), Cell(_text(r, ".2f")), Cell(f"{interval.low:.2f} to {interval.high:.2f}")]
+            for name, r, interval in result.correlations
+        ],
+        notes=[
+            f"Intervals are for other trackers of this kind; below {MIN_UNITS} they are -1 to 1."
+        ],
+        data=pd.DataFrame(
+            {"knob": name, "rank_correlation": r, **interval._asdict()}
+            for name, r, interval in result.correlations
+        ),
+    )
+
+
+def _severity(result: BreakingPoints) -> Table:
+    """Return levels at which shares of the baseline's runs survive; gaps beyond the range."""
+    rows, data = [], []
+    for knob, by_tracker in result.knobs.items():
+        survival = by_tracker[result.baseline].threshold.survival(PLACES)
+        places = np.interp(np.negative(SEVERITIES), -survival, PLACES, left=np.nan, right=np.nan)
+        levels = [knob.level(place) for place in places.tolist()]
+        rows.append([Cell(knob.head), *(Cell(_text(level, ".3g")) for level in levels)])
+        data += [
+            {"knob": knob.name, "survive": share, "level": level}
+            for share, level in zip(SEVERITIES, levels, strict=True)
+        ]
+    return Table(
+        name="severity",
+        caption=f"Levels by severity: the share of {result.baseline}'s runs that survives there.",
+        heads=["knob", *(f"{100 * share:g} %" for share in SEVERITIES)],
+        n_labels=1,
+        rows=rows,
+        data=pd.DataFrame(data),
+    )
+
+
+def _runs(result: BreakingPoints) -> Table:
+    heads = ["knob", "tracker", "sequence", "level", "survived"]
+    rows = [[Cell(str(row[head])) for head in heads] for row in result.runs]
+    return Table("runs", f"All runs. {RULE}", heads, 3, rows, data=pd.DataFrame(result.runs))
+
+
+def write_curves(result: BreakingPoints, folder: Path) -> list[Path]:
+    """Draw survival by level into a folder, a figure for each knob; return the files."""
+    names = file_names(knob.name for knob in result.knobs)
+    paths = []
+    for knob, by_tracker in result.knobs.items():
+        levels = np.array([knob.level(place) for place in PLACES.tolist()])
+        curves = {name: _curve(series, levels) for name, series in by_tracker.items()}
+        title = f"Runs that survive under {knob.name}"
+        figure = breaking_plot(curves, f"{knob.name} [{knob.unit}]", title, knob.logarithmic)
+        paths.append(write_figure(folder / f"curve-{names[knob.name]}.png", figure))
+    return paths
+
+
+def _curve(series: Series, levels: NDArray[np.float64]) -> Breaks:
+    """Return the survival curve with dots for groups of neighbouring runs, and the interval."""
+    knob = series.knob
+    runs = [(knob.place(trial.level), trial.survived) for trial in series.trials]
+    groups = np.array_split(sorted(runs, key=lambda run: run[0]), min(BINS, len(runs)))
+    dots = (
+        np.array([knob.level(float(np.mean(group[:, 0].copy()))) for group in groups]),
+        np.array([np.mean(group[:, 1]) for group in groups]),
+        np.array([float(len(group)) for group in groups]),
+    )
+    ends = [nan, nan]
+    if series.verdict == "broken":
+        ends = [knob.level(min(1.0, max(0.0, end))) for end in series.threshold.interval]
+    return Breaks(levels, series.threshold.survival(PLACES), *dots, *ends)

@@ -1,0 +1,41 @@
+"""Charts that both a report and a comparison have: time to failure, speed against a score."""
+
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from trackmark.bench.statistics.survival import kaplan_meier
+from trackmark.reports.page.content import Chart, Line, Place
+
+
+def survival_line(
+    label: str,
+    position: int,
+    ends: ArrayLike,
+    lost: ArrayLike,
+    lost_at: Mapping[int, Place] = MappingProxyType({}),
+) -> Line:
+    """Return Kaplan and Meier's estimate of the share of a tracker's runs that are not lost.
+
+    `ends`: frame in which each run was lost or ended; `lost`: whether it was lost. `lost_at`: a
+    place to open by such a frame.
+    """
+    survival = kaplan_meier(ends, lost)
+    shares, low, high = (np.concatenate([[1.0], part]) for part in survival[1:])
+    frames = np.append(0.0, survival.times)
+    places = [None, *map(lost_at.get, survival.times.tolist())]
+    return Line(label, position, frames, shares, low, high, places)
+
+
+def survival_chart(lines: Sequence[Line], words: str = "") -> Chart:
+    """Return the chart of the share of runs that have not lost the target, over frames."""
+    axes = "frame", "share of runs not lost"
+    return Chart("", *axes, lines, words, "step", top=1.0, figure="survival")
+
+
+def speed_chart(dots: Sequence[Line], time: str, quantity: str, words: str = "") -> Chart:
+    """Return the chart of a score against the time per frame, a dot per tracker."""
+    axes = time, quantity
+    return Chart("", *axes, dots, words, "dots", logarithmic=True, figure="speed-accuracy")

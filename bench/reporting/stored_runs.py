@@ -1,0 +1,44 @@
+"""Stored runs of an experiment with their ground truth, and the sequences that they are of."""
+
+from collections.abc import Iterator, Mapping
+from functools import cache, partial
+from pathlib import Path
+from typing import Any, TypeAlias
+
+from trackmark import datasets
+from trackmark.bench.evaluation.run_record import Run
+from trackmark.bench.protocols import STORED_ONCE, TIMING
+from trackmark.bench.store.layout import cell_of
+from trackmark.bench.store.loading import ordered_rows
+from trackmark.bench.store.results import Results
+from trackmark.bench.store.truth import StoredTruth, read_truth
+
+StoredRun: TypeAlias = tuple[Mapping[str, Any], Run, StoredTruth]
+"""A run with its row of the index, and the ground truth that it was made with."""
+
+
+def one_pass_runs(folder: Path, **only: str) -> Iterator[StoredRun]:
+    """Yield the one-pass runs of an experiment; `only`: required values of columns."""
+    return judged_runs(folder, protocol=STORED_ONCE, **only)
+
+
+def judged_runs(folder: Path, **only: str) -> Iterator[StoredRun]:
+    """Yield the runs of an experiment by all protocols except timing."""
+    results = Results(folder)
+    truth = cache(partial(read_truth, folder))
+    for row in ordered_rows(results, **only):
+        if row["protocol"] != TIMING:
+            run = results.read(cell_of(row))
+            yield row, run, truth(row["sequence"], row["fingerprint"])
+
+
+def open_sequence(row: Mapping[Any, Any]) -> datasets.Sequence | str:
+    """Return the sequence of a run as the index has it, or a message why it cannot be used."""
+    name, source = row["sequence"], row["source"]
+    try:
+        sequence = datasets.load(source, truth=row["truth"] or None)
+    except datasets.SequenceError:
+        return f"{name} can't be opened at {source} any more."
+    if sequence.fingerprint != row["fingerprint"]:
+        return f"{name} at {source} has changed since it was run."
+    return sequence

@@ -1,0 +1,214 @@
+"""Wrong usage and input of every command: exit status 2 and a message, without a traceback."""
+
+import shlex
+
+import pytest
+
+from trackmark.bench.numba_compilation import SENTENCE
+
+SMALL = "--sequences data/Small"
+SCENES = "plain/target:length=12,plain/target:length=12:scene=1"
+STRESS = (
+    "stress static --runs 20 --sequences plain/target:length=20:width=64:height=64 --knob noise"
+)
+STATIC = f"run --trackers static {SMALL}"
+SUPERVISED = f"compare static camshift --sequences {SCENES} --protocol supervised --metrics vot"
+COMPARE = f"compare static --results-of MINE=theirs --sequences {SCENES}"
+ANNOTATE = "annotate data/Small/img"
+BOXES = "--box 0:1,2,3,4 --box 1:1,2,3,4"
+
+# A line is a command and a part of its message.
+MESSAGES = f"""
+run --trackers statik {SMALL} | Did you mean 'static'?
+run --trackers static:preset=x {SMALL} | preset of static 'x'
+run --trackers camshift:bins=3 {SMALL} | 'hue_bins'
+run --trackers camshift:hue_bins=0 {SMALL} | hue_bins=0
+run --trackers camshift:hue_bins=many {SMALL} | hue_bins=many
+run --trackers static --sequences samples/fce | 'samples/face'
+run --trackers static --sequences samples/*,nothing/* | 'nothing/*' matches no sequence
+run --trackers , {SMALL} | a tracker and a sequence
+run --trackers static --sequences , | a tracker and a sequence
+{STATIC} data/Small/img | data/Small/img is not an experiment.
+run --trackers static --sequences data data/Small knob.py | quotes, so that your shell
+run demo demo | Give one experiment
+run --trackers static --sequences plain/target:sped=3 | 'speed'
+run --trackers static --sequences nowhere | nowhere
+{STATIC} --frame-limit 0 | more than 0
+{STATIC} --engine dusk | Did you mean 'dask'
+{STATIC} --address tcp://nowhere:1 | the local engine has no address
+{STATIC} --seeds 0 | x>=1
+{STATIC} --memory-limit much | 'much' is not a valid size
+{STATIC} --protocol supervise | Did you mean 'supervised'?
+{STATIC} --protocol tre:starts=none | parameter starts=none
+{STATIC} --protocol sre --timing | timing runs are in one pass
+{STATIC} --output file/results | --output
+run nonsense | unknown experiment 'nonsense'
+run missing.toml | missing.toml
+run sweep.toml | sequences sweeps over 1000000000 combinations
+run many.toml | an experiment has at most 1000000
+run --trackers static,knob.py:Knob {SMALL} --seeds 1000000000000 | 1000000000001 runs are requested
+run lists.toml | nested too deeply
+run tables.toml | nested too deeply
+run nul-tracker.toml | a\\u0000.py: there is no such tracker file
+run nul-sequence.toml | a path cannot contain a NUL character
+describe nonsense | nonsense
+describe camshit | Did you mean the tracker 'camshift'?
+describe kcf:preset=as-written | Did you mean the tracker 'opencv-kcf'?
+describe '' | empty
+describe data/Small/img --attributes | there is no truth
+report nowhere | nowhere
+report data --metrics '' | one preset at least
+report data --metrics otbb | Did you mean 'otb'?
+report | Give RESULTS
+report --results-of A=theirs | Give RESULTS
+report --sequences data/Small | Give RESULTS
+report data --json --format csv | exclude each other
+report data --format pdf | --folder
+report data --json --frames | --folder
+report data --no-pictures --frames | --folder
+results list nowhere | nowhere
+compare static camshift | Give --sequences or --results
+compare --sequences {SCENES} | Name the trackers
+compare static static --sequences {SCENES} | twice
+compare --results nowhere | no results here
+compare --results nowhere --margin nan | a finite number
+{COMPARE} --metric nonsense | is not one of mean_overlap
+{COMPARE} --metrics otb --metric centre_error | otb has no 'centre_error'
+{COMPARE} --metrics vot --metric failures | --margin
+{COMPARE} --results-of MINE=theirs | names MINE twice
+{SUPERVISED} --metric eao | eao is of all sequences together
+{SUPERVISED} --metric eao | compared by accuracy, failures, robustness, accuracy_exact
+{STRESS}=0..9,noise | names one twice
+{STRESS} --knob '' | names none
+{STRESS} --knob nois | Did you mean 'noise'
+{STRESS} --sequences nowhere | nowhere
+{STRESS} --knob occlusion | is too long for it
+{STRESS}=0..900 | give a number from 0 to 255
+{STRESS} --runs 3 | 20
+reproduce multi-part | Did you mean 'multipart'?
+reproduce | Give one PAPER (moreno2005,
+reproduce multipart --all-papers | Give one PAPER
+reproduce --all-papers --page page.md | --page needs one PAPER
+reproduce multipart --quick --page page.md | a report with verdicts
+reproduce multipart --quick --all | --quick or --all
+{ANNOTATE} --box 0:1,2,3 | FRAME:X,Y,WIDTH,HEIGHT
+{ANNOTATE} --box x | FRAME:X,Y,WIDTH,HEIGHT
+{ANNOTATE} --box 0:1,2,3,4 | two frames or more
+{ANNOTATE} {BOXES} --output a.jpg | .csv
+{ANNOTATE} --box 0:1,2,3,4 --box 9:1,2,3,4 | frame 9
+{ANNOTATE} --box 0:1,2,3,0 --box 1:1,2,3,4 | frame 0
+{ANNOTATE} --box 0:50,2,3,4 --box 1:1,2,3,4 | frame 0: [50.0, 2.0, 3.0, 4.0] lies out
+{ANNOTATE} --box 0:1,2,3,4 --box 4:1,-4,3,4 | outside the image (50x40)
+{ANNOTATE} --box 0:1,2,1e300,4 --box 4:1,4,3,4 | frame 0
+{ANNOTATE} {BOXES} --absent x | FIRST-LAST
+{ANNOTATE} | key frames
+show data/Small | Give --output
+show data/Small --output a.gif | neither .png nor .mp4
+show data/Small --output a.png --first 9 | not among 0 to 4
+show data/Small --output a.png --trace revised | give both
+show data/Small --live static --first 1 | exclude each other
+check nowhere | there is no such baseline
+""".strip().splitlines()
+
+TOML = 'version = 1\ntrackers = ["{}"]\nsequences = ["{}"]\n'
+FILES = {
+    "file": "",
+    "lists.toml": "trackers = " + "[" * 5000,
+    "tables.toml": "trackers = " + "{a=" * 5000,
+    "many.toml": TOML.format("knob.py:Knob", "data/Small") + "repetitions = 1000000000000",
+    "nul-tracker.toml": TOML.format("a\\u0000.py", "data/Small"),
+    "nul-sequence.toml": TOML.format("static", "data/\\u0000"),
+    "sweep.toml": 'version = 1\ntrackers = ["static"]\nsequences = [{ name = "plain/target", '
+    + ", ".join(f"{key} = {list(range(1000))}" for key in ("scene", "noise", "blur"))
+    + " }]\n",
+}
+
+
+def message_of(done):
+    """Return the message of a refused command, which is one line, also after a usage text."""
+    lines = [line for line in done.stderr.strip().splitlines() if line != SENTENCE]
+    usage = [line for line in lines if line.startswith(("Usage:", "Try ")) or not line]
+    (message,) = [line for line in lines if line not in usage]
+    assert message.startswith("Error: " if usage else "trackmark: ")
+    assert done.stdout == ""
+    return message
+
+
+@pytest.mark.parametrize("command", sorted({line.split()[0] for line in MESSAGES}))
+def test_wrong_input_is_one_message_and_exit_status_2(trackmark, here, command):
+    for name, text in FILES.items():
+        (here / name).write_text(text)
+    (here / "theirs").mkdir()
+    (here / "theirs" / "Small.txt").write_text("5,6,10,12\n" * 5)
+    for line in MESSAGES:
+        arguments, _, words = line.rpartition(" | ")
+        if arguments.split()[0] == command:
+            assert words in message_of(trackmark(*shlex.split(arguments), status=2)), line
+    assert not (here / "results").exists()
+
+
+LONG = "x" * 5000
+LOOPS = ("loop", "loop.toml", "loop.py", "loop.png", "loop.csv", "loop.html")
+
+# With a name of 5000 characters, and with a loop of symbolic links, in place of NAME.
+NAMES = f"""
+run NAME.toml
+run --trackers static --sequences NAME
+run --trackers NAME.py {SMALL}
+{STATIC} --output NAME
+describe NAME
+describe NAME/tracker.py
+show data/Small --output NAME.png
+show data/Small --results NAME --output shown.png
+{ANNOTATE} --box 0:1,1,9,9 --box 4:1,1,9,9 --output NAME.csv
+report NAME
+compare --results NAME
+results list NAME
+results merge data NAME
+baseline NAME.toml --trackers static {SMALL}
+check NAME.toml
+""".strip().splitlines()
+LONG_NAMES = f"""
+run NAME
+run --trackers NAME {SMALL}
+run --trackers static --sequences NAME/*
+{STATIC} --name NAME
+show NAME --output shown.png
+reproduce NAME
+results check NAME
+""".strip().splitlines()
+
+
+@pytest.mark.parametrize("name", [LONG, "loop"], ids=["long", "loop"])
+def test_name_that_cannot_be_a_file_is_one_short_message(trackmark, one_line, here, name):
+    for file in LOOPS:
+        (here / file).symlink_to(file)
+    for line in [*NAMES, *(LONG_NAMES if name == LONG else ())]:
+        message = one_line(trackmark(*shlex.split(line.replace("NAME", name)), status=2))
+        assert message.startswith("trackmark: "), line
+        assert len(message) < 1000, line
+        assert "loop" in message or name == LONG, line
+    for command, option in (("describe", "--truth"), ("annotate", "--keys")):
+        message = trackmark(command, "data", option, LONG, status=2).stderr
+        assert "does not exist" in message
+        assert max(map(len, message.splitlines())) < 1000
+
+
+def test_argument_that_is_not_utf8_is_one_message(trackmark, one_line, here):
+    (here / "knob.py").rename(here / "\udcff.py")
+    for options in (("static", "--name", "\udcff"), ("\udcff.py",)):
+        message = one_line(
+            trackmark("run", "--sequences", "data/Small", "--trackers", *options, status=2)
+        )
+        assert "\\udcff" in message
+        assert "UTF-8" in message
+    assert not (here / "results").exists()
+
+
+def test_oserror_without_a_file_name_is_one_message(trackmark, one_line, monkeypatch):
+    def fail(*_):
+        raise OSError(24, "Too many open files")
+
+    monkeypatch.setattr("trackmark.bench.store.layout.experiment_folders", fail)
+    line = one_line(trackmark("results", "list", "results", status=2))
+    assert line == "trackmark: Too many open files."
