@@ -9,7 +9,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.special import betaincinv, stdtrit
 
 MIN_SKEWNESS = 1e-6
 """Hall's transformation divides by the skewness; below this it would only round."""
@@ -60,6 +59,8 @@ def interval_ends(
 
     `values`: finite, shape (..., n) with n of 2 or more. Both results: shape (...).
     """
+    from scipy.special import stdtrit  # takes 0.2 s, and tables without intervals need none
+
     n = values.shape[-1]
     mean, deviation = values.mean(axis=-1), values.std(axis=-1, ddof=1)
     flat = deviation <= MIN_RELATIVE_SPREAD * np.abs(values).max(axis=-1)
@@ -89,6 +90,8 @@ def share_interval(successes: ArrayLike, trials: ArrayLike, confidence: float = 
     """
     good = int((2 * np.asarray(successes) > np.asarray(trials)).sum())
     n, tail = len(np.asarray(trials)), (1 - confidence) / 2
+    from scipy.special import betaincinv  # as above
+
     low = float(betaincinv(good, n - good + 1, tail)) if good else 0.0
     high = float(betaincinv(good + 1, n - good, 1 - tail)) if good < n else 1.0
     return Interval(low, high)

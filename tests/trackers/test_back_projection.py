@@ -5,7 +5,7 @@ from math import floor
 
 import numpy as np
 import pytest
-from hypothesis import example, given, settings
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from trackmark.trackers.base.sharing import SharedFrame
@@ -128,7 +128,6 @@ def slow_mean_shift(projection, centre, size, stop_distance, max_iterations):
     return float(x), float(y), n, sums(x, y)[0]
 
 
-@settings(max_examples=50)
 @given(
     st.integers(0, 999),
     st.tuples(st.floats(-5, 28), st.floats(-5, 22)),

@@ -54,7 +54,7 @@ def specification(request):
 
 @pytest.fixture(scope="module")
 def clip(moving_target):
-    return moving_target(5)
+    return moving_target(4)
 
 
 @pytest.fixture(scope="module")

@@ -108,7 +108,7 @@ def test_the_seed_alone_decides_whatever_the_process_drew_before(name, moving_ta
     specification = usable(name)
     assert specification.randomness is trackers.Randomness.PROCESS
     # Fast enough to be nearly lost: on an easy clip every seed of Boosting gives the same.
-    clip = moving_target(9, 140, 200, velocity=(10, 5), seed=4)
+    clip = moving_target(7, 140, 200, velocity=(10, 5), seed=4)
     found = boxes_of(specification.create(1), clip)
     ctypes.CDLL(None).srand(99)
     cv2.setRNGSeed(99)

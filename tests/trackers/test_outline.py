@@ -116,7 +116,6 @@ def test_areas_and_boxes_are_those_of_shapely(seed, n):
     assert bounding_box(contour) == pytest.approx([left, top, right - left, bottom - top])
 
 
-@settings(max_examples=50)
 @given(st.lists(st.tuples(st.integers(0, 6), st.integers(0, 6)), min_size=4, max_size=8))
 @example([(0, 0), (1, 0), (1, 1), (2, 1), (2, 0), (3, 0), (3, 2), (0, 2)])  # sides on one line
 def test_a_contour_crosses_itself_where_shapely_says_so_also_on_a_grid(points):
@@ -169,7 +168,7 @@ def pixels_inside(contour, height=HEIGHT, width=WIDTH):
     )
 
 
-@settings(max_examples=40)
+@settings(max_examples=25)
 @given(star_shaped().filter(lambda contour: Polygon(contour).is_valid), st.integers(0, 99))
 def test_filled_pixels_have_their_centres_inside_and_sums_are_theirs(contour, seed):
     values = np.random.default_rng(seed).normal(size=(HEIGHT, WIDTH))

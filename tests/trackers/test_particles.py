@@ -4,7 +4,7 @@ from math import ceil, floor
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from trackmark.trackers.base.particles import SCHEMES, effective_number, mean_state, normalised
@@ -45,7 +45,6 @@ weighted = st.lists(st.floats(0, 1), min_size=1, max_size=25).filter(any).map(np
 
 
 @pytest.mark.parametrize("name", SCHEMES)
-@settings(max_examples=40)
 @given(weighted, st.integers(0, 999))
 def test_as_many_go_on_and_none_that_weighs_nothing(name, weights, seed):
     weights = weights / weights.sum()

@@ -173,7 +173,8 @@ def test_failures_of_one_tracker_for_one_reason_are_repeated_once(data, tasks):
     unit = one_unit(data, "static", "Raises", repetitions=5)
     with closing(Pool(Limits())) as workers:
         ((_, outcome),) = workers.perform([unit])
-    assert [run.failure != "" for run in outcome.runs] == [False] + [True] * 5
+    failed = [run.identity.tracker_name for run in outcome.runs if run.failure]
+    assert (len(outcome.runs), failed) == (6, ["acts.py:Raises"] * 5)
     assert tasks == [(6, True), (1, True)]
 
 

@@ -52,6 +52,12 @@ def test_import_refuses_corners(kind, offset, tmp_path):
     assert str(error.value).startswith(str(tmp_path / "theirs" / "Couple"))
 
 
+def test_import_refuses_inclusive_corners_of_a_small_box(tmp_path):
+    truth = np.array([[50, 46, 6, 8]] * 4, float)
+    with pytest.raises(ExchangeError, match="as corners"):
+        imported(tmp_path, as_corners(truth + [1, 1, 0, 0]) - [0, 0, 1, 1], truth=truth)
+
+
 def test_import_reads_boxes_near_the_origin_as_boxes(tmp_path):
     truth = np.array([[1, 2, 20, 30]] * 4, float)
     run, messages = imported(tmp_path, truth + [1, 1, 0, 0], truth=truth)

@@ -91,6 +91,13 @@ def test_files_are_read_by_code_of_the_toolkits(kind, tmp_path):
 CONFIDENCE = np.r_[np.nan, np.linspace(-3, 7, FRAMES - 1)]
 
 
+def test_pytracking_truncates_and_got10k_has_one_time_file(tmp_path):
+    held = exchange.layout("pytracking").held(np.array([[1.9, -1.9, 2.5, np.nan]]))
+    assert held.tolist() == [[1, -1, 2, 0]]
+    files = [len(written("got10k", tmp_path, Said(walked()), repetition=k)) for k in (0, 1)]
+    assert files == [2, 1]
+
+
 @pytest.mark.parametrize(("kind", "place"), [("pysot", "."), ("vot", "unsupervised")])
 def test_one_folder_holds_runs_with_and_without_confidences(kind, place, tmp_path):
     paths = []

@@ -107,6 +107,9 @@ def test_segments_from_a_later_first_target_make_the_round_trip(tmp_path):
         assert scores(again, sequence) == pytest.approx(scores(run, sequence), nan_ok=True)
     files = (tmp_path / "anchors" / "there").rglob("*.txt")
     assert sorted(path.stem[-8:] for path in files) == ["00000003", "00000063"]
+    (file,) = (tmp_path / "tre" / "there").rglob("*.json")
+    starts = [record["startFrame"] for record in json.loads(file.read_text())]
+    assert (starts[0], starts[-1]) == (1, 64 - 20 + 1)  # in numbers from 1
 
 
 @pytest.mark.parametrize("kind", exchange.names())

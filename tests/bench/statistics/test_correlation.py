@@ -1,5 +1,7 @@
 """Spearman's rank correlation with its interval."""
 
+from statistics import NormalDist
+
 import numpy as np
 import pytest
 from scipy.stats import spearmanr
@@ -11,7 +13,8 @@ def test_it_is_spearmans_with_ties_and_infinities():
     first, second = [1, 2, 2, 5, np.inf, 4], [2, 1, 4, 4, 9, 3]
     r, interval = rank_correlation(first, second)
     assert r == pytest.approx(spearmanr([1, 2, 2, 5, 99, 4], second).statistic)
-    assert interval.low < r < interval.high
+    half = NormalDist().inv_cdf(0.975) * np.sqrt((1 + r**2 / 2) / (6 - 3))
+    assert np.arctanh(interval) == pytest.approx([np.arctanh(r) - half, np.arctanh(r) + half])
 
 
 def test_rank_correlation_has_no_interval_below_6_pairs():

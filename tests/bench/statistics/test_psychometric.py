@@ -62,6 +62,9 @@ def test_where_all_survive_or_none_the_threshold_lies_beyond_the_range(survived,
 
 def test_runs_are_placed_where_it_is_decided_and_equally_again():
     survived = EVENLY < 0.3
+    few = threshold(EVENLY, survived)
+    assert few.interval == (few.quantile(0.025), few.quantile(0.975))
+    assert few.quantile(0.025) < few.quantile(0.05) < few.quantile(0.95) < few.quantile(0.975)
     places = next_places(threshold(EVENLY, survived), np.random.default_rng(5))
     assert np.quantile(np.abs(places - 0.3), 0.8) < 0.1
     again = next_places(threshold(EVENLY, survived), np.random.default_rng(5))

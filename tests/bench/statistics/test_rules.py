@@ -91,6 +91,14 @@ def test_units_needed_matches_documented_examples():
     assert about(units_needed(-0.094, (-0.180, 0.010), 8, 0.01)) == "about 19"
     assert about(units_needed(0.031, (-0.012, 0.071), 20, 0.02)) == "about 75"
     assert about(units_needed(0.002, (-0.1, 0.104), 8, 0.01)) == "more than 500"
+    # To be inside the margin: 30 (0.012 / (0.01 - 0.002))².
+    assert units_needed(0.002, (-0.010, 0.014), 30, 0.01) == pytest.approx(67.5)
+
+
+def test_p_value_of_equal_differences_is_that_of_equal_signs():
+    assert p_value([0.1] * 6) == 2**-5
+    assert p_value([-0.1] * 6, comparisons=3) == 3 * 2**-5
+    assert p_value([0.0] * 6) == 1.0
 
 
 @given(st.integers(0, 10**6), st.integers(4, 12), st.booleans())

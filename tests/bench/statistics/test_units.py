@@ -25,3 +25,4 @@ def test_units_are_scenes_of_a_single_family_and_on_request():
 def test_units_of_recorded_sequences_are_sequences():
     units = units_of(["samples/box", "samples/cup"])
     assert (units.kind, units.scope) == ("sequence", "for new sequences")
+    assert units_of(["box"]).kind == "sequence"
