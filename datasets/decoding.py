@@ -8,12 +8,10 @@ from reprlib import Repr
 
 from trackmark.datasets.interface import SequenceError
 
-MOST_PIXELS = 100_000_000
-"""Pixels of the largest image that is decoded; `$TRACKMARK_MOST_PIXELS` sets another number."""
-
+# Pixels of the largest image that is decoded, and the environment variable that overrides it.
+LIMIT, MOST_PIXELS = "TRACKMARK_MOST_PIXELS", 100_000_000
+# Exceptions that show a defect of our code or of a library, not of the file.
 PROGRAMMING_ERRORS = (AssertionError, AttributeError, ImportError, NameError, TypeError)
-"""Exceptions that show a defect of our code or of a library, not of the file."""
-
 _LONGEST_REASON = 300
 _BRIEF = Repr()
 _BRIEF.maxstring = 200
@@ -27,10 +25,7 @@ def brief(text: str) -> str:
 def check_name(path: Path) -> None:
     """Refuse a name that is no text: results and messages could not hold it.
 
-    Raises
-    ------
-    SequenceError
-        For a name that is not UTF-8 or contains a NUL character.
+    Raises `SequenceError` for a name that is not UTF-8 or contains a NUL character.
     """
     if "\0" in str(path):
         raise SequenceError(f"{brief(str(path))}: a path cannot contain a NUL character.")
@@ -63,16 +58,13 @@ def decoding(what: str, advice: str = "Get the file anew.") -> Iterator[None]:
 def pixel_limit(most: int | None = None) -> int:
     """Pixels of the largest image that is decoded: so many, or what holds where none is given.
 
-    Raises
-    ------
-    SequenceError
-        Where `$TRACKMARK_MOST_PIXELS` is no number.
+    Raises `SequenceError` where `$TRACKMARK_MOST_PIXELS` is no number.
     """
     if most is not None:
         return most
-    own = os.environ.get("TRACKMARK_MOST_PIXELS", str(MOST_PIXELS))
+    own = os.environ.get(LIMIT, str(MOST_PIXELS))
     if not (own.isdecimal() and len(own) < 20):
-        raise SequenceError(f"TRACKMARK_MOST_PIXELS is {brief(own)}; give a number of pixels.")
+        raise SequenceError(f"{LIMIT} is {brief(own)}; give a number of pixels.")
     return int(own)
 
 
@@ -81,14 +73,11 @@ def check_pixels(width: int, height: int, most: int | None = None) -> None:
 
     `width` and `height` are what its header says [pixels]; `most` is as for `pixel_limit`.
 
-    Raises
-    ------
-    ValueError
-        For a larger image.
+    Raises `ValueError` for a larger image.
     """
     most = pixel_limit(most)
     if width * height > most:
         raise ValueError(
             f"it claims {width}x{height} pixels, more than the {most} that are decoded; "
-            "TRACKMARK_MOST_PIXELS sets another limit"
+            f"{LIMIT} sets another limit"
         )

@@ -15,7 +15,7 @@ from trackmark.datasets.interface import SequenceError
 
 # Two changes within one tick of the file system's clock leave the same time of change; a
 # file changed so recently is not remembered (2 s is FAT's tick, the coarsest).
-_TICK_NS = 2_000_000_000
+TICK_NS = 2_000_000_000
 
 _Known = dict[str, tuple[int, int, str]]  # size and time of change [ns], digest, by path
 _KNOWN = TypeAdapter(_Known)
@@ -36,10 +36,7 @@ def file_digests(files: SequenceOf[Path]) -> list[str]:
     A file is read only when its size or time of change differs from the remembered ones. A
     cache that is damaged is made anew, one that can't be written only costs time.
 
-    Raises
-    ------
-    SequenceError
-        For a file that can't be read.
+    Raises `SequenceError` for a file that can't be read.
     """
     # Not `Path.resolve`: it raises RuntimeError if symbolic links form a loop. Each folder is
     # resolved once, as it can hold thousands of files.
@@ -64,7 +61,7 @@ def file_digests(files: SequenceOf[Path]) -> list[str]:
             else:
                 with path.open("rb") as file:
                     digest = hashlib.file_digest(file, "sha256").hexdigest()
-                if time.time_ns() - status.st_mtime_ns > _TICK_NS:
+                if time.time_ns() - status.st_mtime_ns > TICK_NS:
                     fresh[str(path)] = (*stamp, digest)
         except OSError as error:
             raise SequenceError(f"{path}: can't be read ({error}).") from error

@@ -11,8 +11,7 @@ from pathlib import Path
 from trackmark.datasets.interface import SequenceError
 from trackmark.datasets.spec_string import natural_order
 
-_Number = tuple[str | int, ...]
-"""Name of an image up to its last number: text and numbers in turn."""
+_Number = tuple[str | int, ...]  # name of an image up to its last number: text and numbers in turn
 
 
 def check_frame_numbers(images: SequenceOf[Path]) -> None:
@@ -22,10 +21,7 @@ def check_frame_numbers(images: SequenceOf[Path]) -> None:
     if one continues the other (`0003 (1).png`, `Copy of 0003.png`). Text in front of a number is no
     copy if many images have it: then it is the prefix of a second series (`depth0003.png`).
 
-    Raises
-    ------
-    SequenceError
-        Naming both images.
+    Raises `SequenceError` naming both images.
     """
     numbers: dict[_Number, Path] = {}
     for image in images:

@@ -6,20 +6,16 @@ import numpy as np
 
 from trackmark.datasets.interface import Image, Sequence
 
-TILES = 4
-"""Tiles across and down of which a look keeps the mean colours."""
+TILES = 4  # tiles across and down of which a look keeps the mean colours
 
 
 def golden_digests(sequence: Sequence) -> dict[str, str]:
     """Digests of images and masks, and of the truth.
 
-    Returns
-    -------
-    dict of str to str
-        `images` over bytes of images and masks at the beginning, in the middle and at the end;
-        `truth` over boxes, visibility and regions of all frames, to a millionth of a pixel;
-        `look`, the mean colours of tiles of these images in hexadecimal: they tell a changed
-        picture from a changed last bit, as another platform's arithmetic may give.
+    Returns `images` over bytes of images and masks at the beginning, in the middle and at the end;
+    `truth` over boxes, visibility and regions of all frames, to a millionth of a pixel; `look`, the
+    mean colours of tiles of these images in hexadecimal: they tell a changed picture from a changed
+    last bit, as another platform's arithmetic may give.
     """
     n = len(sequence)
     # Of 120 frames, those in which the knobs of `plain/target` show.

@@ -31,15 +31,10 @@ SUFFIXES = (".jpg", ".jpeg", ".png", ".bmp", ".ppm", ".tif", ".tiff")
 
 _JPEG_START, _PNG_START, _TIFF_STARTS = b"\xff\xd8", b"\x89PNG", (b"II", b"MM")
 
-_MOST_BYTES = 6
-"""A pixel, where there are as many as may be: of a PPM file of 16 bits."""
-
+_MOST_BYTES = 6  # a pixel, where there are as many as may be: of a PPM file of 16 bits
+# Numbers of the TIFF format: a version, a tag and a type of values.
 _BIG_TIFF, _ORIENTATION, _SHORT = 43, 274, 3
-"""Numbers of the TIFF format: a version, a tag and a type of values."""
-
-_TIFF_BYTES = 32
-"""A pixel, at most: four numbers in double precision."""
-
+_TIFF_BYTES = 32  # a pixel, at most: four numbers in double precision
 # What reads no more than a header, by how a file begins.
 _HEADERS: Mapping[bytes, Callable[[BytesIO], ImageFile]] = {
     _PNG_START: PngImageFile,
@@ -56,24 +51,20 @@ _COLOUR = cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION
 class ImageFiles:
     """Frames that lie in image files.
 
-    Parameters
-    ----------
-    files : sequence of Path
-        In the order of the frames; nothing is read before a frame is asked for.
-    most_pixels : int, optional
-        See `decode_image`.
+    `files`: In the order of the frames; nothing is read before a frame is asked for. `most_pixels`:
+    See `decode_image`.
     """
 
     def __init__(self, files: SequenceOf[Path], most_pixels: int | None = None) -> None:
-        self._files = files
+        self.files = files
         self._most_pixels = most_pixels
 
     def __len__(self) -> int:
-        return len(self._files)
+        return len(self.files)
 
     def __getitem__(self, frame: int) -> Image:
         """See `Frames`."""
-        file = self._files[frame]
+        file = self.files[frame]
         advice = "Get the file anew, or end the truth before this frame."
         with decoding(f"{file}: frame {frame} can't be read", advice):
             return decode_image(file.read_bytes(), self._most_pixels)
@@ -103,23 +94,10 @@ def decode_image(data: bytes, most_pixels: int | None = None) -> Image:
     Pixels are returned as stored: an orientation tag is not applied. Grey images get three equal
     channels, 16-bit images keep the upper byte, alpha is dropped.
 
-    Parameters
-    ----------
-    data : bytes
-        Of the file.
-    most_pixels : int, optional
-        A larger image is refused by its header; see `datasets.decoding.pixel_limit`.
-
-    Returns
-    -------
-    image : ndarray of uint8, shape (height, width, 3)
-
-    Raises
-    ------
-    ValueError
-        For data that are damaged, cut short, or no image, and for an image that is too large.
-    MemoryError
-        Where decoding takes more memory than there is.
+    `data`: Of the file. `most_pixels`: A larger image is refused by its header; see
+    `datasets.decoding.pixel_limit`.
+    Raises `ValueError` for data that are damaged, cut short, or no image, and for an image that is
+    too large. Raises `MemoryError` where decoding takes more memory than there is.
     """
     size = image_size(data)
     if size is None:
@@ -186,10 +164,7 @@ def _check_memory(data: bytes, size: tuple[int, int], most: int) -> None:
 def image_files(folder: Path) -> list[Path]:
     """Image files directly in a folder, in natural order: `img2.png` before `img10.png`.
 
-    Raises
-    ------
-    SequenceError
-        For a name that is no UTF-8: it could stand in no message and no result.
+    Raises `SequenceError` for a name that is no UTF-8: it could stand in no message and no result.
     """
     files = [
         file
@@ -207,11 +182,8 @@ def numbered_images(folder: Path, *firsts: int) -> list[Path]:
     A missing image would shift the ground truth of all later frames.
     `firsts`: valid numbers of the first image; none if the ground truth itself contains it.
 
-    Raises
-    ------
-    SequenceError
-        Naming the image that is missing, has no number, or has the number of another image; or the
-        folder if it has no images.
+    Raises `SequenceError` naming the image that is missing, has no number, or has the number of
+    another image; or the folder if it has no images.
     """
     images = image_files(folder) if folder.is_dir() else []
     if not images:

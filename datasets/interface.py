@@ -12,8 +12,7 @@ from trackmark.datasets.shapes import Shapes
 Image: TypeAlias = NDArray[np.uint8]
 Mask: TypeAlias = NDArray[np.bool_]
 
-LARGEST = 1e7
-"""Greatest coordinate of a truth box [pixels]: images end long before."""
+LARGEST = 1e7  # greatest coordinate of a truth box [pixels]: images end long before
 
 
 class SequenceError(ValueError):

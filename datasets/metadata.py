@@ -9,48 +9,21 @@ from trackmark.datasets.interface import Origin, Sequence
 
 @dataclass(frozen=True)
 class Outline:
-    """What is known of a sequence.
+    """What is known of a sequence."""
 
-    Attributes
-    ----------
-    name : str
-        Canonical name.
-    length : int
-        Number of frames.
-    size : tuple of int
-        Width and height of the images [pixels].
-    fps : float or None
-        Frames a second.
-    present : int
-        Frames in which the target is; 0 where there is no truth.
-    regions : list of str
-        Names of further truths.
-    attributes : mapping of str to int
-        Frames in which something happens (`occlusion`, …); only what does happen.
-    truth_source : str
-        File or generator that the truth comes from.
-    images_beyond_truth : int
-        Images after the last row of the truth, which are not read.
-    fingerprint : str
-        As `Sequence.fingerprint`.
-    truth_missing : str
-        Why there is no truth, though a file looks like one; else empty.
-    origin : Origin
-        Where recorded data come from.
-    """
-
-    name: str
-    length: int
-    size: tuple[int, int]
-    fps: float | None
-    present: int
-    regions: list[str]
+    name: str  # canonical name
+    length: int  # number of frames
+    size: tuple[int, int]  # width and height of the images [pixels]
+    fps: float | None  # frames a second
+    present: int  # frames in which the target is; 0 where there is no truth
+    regions: list[str]  # names of further truths
+    # frames in which something happens (`occlusion`, …); only what does happen
     attributes: Mapping[str, int]
-    truth_source: str
-    images_beyond_truth: int
-    fingerprint: str
-    truth_missing: str = ""
-    origin: Origin = field(default_factory=Origin)
+    truth_source: str  # file or generator that the truth comes from
+    images_beyond_truth: int  # images after the last row of the truth, which are not read
+    fingerprint: str  # as `Sequence.fingerprint`
+    truth_missing: str = ""  # why there is no truth, though a file looks like one; else empty
+    origin: Origin = field(default_factory=Origin)  # where recorded data come from
 
 
 def known_of(sequence: Sequence) -> dict[str, Any]:

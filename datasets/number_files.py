@@ -40,24 +40,9 @@ def read_rows(
 ) -> NDArray[np.float64]:
     """Read rows of numbers, separated by commas, tabs or spaces; all rows have equally many.
 
-    Parameters
-    ----------
-    path : Path
-        Of the file.
-    counts : collection of int
-        How many numbers a row may have.
-    expected, what : str
-        What a row holds, for messages.
-
-    Returns
-    -------
-    ndarray of float64, shape (n, k)
-        A row a line, at least one; NaN where the file says so.
-
-    Raises
-    ------
-    SequenceError
-        Naming file and line.
+    `counts`: How many numbers a row may have. `expected, what`: What a row holds, for messages.
+    The result has shape (n, k), a row a line, at least one; NaN where the file says so. Raises
+    `SequenceError` naming file and line.
     """
     rows: list[list[float]] = []
     for number, line in enumerate(read_text(path).rstrip().splitlines(), 1):
@@ -108,21 +93,10 @@ def as_boxes(
     A row without size says that the target is absent, but not in the first row: there it is
     a mistake, which is kept for `Sequence.check_runnable` to refuse.
 
-    Parameters
-    ----------
-    rows : ndarray of float64, shape (n, 4)
-        x, y, width and height as they stand in the file, a row a line.
-    path : Path
-        Of the file, for messages.
-    origin : float
-        Coordinate of the first pixel there.
-    minus_is_absent : bool
-        Whether a negative size says that the target is absent, too.
-
-    Raises
-    ------
-    SequenceError
-        Naming the line of a box of negative size.
+    `rows`: x, y, width and height as they stand in the file, a row a line; shape (n, 4). `path`: Of
+    the file, for messages. `origin`: Coordinate of the first pixel there. `minus_is_absent`:
+    Whether a negative size says that the target is absent, too. Raises `SequenceError` naming the
+    line of a box of negative size.
     """
     boxes = rows - [origin, origin, 0.0, 0.0]
     negative = np.asarray((boxes[:, 2:] < 0.0).any(axis=1))
@@ -156,21 +130,10 @@ def without_rest(boxes: NDArray[np.float64], n: int) -> NDArray[np.float64]:
 def read_flags(path: Path, n: int, most: int = 1, *, padded: bool = False) -> NDArray[np.int64]:
     """Read a whole number a frame, in lines or separated by commas.
 
-    Parameters
-    ----------
-    path : Path
-        Of the file.
-    n : int
-        Number of frames.
-    most : int
-        Greatest number; they begin at 0.
-    padded : bool
-        Whether there may be fewer, for 0 in the rest, or more, for images without truth.
-
-    Raises
-    ------
-    SequenceError
-        Naming the line of what is no such number, or the file where they are too few or many.
+    `path`: Of the file. `n`: Number of frames. `most`: Greatest number; they begin at 0. `padded`:
+    Whether there may be fewer, for 0 in the rest, or more, for images without truth. Raises
+    `SequenceError` naming the line of what is no such number, or the file where they are too few or
+    many.
     """
     values: list[int] = []
     for number, line in enumerate(read_text(path).rstrip().splitlines(), 1):

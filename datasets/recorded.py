@@ -35,24 +35,11 @@ def recorded(
 ) -> Sequence:
     """Sequence of recorded images.
 
-    Parameters
-    ----------
-    name : str
-        Canonical name.
-    frames : Frames
-        The images.
-    files : sequence of Path
-        Files that hold them: one a frame, or one for all.
-    truth : Truth or None
-        What is known of the target.
-    truth_source : Path or None
-        File that the truth comes from.
-    truth_missing, fps, frame_names, attributes, masks, shapes, values
-        As for `Sequence`.
-    description : str
-        As for `Origin`.
-    digests : callable
-        Gives the digests of the files that were read; those of masks must be among them.
+    `name`: Canonical name. `frames`: The images. `files`: Files that hold them: one a frame, or one
+    for all. `truth`: What is known of the target. `truth_source`: File that the truth comes from.
+    `truth_missing, fps, frame_names, attributes, masks, shapes, values`: As for `Sequence`.
+    `description`: As for `Origin`. `digests`: Gives the digests of the files that were read; those
+    of masks must be among them.
     """
     boxes = None if truth is None else truth.boxes
     visibility = None if truth is None else truth.visibility

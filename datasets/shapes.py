@@ -7,8 +7,8 @@ from typing import TypeAlias, overload
 import numpy as np
 from numpy.typing import NDArray
 
+# A polygon, shape (k, 2), a mask, bool of shape (height, width), or None where the box is all.
 Shape: TypeAlias = NDArray[np.float64] | NDArray[np.bool_] | None
-"""A polygon, shape (k, 2), a mask, bool of shape (height, width), or None where the box is all."""
 
 
 @dataclass(frozen=True)
@@ -54,14 +54,9 @@ class EncodedMask:
 class Shapes(Sequence[Shape]):
     """Outlines by frame; masks are made when they are asked for.
 
-    Parameters
-    ----------
-    known : mapping of int to ndarray of float64, shape (k, 2), or EncodedMask
-        By frame; of others the box is all that is known.
-    frames : sequence of int
-        Which of these frames are meant, in order.
-    size : tuple of int
-        Width and height of the images in pixels; it is needed for masks alone.
+    `known`: By frame; of others the box is all that is known; shape (k, 2), or EncodedMask.
+    `frames`: Which of these frames are meant, in order. `size`: Width and height of the images in
+    pixels; it is needed for masks alone.
     """
 
     def __init__(

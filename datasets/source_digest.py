@@ -43,12 +43,8 @@ class _Parsed:
 def source_digest(file: Path, package: Path) -> tuple[str, dict[str, str]]:
     """Digest of a source file and of all modules of a package that it comes to import.
 
-    Returns
-    -------
-    digest : str
-        See `tree_digest`.
-    libraries : dict of str to str
-        Version by distribution of every third-party library imported by these files.
+    Returns `digest`: See `tree_digest`. `libraries`: Version by distribution of every third-party
+    library imported by these files.
     """
     digest, libraries = _followed(file, package)
     return digest, library_versions(libraries)
@@ -57,19 +53,11 @@ def source_digest(file: Path, package: Path) -> tuple[str, dict[str, str]]:
 def tree_digest(file: Path, package: Path) -> str:
     """Digest of the same files alone: no library is looked up, which takes longer than the rest.
 
-    Parameters
-    ----------
-    file : Path
-        The source file; it may lie inside or outside `package`.
-    package : Path
-        Folder of the package whose modules are followed (`.../trackers`). Of a file outside of
-        it, modules of its own package, or beside it where it is in none, are followed too.
-
-    Returns
-    -------
-    str
-        16 hexadecimal digits over the syntax trees of the files, without docstrings. The
-        package's own `__init__.py` counts only where names are imported from it.
+    `file`: The source file; it may lie inside or outside `package`. `package`: Folder of the
+    package whose modules are followed (`.../trackers`). Of a file outside of it, modules of its own
+    package, or beside it where it is in none, are followed too. Returns 16 hexadecimal digits over
+    the syntax trees of the files, without docstrings. The package's own `__init__.py` counts only
+    where names are imported from it.
     """
     return _followed(file, package)[0]
 

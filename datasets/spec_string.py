@@ -30,11 +30,7 @@ def parse_text(text: str) -> tuple[str, dict[str, str]]:
     --------
     >>> parse_text("multipart/1:scene=2:light=even")
     ('multipart/1', {'scene': '2', 'light': 'even'})
-
-    Raises
-    ------
-    ValueError
-        For an option without `=`, without a key, or given twice.
+    Raises `ValueError` for an option without `=`, without a key, or given twice.
     """
     name, *parts = text.strip().split(":")
     options: dict[str, str] = {}

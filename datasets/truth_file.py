@@ -35,20 +35,13 @@ MOST_FRAMES = 10_000_000
 
 @dataclass(frozen=True, slots=True)
 class Truth:
-    """What is true of the target in every frame.
+    """What is true of the target in every frame."""
 
-    Attributes
-    ----------
-    boxes : ndarray of float64, shape (n, 4)
-        `[x, y, width, height]` in pixels; a NaN row where the target is absent.
-    visibility : ndarray of float64, shape (n,), or None
-        Visible fraction in [0, 1]; NaN where unknown.
-    sources : tuple of str, or None
-        `marked` or `interpolated` for every frame; empty where that is not said.
-    """
-
+    # `[x, y, width, height]` in pixels; a NaN row where the target is absent; shape (n, 4)
     boxes: NDArray[np.float64]
+    # visible fraction in [0, 1]; NaN where unknown; shape (n,), or None
     visibility: NDArray[np.float64] | None = None
+    # `marked` or `interpolated` for every frame; empty where that is not said
     sources: tuple[str, ...] | None = None
 
 
@@ -61,12 +54,8 @@ def given_or_own(given: Path | None, own: Path) -> tuple[Truth | None, Path | No
 def missing(own: Path, stem: str = "") -> str:
     """A sentence on a file beside, of a name such as truth has, that isn't read.
 
-    Parameters
-    ----------
-    own : Path
-        The truth file that would be read.
-    stem : str
-        Files of this name count, too, whatever their suffix among those of truths.
+    `own`: The truth file that would be read. `stem`: Files of this name count, too, whatever their
+    suffix among those of truths.
     """
     if own.is_file():
         return ""
@@ -85,10 +74,8 @@ def missing(own: Path, stem: str = "") -> str:
 def read(path: Path) -> Truth:
     """Read a truth file.
 
-    Raises
-    ------
-    SequenceError
-        Naming file and line of the first thing that is wrong, and what is expected there.
+    Raises `SequenceError` naming file and line of the first thing that is wrong, and what is
+    expected there.
     """
     header: list[str] = []
     rows: list[_Row] = []
@@ -121,14 +108,8 @@ def read(path: Path) -> Truth:
 def write(path: Path, truth: Truth, comments: Iterable[str] = ()) -> None:
     """Write a truth file; `read` gives the same values back, to the bit.
 
-    Parameters
-    ----------
-    path : Path
-        Is replaced where it exists.
-    truth : Truth
-        A frame without target gets a row with an empty box.
-    comments : iterable of str
-        Lines put before the header.
+    `path`: Is replaced where it exists. `truth`: A frame without target gets a row with an empty
+    box. `comments`: Lines put before the header.
     """
     n = len(truth.boxes)
     columns: dict[str, list[str]] = {"frame": [str(frame) for frame in range(n)]}
@@ -149,10 +130,7 @@ def write(path: Path, truth: Truth, comments: Iterable[str] = ()) -> None:
 def read_text(path: Path) -> str:
     """Text of a file of truth or attributes, whatever byte order mark and line ends it has.
 
-    Raises
-    ------
-    SequenceError
-        For a file that can't be read or holds no text.
+    Raises `SequenceError` for a file that can't be read or holds no text.
     """
     try:
         return path.read_text(encoding="utf-8-sig")

@@ -18,27 +18,17 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Seal:
-    """What was sealed of a scene or a tracker.
+    """What was sealed of a scene or a tracker."""
 
-    Attributes
-    ----------
-    version : list
-        What names it: of a first version the digest of its source's bytes (and, of a scene,
-        the versions of its libraries) when it was made; of a later one its number.
-    tree : str
-        Digest of the syntax trees; see `datasets.source_digest`.
-    golden : mapping of str to mapping of str to str
-        Digests by what was asked for (`multipart/1:scene=2`) and by part.
-    libraries : list of str
-        Of a tracker: import names of the libraries whose versions belong to its version.
-    known : mapping of str to mapping
-        Of scenes: what their description tells, by sequence; see `datasets.outline`.
-    """
-
+    # what names it: of a first version the digest of its source's bytes (and, of a scene, the
+    # versions of its libraries) when it was made; of a later one its number
     version: list[Any]
-    tree: str
+    tree: str  # digest of the syntax trees; see `datasets.source_digest`
+    # digests by what was asked for (`multipart/1:scene=2`) and by part
     golden: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
+    # of a tracker: import names of the libraries whose versions belong to its version
     libraries: list[str] = field(default_factory=list)
+    # of scenes: what their description tells, by sequence; see `datasets.outline`
     known: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
 
     def named(self, tree: str) -> list[Any]:
@@ -54,12 +44,8 @@ class Seal:
 def seal_of(name: str, file: Path) -> Seal | None:
     """Seal of a scene or tracker; None where there is none yet.
 
-    Parameters
-    ----------
-    name : str
-        Name without options.
-    file : Path
-        The `golden.json`; its keys may be patterns (`multipart/*`).
+    `name`: Name without options. `file`: The `golden.json`; its keys may be patterns
+    (`multipart/*`).
     """
     if not file.is_file():
         return None

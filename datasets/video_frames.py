@@ -27,22 +27,9 @@ class VideoFrames:
     no such times to rely on (AVI stores none, which shows when frames are reordered), the
     frames are counted by decoding, and a step back decodes from the start.
 
-    Parameters
-    ----------
-    file : Path
-        The video file.
-    most_pixels : int, optional
-        A video of larger images is refused; see `datasets.decoding.pixel_limit`.
-
-    Attributes
-    ----------
-    fps : float or None
-        Mean frames a second.
-
-    Raises
-    ------
-    SequenceError
-        For a file that holds no video, or none that can be decoded.
+    `file`: The video file. `most_pixels`: A video of larger images is refused; see
+    `datasets.decoding.pixel_limit`. `fps`: Mean frames a second. Raises `SequenceError` for a file
+    that holds no video, or none that can be decoded.
     """
 
     def __init__(self, file: Path, most_pixels: int | None = None) -> None:
@@ -55,6 +42,13 @@ class VideoFrames:
         self._converter = VideoReformatter()
         with decoding(f"{file}: this can't be read as video"):
             self._index()
+
+    def __copy__(self) -> "VideoFrames":
+        """Return frames of the same file with a position of their own; the index is shared."""
+        other = object.__new__(type(self))
+        other.__dict__ |= self.__dict__
+        other._next, other._decoding, other._converter = 0, iter(()), VideoReformatter()
+        return other
 
     def __len__(self) -> int:
         return self._count

@@ -11,9 +11,7 @@ from numpy.typing import ArrayLike
 
 from trackmark.datasets.attributes.view import View
 
-Over = Literal["mean", "5 %", "95 %"]
-"""How a sequence's value comes from those of its frames."""
-
+Over = Literal["mean", "5 %", "95 %"]  # how a sequence's value comes from those of its frames
 _QUANTILES: dict[Over, float] = {"5 %": 0.05, "95 %": 0.95}
 
 
@@ -21,28 +19,16 @@ _QUANTILES: dict[Over, float] = {"5 %": 0.05, "95 %": 0.95}
 class Attribute:
     """Something of frames that may make tracking hard.
 
-    Attributes
-    ----------
-    name : str
-        That of its function.
-    definition : str
-        Formula, meaning and source, the first line by itself.
-    unit : str
-        Empty for pure numbers.
-    over : Over
-        How a sequence's value comes from those of its frames.
-    least, most : float
-        Ends of the range, in the unit.
-    measure : callable
-        Gives the number of a frame with the target; NaN where there is none.
+    `least, most`: Ends of the range, in the unit.
     """
 
-    name: str
-    definition: str
-    unit: str
-    over: Over
+    name: str  # that of its function
+    definition: str  # formula, meaning and source, the first line by itself
+    unit: str  # empty for pure numbers
+    over: Over  # how a sequence's value comes from those of its frames
     least: float
     most: float
+    # gives the number of a frame with the target; NaN where there is none
     measure: Callable[[View], float]
 
     @property

@@ -24,17 +24,10 @@ from numpy.typing import NDArray
 from trackmark.datasets.attributes.attribute import attribute
 from trackmark.datasets.attributes.view import View, part_of
 
-LOW_PASS = 9
-"""Pixels over which [Crete] averages."""
-
-ENLARGED = 1.5
-"""Sides of the surround, in sides of the box, as [VOT] has it."""
-
-ONE_LEVEL = 1e-4
-"""What rounding leaves of one grey level: resizing is by float32."""
-
-BITS = 3
-"""Of a colour channel that count in a histogram: 8 bins a channel, 512 in all."""
+LOW_PASS = 9  # pixels over which [Crete] averages
+ENLARGED = 1.5  # sides of the surround, in sides of the box, as [VOT] has it
+ONE_LEVEL = 1e-4  # what rounding leaves of one grey level: resizing is by float32
+BITS = 3  # of a colour channel that count in a histogram: 8 bins a channel, 512 in all
 
 
 @attribute(unit="px", over="mean", least=0.0)

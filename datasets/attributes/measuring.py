@@ -20,8 +20,8 @@ from trackmark.datasets.interface import Sequence
 from trackmark.datasets.source_digest import tree_digest
 from trackmark.datasets.spec_string import close_match
 
+# Values by attribute, (n,): a number a frame, NaN where there is none.
 Series = dict[str, NDArray[np.float64]]
-"""Values by attribute, (n,): a number a frame, NaN where there is none."""
 
 
 @cache
@@ -53,17 +53,8 @@ def measured(sequence: Sequence, progress: Callable[[int, int], object] = _silen
     Its frames are read once, in order, those with the target alone; what was measured is kept in
     the user's cache, and looked up there as long as neither pixels, truth nor definitions change.
 
-    Parameters
-    ----------
-    sequence : Sequence
-        With truth.
-    progress : callable
-        Is told the frames that are done, and of how many.
-
-    Raises
-    ------
-    SequenceError
-        For a sequence without truth, and for an image that can't be read.
+    `sequence`: With truth. `progress`: Is told the frames that are done, and of how many. Raises
+    `SequenceError` for a sequence without truth, and for an image that can't be read.
     """
     sequence.first_frame  # noqa: B018  # raises where there is no truth, and says what to do
     series = kept(sequence.fingerprint)

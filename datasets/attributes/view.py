@@ -13,27 +13,15 @@ from trackmark.datasets.interface import Image
 
 @dataclass(eq=False)
 class View:
-    """A frame in which the target is, its box having a size.
+    """A frame in which the target is, its box having a size."""
 
-    Attributes
-    ----------
-    image : Image
-        Picture, shape (height, width, 3).
-    box : ndarray of float64, shape (4,)
-        Truth `[x, y, width, height]` [pixels]; of a polygon or a mask the box around it.
-    visibility : float
-        Share of the target that the truth says is seen; NaN where it says nothing.
-    before : View or None
-        The frame before, where the target is in it, too.
-    first : View or None
-        The first frame with the target; None in that frame itself.
-    """
-
-    image: Image
+    image: Image  # picture, shape (height, width, 3)
+    # truth `[x, y, width, height]` [pixels]; of a polygon or a mask the box around it; shape (4,)
     box: NDArray[np.float64]
+    # share of the target that the truth says is seen; NaN where it says nothing
     visibility: float = float("nan")
-    before: "View | None" = None
-    first: "View | None" = None
+    before: "View | None" = None  # the frame before, where the target is in it, too
+    first: "View | None" = None  # the first frame with the target; None in that frame itself
 
     @property
     def side(self) -> float:

@@ -13,17 +13,10 @@ from trackmark.datasets.interface import Image, Mask, Sequence, SequenceError, l
 
 Array = NDArray[np.float64]
 
-AFTER_WALL = 15
-"""Frames that must follow an occlusion: a target counts as lost after ten."""
-
-WALL_MARGIN = 0.1
-"""How far a wall goes beyond what it hides, in sizes of the first box."""
-
-ROOM = 1.5
-"""Radius of the disk that a walk keeps to, in widths of the first box."""
-
-CLIMB = 0.1
-"""Of what passes over the target, against it [target heights/frame]."""
+AFTER_WALL = 15  # frames that must follow an occlusion: a target counts as lost after ten
+WALL_MARGIN = 0.1  # how far a wall goes beyond what it hides, in sizes of the first box
+ROOM = 1.5  # radius of the disk that a walk keeps to, in widths of the first box
+CLIMB = 0.1  # of what passes over the target, against it [target heights/frame]
 
 
 def size(sequence: Sequence, value: float, draw: int) -> Sequence:

@@ -16,37 +16,27 @@ from trackmark.datasets.spec_string import close_match, format_text
 
 PREFIX = "filter."
 
+# Which of many equal draws a filter takes (its noise, its direction): a whole number, else 0.
 DRAW = "draw"
-"""Which of many equal draws a filter takes (its noise, its direction): a whole number, else 0."""
 
 
 @dataclass(frozen=True)
 class Filter:
     """A filter: what it does, and the values that it takes.
 
-    Attributes
-    ----------
-    apply : callable
-        Gives the sequence with the difficulty of a value; the draw is a number of its own.
-    unit : str
-        Of its values.
-    low, high : float
-        Least and greatest value.
-    whole : bool
-        Whether values are whole numbers.
-    easy, hard : float
-        Values between which `trackmark stress` looks for a tracker's breaking point.
-    logarithmic : bool
-        Whether equal ratios of values, not differences, are equally far apart.
+    `low, high`: Least and greatest value. `easy, hard`: Values between which `trackmark stress`
+    looks for a tracker's breaking point.
     """
 
+    # gives the sequence with the difficulty of a value; the draw is a number of its own
     apply: Callable[[Sequence, float, int], Sequence]
-    unit: str
+    unit: str  # of its values
     low: float
     high: float
     easy: float
     hard: float
-    whole: bool = False
+    whole: bool = False  # whether values are whole numbers
+    # whether equal ratios of values, not differences, are equally far apart
     logarithmic: bool = False
 
 
@@ -67,17 +57,15 @@ docs/stress.md says what their values mean.
 """
 
 
+# Filters under which polygons and masks of a truth stay true; under others its boxes count.
 IN_PLACE = frozenset({"occlusion", "similarity", "gain", "blur", "noise", "box_error"})
-"""Filters under which polygons and masks of a truth stay true; under others its boxes count."""
 
 
 def split_filters(text: str) -> tuple[str, dict[str, float]]:
     """A sequence's text without filters, and the values of its filters, checked.
 
-    Raises
-    ------
-    SequenceError
-        For an unknown filter, one that is given twice, or a value that it does not take.
+    Raises `SequenceError` for an unknown filter, one that is given twice, or a value that it does
+    not take.
     """
     parts = text.split(":")
     values: dict[str, float] = {}
@@ -122,17 +110,9 @@ def with_filters(text: str, values: Mapping[str, float]) -> str:
 def filtered(sequence: Sequence, values: Mapping[str, float]) -> Sequence:
     """A sequence under filters.
 
-    Parameters
-    ----------
-    sequence : Sequence
-        With truth where a filter needs to know where the target is.
-    values : mapping of str to float
-        By name; with `draw` among them, see `split_filters`.
-
-    Raises
-    ------
-    SequenceError
-        For a value that this sequence can't take: it is too short, or too large then.
+    `sequence`: With truth where a filter needs to know where the target is. `values`: By name; with
+    `draw` among them, see `split_filters`. Raises `SequenceError` for a value that this sequence
+    can't take: it is too short, or too large then.
     """
     made = sequence
     draw = int(values.get(DRAW, 0))

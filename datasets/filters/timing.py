@@ -8,8 +8,7 @@ from numpy.typing import NDArray
 
 from trackmark.datasets.interface import Image, Sequence, SequenceError
 
-FEWEST = 20
-"""Frames that must be left to be tracked."""
+FEWEST = 20  # frames that must be left to be tracked
 
 
 class _Shown:

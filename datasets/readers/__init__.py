@@ -1,16 +1,21 @@
 """Readers of recorded data: a file here is a format."""
 
 import importlib
+import os
+import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from copy import copy
 from dataclasses import replace
 from fnmatch import fnmatchcase
 from functools import cache
 from glob import escape
 from pathlib import Path
-from typing import Any, Protocol, cast, runtime_checkable
+from typing import Any, NamedTuple, Protocol, cast, runtime_checkable
 
-from trackmark.datasets.decoding import brief
+from trackmark.datasets.decoding import LIMIT, brief
+from trackmark.datasets.file_digest import TICK_NS
+from trackmark.datasets.image_files import ImageFiles
 from trackmark.datasets.interface import Sequence, SequenceError
 from trackmark.datasets.spec_string import natural_order
 from trackmark.datasets.truth_file import read_text
@@ -30,36 +35,20 @@ __all__ = [
     "taken_for",
 ]
 
+# Names of the sequences that belong to a data set, as VOT and GOT-10k have it in its folder.
 LIST = "list.txt"
-"""Names of the sequences that belong to a data set, as VOT and GOT-10k have it in its folder."""
-
-_DEPTH = 3
-"""Levels of folders in which sequences are looked for: of `LaSOT/dog/dog-1` two."""
-
-_NAMED = 4
-"""Files of an unknown layout that are named."""
+_DEPTH = 3  # levels of folders in which sequences are looked for: of `LaSOT/dog/dog-1` two
+_NAMED = 4  # files of an unknown layout that are named
 
 
 class Reader(Protocol):
-    """What a module in this folder defines.
+    """What a module in this folder defines."""
 
-    Attributes
-    ----------
-    EXPECTS : str
-        What the format looks like on disk, for messages.
-    GENERAL : bool
-        Whether the reader takes what others know better; such readers are asked last.
-    MARKS : tuple of str
-        Patterns of what lies in a sequence's folder and shows this format, those of folders with a
-        `/` behind them; `NAME` is the folder's own name. A folder that has any, and that no reader
-        knows, is a sequence that isn't whole.
-
-    A module may also have `CITATION`, the paper of a benchmark, and `LICENCE`, what its makers say
-    of its use: both become fields of the sequences (`Origin`).
-    """
-
-    EXPECTS: str
-    GENERAL: bool
+    EXPECTS: str  # what the format looks like on disk, for messages
+    GENERAL: bool  # whether the reader takes what others know better; such readers are asked last
+    # patterns of what lies in a sequence's folder and shows this format, those of folders with a
+    # `/` behind them; `NAME` is the folder's own name. A folder that has any, and that no reader
+    # knows, is a sequence that isn't whole
     MARKS: tuple[str, ...]
 
     def recognises(self, path: Path) -> bool:
@@ -138,18 +127,10 @@ def sequences_in(folder: Path, pattern: str = "*") -> list[Path]:
     There are none within a sequence, nor where names begin with a dot. Where sequences lie beside a
     `list.txt`, only those that it names belong.
 
-    Parameters
-    ----------
-    folder : Path
-        What is no sequence itself; in a file there are none.
-    pattern : str, optional
-        Of names, with `*` and `?`: other sequences are left out.
-
-    Raises
-    ------
-    SequenceError
-        For what can't be read, for a sequence that isn't whole, and where `list.txt` names one that
-        isn't there: none is left out in silence.
+    `folder`: What is no sequence itself; in a file there are none. `pattern`: Of names, with `*`
+    and `?`: other sequences are left out. Raises `SequenceError` for what can't be read, for a
+    sequence that isn't whole, and where `list.txt` names one that isn't there: none is left out in
+    silence.
     """
     with _looking(folder):
         if _marked(folder):
@@ -245,10 +226,7 @@ def _inside(folder: Path) -> list[Path]:
 def options(path: Path) -> list[dict[str, Any]]:
     """What can be chosen of recorded data, as `datasets.options` tells it.
 
-    Raises
-    ------
-    SequenceError
-        Where the data can't be read.
+    Raises `SequenceError` where the data can't be read.
     """
     reader = _reader(path)
     with _looking(path):
@@ -258,22 +236,58 @@ def options(path: Path) -> list[dict[str, Any]]:
 def read(
     path: Path, truth: Path | None = None, chosen: Mapping[str, str] | None = None
 ) -> Sequence:
-    """Open recorded data with the reader that knows it.
+    """Open recorded data with the reader that knows it; once while its files do not change.
 
-    Parameters
-    ----------
-    path : Path
-        A file or folder, or what a reader knows as a name.
-    truth : Path, optional
-        Truth file (CSV) that wins over the data's own truth.
-    chosen : mapping of str to str, optional
-        Some of the `options` and their values.
-
-    Raises
-    ------
-    SequenceError
-        Where no reader knows the path or an option, or the one that does can't read it.
+    `path`: A file or folder, or what a reader knows as a name. `truth`: Truth file (CSV) that wins
+    over the data's own truth. `chosen`: Some of the `options` and their values. Raises
+    `SequenceError` where no reader knows the path or an option, or the one that does can't read it.
     """
+    options = tuple(sorted((chosen or {}).items()))
+    key = (Path.cwd(), path, truth, options, os.environ.get(LIMIT))
+    kept = _KEPT.get(key)
+    if kept is None or kept.stamps != _stamps(kept.sequence, path):
+        _KEPT.pop(key, None)
+        started = time.time_ns()
+        sequence = _read(path, truth, chosen)
+        kept = _Kept(sequence, _stamps(sequence, path))
+        if max(changed for _, changed in kept.stamps.values()) < started - TICK_NS:
+            _KEPT[key] = kept
+            if len(_KEPT) > _MOST_KEPT:
+                del _KEPT[next(iter(_KEPT))]
+    sequence = copy(kept.sequence)  # callers replace frames, and a video's frames hold a position
+    sequence.frames = copy(sequence.frames)
+    return sequence
+
+
+class _Kept(NamedTuple):
+    """Sequence that was opened, and what its files were like then."""
+
+    sequence: Sequence
+    stamps: dict[str, tuple[int, int]]  # size and time of change [ns] by path
+
+
+_KEPT: dict[tuple[object, ...], _Kept] = {}
+_MOST_KEPT = 64
+
+
+def _stamps(sequence: Sequence, path: Path) -> dict[str, tuple[int, int]]:
+    """Return size and time of change of all that a sequence was read from, folders' entries too."""
+    places = [path, Path(sequence.truth_source)]
+    if path.is_file():
+        places += list(path.parent.glob(f"{escape(path.stem)}.*"))
+    if isinstance(sequence.frames, ImageFiles):
+        places.append(sequence.frames.files[0].parent)
+    stamps = {}
+    with _looking(path):
+        for place in {place for place in places if place.exists()}:
+            found = [place, *(os.scandir(place) if place.is_dir() else ())]
+            for entry in found:
+                status = entry.stat()
+                stamps[os.fspath(entry)] = status.st_size, status.st_mtime_ns
+    return stamps
+
+
+def _read(path: Path, truth: Path | None, chosen: Mapping[str, str] | None) -> Sequence:
     reader = _reader(path)
     if reader is None:
         raise SequenceError(_unknown(path))

@@ -38,8 +38,8 @@ CITATION = (
     "CVPR 2016; Pont-Tuset et al., The 2017 DAVIS challenge, arXiv:1704.00675"
 )
 
+# Belongs to no object where objects are numbered; where nothing else is, it is the object.
 _VOID = 255
-"""Belongs to no object where objects are numbered; where nothing else is, it is the object."""
 
 
 def recognises(path: Path) -> bool:
@@ -177,10 +177,7 @@ def _preference(resolution: str) -> tuple[bool, str]:
 def _images(path: Path) -> tuple[list[Path], Path]:
     """Images in order, and the folder of their masks.
 
-    Raises
-    ------
-    SequenceError
-        Naming the image that is missing, or has no number.
+    Raises `SequenceError` naming the image that is missing, or has no number.
     """
     folders = _folders(path)
     assert folders is not None  # asked of what is recognised alone
@@ -190,10 +187,7 @@ def _images(path: Path) -> tuple[list[Path], Path]:
 def _files(path: Path) -> tuple[list[Path], list[Path]]:
     """Images and their masks, one a frame.
 
-    Raises
-    ------
-    SequenceError
-        Naming an image or a mask that is missing.
+    Raises `SequenceError` naming an image or a mask that is missing.
     """
     images, folder = _images(path)
     masks = [folder / f"{image.stem}.png" for image in images]

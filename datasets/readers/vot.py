@@ -46,9 +46,8 @@ CITATION = (
     "IEEE TPAMI 38(11), 2016"
 )
 
+# Name, images and rows of published sequences whose last image has no row.
 PARTIAL = {("ball", 602, 601)}
-"""Name, images and rows of published sequences whose last image has no row."""
-
 _ROW = "a box x,y,width,height, a polygon x1,y1,x2,y2,x3,y3,…, a mask mX,Y,WIDTH,HEIGHT,RUN,…, or 0"
 
 

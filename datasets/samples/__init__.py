@@ -21,9 +21,7 @@ __all__ = ["load", "names", "options", "outline", "summary"]
 CLIP = "datasets/data/carphone_pristine.mp4"
 CLIP_SHA256 = "1c4add7838b07b4d65ad9d66e9491758c7dbb6c717490db4b79ecf9ff82bab28"
 
-LENGTH, SIZE = 120, (176, 144)
-"""The clip's frames, and width and height of them [pixels]."""
-
+LENGTH, SIZE = 120, (176, 144)  # the clip's frames, and width and height of them [pixels]
 PREFIX = "samples/"
 FOLDER = Path(__file__).parent
 

@@ -1,3 +1,1 @@
 """Rendered sequences: a suite is a folder here; what suites share is in `render`."""
-
-__all__: list[str] = []

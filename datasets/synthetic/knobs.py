@@ -4,13 +4,12 @@ from collections.abc import Mapping
 from difflib import get_close_matches
 from typing import Annotated, Any, Self
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model
 
 from trackmark.datasets.interface import SequenceError
 from trackmark.datasets.spec_string import format_text
 
-Seed = Annotated[int, Field(ge=0, lt=2**32)]
-"""Type of the knob `scene`, which every scene has."""
+Seed = Annotated[int, Field(ge=0, lt=2**32)]  # type of the knob `scene`, which every scene has
 
 
 def seed(of: str) -> Any:
@@ -31,17 +30,9 @@ class Knobs(BaseModel):
     def checked(cls, sequence: str, values: Mapping[str, Any]) -> Self:
         """Knobs from values or their text.
 
-        Parameters
-        ----------
-        sequence : str
-            Name of the sequence without options, for messages.
-        values : mapping of str to value
-            Values by name; the rest take their defaults.
-
-        Raises
-        ------
-        SequenceError
-            For an unknown name or a value outside the declared type or bounds.
+        `sequence`: Name of the sequence without options, for messages. `values`: Values by name;
+        the rest take their defaults. Raises `SequenceError` for an unknown name or a value outside
+        the declared type or bounds.
         """
         for name in values:
             if name not in cls.model_fields:
@@ -73,3 +64,14 @@ class Knobs(BaseModel):
         return format_text(
             sequence, {key: v for key, v in chosen.items() if v != getattr(defaults, key)}
         )
+
+
+class SceneKnobs(Knobs):
+    """Knobs of a scene of which only the seed can be set."""
+
+    scene: Seed = 0
+
+
+def seeded(of: str) -> type[SceneKnobs]:
+    """Return the knobs of a scene whose seed draws what the text names."""
+    return create_model("SeededKnobs", __base__=SceneKnobs, scene=(Seed, seed(of)))

@@ -13,25 +13,16 @@ from trackmark.datasets.interface import Image, Mask
 
 @dataclass(frozen=True)
 class Truth:
-    """What is true of the target in every frame.
+    """What is true of the target in every frame."""
 
-    Attributes
-    ----------
-    boxes : ndarray of float64, shape (n, 4)
-        What trackers start from and are scored by, hidden parts included, in pixels; as a
-        rule the extents of the whole silhouette at mid-exposure. NaN rows where nothing of
-        it is in view.
-    visibility : ndarray of float64, shape (n,)
-        Fraction of the silhouette's area that is in view and not hidden, in [0, 1].
-    attributes : mapping of str to ndarray of bool, shape (n,)
-        What happens when.
-    regions : mapping of str to ndarray of float64, shape (n, 4)
-        Further truths by name, as `boxes`.
-    """
-
+    # what trackers start from and are scored by, hidden parts included, in pixels; as a rule the
+    # extents of the whole silhouette at mid-exposure. NaN rows where nothing of it is in view;
+    # shape (n, 4)
     boxes: NDArray[np.float64]
+    # fraction of the silhouette's area that is in view and not hidden, in [0, 1]; shape (n,)
     visibility: NDArray[np.float64]
-    attributes: Mapping[str, NDArray[np.bool_]]
+    attributes: Mapping[str, NDArray[np.bool_]]  # what happens when; shape (n,)
+    # further truths by name, as `boxes`; shape (n, 4)
     regions: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
 
 
@@ -40,20 +31,11 @@ class Scene(ABC):
 
     `render` and `mask` depend on the frame's number alone: any order, any process and any
     number of threads give the same bytes. Making a scene costs neither textures nor images.
-
-    Attributes
-    ----------
-    fps : float
-        Frames a second.
-    length : int
-        Number of frames.
-    size : tuple of int
-        Width and height of the images [pixels].
     """
 
-    fps: float = 25.0
-    length: int
-    size: tuple[int, int]
+    fps: float = 25.0  # frames a second
+    length: int  # number of frames
+    size: tuple[int, int]  # width and height of the images [pixels]
 
     def __len__(self) -> int:
         return self.length

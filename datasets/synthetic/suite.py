@@ -33,39 +33,21 @@ class SceneModule(Protocol):
 
 @dataclass(frozen=True)
 class Entry:
-    """A sequence of a suite.
+    """A sequence of a suite."""
 
-    Attributes
-    ----------
-    name : str
-        Full name, `suite/sequence`.
-    knobs : type
-        What can be set of it.
-    module : str
-        Dotted name of the `SceneModule`. It brings Numba, so it is loaded only where a
-        sequence is opened.
-    length : int
-        Frames, with all knobs at their defaults.
-    size : tuple of int
-        Width and height of the images [pixels], likewise.
-    which : tuple
-        What tells the sequence from others of the same module.
-    """
-
-    name: str
-    knobs: type[Knobs]
+    name: str  # full name, `suite/sequence`
+    knobs: type[Knobs]  # what can be set of it
+    # dotted name of the `SceneModule`. It brings Numba, so it is loaded only where a sequence is
+    # opened
     module: str
-    length: int
-    size: tuple[int, int]
-    which: tuple[Any, ...] = ()
+    length: int  # frames, with all knobs at their defaults
+    size: tuple[int, int]  # width and height of the images [pixels], likewise
+    which: tuple[Any, ...] = ()  # what tells the sequence from others of the same module
 
     def opened(self, options: Mapping[str, str]) -> tuple[Knobs, SceneModule]:
         """Checked knobs, and the module.
 
-        Raises
-        ------
-        SequenceError
-            For an unknown knob or a value out of its bounds.
+        Raises `SequenceError` for an unknown knob or a value out of its bounds.
         """
         knobs = self.knobs.checked(self.name, options)
         return knobs, cast(SceneModule, importlib.import_module(self.module))
@@ -74,12 +56,8 @@ class Entry:
 class Suite:
     """Sequences that are rendered.
 
-    Parameters
-    ----------
-    folder : Path
-        Of the suite; its `golden.json` holds the seals (see `datasets.versioning`).
-    entries : iterable of Entry
-        The sequences.
+    `folder`: Of the suite; its `golden.json` holds the seals (see `datasets.versioning`).
+    `entries`: The sequences.
     """
 
     def __init__(self, folder: Path, entries: Iterable[Entry]) -> None:
@@ -125,10 +103,7 @@ class Suite:
     def load(self, name: str, options: Mapping[str, str]) -> Sequence:
         """Sequence of one of `names()` with some knobs set; renders nothing.
 
-        Raises
-        ------
-        SequenceError
-            For an unknown knob or a value out of its bounds.
+        Raises `SequenceError` for an unknown knob or a value out of its bounds.
         """
         entry = self.entries[name]
         knobs, module = entry.opened(options)

@@ -8,7 +8,7 @@ import numba
 import pytest
 from numba.core.caching import CacheImpl, IndexDataCacheFile
 
-from trackmark.bench.cli import _told
+from trackmark.bench.cli import _message_of
 from trackmark.bench.numba_compilation import SENTENCE
 
 KERNEL = """
@@ -55,7 +55,8 @@ def test_missing_folder_for_kernels_is_reported_with_the_remedy(monkeypatch):
     monkeypatch.setattr(CacheImpl, "_locator_classes", [])
     with pytest.raises(RuntimeError) as caught:
         numba.njit(cache=True)(lambda: 0)
-    assert _told(caught.value).endswith(". Set NUMBA_CACHE_DIR to a folder that can be written.")
+    message = _message_of(caught.value)
+    assert message.endswith(". Set NUMBA_CACHE_DIR to a folder that can be written.")
 
 
 def test_one_process_at_a_time_touches_what_is_kept_of_a_function(tmp_path):

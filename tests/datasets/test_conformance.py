@@ -9,12 +9,13 @@ from functools import cache
 import numpy as np
 import pytest
 
+from tests.datasets.synthetic.scenes import unless_sealed
 from trackmark import datasets
 from trackmark.datasets import SequenceError
 from trackmark.datasets.golden import golden_digests, look_difference
 from trackmark.datasets.metadata import outlined
 from trackmark.datasets.synthetic.suite import suites
-from trackmark.datasets.versioning import read_seals
+from trackmark.datasets.versioning import read_seals, seal_of
 
 # Of sequences that are made alike, two: clips of a film, walkers before the two kinds of camera.
 ALIKE = {"nguyen2002/clip-": ("01", "04"), "multipart/": ("1", "5")}
@@ -30,6 +31,18 @@ GOLDEN = {
     for text, golden in seal.golden.items()
 }
 RENDERED = [name for name in NAMES if not name.startswith("samples/")]
+
+DAILY = ("plain/target", "wang2010/hand", "nguyen2002/lights", "stress/twin")
+"""Scenes that are opened every day, though they are as they were sealed: cheap ones."""
+SEALED = {*RENDERED} - {*DAILY}
+
+
+def marked(names):
+    """Mark scenes as slow that are as they were sealed, except for some."""
+    return [
+        pytest.param(name, marks=unless_sealed(name) if name in SEALED else ()) for name in names
+    ]
+
 
 # What another process makes of the same names: fingerprint, and digests of two images.
 ELSEWHERE = """
@@ -79,12 +92,12 @@ def opened(name):
     return sequence
 
 
-@pytest.fixture(params=NAMES)
+@pytest.fixture(params=marked(NAMES))
 def sequence(request):
     return opened(request.param)
 
 
-@pytest.fixture(params=RENDERED)
+@pytest.fixture(params=marked(RENDERED))
 def rendered(request):
     return opened(request.param)
 
@@ -177,9 +190,7 @@ def test_masks_lie_in_their_regions(sequence):
 
 
 @pytest.mark.parametrize(
-    "name",
-    # That images are the sealed ones says it, too: these were made in another order.
-    [pytest.param(name, marks=pytest.mark.slow if name in GOLDEN else ()) for name in NAMES],
+    "name", [pytest.param(name, marks=pytest.mark.slow if name in GOLDEN else ()) for name in NAMES]
 )
 def test_any_order_gives_the_same_images(name):
     sequence = opened(name)
@@ -239,7 +250,7 @@ def test_knobs_are_described(name):
     assert all(knob["meaning"] for knob in KNOBS[name].values())
 
 
-@pytest.mark.parametrize("name", RENDERED)
+@pytest.mark.parametrize("name", marked(RENDERED))
 def test_a_knob_at_its_default_is_no_part_of_the_name(name):
     said = ":".join(f"{key}={knob['default']}" for key, knob in KNOBS[name].items())
     assert datasets.load(f"{name}:{said}").fingerprint == datasets.load(name).fingerprint
@@ -247,7 +258,17 @@ def test_a_knob_at_its_default_is_no_part_of_the_name(name):
 
 
 def test_no_two_sequences_have_the_same_fingerprint():
-    assert len({opened(name).fingerprint for name in NAMES}) == len(NAMES)
+    fingerprints = [datasets.outline(name).fingerprint for name in datasets.names()]
+    assert len(set(fingerprints)) == len(fingerprints)
+
+
+@pytest.mark.parametrize("suite", suites(), ids=lambda suite: suite.golden.parent.name)
+def test_scenes_are_those_that_were_sealed(suite):
+    """What is sealed is proved by `make test-full`, and here of scenes that were edited since."""
+    edited = [
+        name for name in suite.names() if seal_of(name, suite.golden).tree != suite.tree(name)
+    ]
+    assert not edited, "run `make seal`: it compares their pixels with the sealed ones"
 
 
 def test_names_options_and_summaries_bring_no_renderer():

@@ -6,12 +6,7 @@ other videos, new in every scene. All have exact masks of what is seen of the ta
 
 from pathlib import Path
 
-from trackmark.datasets.synthetic.moreno2005.knobs import (
-    BookKnobs,
-    EllipseKnobs,
-    LeafKnobs,
-    OctopusKnobs,
-)
+from trackmark.datasets.synthetic.knobs import seeded
 from trackmark.datasets.synthetic.suite import Entry, Suite
 
 __all__ = ["SUITE"]
@@ -21,9 +16,33 @@ MODULE = "trackmark.datasets.synthetic.moreno2005"
 SUITE = Suite(
     Path(__file__).parent,
     [
-        Entry("moreno2005/ellipse", EllipseKnobs, f"{MODULE}.ellipse.scene", 100, (320, 240)),
-        Entry("moreno2005/octopus", OctopusKnobs, f"{MODULE}.octopus.scene", 100, (320, 240)),
-        Entry("moreno2005/book", BookKnobs, f"{MODULE}.book.scene", 100, (320, 240)),
-        Entry("moreno2005/leaf", LeafKnobs, f"{MODULE}.leaf.scene", 100, (320, 240)),
+        Entry(
+            "moreno2005/ellipse",
+            seeded("trajectory, shape, colours, clutter and noise"),
+            f"{MODULE}.ellipse",
+            100,
+            (320, 240),
+        ),
+        Entry(
+            "moreno2005/octopus",
+            seeded("animal, trajectory, floor, light and noise"),
+            f"{MODULE}.octopus.scene",
+            100,
+            (320, 240),
+        ),
+        Entry(
+            "moreno2005/book",
+            seeded("book, bending, trajectory, room and noise"),
+            f"{MODULE}.book.scene",
+            100,
+            (320, 240),
+        ),
+        Entry(
+            "moreno2005/leaf",
+            seeded("leaf, wind, foliage, sun and noise"),
+            f"{MODULE}.leaf",
+            100,
+            (320, 240),
+        ),
     ],
 )

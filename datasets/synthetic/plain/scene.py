@@ -1,20 +1,340 @@
 """Renderer of `plain/target`."""
 
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from trackmark.datasets.interface import Image, Mask
-from trackmark.datasets.synthetic.plain import appearance
-from trackmark.datasets.synthetic.plain.appearance import Thing
 from trackmark.datasets.synthetic.plain.knobs import TargetKnobs
-from trackmark.datasets.synthetic.plain.motion import TargetMotion
-from trackmark.datasets.synthetic.plain.truth import target_truth
-from trackmark.datasets.synthetic.render import sprite
 from trackmark.datasets.synthetic.render.camera import Camera
-from trackmark.datasets.synthetic.render.sprite import Sprite
-from trackmark.datasets.synthetic.scene import Scene, Truth
+from trackmark.datasets.synthetic.render.path import Loop, quantised, random_loop, smooth_step
+from trackmark.datasets.synthetic.render.sprite import Sprite, superellipse, window
+from trackmark.datasets.synthetic.render.texture import fractal, grass, lerp, paving, pebbles
+from trackmark.datasets.synthetic.scene import Scene, Truth, part_generator
+
+Array = NDArray[np.float64]
+
+COLUMNS = 256  # columns by which the silhouette's area is measured
+
+
+class TargetMotion:
+    """Motion, size and light of a target's scene.
+
+    `power`: The silhouette is the superellipse of this power. `half_size`: Half width and half
+    height of the target in the first frame, in pixels; shape (2,). `occlusion_frame`: When the
+    board hides the most. `board_width`: In pixels; 0 without occlusion. `pan`: Velocity of the
+    window over the ground [pixels/frame]; shape (2,). `distractors`: Paths of the distractors'
+    centres.
+    """
+
+    def __init__(self, knobs: TargetKnobs) -> None:
+        self.knobs = knobs
+        self.size = np.array([knobs.width, knobs.height], np.float64)
+        random = part_generator(knobs.scene, "target shape")
+        self.power = int(random.choice([2, 4]))
+        aspect = random.uniform(1.0, 1.45)
+        half_height = min(knobs.height, knobs.width / 1.45) * random.uniform(0.085, 0.105)
+        self.half_size = quantised(np.array([aspect, 1.0]) * half_height)
+
+        random = part_generator(knobs.scene, "target path")
+        margin = self.half_size * max(1.0, knobs.scale) + 3
+        self._loop = random_loop(random, margin, self.size - margin, knobs.speed)
+
+        random = part_generator(knobs.scene, "camera")
+        across = random.uniform(0.8, 1.0)
+        direction = np.array([across, np.sqrt(1 - across * across)]) * random.choice([-1, 1], 2)
+        self.pan = knobs.pan * direction
+        self._cloud_side = float(random.choice([-1, 1]))
+        self.distractors = [
+            self._distractor_path(part_generator(knobs.scene, f"distractor path {i}"))
+            for i in range(knobs.clutter)
+        ]
+        self._set_exit()
+        self._set_board()
+
+    def _distractor_path(self, random: np.random.Generator) -> Loop:
+        middle = self.size * random.uniform(0.25, 0.75, 2)
+        half = self.size * random.uniform(0.15, 0.45, 2)
+        return random_loop(random, middle - half, middle + half, self.knobs.speed)
+
+    def _set_exit(self) -> None:
+        """Edge by which the target leaves: the nearest one."""
+        n, absence = self.knobs.length, self.knobs.absence
+        self._leaves = round(2 * n / 3 - absence / 2)
+        self._returns = self._leaves + absence - 1
+        self._exit_time = max(2, min(30, n // 8))
+        place = self._loop.at((self._leaves + self._returns) / 2)
+        distances = np.concatenate([place, self.size - place])
+        edge = int(np.argmin(distances))
+        self._exit_axis, self._exit_high = edge % 2, edge >= 2
+
+    def _set_board(self) -> None:
+        """Width and speed of the board: it hides `occlusion` when over the middle."""
+        self.occlusion_frame = round(self.knobs.length / 3)
+        self.board_width = self._board_middle = self._board_velocity = 0.0
+        if self.knobs.occlusion == 0:
+            return
+        half_width = self.half_size[0] * self.scale(self.occlusion_frame)
+        _, chord = columns_of_silhouette(self.power)
+        inner = np.concatenate([[0.0], np.cumsum(chord[COLUMNS // 2 :])]) / chord.sum() * 2
+        edges = np.linspace(0, 1, len(inner))
+        reach = float(np.interp(self.knobs.occlusion, inner, edges))
+        self.board_width = 2 * half_width * reach + (4 if self.knobs.occlusion == 1 else 0)
+        room = self.half_size[0] * max(1.0, self.knobs.scale) + self.board_width / 2 + 2
+        pace = max(0.01 * self.knobs.height, room / self.occlusion_frame)
+        side = part_generator(self.knobs.scene, "board path").choice([-1, 1])
+        self._board_velocity = float(side) * (pace + 1.5 * self.knobs.speed)
+        self._board_middle = float(self.centre(self.occlusion_frame)[0])
+
+    def scale(self, times: ArrayLike) -> Array:
+        """Size over that in the first frame."""
+        progress = np.asarray(times, np.float64) / (self.knobs.length - 1)
+        return np.round(np.power(self.knobs.scale, progress) * 1024) / 1024
+
+    def centre(self, times: ArrayLike) -> Array:
+        """Target's centre (x, y) [pixels], shape `times.shape + (2,)`."""
+        times = np.asarray(times, np.float64)
+        place = self._loop.at(times)
+        if self.knobs.absence > 0:
+            early = np.maximum(self._leaves - times, times - self._returns)
+            out = np.clip(1 - np.maximum(early, 0) / self._exit_time, 0, 1)
+            beyond = self.half_size[self._exit_axis] * self.scale(times) + 1
+            goal = self.size[self._exit_axis] + beyond if self._exit_high else -beyond
+            place[..., self._exit_axis] += out * out * (goal - place[..., self._exit_axis])
+        return quantised(place)
+
+    def board(self, times: ArrayLike) -> Array:
+        """Middle (x) of the board [pixels]."""
+        elapsed = np.asarray(times, np.float64) - self.occlusion_frame
+        return quantised(self._board_middle + self._board_velocity * elapsed)
+
+    def window(self, frame: int) -> Array:
+        """Corner (x, y) of the picture over the ground [pixels]."""
+        return quantised(self.pan * frame)
+
+    def light(self, times: ArrayLike, across: ArrayLike) -> Array:
+        """Gain of the light at times and places across the picture (in [-1, 1])."""
+        progress = np.asarray(times, np.float64) / (self.knobs.length - 1)
+        cloud = _passing_cloud(progress, self._cloud_side * np.asarray(across, np.float64))
+        return 1 - self.knobs.light * cloud
+
+
+def columns_of_silhouette(power: int) -> tuple[Array, Array]:
+    """Middles x and half chords of a unit superellipse's columns, shape (COLUMNS,) each."""
+    x = (np.arange(COLUMNS) + 0.5) / COLUMNS * 2 - 1
+    chord = np.sqrt(1 - x * x) if power == 2 else np.sqrt(np.sqrt(1 - x * x * x * x))
+    return x, chord
+
+
+def _passing_cloud(
+    progress: NDArray[np.float64], across: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """How far a cloud takes the sun, in [0, 1], after a fraction of the sequence.
+
+    The shade crosses the picture from one side, `across` which places are in [-1, 1]: none at the
+    start, everywhere in the middle, none at the end.
+    """
+    phase = progress - 0.08 * across
+    return smooth_step(phase, 0.15, 0.4) - smooth_step(phase, 0.6, 0.85)
+
+
+CHUNK = 1024  # frames measured at once: memory stays flat in the length
+
+
+def target_truth(motion: TargetMotion) -> Truth:
+    """Boxes, visibility and attributes of all frames.
+
+    Attributes are `occlusion` (the board hides some of the target), `out_of_view` (some or
+    all of it), `scale_change` (outside 0.8 to 1.25 of the first size), `light_change` (at
+    least a tenth of the light is gone in the picture's middle) and `clutter` (a
+    distractor's centre within twice the target's larger side of its centre).
+    """
+    times = np.arange(motion.knobs.length)
+    scale = motion.scale(times)
+    half = motion.half_size * scale[:, None]
+    centre = motion.centre(times)
+    boxes = np.concatenate([centre - half, 2 * half], axis=1)
+    inside = (boxes[:, :2] >= 0).all(axis=1) & (centre + half <= motion.size).all(axis=1)
+    in_view, visibility = np.ones(len(times)), np.ones(len(times))
+    covered = np.zeros(len(times), np.bool_)
+    if motion.board_width > 0:
+        gap = np.abs(motion.board(times) - centre[:, 0])
+        covered = gap < half[:, 0] + motion.board_width / 2
+    partial = np.flatnonzero(covered | ~inside)
+    for start in range(0, len(partial), CHUNK):
+        chosen = partial[start : start + CHUNK]
+        in_view[chosen], visibility[chosen] = _visible_fractions(
+            motion, chosen, centre[chosen], half[chosen]
+        )
+    boxes[in_view == 0] = np.nan
+
+    near = np.zeros(len(times), np.bool_)
+    for path in motion.distractors:
+        offset = np.abs(path.at(times) - centre)
+        near |= (offset < 4 * half.max(axis=1)[:, None]).all(axis=1)
+    present = in_view > 0
+    return Truth(
+        boxes,
+        visibility,
+        {
+            "occlusion": present & (visibility < in_view),
+            "out_of_view": np.logical_not(inside),
+            "scale_change": (scale < 0.8) | (scale > 1.25),
+            "light_change": motion.light(times, 0.0) <= 0.9,
+            "clutter": near & present,
+        },
+    )
+
+
+def _visible_fractions(
+    motion: TargetMotion,
+    frames: NDArray[np.int64],
+    centre: NDArray[np.float64],
+    half: NDArray[np.float64],
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Fractions of the silhouette in view, and of these not behind the board; column by column."""
+    x, chord = columns_of_silhouette(motion.power)
+    left = centre[:, :1] + half[:, :1] * (x - 1 / COLUMNS)
+    right = centre[:, :1] + half[:, :1] * (x + 1 / COLUMNS)
+    column = right - left
+    top = np.maximum(centre[:, 1:] - half[:, 1:] * chord, 0)
+    bottom = np.minimum(centre[:, 1:] + half[:, 1:] * chord, motion.size[1])
+    height = np.maximum(bottom - top, 0)
+    left, right = np.clip(left, 0, motion.size[0]), np.clip(right, 0, motion.size[0])
+    whole = (2 * half[:, 1:] * chord * column).sum(axis=1)
+    in_view = ((right - left) * height).sum(axis=1)
+    middle = motion.board(frames)[:, None]
+    first, last = middle - motion.board_width / 2, middle + motion.board_width / 2
+    behind = np.maximum(np.minimum(right, last) - np.maximum(left, first), 0)
+    hidden = (behind * height).sum(axis=1)
+    return in_view / whole, np.clip((in_view - hidden) / whole, 0, 1)
+
+
+GROUNDS = (grass, paving, pebbles)
+COLOURS = np.array(
+    [  # BGR pairs: a body and its markings
+        [[38, 44, 186], [196, 222, 232]],
+        [[170, 92, 34], [206, 224, 230]],
+        [[28, 150, 226], [120, 52, 26]],
+        [[30, 178, 218], [44, 40, 46]],
+        [[128, 46, 122], [70, 190, 232]],
+        [[196, 206, 214], [40, 60, 190]],
+    ],
+    np.float64,
+)
+SKIN = 256  # side of the textures that are wrapped around things, whatever these' size [pixels]
+SUN = np.array([-0.45, -0.55, 0.7])  # direction to the sun (x, y, up), nearly of unit length
+
+
+@dataclass(frozen=True)
+class Thing:
+    """A sprite, its shadow, and the size at which it was painted over that in frame 0."""
+
+    sprite: Sprite
+    shadow: Sprite
+    oversize: float
+
+
+def painted_ground(motion: TargetMotion) -> NDArray[np.uint8]:
+    """Texture that any window of the picture's size can be cut from, blurred by the pan.
+
+    Shape (side + height + 1, side + width + 1, 3) for a pattern that repeats after `side`.
+    """
+    knobs = motion.knobs
+    random = part_generator(knobs.scene, "ground")
+    side = max(256, 1 << (3 * max(knobs.width, knobs.height) // 2 - 1).bit_length())
+    pattern = GROUNDS[random.integers(len(GROUNDS))](random, side)
+    pattern *= (1 + 0.13 * fractal(random, side, 4, 16))[..., None]
+    tile = np.clip(np.round(pattern), 0, 255).astype(np.uint8)
+    blur = motion.pan * knobs.blur
+    if np.abs(blur).max() >= 0.5:
+        count = int(np.ceil(np.abs(blur).max())) + 1
+        instants = np.round((np.arange(count) / (count - 1) - 0.5)[:, None] * blur * 64)
+        corners = (instants.astype(np.int64)) % (side * 64)
+        around = np.pad(tile, [(0, side + 1), (0, side + 1), (0, 0)], mode="wrap")
+        sums = np.zeros(tile.shape, np.int64)
+        for x, y in corners:
+            sums += window(around, x, y, side, side)
+        tile = ((sums + count // 2) // count).astype(np.uint8)
+    return np.pad(tile, [(0, knobs.height + 1), (0, knobs.width + 1), (0, 0)], mode="wrap")
+
+
+def painted_target(motion: TargetMotion) -> Thing:
+    """The target, painted at the largest size that it takes."""
+    random = part_generator(motion.knobs.scene, "target look")
+    oversize = max(1.0, motion.knobs.scale)
+    return _pebble(random, _colours(motion), motion.half_size, motion.power, oversize)
+
+
+def painted_distractors(motion: TargetMotion) -> list[Thing]:
+    """Things in the target's colours, with shapes and markings of their own."""
+    things = []
+    for i in range(motion.knobs.clutter):
+        random = part_generator(motion.knobs.scene, f"distractor look {i}")
+        half = motion.half_size * random.uniform(0.7, 1.05, 2)
+        things.append(_pebble(random, _colours(motion), half, int(random.choice([2, 4])), 1.0))
+    return things
+
+
+def painted_board(motion: TargetMotion) -> Thing:
+    """Upright board of the picture's height: planed wood."""
+    random = part_generator(motion.knobs.scene, "board look")
+    height = motion.knobs.height + 64
+    width = int(np.ceil(motion.board_width)) + 2
+    columns = np.abs(np.arange(width) + 0.5 - width / 2)
+    profile = np.clip(motion.board_width / 2 - columns + 0.5, 0, 1)
+    side = 1 << (max(height, width) - 1).bit_length()
+    grain = fractal(random, side, 16, side // 2, 0.8)
+    wave = fractal(random, side, 2, 8)
+    rows, place = np.indices((height, width))
+    fibres = grain[(rows // 24) % side, (place * 3 + 6 * wave[rows, place]).astype(int) % side]
+    tone = 0.9 * fibres + 0.5 * wave[rows, place]
+    light, dark = random.permutation(np.array([[70, 118, 164], [92, 128, 152], [104, 112, 118]]))[
+        :2
+    ]
+    colour = lerp(light * 1.15, dark * 0.62, 0.5 + 0.5 * tone)
+    rounding = 1 - 0.45 * np.square(np.clip((columns / (motion.board_width / 2) - 0.6) / 0.4, 0, 1))
+    coverage = np.broadcast_to(profile, (height, width)).astype(np.float64)
+    sprite = Sprite(colour * rounding[None, :, None], coverage)
+    return Thing(sprite, sprite.shadow(0.5, 7), 1.0)
+
+
+def _colours(motion: TargetMotion) -> Array:
+    random = part_generator(motion.knobs.scene, "colours")
+    return np.asarray(COLOURS[random.integers(len(COLOURS))])
+
+
+def _pebble(
+    random: np.random.Generator, colours: Array, half: Array, power: int, oversize: float
+) -> Thing:
+    """A smooth, painted, slightly shining pebble of two colours."""
+    half_width, half_height = half * oversize
+    height, width = (2 * int(np.ceil(size)) + 2 for size in (half_height, half_width))
+    x, y, coverage = superellipse(height, width, half_height, half_width, power)
+
+    marking, lean = random.choice(["half", "band", "patches"]), random.uniform(-0.6, 0.6)
+    on_skin = tuple(np.clip((place + 1) * (SKIN / 4), 0, SKIN - 1).astype(int) for place in (y, x))
+    wave = fractal(random, SKIN, 2, 8)[on_skin]
+    grain = fractal(random, SKIN, 16, SKIN // 2, 0.9)[on_skin]
+    place = y + lean * x + 0.3 * wave
+    if marking == "band":
+        place = 0.36 - np.abs(place)
+    elif marking == "patches":
+        place = wave - np.median(wave[coverage > 0])
+    paint = lerp(colours[0], colours[1], 0.5 + place * half_height * 0.35)
+
+    outer = x * x + y * y if power == 2 else x * x * x * x + y * y * y * y
+    up = np.sqrt(np.clip(1 - outer, 0, 1)) + 0.25
+    bend = 1.0 if power == 2 else np.maximum(np.abs(x), np.abs(y))
+    length = np.sqrt(x * x * bend * bend + y * y * bend * bend + up * up)
+    facing = (x * bend * SUN[0] + y * bend * SUN[1] + up * SUN[2]) / length
+    shade = 0.5 + 0.62 * np.clip(facing, 0, 1) + 0.06 * grain
+    shine = np.square(np.square(np.square(np.square(np.clip(facing, 0, 1)))))
+    sprite = Sprite(paint * shade[..., None] + 46 * shine[..., None], coverage)
+    return Thing(sprite, sprite.shadow(0.62, max(3, round(0.16 * half_height))), oversize)
+
 
 MOST_INSTANTS = 32
 
@@ -33,15 +353,13 @@ class TargetScene(Scene):
         self.length, self.size = knobs.length, (knobs.width, knobs.height)
 
     def truth(self) -> Truth:
-        """See `Scene.truth`."""
         return target_truth(self.motion)
 
     def render(self, frame: int) -> Image:
-        """See `Scene.render`."""
         knobs, motion = self.knobs, self.motion
         side = len(self._ground) - knobs.height - 1
         x, y = (np.round(motion.window(frame) * 64).astype(np.int64) % (side * 64)).tolist()
-        canvas: Image = sprite.window(self._ground, x, y, knobs.height, knobs.width)
+        canvas: Image = window(self._ground, x, y, knobs.height, knobs.width)
         for thing, path in zip(self._distractors, motion.distractors, strict=True):
             self._place(canvas, thing, path.at(self._instants(frame, knobs.speed)), 1.0)
         scale = float(motion.scale(frame))
@@ -53,7 +371,6 @@ class TargetScene(Scene):
         return self._camera.exposed(canvas, knobs.scene, frame, sun)
 
     def mask(self, frame: int) -> Mask:
-        """See `Scene.mask`."""
         motion = self.motion
         canvas = np.zeros((self.knobs.height, self.knobs.width, 3), np.uint8)
         scale = float(motion.scale(frame)) / self._target.oversize
@@ -88,11 +405,11 @@ class TargetScene(Scene):
 
     @cached_property
     def _ground(self) -> NDArray[np.uint8]:
-        return appearance.ground(self.motion)
+        return painted_ground(self.motion)
 
     @cached_property
     def _target(self) -> Thing:
-        return appearance.target(self.motion)
+        return painted_target(self.motion)
 
     @cached_property
     def _target_silhouette(self) -> Sprite:
@@ -100,11 +417,11 @@ class TargetScene(Scene):
 
     @cached_property
     def _distractors(self) -> list[Thing]:
-        return appearance.distractors(self.motion)
+        return painted_distractors(self.motion)
 
     @cached_property
     def _board(self) -> Thing:
-        return appearance.board(self.motion)
+        return painted_board(self.motion)
 
     @cached_property
     def _board_silhouette(self) -> Sprite:

@@ -5,5 +5,3 @@ from near is in `figure`, a street in `street`. `painting` paints in metres with
 the palette, on `texture`s, `prints` and `finish`es. `lamp` lights, `camera` develops; `path` and
 `views` say where things and street cameras go, `attributes` what happens to a target meanwhile.
 """
-
-__all__: list[str] = []

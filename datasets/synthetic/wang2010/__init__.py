@@ -7,8 +7,8 @@ k - 1.
 
 from pathlib import Path
 
+from trackmark.datasets.synthetic.knobs import seeded
 from trackmark.datasets.synthetic.suite import Entry, Suite
-from trackmark.datasets.synthetic.wang2010.knobs import CupKnobs, HandKnobs, TableTennisKnobs
 
 __all__ = ["SUITE"]
 
@@ -19,12 +19,24 @@ SUITE = Suite(
     [
         Entry(
             "wang2010/table-tennis",
-            TableTennisKnobs,
+            seeded("all that is drawn at random: wall, player, light, motion, noise"),
             f"{MODULE}.table_tennis.scene",
             50,
             (142, 115),
         ),
-        Entry("wang2010/hand", HandKnobs, f"{MODULE}.hand.scene", 100, (160, 120)),
-        Entry("wang2010/cup", CupKnobs, f"{MODULE}.cup.scene", 80, (108, 85)),
+        Entry(
+            "wang2010/hand",
+            seeded("all that is drawn at random: person, room, hand, way, noise"),
+            f"{MODULE}.hand.scene",
+            100,
+            (160, 120),
+        ),
+        Entry(
+            "wang2010/cup",
+            seeded("all that is drawn at random: cup, hand, way, kitchen, noise"),
+            f"{MODULE}.cup.scene",
+            80,
+            (108, 85),
+        ),
     ],
 )

@@ -4,10 +4,11 @@ from functools import lru_cache
 
 import cv2
 import numpy as np
+import pytest
 from hypothesis import strategies as st
-from shapely import area, box, intersection, intersects, polygons, prepare, union_all
 
 from trackmark.datasets.synthetic.suite import suites
+from trackmark.datasets.versioning import seal_of
 
 SEEDS = st.integers(0, 2**32 - 1)
 
@@ -28,6 +29,17 @@ def scenes_of(name):
     return opened, image
 
 
+def unless_sealed(name):
+    """Return marks of tests of a scene: slow while its source is the one that was sealed.
+
+    Its pixels and truth are then those for which the tests passed (`datasets.versioning`).
+    """
+    (suite,) = (suite for suite in suites() if name in suite.names())
+    seal = seal_of(name, suite.golden)
+    is_sealed = seal is not None and seal.tree == suite.tree(name)
+    return [pytest.mark.slow] if is_sealed else []
+
+
 def runs(flags):
     """First frames, and those after the last, of every stretch that is true."""
     return np.flatnonzero(np.diff(np.concatenate([[0], flags.astype(int), [0]]))).reshape(-1, 2)
@@ -36,15 +48,3 @@ def runs(flags):
 def grown(mask, by):
     """A mask with all pixels that are so near in either direction."""
     return cv2.dilate(mask.astype(np.uint8), np.ones((2 * by + 1, 2 * by + 1))) > 0
-
-
-def covered_by(points, triangles, size=(320, 240)):
-    """Part of each pixel that triangles cover, as another library has it."""
-    outline = union_all(polygons(points[:, :2][triangles]))
-    columns, rows = np.meshgrid(*map(np.arange, size))
-    pixels = box(columns, rows, columns + 1, rows + 1)
-    rim = outline.boundary
-    prepare([outline, rim])
-    covered, edge = intersects(outline, pixels).astype(float), intersects(rim, pixels)
-    covered[edge] = area(intersection(outline, pixels[edge]))
-    return covered

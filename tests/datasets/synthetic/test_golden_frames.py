@@ -9,6 +9,7 @@ import itertools
 
 import pytest
 
+from tests.datasets.synthetic.scenes import unless_sealed
 from trackmark import datasets
 from trackmark.datasets.golden import golden_digests, look_difference
 from trackmark.datasets.metadata import outlined
@@ -20,9 +21,6 @@ SUITES = suites()
 SEALS = [seal for suite in SUITES for seal in read_seals(suite.golden).values()]
 GOLDEN = {text: golden for seal in SEALS for text, golden in seal.golden.items()}
 VARIANTS = [text for text in GOLDEN if ":" in text]
-DAILY = ("plain/target", "stress/twin")
-"""Of these every variant is rendered every day: they show what no other does."""
-
 FIRST_VERSIONS = {
     "plain/target": "f7539512f62da8dd",
     "plain/target:light=0.5": "dee7681874ecf9db",
@@ -32,11 +30,7 @@ FIRST_VERSIONS = {
 
 
 @pytest.mark.parametrize(
-    "text",
-    [
-        pytest.param(text, marks=() if text.startswith(DAILY) else pytest.mark.slow)
-        for text in VARIANTS
-    ],
+    "text", [pytest.param(text, marks=unless_sealed(text.partition(":")[0])) for text in VARIANTS]
 )
 def test_variants_are_the_sealed_ones(text):
     sealed, found = GOLDEN[text], golden_digests(datasets.load(text))

@@ -10,11 +10,11 @@ from functools import cache
 import numpy as np
 import pytest
 
-from tests.datasets.synthetic.scenes import grown
+from tests.datasets.synthetic.scenes import grown, unless_sealed
 from trackmark import datasets
 from trackmark.datasets.synthetic.nummiaro2003.driving.shape import SHADOW
 from trackmark.datasets.synthetic.render.figure.head import ROWS
-from trackmark.datasets.synthetic.wang2010.hand.cones import BLUE, MATERIAL, SKIN
+from trackmark.datasets.synthetic.wang2010.hand.setting import BLUE, MATERIAL, SKIN
 
 
 @cache
@@ -142,14 +142,10 @@ PAINTED = [
 ]
 
 
-SELDOM = {"multipart/8", "nguyen2002/clip-20", "nummiaro2003/traffic:scene=1"}
-"""Painted as another of these is, too."""
-
-
 @pytest.mark.parametrize(
     ("name", "frame", "paint", "least", "share", "beyond"),
     [
-        pytest.param(*row, id=row[0], marks=pytest.mark.slow if row[0] in SELDOM else ())
+        pytest.param(*row, id=row[0], marks=unless_sealed(row[0].partition(":")[0]))
         for row in PAINTED
     ],
 )
@@ -164,17 +160,23 @@ def test_what_changes_with_the_targets_paint_is_the_mask(name, frame, paint, lea
     assert (scene.render(frame) == before).all()
 
 
+TIGHT = [
+    ("moreno2005/ellipse", 1.5),
+    ("moreno2005/octopus", 1.5),
+    ("nummiaro2003/car", 2.0),
+    ("moreno2005/book", 1.5),
+    ("moreno2005/leaf", 2.6),  # a thin stalk
+    ("nguyen2002/lights", 2.2),  # as tight as a tilt allows
+    ("wang2010/hand", 1.25),
+    ("wang2010/hand:scene=11", 1.25),
+    ("wang2010/table-tennis", 1.5),
+    ("nummiaro2003/head", 2.5),
+]
+
+
 @pytest.mark.parametrize(
     ("name", "pixels"),
-    [
-        ("moreno2005/book", 1.5),
-        ("moreno2005/leaf", 2.6),  # a thin stalk
-        ("nguyen2002/lights", 2.2),  # as tight as a tilt allows
-        ("wang2010/hand", 1.25),
-        ("wang2010/hand:scene=11", 1.25),
-        ("wang2010/table-tennis", 1.5),
-        ("nummiaro2003/head", 2.5),
-    ],
+    [pytest.param(*row, marks=unless_sealed(row[0].partition(":")[0])) for row in TIGHT],
 )
 def test_a_box_is_as_tight_as_pixels_allow(name, pixels):
     sequence, _ = opened(name)

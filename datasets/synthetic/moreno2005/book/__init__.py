@@ -1,3 +1,1 @@
 """A book before desk and shelf that bends, while the light turns from natural to yellow."""
-
-__all__: list[str] = []

@@ -1,20 +1,245 @@
-"""The book: its front, its back and the edges of its pages, and what is printed on it."""
+"""The book: its front, its back and the edges of its pages, and what is printed on it.
 
+A sheet that bends without stretching, and which of its parts is in another's way.
+
+It is held at the middle of its lower edge, which is the origin: u to the right, v down (from
+minus its height to 0), w towards the camera. It is part of a cylinder whose rulings are parallel
+but whose section is any curve, so that it stays developable: as it turns away from the plane in
+which it is held, lengths upon it stay as they are.
+"""
+
+from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import cycle
 
 import cv2
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
-from trackmark.datasets.synthetic.moreno2005.book.plan import Pose
-from trackmark.datasets.synthetic.moreno2005.book.sheet import Bending, bent, unshaded
 from trackmark.datasets.synthetic.render.colours import any_of, varied
 from trackmark.datasets.synthetic.render.finish import GAMMA
 from trackmark.datasets.synthetic.render.painting import Colour, Painting
+from trackmark.datasets.synthetic.render.path import smooth_step
 from trackmark.datasets.synthetic.render.texture import fractal
-from trackmark.datasets.synthetic.render.triangles import Mesh, grid
+from trackmark.datasets.synthetic.render.triangles import Mesh, grid, turned_axes
+from trackmark.datasets.synthetic.render.views import wandering
 
 Array = NDArray[np.float64]
+
+STEPS = 48  # pieces of a section
+NEAR = 1.0  # what is nearer along a ray than this is the surface itself [pixels]
+
+
+@dataclass(frozen=True)
+class Bending:
+    """How far a sheet is bent."""
+
+    left: float  # by how much its left end has turned away from the camera [radians]
+    right: float  # and its right end [radians]
+    slant: float  # of the rulings, from upright to the left [radians]
+
+
+@dataclass(frozen=True)
+class Section:
+    """Curve across the rulings of a sheet."""
+
+    along: Array  # (n,): length along it, from the ruling through the origin
+    across: Array  # (n,): where its points are, at right angles to the rulings
+    near: Array  # (n,): and towards the camera
+    turn: Array  # (n,): from the plane, to the right where it goes away [radians]
+
+
+def bent(bending: Bending, half_width: float, u: Array, v: Array) -> tuple[Array, Array, Section]:
+    """Bend a sheet of half a width, with places u, v (k,) on it when it is flat [pixels].
+
+    Gives where they are, (k, 3), the directions of the sheet's front there, (k, 3) of length 1,
+    and the section.
+    """
+    cosine, sine = np.cos(bending.slant), np.sin(bending.slant)
+    along, ruling = u * cosine + v * sine, v * cosine - u * sine
+    section = _section(bending, half_width, float(along.min()), float(along.max()))
+    across = np.interp(along, section.along, section.across)
+    near = np.interp(along, section.along, section.near)
+    turn = np.interp(along, section.along, section.turn)
+    points = np.stack([across * cosine - ruling * sine, across * sine + ruling * cosine, near], 1)
+    aside = np.sin(turn)
+    normals = np.stack([aside * cosine, aside * sine, np.cos(turn)], axis=1)
+    return points, normals, section
+
+
+def _section(bending: Bending, half_width: float, low: float, high: float) -> Section:
+    along = np.linspace(low, high, STEPS + 1)
+    distance = np.minimum(np.abs(along) / half_width, 1)
+    turn = distance * np.where(along < 0, -bending.left, bending.right)
+    middle = (turn[1:] + turn[:-1]) / 2
+    step = along[1] - along[0]
+    across, near = (
+        np.concatenate([[0.0], np.cumsum(step * part)])
+        for part in (np.cos(middle), -np.sin(middle))
+    )
+    return Section(
+        along, across - np.interp(0.0, along, across), near - np.interp(0.0, along, near), turn
+    )
+
+
+def unshaded(
+    section: Section, bending: Bending, size: tuple[float, float], u: Array, v: Array, lamp: Array
+) -> Array:
+    """Part of a lamp, in [0, 1], that a bent sheet leaves in view of each of its places (k,).
+
+    It does not say whether the place faces the lamp. `size` is half the sheet's width, and its
+    height [pixels]; `lamp` are directions to points of the lamp, (m, 3) as u, v and w; for the
+    rest see `bent`.
+    """
+    cosine, sine = float(np.cos(bending.slant)), float(np.sin(bending.slant))
+    along, ruling = u * cosine + v * sine, v * cosine - u * sine
+    curve = np.stack([section.along, section.across, section.near], axis=1)
+    starts = np.stack([np.interp(along, section.along, part) for part in curve.T[1:]], axis=1)
+    towards = np.stack(
+        [
+            lamp[:, 0] * cosine + lamp[:, 1] * sine,
+            lamp[:, 1] * cosine - lamp[:, 0] * sine,
+            lamp[:, 2],
+        ],
+        axis=1,
+    )
+    blocked = _blocked(curve, starts, ruling, towards, cosine, sine, *size)
+    return 1 - blocked / len(lamp)
+
+
+@njit(cache=True, error_model="numpy")
+def _blocked(
+    curve: Array,
+    starts: Array,
+    ruling: Array,
+    towards: Array,
+    cosine: float,
+    sine: float,
+    half_width: float,
+    height: float,
+) -> NDArray[np.int64]:
+    """How many of the rays from each place meet the sheet again.
+
+    Across the rulings a ray and a piece of the section are straight lines in a plane; where
+    they meet, the ray has gone some way along the ruling, perhaps beyond the sheet's edge.
+    """
+    counts = np.zeros(len(starts), np.int64)
+    for i in range(len(starts)):
+        for k in range(len(towards)):
+            dx, dz = towards[k, 0], towards[k, 2]
+            for j in range(len(curve) - 1):
+                ex, ez = curve[j + 1, 1] - curve[j, 1], curve[j + 1, 2] - curve[j, 2]
+                fx, fz = curve[j, 1] - starts[i, 0], curve[j, 2] - starts[i, 1]
+                across = dx * ez - dz * ex
+                far, share = (fx * ez - fz * ex) / across, (fx * dz - fz * dx) / across
+                if not (far > NEAR and 0.0 <= share <= 1.0):
+                    continue
+                a = curve[j, 0] + share * (curve[j + 1, 0] - curve[j, 0])
+                b = ruling[i] + far * towards[k, 1]
+                u, v = a * cosine - b * sine, a * sine + b * cosine
+                if abs(u) <= half_width and -height <= v <= 0.0:
+                    counts[i] += 1
+                    break
+    return counts
+
+
+FRAMES = 100
+SIZE = 320, 240
+SETTLED = 15.0  # frame from which on the book turns as far as ever
+DISTANCE = 800.0  # of the camera from the book [pixels]
+SWAY = (1.4, 4.0)  # periods of the slow movements [seconds]
+QUICK = 1  # duration of a bend [frames]; between two frames, so that its shadow is sudden
+SLOW = 2, 4  # duration of letting go [frames]
+HELD = 2, 4  # time until the next movement [frames]
+
+
+@dataclass(frozen=True)
+class Pose:
+    """Where the held place is and how the book is turned there."""
+
+    place: Array  # (2,): column and row [pixels]
+    # (3, 3): columns are the directions of u, v and w, to the right, down and towards the camera
+    axes: Array
+    tilt: float  # in the picture, to the right [radians]
+    scale: float
+
+    def seen(self, points: Array) -> Array:
+        """Where points of the book are: column, row and nearness [pixels], shape (k, 3)."""
+        turned = self.scale * points @ self.axes.T
+        larger = DISTANCE / (DISTANCE - turned[:, 2:])
+        return np.hstack([self.place + turned[:, :2] * larger, turned[:, 2:]])
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Course of a sequence."""
+
+    poses: tuple[Pose, ...]
+    bendings: tuple[Bending, ...]
+
+
+def drawn_plan(random: np.random.Generator, height: float, side: float) -> Plan:
+    """A course, drawn at random, of a book of a height [pixels].
+
+    `side` is 1 where the light comes from the right, -1 where it comes from the left.
+    """
+    middle = np.array([160.0, 106 + height / 2]) + random.uniform(-1, 1, 2) * [22, 8]
+    x, y = (wandering(random, FRAMES, SWAY, spread) for spread in (11.0, 5.0))
+    turns = [wandering(random, FRAMES, SWAY, spread) for spread in (0.07, 0.06, 0.06)]
+    for turn in turns[1:]:  # it faces the camera at first
+        turn *= smooth_step(np.arange(float(FRAMES)), -2.0, SETTLED)
+    scales = 1 + wandering(random, FRAMES, SWAY, 0.025)
+    away, bendings = _movements(random, side)
+    turns[1] -= side * away
+    poses = tuple(
+        Pose(middle + [x[k], y[k]], turned_axes(*(float(turn[k]) for turn in turns)),
+             float(turns[0][k]), float(scales[k]))
+        for k in range(FRAMES)
+    )  # fmt: skip
+    return Plan(poses, bendings)
+
+
+def _movements(random: np.random.Generator, side: float) -> tuple[Array, tuple[Bending, ...]]:
+    """Return the turn away from the light [radians] and the bending of the book by frame.
+
+    The book is bent and turned away again and again, and let go more slowly. The side away
+    from the light is bent away from the camera, the other side towards it, or both: its own
+    shadow then covers most of it.
+    """
+    times, keys = [0, int(random.integers(5, 8))], [_let_go(random)] * 2
+    kinds = cycle(random.permutation(["far", "near", "both"]).tolist())
+    while times[-1] < FRAMES:
+        bend = times[-1] + QUICK
+        release = bend + int(random.integers(*HELD, endpoint=True))
+        end = release + int(random.integers(*SLOW, endpoint=True))
+        times += [bend, release, end, end + int(random.integers(*HELD, endpoint=True))]
+        keys += [_bent(random, next(kinds))] * 2
+        keys += [_let_go(random)] * 2
+    far, near, slant, away = _eased(np.arange(float(FRAMES)), times, np.array(keys)).T
+    left, right = (far, near) if side > 0 else (near, far)
+    bendings = np.stack([left, right, slant], axis=1).tolist()
+    return away, tuple(Bending(*values) for values in bendings)
+
+
+def _let_go(random: np.random.Generator) -> tuple[float, float, float, float]:
+    bending = random.uniform(0.0, 0.25), random.uniform(-0.15, 0.2), random.uniform(-0.3, 0.3)
+    return *bending, -random.uniform(0.05, 0.15)
+
+
+def _bent(random: np.random.Generator, kind: str) -> tuple[float, float, float, float]:
+    far = random.uniform(0.2, 0.6) if kind == "near" else random.uniform(0.4, 0.7)
+    near = random.uniform(-0.4, 0.4) if kind == "far" else -random.uniform(0.4, 0.7)
+    return far, near, random.uniform(-0.4, 0.4), random.uniform(0.28, 0.4)
+
+
+def _eased(at: Array, times: Sequence[int], values: Array) -> Array:
+    """Values at moments between those of keys, at rest at every key."""
+    whole = np.interp(at, times, np.arange(len(values)))
+    first = np.minimum(whole.astype(np.int64), len(values) - 2)
+    share = smooth_step(whole - first, 0.0, 1.0)[:, None]
+    return np.asarray(values[first] * (1 - share) + values[first + 1] * share)
+
 
 FINE = 3  # texels a pixel, in either direction
 # Rows of the texture below the cover: the pages' edges, then as many of the back's colour.

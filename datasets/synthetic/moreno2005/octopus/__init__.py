@@ -1,3 +1,1 @@
 """An octopus that crawls over the sea floor and takes on its looks."""
-
-__all__: list[str] = []

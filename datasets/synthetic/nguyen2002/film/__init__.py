@@ -1,3 +1,1 @@
 """An action film: rigid targets that the setting's things pass over, clip by clip."""
-
-__all__: list[str] = []

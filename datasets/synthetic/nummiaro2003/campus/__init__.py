@@ -1,3 +1,1 @@
 """People before a parking place and on a campus: the target comes, is hidden, and goes."""
-
-__all__: list[str] = []

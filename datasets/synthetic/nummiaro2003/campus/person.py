@@ -9,6 +9,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from trackmark.datasets.synthetic.knobs import SceneKnobs
 from trackmark.datasets.synthetic.multipart.plan import Person
 from trackmark.datasets.synthetic.nummiaro2003.campus.scene import VisitPlan, VisitScene, bystander
 from trackmark.datasets.synthetic.nummiaro2003.campus.scene import target as target_person
@@ -20,28 +21,18 @@ from trackmark.datasets.synthetic.nummiaro2003.campus.setting import (
     entrance,
     parked_cars,
 )
-from trackmark.datasets.synthetic.nummiaro2003.knobs import WalkingKnobs
 from trackmark.datasets.synthetic.render.prop import Prop
 from trackmark.datasets.synthetic.render.views import SIZE, Viewpoint, Views, straight, walk
 from trackmark.datasets.synthetic.scene import part_generator
 
-WALK = 250
-"""Length of the sequence [frames]."""
-
-COMING_IN = 100
-"""The target is whole in the picture after this time, at most [frames]."""
-
-DEPTHS = (8.0, 8.5), (12.2, 12.7)
-"""Near and far ends of his ways before the cars [metres]."""
-
-PAVEMENT = 15.75, 16.3
-"""Where others pass, between the cars and the porch [metres]."""
-
-ELBOW_ROOM = 0.5
-"""Nobody walks nearer to another [metres]."""
+WALK = 250  # length of the sequence [frames]
+COMING_IN = 100  # the target is whole in the picture after this time, at most [frames]
+DEPTHS = (8.0, 8.5), (12.2, 12.7)  # near and far ends of his ways before the cars [metres]
+PAVEMENT = 15.75, 16.3  # where others pass, between the cars and the porch [metres]
+ELBOW_ROOM = 0.5  # nobody walks nearer to another [metres]
 
 
-def scene(knobs: WalkingKnobs) -> VisitScene:
+def scene(knobs: SceneKnobs) -> VisitScene:
     """Return renderer and ground truth; nothing is drawn yet."""
     return VisitScene(_plan(knobs.scene), "even")
 

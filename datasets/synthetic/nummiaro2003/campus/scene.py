@@ -18,8 +18,8 @@ from trackmark.datasets.synthetic.render.street.street import Reach, Street
 from trackmark.datasets.synthetic.render.views import SIZE, Course, Views
 from trackmark.datasets.synthetic.scene import Truth
 
+# Colours differ clearly whose channels differ by this much in one of them [grey levels].
 UNLIKE = 40
-"""Colours differ clearly whose channels differ by this much in one of them [grey levels]."""
 
 
 def target(random: np.random.Generator, course: Course) -> Person:
@@ -62,7 +62,6 @@ class VisitPlan(Plan):
         self.present[visit] = np.all((low < SIZE) & (low + size > 0), axis=1)[visit]
 
     def street(self, light: Light) -> Street:
-        """See `Plan.street`."""
         return self._surroundings(self.seed, SIZE, self.views.still, Reach(), light)
 
     @cached_property

@@ -17,26 +17,13 @@ from trackmark.datasets.synthetic.render.views import Viewpoint
 
 Array = NDArray[np.float64]
 
-BAYS = 13.1, 15.4
-"""Where the cars stand [metres from the camera]."""
-
-DOORSTEP = HOUSES - 1.2
-"""Front of the porch [metres from the camera]."""
-
-THRESHOLD = 0.4
-"""Depth before and behind the porch's front over which it gets dark [metres]."""
-
-LAWN = 7.9
-"""Near edge of the asphalt [metres from the camera]."""
-
-KEPT_FREE = 1.3
-"""To both sides of the entrance's middle [metres]."""
-
-REACH = 16.0
-"""Nothing farther than this from the entrance is ever seen [metres]."""
-
-INSIDE = 0.55
-"""Light that the porch takes."""
+BAYS = 13.1, 15.4  # where the cars stand [metres from the camera]
+DOORSTEP = HOUSES - 1.2  # front of the porch [metres from the camera]
+THRESHOLD = 0.4  # depth before and behind the porch's front over which it gets dark [metres]
+LAWN = 7.9  # near edge of the asphalt [metres from the camera]
+KEPT_FREE = 1.3  # to both sides of the entrance's middle [metres]
+REACH = 16.0  # nothing farther than this from the entrance is ever seen [metres]
+INSIDE = 0.55  # light that the porch takes
 
 
 class CarPark(Street):
@@ -92,15 +79,9 @@ def entrance(random: np.random.Generator, camera: Viewpoint, door: float) -> lis
     )
 
 
-OPENING = 1.7, 2.35
-"""Width and height [metres]."""
-
-BESIDE = 1.0
-"""Width of the walls on both sides of the opening [metres]."""
-
-PORCH = 3.0
-"""With the roof [metres]."""
-
+OPENING = 1.7, 2.35  # width and height [metres]
+BESIDE = 1.0  # width of the walls on both sides of the opening [metres]
+PORCH = 3.0  # with the roof [metres]
 PLASTER = ((150, 158, 160), (92, 104, 148), (196, 204, 208), (120, 128, 132))
 
 
@@ -143,18 +124,10 @@ def _raster(width: float, height: float, scale: float) -> tuple[Array, Array]:
     return (x - columns / 2) / scale, (rows - y) / scale
 
 
-TALL = 5.2
-"""To where it is painted: beyond the upper border of the picture [metres]."""
-
-LEAVES = 3.1
-"""Twigs hang down to about this height [metres]."""
-
-SPREAD = 2.1
-"""How far the twigs reach to either side of the trunk [metres]."""
-
-LEAF = 110
-"""Of the texture [pixels/metre]."""
-
+TALL = 5.2  # to where it is painted: beyond the upper border of the picture [metres]
+LEAVES = 3.1  # twigs hang down to about this height [metres]
+SPREAD = 2.1  # how far the twigs reach to either side of the trunk [metres]
+LEAF = 110  # of the texture [pixels/metre]
 BARK_TONES: tuple[BGR, ...] = (
     (92, 108, 114),  # grey
     (36, 44, 50),  # dark
@@ -163,9 +136,8 @@ BARK_TONES: tuple[BGR, ...] = (
     (58, 86, 124),  # reddish
     (200, 206, 208),  # birch
 )
+# Light from the grooves of a bark to its ridges.
 BARK_RELIEF = np.array([0.60, 0.84, 1.10, 1.34])[:, None]
-"""Light from the grooves of a bark to its ridges."""
-
 GREENS = np.array([[22, 46, 34], [36, 82, 60], [56, 118, 92], [92, 156, 138]], np.float64)
 
 

@@ -11,36 +11,29 @@ from functools import lru_cache
 
 import numpy as np
 
+from trackmark.datasets.synthetic.knobs import SceneKnobs
 from trackmark.datasets.synthetic.multipart import routes
 from trackmark.datasets.synthetic.multipart.plan import Person
 from trackmark.datasets.synthetic.nummiaro2003.campus.scene import VisitPlan, VisitScene, bystander
 from trackmark.datasets.synthetic.nummiaro2003.campus.scene import target as target_person
 from trackmark.datasets.synthetic.nummiaro2003.campus.setting import old_tree
-from trackmark.datasets.synthetic.nummiaro2003.knobs import WalkingKnobs
 from trackmark.datasets.synthetic.render.path import smooth_step
 from trackmark.datasets.synthetic.render.views import SIZE, Course, Views, fixed, straight
 from trackmark.datasets.synthetic.scene import part_generator
 
 LENGTH = 242
+# Frames: the first with the target, that in which the tree hides him most, the first without.
 COMES, HIDDEN, GONE = 20, 121, 232
-"""Frames: the first with the target, that in which the tree hides him most, the first without."""
-
+# Time for which less than 0.3 of him is seen: he is lost for a short time only [frames].
 BEHIND_THE_TREE = 8, 11
-"""Time for which less than 0.3 of him is seen: he is lost for a short time only [frames]."""
-
+# He gains so much on a steady pace at the tree [pixels], within this time of it [frames].
 HURRY, HURRIED = 45.0, 25
-"""He gains so much on a steady pace at the tree [pixels], within this time of it [frames]."""
-
-PASSED = 181, 202
-"""Frames in which others pass before him, give or take two."""
-
-CLEAR = 0.65
-"""Others pass the target at this distance, in depth, at least [metres]."""
-
+PASSED = 181, 202  # frames in which others pass before him, give or take two
+CLEAR = 0.65  # others pass the target at this distance, in depth, at least [metres]
 OTHERS_BEHIND = 5
 
 
-def scene(knobs: WalkingKnobs) -> VisitScene:
+def scene(knobs: SceneKnobs) -> VisitScene:
     """Return renderer and ground truth; nothing is drawn yet."""
     return VisitScene(_plan(knobs.scene), "even")
 

@@ -1,3 +1,1 @@
 """Cars that drive on roads, seen by a camera on a mast or in another car."""
-
-__all__: list[str] = []

@@ -7,18 +7,24 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from trackmark.datasets.synthetic.nummiaro2003.driving.facets import (
+from trackmark.datasets.synthetic.nummiaro2003.driving.laying import lay_facets, sprite_of
+from trackmark.datasets.synthetic.nummiaro2003.driving.paintwork import BGR, painted
+from trackmark.datasets.synthetic.nummiaro2003.driving.shape import (
     Facets,
     Lens,
     Pictures,
     Pose,
+    Shape,
+    any_shape,
     blank,
 )
-from trackmark.datasets.synthetic.nummiaro2003.driving.laying import lay_facets, sprite_of
-from trackmark.datasets.synthetic.nummiaro2003.driving.paintwork import BGR, painted
-from trackmark.datasets.synthetic.nummiaro2003.driving.shape import Shape, any_shape
-from trackmark.datasets.synthetic.nummiaro2003.driving.things import NEAREST, Window
-from trackmark.datasets.synthetic.nummiaro2003.driving.view import View, extents, posed
+from trackmark.datasets.synthetic.nummiaro2003.driving.view import (
+    NEAREST_DRAWN,
+    View,
+    Window,
+    extents,
+    posed,
+)
 from trackmark.datasets.synthetic.render.prop import Coverage
 from trackmark.datasets.synthetic.render.sprite import blend_sprite
 
@@ -71,8 +77,7 @@ class CarAt:
     # parts of it at which it is drawn; their number is a power of two
     moments: tuple[float, ...] = (0.0,)
 
-    reach = 3.0
-    """See `Thing.reach`."""
+    reach = 3.0  # See `Thing.reach`
 
     def box(self, view: View) -> Array:
         """Extents [x, y, width, height] of the whole car in the picture [pixels]."""
@@ -80,9 +85,8 @@ class CarAt:
         return np.array([left, top, right - left, bottom - top])
 
     def window(self, view: View) -> Window | None:
-        """See `Thing.window`."""
         low_x, high_x, low_y, high_y, nearest = self._extents(self.car.facets, view)
-        if nearest < NEAREST / 2:
+        if nearest < NEAREST_DRAWN / 2:
             return None
         x, y = (math.ceil(abs(shift) / 2) + 1 for shift in self.motion)
         return (
@@ -154,11 +158,9 @@ PAINTS: tuple[BGR, ...] = (
     (128, 156, 172),  # beige
 )
 
+# Paints of targets: not that of the road.
 TARGETS = tuple(paint for paint in PAINTS if paint != (94, 94, 94))
-"""Paints of targets: not that of the road."""
-
-CLEAR = 60.0
-"""Paints that differ by this much in some channel differ clearly [grey levels]."""
+CLEAR = 60.0  # paints that differ by this much in some channel differ clearly [grey levels]
 
 
 def paint(random: np.random.Generator, choice: tuple[BGR, ...] = PAINTS) -> BGR:

@@ -10,7 +10,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from trackmark.datasets.synthetic.nummiaro2003.driving.facets import (
+from trackmark.datasets.synthetic.nummiaro2003.driving.shape import (
     MOST,
     Facets,
     Lens,
@@ -18,12 +18,8 @@ from trackmark.datasets.synthetic.nummiaro2003.driving.facets import (
     Pose,
 )
 
-FULL = 0xFFFF
-"""All samples of a pixel are taken."""
-
-NEAR = 0.3
-"""Nothing nearer to the camera is drawn [metres]."""
-
+FULL = 0xFFFF  # all samples of a pixel are taken
+NEAR = 0.3  # nothing nearer to the camera is drawn [metres]
 _RUN = 16  # pixels between two exact perspective divisions
 _ONE = 65536.0  # steps in a picture's pixel
 

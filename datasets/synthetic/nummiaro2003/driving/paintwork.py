@@ -6,7 +6,6 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from trackmark.datasets.synthetic.nummiaro2003.driving.facets import Pictures, packed
 from trackmark.datasets.synthetic.nummiaro2003.driving.shape import (
     BELT,
     FRONT,
@@ -19,7 +18,9 @@ from trackmark.datasets.synthetic.nummiaro2003.driving.shape import (
     TOP,
     TYRE,
     WIDE,
+    Pictures,
     Shape,
+    packed,
 )
 
 Array = NDArray[np.float64]

@@ -10,8 +10,8 @@ from functools import lru_cache
 
 import numpy as np
 
+from trackmark.datasets.synthetic.knobs import SceneKnobs
 from trackmark.datasets.synthetic.nummiaro2003.driving.car import TARGETS, CarAt, any_car, unlike
-from trackmark.datasets.synthetic.nummiaro2003.driving.house import House, any_house
 from trackmark.datasets.synthetic.nummiaro2003.driving.paintwork import BGR
 from trackmark.datasets.synthetic.nummiaro2003.driving.plan import (
     FRAMES_PER_SECOND,
@@ -23,32 +23,28 @@ from trackmark.datasets.synthetic.nummiaro2003.driving.plan import (
     car_at,
 )
 from trackmark.datasets.synthetic.nummiaro2003.driving.scene import DrivingScene
-from trackmark.datasets.synthetic.nummiaro2003.driving.things import meet
-from trackmark.datasets.synthetic.nummiaro2003.driving.view import View
-from trackmark.datasets.synthetic.nummiaro2003.driving.world import Layout, Plant, Strip, dashes
-from trackmark.datasets.synthetic.nummiaro2003.knobs import DrivingKnobs
+from trackmark.datasets.synthetic.nummiaro2003.driving.view import View, meet
+from trackmark.datasets.synthetic.nummiaro2003.driving.world import (
+    House,
+    Layout,
+    Plant,
+    Strip,
+    any_house,
+    dashes,
+)
 from trackmark.datasets.synthetic.render.path import spaced
 from trackmark.datasets.synthetic.scene import part_generator
 
 FRAMES = 400
 
-LANES = 6.5
-"""The two lanes of the parking place lie this far left and right of its middle [metres]."""
-
-ROAD = 3.3
-"""Half the width of the road before it [metres]."""
-
-BAY = 2.6
-"""Width of a bay; five metres long [metres]."""
-
-ROWS = (-12.0, 0.0, 12.0)
-"""Rows of bays, beside the lanes and between them [metres]."""
-
-FIRST, LAST = 7.0, 41.0
-"""Where the rows of bays begin and end, from the road's middle [metres]."""
+LANES = 6.5  # the two lanes of the parking place lie this far left and right of its middle [metres]
+ROAD = 3.3  # half the width of the road before it [metres]
+BAY = 2.6  # width of a bay; five metres long [metres]
+ROWS = (-12.0, 0.0, 12.0)  # rows of bays, beside the lanes and between them [metres]
+FIRST, LAST = 7.0, 41.0  # where the rows of bays begin and end, from the road's middle [metres]
 
 
-def scene(knobs: DrivingKnobs) -> DrivingScene:
+def scene(knobs: SceneKnobs) -> DrivingScene:
     """Return renderer and ground truth; nothing is painted yet."""
     return DrivingScene(parking_plan(knobs.scene), still=True)
 

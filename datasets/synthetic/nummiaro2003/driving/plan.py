@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from trackmark.datasets.synthetic.nummiaro2003.driving.car import Car, CarAt
-from trackmark.datasets.synthetic.nummiaro2003.driving.things import meet
-from trackmark.datasets.synthetic.nummiaro2003.driving.view import View
+from trackmark.datasets.synthetic.nummiaro2003.driving.view import View, meet
 from trackmark.datasets.synthetic.nummiaro2003.driving.world import Layout
 from trackmark.datasets.synthetic.render.prop import Coverage, visible
 from trackmark.datasets.synthetic.render.sprite import instants
@@ -21,11 +20,8 @@ Array = NDArray[np.float64]
 _STEP = 0.05  # along a way [metres]
 _EASE = 3.0  # way in which the steering wheel is turned [metres]
 
-SIDEWAYS = 2.2
-"""Acceleration in bends that drivers take [metres/second²]."""
-
-BRAKING = 1.6
-"""Acceleration along the way that they take [metres/second²]."""
+SIDEWAYS = 2.2  # acceleration in bends that drivers take [metres/second²]
+BRAKING = 1.6  # acceleration along the way that they take [metres/second²]
 
 
 @dataclass(frozen=True)
@@ -124,13 +120,10 @@ class Course:
         return cls(*(np.broadcast_to(column, frames) for column in columns))
 
 
-SIZE = 640, 480
-"""Width and height of the images [pixels]."""
-
+SIZE = 640, 480  # width and height of the images [pixels]
 FRAMES_PER_SECOND = 25.0
 
-EXPOSURE = 0.4
-"""Part of the time between two frames for which the shutter is open."""
+EXPOSURE = 0.4  # part of the time between two frames for which the shutter is open
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from trackmark.datasets.interface import Image, Mask
 from trackmark.datasets.synthetic.nummiaro2003.driving.plan import FRAMES_PER_SECOND, SIZE, Plan
-from trackmark.datasets.synthetic.nummiaro2003.driving.things import Thing, Window, from_far, meet
+from trackmark.datasets.synthetic.nummiaro2003.driving.view import Thing, Window, from_far, meet
 from trackmark.datasets.synthetic.nummiaro2003.driving.world import World
 from trackmark.datasets.synthetic.render.attributes import occluded, out_of_view, rescaled, turning
 from trackmark.datasets.synthetic.render.camera import Camera, slow_exposure
@@ -15,11 +15,8 @@ from trackmark.datasets.synthetic.scene import Scene, Truth, part_generator, pas
 
 Array = NDArray[np.float64]
 
-TURNING = 15.0
-"""The side that is seen turns if it does so by this much in a second [degrees]."""
-
-FASTEST = 0.2
-"""Share of the frames that count as fast."""
+TURNING = 15.0  # the side that is seen turns if it does so by this much in a second [degrees]
+FASTEST = 0.2  # share of the frames that count as fast
 
 
 def driving_truth(plan: Plan) -> Truth:
@@ -66,16 +63,13 @@ class DrivingScene(Scene):
         self._is_still = still
 
     def truth(self) -> Truth:
-        """See `Scene.truth`."""
         return driving_truth(self.plan)
 
     def render(self, frame: int) -> Image:
-        """See `Scene.render`."""
         canvas = self._with_moving(frame) if self._is_still else self._painted(frame)
         return CAMERA.exposed(canvas, self.plan.layout.seed, frame, self._exposure[frame])
 
     def mask(self, frame: int) -> Mask:
-        """See `Scene.mask`."""
         return pasted(SIZE, *self.plan.seen(frame)) >= 128
 
     def _painted(self, frame: int) -> Image:

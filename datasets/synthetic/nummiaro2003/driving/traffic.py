@@ -12,8 +12,8 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from trackmark.datasets.synthetic.knobs import SceneKnobs
 from trackmark.datasets.synthetic.nummiaro2003.driving.car import TARGETS, CarAt, any_car, unlike
-from trackmark.datasets.synthetic.nummiaro2003.driving.house import House, any_house
 from trackmark.datasets.synthetic.nummiaro2003.driving.paintwork import BGR
 from trackmark.datasets.synthetic.nummiaro2003.driving.plan import (
     FRAMES_PER_SECOND,
@@ -25,8 +25,14 @@ from trackmark.datasets.synthetic.nummiaro2003.driving.plan import (
 )
 from trackmark.datasets.synthetic.nummiaro2003.driving.scene import DrivingScene
 from trackmark.datasets.synthetic.nummiaro2003.driving.view import View
-from trackmark.datasets.synthetic.nummiaro2003.driving.world import Layout, Plant, Strip, dashes
-from trackmark.datasets.synthetic.nummiaro2003.knobs import DrivingKnobs
+from trackmark.datasets.synthetic.nummiaro2003.driving.world import (
+    House,
+    Layout,
+    Plant,
+    Strip,
+    any_house,
+    dashes,
+)
 from trackmark.datasets.synthetic.render.path import smooth_step, spaced
 from trackmark.datasets.synthetic.render.views import QUICK, SLOW, wandering
 from trackmark.datasets.synthetic.scene import part_generator
@@ -35,23 +41,15 @@ Array = NDArray[np.float64]
 
 FRAMES = 330
 
-LANE = 1.75
-"""From the road's middle to that of a lane [metres]."""
-
-EDGE = 4.4
-"""Half the width of a road, parking along the kerb not counted [metres]."""
-
-PAVED = 7.2
-"""Where the pavement ends, from the road's middle [metres]."""
-
-ROOM = 0.24
-"""The camera is turned so that the target stays this near to the axis [radians]."""
-
+LANE = 1.75  # from the road's middle to that of a lane [metres]
+EDGE = 4.4  # half the width of a road, parking along the kerb not counted [metres]
+PAVED = 7.2  # where the pavement ends, from the road's middle [metres]
+ROOM = 0.24  # the camera is turned so that the target stays this near to the axis [radians]
+# Share of the target's angle from the car's axis that the turn leaves, where it is small.
 FREE = 0.2
-"""Share of the target's angle from the car's axis that the turn leaves, where it is small."""
 
 
-def scene(knobs: DrivingKnobs) -> DrivingScene:
+def scene(knobs: SceneKnobs) -> DrivingScene:
     """Return renderer and ground truth; nothing is painted yet."""
     return DrivingScene(traffic_plan(knobs.scene), still=False)
 

@@ -3,14 +3,20 @@
 World: x to the right, y up, z ahead; metres. A yaw or heading of 0 looks along z, of π/2 along x.
 """
 
+import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Protocol
 
 import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
-from trackmark.datasets.synthetic.nummiaro2003.driving.facets import Facets, Lens, Pose
+from trackmark.datasets.synthetic.nummiaro2003.driving.shape import Facets, Lens, Pose
+from trackmark.datasets.synthetic.render.prop import Prop
+from trackmark.datasets.synthetic.render.sprite import Sprite
+from trackmark.datasets.synthetic.render.views import Viewpoint
 
 Array = NDArray[np.float64]
 
@@ -93,15 +99,9 @@ def _direction(angle: float) -> tuple[float, float]:
     return cos, sin
 
 
-NEAREST = 0.6
-"""Solids that come nearer to the camera than this have no extents [metres]."""
-
-STAINS_SIDE = 512
-"""Side of the picture of stains on the ground [pixels]."""
-
-STAINS_PERIOD = 16.0
-"""The picture of stains covers this side of the ground [metres]."""
-
+NEAREST_SOLID = 0.6  # solids that come nearer to the camera than this have no extents [metres]
+STAINS_SIDE = 512  # side of the picture of stains on the ground [pixels]
+STAINS_PERIOD = 16.0  # the picture of stains covers this side of the ground [metres]
 _SKY = np.array([-0.05, 0.23, -0.08, 0.8])  # brightest above, and somewhat to the left
 _DENSITY = STAINS_SIDE / STAINS_PERIOD * np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
 
@@ -166,7 +166,7 @@ def extents(facets: Facets, pose: Pose, lens: Lens) -> tuple[float, float, float
             x, y, z = facets.corners[f, k]
             ahead = place[2] + turn[2, 0] * x + turn[2, 1] * y + turn[2, 2] * z
             nearest = min(nearest, ahead)
-            if nearest < NEAREST:
+            if nearest < NEAREST_SOLID:
                 return 0.0, 0.0, 0.0, 0.0, nearest
             across = place[0] + turn[0, 0] * x + turn[0, 1] * y + turn[0, 2] * z
             down = place[1] + turn[1, 0] * x + turn[1, 1] * y + turn[1, 2] * z
@@ -175,3 +175,111 @@ def extents(facets: Facets, pose: Pose, lens: Lens) -> tuple[float, float, float
             left, right = min(left, column), max(right, column)
             top, bottom = min(top, row), max(bottom, row)
     return left, right, top, bottom, nearest
+
+
+# Left, top, right and bottom of some pixels, the last two excluded.
+Window = tuple[int, int, int, int]
+NEAREST_DRAWN = 2.0  # things nearer to the camera than this are not drawn [metres]
+
+
+class Thing(Protocol):
+    """Something at a place on the ground."""
+
+    @property
+    def x(self) -> float:
+        """Place of its middle, to the right [metres]."""
+        ...
+
+    @property
+    def z(self) -> float:
+        """Place of its middle, ahead [metres]."""
+        ...
+
+    @property
+    def reach(self) -> float:
+        """No part of it is farther from its middle, over the ground [metres]."""
+        ...
+
+    def window(self, view: View) -> Window | None:
+        """Pixels that it may be seen in, wherever they lie; None behind the camera."""
+        ...
+
+    def draw(self, canvas: NDArray[np.uint8], view: View) -> None:
+        """Draw it over a canvas, which is changed in place."""
+        ...
+
+
+def from_far(things: list[Thing], view: View, width: int) -> list[Thing]:
+    """Things that may be in a picture of a width [pixels], the farthest first."""
+    x, z, reach = np.array([(thing.x, thing.z, thing.reach) for thing in things]).T
+    right, _, ahead = view.seen_from(np.stack([x, np.zeros(len(x)), z], axis=1)).T
+    # The tangent of half the field of view, and something for the slope of its border.
+    edge = width / 2 / view.focal
+    seen = (ahead > -reach) & (np.abs(right) < edge * (ahead + reach) + 1.2 * reach)
+    apart = right * right + ahead * ahead
+    return [things[i] for i in np.argsort(-apart, kind="stable") if seen[i]]
+
+
+def meet(one: Window, other: Window) -> bool:
+    """Whether two windows have pixels in common."""
+    return one[0] < other[2] and other[0] < one[2] and one[1] < other[3] and other[1] < one[3]
+
+
+METRE = 40.0  # pixels a metre of the pictures
+
+
+@dataclass(frozen=True)
+class Cutout:
+    """Picture of a thing without what is behind it."""
+
+    sprite: Sprite
+    foot: float  # row at which it stands [pixels]
+
+
+@dataclass(frozen=True)
+class Standing:
+    """A thing that stands upright at a place and faces the camera; a `Thing`."""
+
+    cutout: Cutout
+    # x, z: [metres]
+    x: float
+    z: float
+    size: float = 1.0  # against that of its picture
+
+    @property
+    def reach(self) -> float:
+        return float(self.cutout.sprite.width / 2 * self.size / METRE)
+
+    def window(self, view: View) -> Window | None:
+        column, row, depth = view.place_of(self.x, self.z)
+        if depth < NEAREST_DRAWN:
+            return None
+        scale = view.focal / depth * self.size / METRE
+        half, top = self.cutout.sprite.width / 2 * scale, row - self.cutout.foot * scale
+        return (
+            math.floor(column - half) - 1,
+            math.floor(top) - 1,
+            math.ceil(column + half) + 1,
+            math.ceil(top + self.cutout.sprite.height * scale) + 1,
+        )
+
+    def draw(self, canvas: NDArray[np.uint8], view: View) -> None:
+        column, row, depth = view.place_of(self.x, self.z)
+        if depth >= NEAREST_DRAWN:
+            scale = view.focal / depth * self.size / METRE
+            rise = (self.cutout.foot - self.cutout.sprite.height / 2) * scale
+            self.cutout.sprite.draw(canvas, np.array([[column, row - rise]]), scale)
+
+
+def cut_out(
+    make: Callable[[np.random.Generator, float, float, float], Prop], random: np.random.Generator
+) -> Cutout:
+    """Thing of the street, painted once: seen where a metre has METRE pixels."""
+    prop = make(random, 0.0, 1.0, METRE)
+    _, top, alpha = prop.coverage(Viewpoint(METRE, 0.0, 0.0, 0.0))
+    height, width = alpha.shape
+    black = np.zeros((height, width, 3), np.uint8)
+    prop.draw(black, Viewpoint(METRE, 0.0, horizon=-top, centre=width / 2))
+    cover = alpha / 255
+    colour = black / np.maximum(cover, 1 / 255)[..., None]
+    return Cutout(Sprite(colour, cover), float(-top))

@@ -1,3 +1,1 @@
 """A worker in a factory: his head, close up, before machines."""
-
-__all__: list[str] = []

@@ -2,13 +2,17 @@
 
 Each unit paints itself on a piece of wall of a given width and height [metres], from what is drawn
 at random.
+
+Machines and switchboards along the wall of a factory, and the instruments on their fronts.
+
+Each paints itself on a piece of wall of a given width and height [metres], from what is drawn at
+random.
 """
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from trackmark.datasets.synthetic.nummiaro2003.factory.machines import cabinet, machine_tool, wiring
 from trackmark.datasets.synthetic.render.colours import (
     DARK,
     MACHINES,
@@ -20,6 +24,198 @@ from trackmark.datasets.synthetic.render.colours import (
 )
 from trackmark.datasets.synthetic.render.painting import Painting
 from trackmark.datasets.synthetic.render.texture import fractal
+
+SCREENS = ((120, 60, 20), (40, 70, 30), (170, 150, 120), (90, 40, 70))
+WRITING = ((80, 220, 120), (230, 230, 230), (60, 200, 230))
+DIGITS = ((60, 190, 80), (60, 60, 220), (40, 170, 230), (190, 160, 60))
+KEYS = (*SIGNALS, STEEL, STEEL, (200, 202, 204))
+WHITE = (206, 208, 208)
+BREAKERS = (WHITE, WHITE, DARK, (110, 150, 60), (50, 90, 190), (190, 180, 160))
+BACKS = ((150, 150, 148), (120, 132, 140), (60, 140, 190))
+CHIPS = ((120, 160, 190), STEEL)
+BLACK = (30, 30, 32)
+
+
+def _row_of_instruments(
+    wall: Painting, random: np.random.Generator, x: float, y: float, width: float, height: float
+) -> None:
+    """Gauges, buttons, signs, displays or switches, as many as there is room for [metres]."""
+    kind = random.integers(5)
+    if random.random() < 0.5:
+        wall.hole(x, y, width, height, any_of(random, MACHINES) * 0.8)
+    size = height * random.uniform(0.75, 0.95)
+    place = x + 0.01
+    while place + size < x + width:
+        middle = place + size / 2, y + height / 2
+        if kind == 0:
+            _gauge(wall, random, *middle, size / 2)
+        elif kind == 1:
+            small = max(0.4 * size / 2, 0.011)
+            for row in (-0.25, 0.25):
+                wall.knob(middle[0], middle[1] + row * size, small, any_of(random, SIGNALS))
+        elif kind == 2:
+            wall.plate(
+                place, y + 0.15 * height, 0.8 * size, 0.7 * height, any_of(random, SIGNALS), 0.006
+            )
+            wall.label(random, place, y, 0.8 * size, 0.016)
+        elif kind == 3:
+            wall.plate(place, y + 0.1 * height, 0.85 * size, 0.8 * height, DARK, 0.006)
+            lit = any_of(random, DIGITS)
+            wall.label(
+                random, place + 0.1 * size, y + 0.22 * height, 0.65 * size, 0.5 * height, DARK, lit
+            )
+        else:
+            wall.knob(*middle, size / 2.6, DARK)
+            wall.line([middle, (middle[0], middle[1] - size / 3)], 0.006, (220, 222, 224))
+        place += size * random.uniform(1.0, 1.25)
+
+
+def _gauge(wall: Painting, random: np.random.Generator, x: float, y: float, radius: float) -> None:
+    wall.knob(x, y, radius, STEEL)
+    wall.disc(x, y, 0.8 * radius, (216, 222, 224))
+    for angle in np.linspace(-2.4, 2.4, 9):
+        ray = np.sin(angle), -np.cos(angle)
+        colour = (40, 36, 190) if angle > 1.4 else DARK
+        ends = [(x + k * radius * ray[0], y + k * radius * ray[1]) for k in (0.58, 0.74)]
+        wall.line(ends, 0.12 * radius, colour)
+    angle = random.uniform(-2.2, 1.8)
+    tip = x + 0.6 * radius * np.sin(angle), y - 0.6 * radius * np.cos(angle)
+    wall.line([(x, y), tip], 0.1 * radius, DARK)
+
+
+def _warning(wall: Painting, random: np.random.Generator, x: float, y: float, size: float) -> None:
+    """Sign with a warning, or with writing."""
+    if random.random() < 0.6:
+        middle, low = x + size / 2, y + 0.93 * size
+        wall.area([(x, y + size), (middle, y), (x + size, y + size)], BLACK)
+        inner = [(x + 0.12 * size, low), (middle, y + 0.16 * size), (x + 0.88 * size, low)]
+        wall.area(inner, (40, 196, 226))
+        wall.line([(middle, y + 0.45 * size), (middle, y + 0.72 * size)], 0.1 * size, BLACK)
+    else:
+        wall.label(random, x, y, size, size, any_of(random, SIGNALS[:6]))
+
+
+def _controls(wall: Painting, random: np.random.Generator, width: float, height: float) -> None:
+    """Screen, keys and the button that stops it all."""
+    wall.plate(0, 0, width, height, any_of(random, MACHINES), 0.02)
+    wall.plate(0.03, 0.03, width - 0.06, 0.2, DARK, 0.006)
+    back, ink = any_of(random, SCREENS), any_of(random, WRITING)
+    wall.label(random, 0.045, 0.045, width - 0.09, 0.17, back, ink)
+    for row in range(4):
+        for x in np.arange(0.035, width - 0.045, 0.042):
+            wall.plate(x, 0.26 + 0.042 * row, 0.032, 0.032, any_of(random, KEYS), 0.005)
+    wall.disc(0.10, height - 0.09, 0.06, (40, 190, 220))
+    wall.knob(0.10, height - 0.09, 0.042, (36, 32, 196))
+    wall.knob(width - 0.08, height - 0.09, 0.035, any_of(random, SIGNALS))
+
+
+def _stripes(wall: Painting, x: float, y: float, width: float, height: float) -> None:
+    """Band of yellow and black."""
+    wall.patch(x, y, width, height, (40, 186, 220))
+    for left in np.arange(x, x + width - height, 2 * height):
+        right = left + height
+        band = [(left, y + height), (right, y), (left + 2 * height, y), (right, y + height)]
+        wall.area(band, (36, 36, 38))
+
+
+def cabinet(wall: Painting, random: np.random.Generator, width: float, height: float) -> None:
+    """Control cabinet: instruments in rows on its doors."""
+    paint = any_of(random, MACHINES)
+    wall.plate(0, 0, width, height, paint, 0.03)
+    doors = 2 if width > 0.75 else 1
+    for door in range(doors):
+        wide = width / doors
+        inner = wall.part(door * wide, 0)
+        tone = paint * random.uniform(0.92, 1.06)
+        inner.plate(0.015, 0.02, wide - 0.03, height - 0.04, tone, 0.008)
+        y = 0.07
+        while y < height - 0.35:
+            deep = random.uniform(0.07, 0.15)
+            _row_of_instruments(inner, random, 0.05, y, wide - 0.10, deep)
+            y += deep + random.uniform(0.015, 0.05)
+        for slot in range(7):
+            inner.patch(0.08, height - 0.28 + 0.025 * slot, wide - 0.16, 0.009, paint * 0.35)
+        inner.plate(wide - 0.06, height - 0.5, 0.02, 0.13, np.array(DARK) * 1.4, 0.008)
+        _warning(inner, random, 0.05, height - 0.44, 0.09)
+
+
+def machine_tool(wall: Painting, random: np.random.Generator, width: float, height: float) -> None:
+    """Machine tool: a window with the tool behind it, a panel with a screen, hand wheels."""
+    paint, other = any_of(random, MACHINES), any_of(random, MACHINES)
+    wall.plate(0, 0.05, width, height - 0.05, paint, 0.03)
+    wall.plate(0, 0, width, 0.22, other, 0.02)
+    paper, ink = any_of(random, SIGNALS), any_of(random, SIGNALS)
+    wall.label(random, 0.06, 0.06, 0.3 * width, 0.09, paper, ink)
+    wide = 0.60 * width
+    top, deep = 0.30, 0.55
+    wall.plate(0.04, top - 0.03, wide, deep + 0.06, paint * 0.75, 0.01)
+    wall.hole(0.07, top, wide - 0.06, deep, (66, 62, 58))
+    middle = 0.07 + 0.5 * (wide - 0.06)
+    wall.pipe((0.09, top + 0.30), (middle - 0.05, top + 0.30), 0.07, STEEL)
+    wall.knob(middle - 0.02, top + 0.30, 0.09, (128, 128, 124))
+    for angle in np.arange(3) * 2.1 + random.uniform(0, 2):
+        jaw = middle - 0.02 + 0.05 * np.cos(angle), top + 0.30 + 0.05 * np.sin(angle)
+        wall.knob(*jaw, 0.018, (90, 92, 92))
+    wall.plate(middle + 0.10, top + 0.2, 0.11, 0.2, any_of(random, MACHINES) * 0.8, 0.01)
+    for _ in range(5):
+        start = random.uniform(0.1, wide - 0.1), top + 0.02
+        end = middle + random.uniform(-0.1, 0.15), top + 0.25
+        wall.wire(start, end, 0.05, 0.014, any_of(random, SIGNALS))
+    for _ in range(40):  # chips
+        spot = 0.08 + random.uniform(0, wide - 0.09), top + deep - random.uniform(0, 0.07)
+        end = spot[0] + 0.015, spot[1] + random.uniform(-0.01, 0.01)
+        wall.line([spot, end], 0.006, any_of(random, CHIPS))
+    wall.darken(0.07, top, 0.35 * wide, deep, 1.25)  # its pane mirrors something bright
+    _controls(wall.part(wide + 0.06, 0.28), random, width - wide - 0.09, 0.62)
+    _stripes(wall, 0, 0.97, width, 0.06)
+    y = 1.06
+    while y < height - 0.12:
+        for x in np.arange(0.08, width - 0.1, random.uniform(0.16, 0.3)):
+            choice = random.random()
+            if choice < 0.3:
+                wall.knob(x + 0.05, y + 0.07, 0.05, any_of(random, SIGNALS))
+                wall.knob(x + 0.05, y + 0.07, 0.016, STEEL)
+            elif choice < 0.6:
+                _row_of_instruments(wall, random, x, y, 0.14, 0.1)
+            else:
+                wall.plate(x, y, 0.12, 0.13, varied(random, other), 0.008)
+        y += 0.19
+
+
+def wiring(wall: Painting, random: np.random.Generator, width: float, height: float) -> None:
+    """Open switch cabinet: breakers in rows, ducts, and bundles of coloured wires."""
+    wall.plate(0, 0, width, height, any_of(random, MACHINES), 0.03)
+    wall.hole(0.03, 0.03, width - 0.06, height - 0.06, any_of(random, BACKS))
+    rows = np.arange(0.12, height - 0.2, random.uniform(0.2, 0.27))
+    for y in rows:
+        wall.patch(0.05, y + 0.035, width - 0.10, 0.02, STEEL)
+        x = 0.06
+        while x < width - 0.10:
+            wide = random.uniform(0.02, 0.07)
+            paint = any_of(random, BREAKERS)
+            wall.plate(x, y, wide, 0.095, paint, 0.008)
+            wall.patch(x + 0.2 * wide, y + 0.03, 0.5 * wide, 0.025, any_of(random, SIGNALS))
+            for _ in range(2):
+                ends = x + random.uniform(0.1, 0.9) * wide, x + random.uniform(-0.15, 0.15)
+                wall.wire(
+                    (ends[0], y + 0.09),
+                    (float(np.clip(ends[1], 0.05, width - 0.05)), y + 0.17),
+                    0.01,
+                    0.006,
+                    any_of(random, SIGNALS),
+                )
+            x += wide + 0.003
+        wall.plate(0.05, y + 0.15, width - 0.10, 0.03, (150, 156, 158), 0.006)
+        for x in np.arange(0.055, width - 0.06, 0.014):
+            wall.patch(x, y + 0.153, 0.006, 0.024, (80, 84, 86))
+    for side in (0.045, width - 0.05):
+        for k in range(7):
+            wall.line(
+                [(side + 0.004 * (k - 3), 0.06), (side + 0.004 * (k - 3), height - 0.08)],
+                0.005,
+                any_of(random, SIGNALS),
+            )
+
 
 PARTS = (STEEL, (90, 130, 160), (60, 100, 150), (200, 202, 200))
 GOODS = (*STORED, *SIGNALS)
@@ -167,18 +363,14 @@ def _notices(wall: Painting, random: np.random.Generator, width: float, height: 
     wall.plate(x - 0.03, y - 0.12, 0.06, 0.06, DARK, 0.008)
 
 
-FINE = 2
-"""It is painted larger by this."""
-
+FINE = 2  # it is painted larger by this
 WALLS = ((176, 184, 186), (150, 178, 190), (168, 182, 160), (120, 140, 170), (150, 150, 148))
 
-FADED = 0.22
-"""Of the colours' strength."""
-
+FADED = 0.22  # of the colours' strength
 CABLES = (DARK,) * 6 + (STEEL,) * 4
 
+# What stands along the wall, each once before any comes again.
 UNITS = (cabinet, machine_tool, _shelf, _tools, wiring, _notices)
-"""What stands along the wall, each once before any comes again."""
 
 
 def hall(random: np.random.Generator, width: int, height: int, scale: float) -> NDArray[np.uint8]:

@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackmark.datasets.interface import Image, Mask
+from trackmark.datasets.synthetic.knobs import SceneKnobs
 from trackmark.datasets.synthetic.nummiaro2003.factory.hall import hall
-from trackmark.datasets.synthetic.nummiaro2003.knobs import HeadKnobs
 from trackmark.datasets.synthetic.render.attributes import occluded
 from trackmark.datasets.synthetic.render.camera import Camera, slow_exposure
 from trackmark.datasets.synthetic.render.figure.look import drawn_look
@@ -34,25 +34,17 @@ from trackmark.datasets.synthetic.scene import Scene, Truth, part_generator, pas
 
 Array = NDArray[np.float64]
 
-WALL = 3.2
-"""Distance of the machines from the camera [metres]."""
-
-AXIS = 235.0
-"""Row of the camera's horizon [pixels]."""
-
-EXPOSURE = 0.4
-"""Part of the time between two frames for which the shutter is open."""
-
+WALL = 3.2  # distance of the machines from the camera [metres]
+AXIS = 235.0  # row of the camera's horizon [pixels]
+EXPOSURE = 0.4  # part of the time between two frames for which the shutter is open
 CAMERA = Camera(SIZE, noise=2.5)
 
+# Where the head faces away from the camera by more than this, nothing is seen of the face.
 TURNED_AWAY = np.radians(120)
-"""Where the head faces away from the camera by more than this, nothing is seen of the face."""
-
-FAST = 0.1
-"""A head is fast that moves by this part of its width in a frame."""
+FAST = 0.1  # a head is fast that moves by this part of its width in a frame
 
 
-def scene(knobs: HeadKnobs) -> "HeadScene":
+def scene(knobs: SceneKnobs) -> "HeadScene":
     """Return renderer and ground truth; nothing is drawn yet."""
     return HeadScene(knobs.scene)
 
@@ -77,13 +69,11 @@ class HeadScene(Scene):
         return _truth(self._seed)
 
     def render(self, frame: int) -> Image:
-        """See `Scene.render`."""
         canvas = self._wall.copy()
         self.worker.draw(canvas, frame, 1.0, EXPOSURE)
         return CAMERA.exposed(canvas, self._seed, frame, self._exposure[frame])
 
     def mask(self, frame: int) -> Mask:
-        """See `Scene.mask`."""
         left, top, _, seen = self.worker.head_seen(frame)
         return pasted(SIZE, left, top, seen) >= 128
 

@@ -1,3 +1,1 @@
 """A person from near: a mesh on bones, clothed and painted, moved by a routine."""
-
-__all__: list[str] = []

@@ -1,3 +1,1 @@
 """A street seen by a camera: sky, facades, ground, things that stand about, and the light."""
-
-__all__: list[str] = []

@@ -1,3 +1,1 @@
 """A kitchen: a cup that a hand carries past things of nearly its colour."""
-
-__all__: list[str] = []

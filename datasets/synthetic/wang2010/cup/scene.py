@@ -3,6 +3,11 @@
 The paper says: an own recording, 80 frames of 108 x 85, a cup. At frame 36 the target is
 disturbed by surroundings of almost its colour and partly hidden by something of almost its
 colour; colour can't be relied upon there, while the motion stays good. All the rest is ours.
+
+When what happens where: the cup's way, and where the things of its colour stand on it.
+
+The paper's frame 36 is `EVENT` here. Before it the cup comes down towards the thing behind it
+and the box before it; after it the cup rises and leaves both.
 """
 
 from functools import lru_cache
@@ -12,27 +17,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackmark.datasets.interface import Image, Mask
+from trackmark.datasets.synthetic.knobs import SceneKnobs
 from trackmark.datasets.synthetic.render.camera import Camera
 from trackmark.datasets.synthetic.scene import Scene, Truth
-from trackmark.datasets.synthetic.wang2010.cup.plan import FRAMES, SIZE, WALL
-from trackmark.datasets.synthetic.wang2010.cup.setting import Setting
-from trackmark.datasets.synthetic.wang2010.knobs import CupKnobs
+from trackmark.datasets.synthetic.wang2010.cup.setting import FRAMES, SIZE, WALL, Setting
 
 Array = NDArray[np.float64]
 
-EXPOSURE = 0.5
-"""Part of the time between two frames for which the shutter is open."""
-
+EXPOSURE = 0.5  # part of the time between two frames for which the shutter is open
 CAMERA = Camera(SIZE, noise=2.2)
 
+# How much light the shadow on the wall takes, and its softness [pixels].
 SHADOW, SOFTNESS = 0.3, 2.2
-"""How much light the shadow on the wall takes, and its softness [pixels]."""
-
+# Part of the cup that must be hidden, or before something of its colour, to be worth a word.
 NOTICED = 0.1
-"""Part of the cup that must be hidden, or before something of its colour, to be worth a word."""
 
 
-def scene(knobs: CupKnobs) -> "CupScene":
+def scene(knobs: SceneKnobs) -> "CupScene":
     """Renderer and truth; nothing is drawn yet."""
     return CupScene(knobs.scene)
 
@@ -57,7 +58,6 @@ class CupScene(Scene):
         return _truth(self._seed)
 
     def render(self, frame: int) -> Image:
-        """See `Scene.render`."""
         behind, box = self.setting.still
         instants = frame + EXPOSURE * np.array([-0.25, 0.25])
         carried = np.mean([self.setting.carried.at(*self._pose(t)) for t in instants], axis=0)
@@ -70,7 +70,6 @@ class CupScene(Scene):
         return CAMERA.exposed(canvas, self._seed, frame)
 
     def mask(self, frame: int) -> Mask:
-        """See `Scene.mask`."""
         mask = self.seen(frame)[1] >= 0.5
         return np.asarray(mask[:, ::-1] if self.plan.mirrored else mask)
 
@@ -91,9 +90,7 @@ class CupScene(Scene):
         return np.asarray(SHADOW * cv2.GaussianBlur(thrown, (0, 0), SOFTNESS))
 
 
-@lru_cache(maxsize=4)
-def _setting(seed: int) -> Setting:
-    return Setting(seed)
+_setting = lru_cache(maxsize=4)(Setting)
 
 
 @lru_cache(maxsize=4)

@@ -1,3 +1,1 @@
 """A room in which a hand moves, in front of somebody's face."""
-
-__all__: list[str] = []

@@ -15,18 +15,13 @@ from numpy.typing import ArrayLike, NDArray
 from trackmark.datasets.synthetic.render.path import quantised
 from trackmark.datasets.synthetic.render.texture import fractal
 from trackmark.datasets.synthetic.render.views import wandering
-from trackmark.datasets.synthetic.wang2010.hand.cones import BLUE, CLOTH, COLUMNS, CREASE, SKIN
+from trackmark.datasets.synthetic.wang2010.hand.setting import BLUE, CLOTH, COLUMNS, CREASE, SKIN
 
 Array = NDArray[np.float64]
 
-SIDE = 256
-"""Rows and columns of a texture."""
-
-TEXELS = 10.0
-"""A centimetre."""
-
-WRIST_ROW = 226
-"""The wrist lies in the middle of this row."""
+SIDE = 256  # rows and columns of a texture
+TEXELS = 10.0  # a centimetre
+WRIST_ROW = 226  # the wrist lies in the middle of this row
 
 
 def textures(random: np.random.Generator, side: int) -> Array:
@@ -56,12 +51,8 @@ def _line(distance: Array, width: float) -> Array:
 
 
 FRAMES = 100
-CENTRED = 48
-"""Frame in which the hand is centred on the face: frame 49 of the paper."""
-
-FINGERS = 5
-"""The thumb first, the little finger last."""
-
+CENTRED = 48  # frame in which the hand is centred on the face: frame 49 of the paper
+FINGERS = 5  # the thumb first, the little finger last
 JOINTS = 3
 
 
@@ -136,6 +127,7 @@ _PADS = (
     ((-1.7, 2.3, 0.35), (-2.3, 5.4, 0.30), 1.50, 1.15),  # of the little finger
     ((2.4, 8.7, 0.35), (-2.4, 7.9, 0.30), 0.95, 0.90),  # below the fingers
 )
+# Where each points [degrees to the right], lengths of its bones, radii at their ends.
 _FINGERS = (
     (6, (3.1, 2.7), (1.15, 1.10, 0.82)),
     (-1, (4.2, 2.5, 2.0), (1.10, 1.02, 0.92, 0.74)),
@@ -143,19 +135,10 @@ _FINGERS = (
     (1, (4.3, 2.6, 2.1), (1.08, 1.00, 0.90, 0.74)),
     (2, (3.4, 2.0, 1.8), (0.98, 0.88, 0.80, 0.66)),
 )
-"""Where each points [degrees to the right], lengths of its bones, radii at their ends."""
-
-WRIST = 2.45
-"""Half its width."""
-
-CUFF = 0.9
-"""How far below the wrist the sleeve begins."""
-
-CREASED = 0.12
-"""Part of the light that a joint's crease takes."""
-
-FOREARM = 40.0
-"""Longer than it is: the elbow is out of the picture."""
+WRIST = 2.45  # half its width
+CUFF = 0.9  # how far below the wrist the sleeve begins
+CREASED = 0.12  # part of the light that a joint's crease takes
+FOREARM = 40.0  # longer than it is: the elbow is out of the picture
 
 
 @dataclass(frozen=True)

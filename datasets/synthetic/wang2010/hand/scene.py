@@ -13,12 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackmark.datasets.interface import Image, Mask
+from trackmark.datasets.synthetic.knobs import SceneKnobs
 from trackmark.datasets.synthetic.render.camera import Camera, slow_exposure
 from trackmark.datasets.synthetic.render.figure.look import Look
 from trackmark.datasets.synthetic.render.sprite import Sprite
 from trackmark.datasets.synthetic.render.views import wandering
 from trackmark.datasets.synthetic.scene import Scene, Truth, part_generator
-from trackmark.datasets.synthetic.wang2010.hand import cones, setting
+from trackmark.datasets.synthetic.wang2010.hand import setting
 from trackmark.datasets.synthetic.wang2010.hand.hand import (
     CENTRED,
     FRAMES,
@@ -28,28 +29,22 @@ from trackmark.datasets.synthetic.wang2010.hand.hand import (
     hand_in_motion,
     textures,
 )
-from trackmark.datasets.synthetic.wang2010.knobs import HandKnobs
 
 Array = NDArray[np.float64]
 
 SIZE = 160, 120
 
+# Size of what is drawn around the face's middle: it reaches below the picture [pixels].
 PORTRAIT = 160, 144
-"""Size of what is drawn around the face's middle: it reaches below the picture [pixels]."""
-
-EXPOSURE = 0.5
-"""Part of the time between two frames for which the shutter is open."""
-
+EXPOSURE = 0.5  # part of the time between two frames for which the shutter is open
 CAMERA = Camera(SIZE, noise=2.2)
 
+# Width and height of the face without hair and ears [heights of the head].
 FACE = np.array([0.66, 0.74])
-"""Width and height of the face without hair and ears [heights of the head]."""
-
-SWAY = 0.25
-"""Standard deviation of somebody's place who sits still [pixels]."""
+SWAY = 0.25  # standard deviation of somebody's place who sits still [pixels]
 
 
-def scene(knobs: HandKnobs) -> "HandScene":
+def scene(knobs: SceneKnobs) -> "HandScene":
     """Renderer and truth; nothing is drawn yet."""
     return HandScene(knobs.scene)
 
@@ -77,22 +72,20 @@ class HandScene(Scene):
         return Truth(boxes, np.ones(FRAMES), {"on the face": before})
 
     def render(self, frame: int) -> Image:
-        """See `Scene.render`."""
         canvas = self._room.copy()
         self._portrait.draw(canvas, self._sway[frame][None], 1 / setting.FINE)
         poses, frames = self._exposed(frame)
-        cones.paint(canvas, poses, frames, self._textures, _lamp(self._seed) * [1, -1, -1, 1])
+        setting.paint(canvas, poses, frames, self._textures, _lamp(self._seed) * [1, -1, -1, 1])
         return CAMERA.exposed(canvas, self._seed, frame, self._exposure[frame])
 
     def mask(self, frame: int) -> Mask:
-        """See `Scene.mask`."""
-        samples = cones.cover(self.hand.cones[frame], cones.SKIN, *SIZE[::-1])
-        return np.asarray(2 * samples >= cones.FINE**2)
+        samples = setting.cover(self.hand.cones[frame], setting.SKIN, *SIZE[::-1])
+        return np.asarray(2 * samples >= setting.FINE**2)
 
     def _exposed(self, frame: int) -> tuple[Array, Array]:
         """Cones and their textures' places at the moments of the exposure."""
         around = max(frame - 1, 0), min(frame + 1, FRAMES - 1)
-        moments = ((np.arange(cones.FINE) + 0.5) / cones.FINE - 0.5) * EXPOSURE
+        moments = ((np.arange(setting.FINE) + 0.5) / setting.FINE - 0.5) * EXPOSURE
         both = []
         for values in (self.hand.cones, self.hand.frames):
             rate = (values[around[1]] - values[around[0]]) / (around[1] - around[0])

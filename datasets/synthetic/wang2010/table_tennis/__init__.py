@@ -1,3 +1,1 @@
 """Table tennis, from near: a hand bounces a ball on a bat before a wall."""
-
-__all__: list[str] = []

@@ -72,11 +72,9 @@ def blend_swung(
                 canvas[y, x, c] = (value + 32640) // 65280
 
 
+# Light of the hall on wall, table and player; the ball's paint is brighter than any of them.
 LIGHT = 0.45
-"""Light of the hall on wall, table and player; the ball's paint is brighter than any of them."""
-
-FINE = 4
-"""Painted pixels per pixel of the picture."""
+FINE = 4  # painted pixels per pixel of the picture
 
 
 class Paint:
@@ -163,9 +161,7 @@ class Paint:
         self._colour = self._colour * gain[..., None]
 
 
-BLADE = 75.0
-"""Half the width of the blade."""
-
+BLADE = 75.0  # half the width of the blade
 RUBBERS = ((38, 34, 168), (46, 44, 48), (34, 30, 142))
 SKINS = ((128, 152, 220), (104, 132, 206), (146, 170, 232), (78, 100, 168))
 SLEEVES = (
@@ -173,22 +169,11 @@ SLEEVES = (
 )  # fmt: skip
 WOOD = np.array((112, 164, 204), np.float64)
 
-SIZE = 170, 84
-"""Of the sheet [pixels]."""
-
-BAT = 28.0, 24.0
-"""Where the middle of the bat's upper face is on the sheet [pixels]."""
-
-
-WRIST, ELBOW = 186.0, 430.0
-"""How far they are from the middle of the bat, sideways."""
-
-
-SOFT = 3
-"""Half the width of the edge of his shadow [pixels]."""
-
-HALVINGS = FINE.bit_length() - 1
-"""From the painted resolution to the picture's."""
+SIZE = 170, 84  # of the sheet [pixels]
+BAT = 28.0, 24.0  # where the middle of the bat's upper face is on the sheet [pixels]
+WRIST, ELBOW = 186.0, 430.0  # how far they are from the middle of the bat, sideways
+SOFT = 3  # half the width of the edge of his shadow [pixels]
+HALVINGS = FINE.bit_length() - 1  # from the painted resolution to the picture's
 
 
 class Player:
@@ -316,8 +301,7 @@ def _hand(paint: Paint, skin: Array, grain: Array) -> None:
     )
 
 
-BALL_FINE = 8
-"""Painted pixels per pixel of the picture."""
+BALL_FINE = 8  # painted pixels per pixel of the picture
 
 
 def ball(random: np.random.Generator, lamp: Array, diameter: float) -> Sprite:

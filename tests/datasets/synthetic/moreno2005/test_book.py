@@ -5,11 +5,12 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from tests.datasets.synthetic.scenes import SEEDS, covered_by, scenes_of
-from trackmark.datasets.synthetic.moreno2005.book.book import self_shadow
-from trackmark.datasets.synthetic.moreno2005.book.setting import Setting
-from trackmark.datasets.synthetic.moreno2005.book.sheet import Bending, bent, unshaded
+from tests.datasets.synthetic.scenes import SEEDS, scenes_of, unless_sealed
+from trackmark.datasets.synthetic.moreno2005.book.book import Bending, bent, self_shadow, unshaded
+from trackmark.datasets.synthetic.moreno2005.book.scene import Setting
 from trackmark.datasets.synthetic.render.triangles import grid
+
+pytestmark = unless_sealed("moreno2005/book")
 
 FRAMES = 100
 opened, image = scenes_of("moreno2005/book")
@@ -20,29 +21,12 @@ def flat_places(half_width=40.0, height=100.0, rows=26, columns=21):
     return u.ravel(), v.ravel()
 
 
-@pytest.mark.parametrize(("seed", "frame"), [(0, 22), pytest.param(1, 51, marks=pytest.mark.slow)])
-def test_the_mask_is_what_the_outline_of_the_triangles_covers_and_the_hand_leaves(seed, frame):
-    one = opened(seed)
-    covered = covered_by(one.setting.surface(frame).points, one.setting._mesh.triangles)
-    hand = one.setting.hand(frame)[..., 3]
-    left = covered * (1 - hand)
-    clear = np.abs(left - 0.5) > 0.13  # half a column of 4 x 4 samples
-    assert 0.99 < clear.mean() < 1
-    assert (one.mask(frame) == (left >= 0.5))[clear].all()
-
-
 @settings(max_examples=4, deadline=None)
 @given(seed=SEEDS)
-def test_the_book_is_let_go_at_first_then_bends_and_stays_in_view(seed):
+def test_the_book_is_let_go_at_first_then_bends(seed):
     setting = Setting(seed)
-    low, high, shadow = [], [], []
-    for frame in range(0, FRAMES, 3):
-        surface = setting.surface(frame)
-        low.append(surface.points[:, :2].min(axis=0))
-        high.append(surface.points[:, :2].max(axis=0))
-        shadow.append(self_shadow(surface, setting.lamp))
-    assert np.min(low) > 0
-    assert (np.max(high, axis=0) < (320, 240)).all()
+    surfaces = map(setting.surface, range(0, FRAMES, 3))
+    shadow = [self_shadow(surface, setting.lamp) for surface in surfaces]
     assert shadow[0] < 0.25
     assert max(shadow) > 0.4
     ends = np.array([[bending.left, bending.right] for bending in setting.plan.bendings])
@@ -154,13 +138,3 @@ def test_light_turns_smoothly_from_natural_to_yellow():
     gains = opened(0).setting.illuminants
     assert np.abs(np.diff(gains, axis=0)).max() < 0.02
     assert gains[0] == pytest.approx([1.12, 1.0, 0.90])
-
-
-def test_the_thumb_hides_a_little():
-    truth = opened(0).truth()
-    assert 0.94 < truth.visibility.min() <= truth.visibility.max() < 1
-    for frame in (3, 60):
-        whole = opened(0).setting.seen(frame).sheet[..., 3].sum()
-        assert opened(0).mask(frame).sum() / whole == pytest.approx(
-            truth.visibility[frame], abs=0.01
-        )

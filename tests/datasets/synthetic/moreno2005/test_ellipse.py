@@ -4,11 +4,13 @@ import cv2
 import numpy as np
 import pytest
 from hypothesis import given, settings
-from shapely import affinity, contains_xy
+from shapely import affinity
 from shapely.geometry import Point, Polygon
 
-from tests.datasets.synthetic.scenes import SEEDS, grown, scenes_of
-from trackmark.datasets.synthetic.moreno2005.ellipse.plan import HALF_AXES, drawn_plan
+from tests.datasets.synthetic.scenes import SEEDS, grown, scenes_of, unless_sealed
+from trackmark.datasets.synthetic.moreno2005.ellipse import HALF_AXES, drawn_plan
+
+pytestmark = unless_sealed("moreno2005/ellipse")
 
 FRAMES = 100
 opened, image = scenes_of("moreno2005/ellipse")
@@ -24,15 +26,8 @@ def region(plan, frame, samples=720):
 
 @settings(max_examples=12, deadline=None)
 @given(seed=SEEDS)
-def test_place_and_shape_change_at_random_but_smoothly_and_stay_in_view(seed):
+def test_shape_and_colour_change_at_random_but_smoothly(seed):
     plan = drawn_plan(seed)
-    x, y, width, height = plan.boxes.T
-    assert min(x.min(), y.min()) >= 3
-    assert (x + width).max() <= 317
-    assert (y + height).max() <= 237
-    steps = np.hypot(*np.diff(plan.centre, axis=0).T)
-    assert steps.max() < 7
-    assert 1.5 < steps.mean() < 6.5
     assert HALF_AXES[0] - 0.1 < plan.half_axes.min() < plan.half_axes.max() < HALF_AXES[1] + 0.1
     assert np.abs(np.diff(np.log(plan.half_axes), axis=0)).max() < 0.13
     assert (np.ptp(plan.half_axes, axis=0) > 0.5).all()
@@ -53,17 +48,6 @@ def test_steps_of_the_shape_are_small_and_independent():
     assert abs((new[:, 1:] * new[:, :-1]).mean() / new.var()) < 0.06
 
 
-@pytest.mark.parametrize("seed", [0, 5])
-def test_ellipse_meets_its_colour_three_times(seed):
-    one = opened(seed)
-    similar = one.truth().attributes["similar patch"]
-    assert len(one.patches) == 6
-    for first in (10, 40, 70):
-        assert similar[first : first + 30].any()
-    assert similar.mean() < 0.35
-    assert not similar[:5].any()
-
-
 def test_the_colour_goes_a_twentieth_a_frame_along_a_way_that_bends():
     lengths, straight, missed = [], [], []
     for seed in range(20):
@@ -78,20 +62,6 @@ def test_the_colour_goes_a_twentieth_a_frame_along_a_way_that_bends():
     assert np.max(lengths) < 0.08
     assert np.mean(straight) < 0.5 * 20 * np.mean(lengths)
     assert np.mean(missed) > 0.5 * 10 * np.mean(lengths)
-
-
-@pytest.mark.parametrize("seed", range(2))
-def test_masks_and_boxes_are_those_of_the_ellipse_as_another_library_has_it(seed):
-    one = opened(seed)
-    rows, columns = np.indices((240, 320)) + 0.5
-    for frame in range(0, FRAMES, 23):
-        whole = region(one.plan, frame)
-        mask = one.mask(frame)
-        assert (mask != contains_xy(whole, columns, rows)).sum() <= 1  # a chord cuts a corner
-        assert mask.sum() == pytest.approx(whole.area, rel=0.02)
-        left, top, right, bottom = whole.bounds
-        x, y, width, height = one.plan.boxes[frame]
-        assert [x, y, x + width, y + height] == pytest.approx([left, top, right, bottom], abs=1e-3)
 
 
 def test_pixels_on_the_outline_are_mixed_by_the_area_that_is_covered():
@@ -116,27 +86,6 @@ def test_pixels_on_the_outline_are_mixed_by_the_area_that_is_covered():
     assert np.abs(errors).max() < 0.2  # beside the shading's own change
     assert np.abs(errors).mean() < 0.05
     assert ((np.array(covered) > 0.1) & (np.array(covered) < 0.9)).sum() > 20
-
-
-def test_the_ellipse_has_the_plans_colour_and_is_shaded_from_one_side():
-    one = opened(2)
-    for frame in (5, 50, 95):
-        mask = one.mask(frame)
-        seen = image(2, frame)[mask][:, ::-1] / 255
-        assert np.abs(seen.mean(axis=0) - one.plan.colour[frame]).max() < 0.12
-        rows, columns = np.nonzero(mask)
-        side = columns * np.cos(one._light_angle) + rows * np.sin(one._light_angle)
-        towards = side > np.median(side)
-        assert seen[towards].mean() > 1.05 * seen[~towards].mean()
-
-
-def test_the_background_is_cluttered_with_all_colours():
-    small = cv2.GaussianBlur(image(0, 0), (0, 0), 2)
-    hues = cv2.cvtColor(small.astype(np.uint8), cv2.COLOR_BGR2HSV)[..., 0]
-    shares = np.histogram(hues, 12, (0, 180))[0] / hues.size
-    assert (shares > 0.005).sum() >= 9
-    edges = np.abs(np.diff(small, axis=1)).max(axis=2) > 8
-    assert edges.mean() > 0.12
 
 
 @pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow)])

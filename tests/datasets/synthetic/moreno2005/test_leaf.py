@@ -4,11 +4,16 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from tests.datasets.synthetic.scenes import SEEDS, covered_by, grown, scenes_of
-from trackmark.datasets.synthetic.moreno2005.leaf.blade import Shape, drawn_blade, placed
-from trackmark.datasets.synthetic.moreno2005.leaf.plan import drawn_shapes
-from trackmark.datasets.synthetic.moreno2005.leaf.setting import fallen
+from tests.datasets.synthetic.scenes import SEEDS, grown, scenes_of, unless_sealed
+from trackmark.datasets.synthetic.moreno2005.leaf import (
+    Shape,
+    drawn_blade,
+    drawn_shapes,
+    fallen,
+    placed,
+)
 
+pytestmark = unless_sealed("moreno2005/leaf")
 FRAMES = 100
 opened, image = scenes_of("moreno2005/leaf")
 
@@ -16,15 +21,6 @@ opened, image = scenes_of("moreno2005/leaf")
 def middles(seed):
     shapes = drawn_shapes(np.random.default_rng(seed))
     return np.stack([shape.place for shape in shapes])
-
-
-@pytest.mark.parametrize(("seed", "frame"), [(0, 44), (1, 61)])
-def test_the_mask_is_what_the_outline_of_the_triangles_covers(seed, frame):
-    one = opened(seed)
-    covered = covered_by(one.setting.points(frame)[0], one.setting._blade.mesh.triangles)
-    clear = np.abs(covered - 0.5) > 0.13  # half a column of 4 x 4 samples
-    assert 0.99 < clear.mean() < 1
-    assert (one.mask(frame) == (covered >= 0.5))[clear].all()
 
 
 @settings(max_examples=6, deadline=None)
@@ -35,10 +31,6 @@ def test_leaf_jerks_in_view_most_strongly_at_the_jump(seed):
     assert steps[1:].max() < 15.1
     assert (steps > 7).sum() >= 4
     assert 2.5 < steps.mean() < 7
-    boxes = opened(seed).truth().boxes
-    assert boxes[:, :2].min() > -8
-    assert ((boxes[:, :2] + boxes[:, 2:]).max(axis=0) < (328, 248)).all()
-    assert boxes[:, 2:].max(axis=1).min() > 30
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -113,7 +105,6 @@ def test_some_of_the_foliage_has_nearly_the_leafs_colour_but_most_has_not(seed):
 
 @pytest.mark.parametrize("seed", range(2))
 def test_light_changes_once_and_by_channel(seed):
-    assert np.flatnonzero(opened(seed).truth().attributes["light change"]).tolist() == [1]
     means = [image(seed, frame)[opened(seed).mask(frame)].mean(axis=0) for frame in (0, 1, 2)]
     gains = means[1] / means[0]
     assert gains.max() < 0.9

@@ -5,60 +5,28 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.datasets.synthetic.scenes import SEEDS
+from tests.datasets.synthetic.scenes import SEEDS, unless_sealed
 from trackmark import datasets
 from trackmark.datasets.synthetic.nummiaro2003.driving.parking import parking_plan
-from trackmark.datasets.synthetic.nummiaro2003.driving.scene import driving_truth
-from trackmark.datasets.synthetic.nummiaro2003.driving.things import from_far
 from trackmark.datasets.synthetic.nummiaro2003.driving.traffic import traffic_plan
+from trackmark.datasets.synthetic.nummiaro2003.driving.view import from_far
+
+pytestmark = unless_sealed("nummiaro2003/car") and unless_sealed("nummiaro2003/traffic")
 
 NAMES = ("nummiaro2003/car", "nummiaro2003/traffic")
 PLANS = {"nummiaro2003/car": parking_plan, "nummiaro2003/traffic": traffic_plan}
 
 
-def truth_of(name, seed):
-    plan = PLANS[name](seed)
-    return plan, driving_truth(plan)
-
-
 @settings(max_examples=3)
 @given(seed=SEEDS)
-def test_the_car_comes_nearer_turns_and_goes_away_or_parks(seed):
-    plan, truth = truth_of("nummiaro2003/car", seed)
-    width = truth.boxes[:, 2]
-    assert len(plan) == 400
-    assert 20 < width[0] < 40
-    assert 3.5 < width.max() / width[0] < 7
-    assert width.argmax() in range(100, 320)
-    assert width[-1] < 0.75 * width.max()
-    turned = np.abs(plan.cars[0][1].heading - plan.cars[0][1].heading[0])
-    assert turned.max() == pytest.approx(np.pi, abs=0.2)
-    assert 0.2 < truth.attributes["turning"].mean() < 0.6
-    assert not truth.attributes["out_of_view"][:300].any()
-    assert truth.visibility.min() > 0.6
-    assert truth.visibility[0] == 1
-
-
-@settings(max_examples=3)
-@given(seed=SEEDS)
-def test_the_car_ahead_grows_and_shrinks_by_three_or_four_and_turns(seed):
-    plan, truth = truth_of("nummiaro2003/traffic", seed)
-    half = truth.boxes[:, 2] / 2
-    peak = int(half.argmax())
-    assert len(plan) == 330
-    assert 17 < half[0] < 25
-    assert 2.7 < half[peak] / half[0] < 5.2
-    assert 2.7 < half[peak] / half[-1] < 5.2
-    assert peak in range(150, 280)
-    assert np.abs(np.diff(np.log(half))).max() < 0.06
+def test_cars_turn(seed):
+    heading = parking_plan(seed).cars[0][1].heading
+    assert np.abs(heading - heading[0]).max() == pytest.approx(np.pi, abs=0.2)
+    plan = traffic_plan(seed)
     course = plan.cars[0][1]
     places = np.array([view.place for view in plan.views])
     sight = np.arctan2(course.x - places[:, 0], course.z - places[:, 2])
     assert np.abs(course.heading - np.unwrap(sight)).max() > np.radians(30)
-    assert not truth.attributes["out_of_view"].any()
-    assert (truth.visibility[:30] == 1).all()
-    assert (truth.visibility < 0.9).mean() < 0.1
-    assert truth.attributes["turning"].any()
 
 
 @settings(max_examples=3)

@@ -7,18 +7,18 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from trackmark.datasets.synthetic.nummiaro2003.driving.facets import (
-    Face,
-    Lens,
-    assembled,
-    blank,
-    packed,
-)
 from trackmark.datasets.synthetic.nummiaro2003.driving.laying import (
     FULL,
     lay_behind,
     lay_facets,
     sprite_of,
+)
+from trackmark.datasets.synthetic.nummiaro2003.driving.shape import (
+    Face,
+    Lens,
+    assembled,
+    blank,
+    packed,
 )
 from trackmark.datasets.synthetic.nummiaro2003.driving.view import View, posed
 

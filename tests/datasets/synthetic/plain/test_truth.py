@@ -8,8 +8,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from trackmark.datasets.synthetic.plain.knobs import TargetKnobs
-from trackmark.datasets.synthetic.plain.motion import TargetMotion, columns_of_silhouette
-from trackmark.datasets.synthetic.plain.truth import target_truth
+from trackmark.datasets.synthetic.plain.scene import (
+    TargetMotion,
+    columns_of_silhouette,
+    target_truth,
+)
 
 SMALL = {"width": 128, "height": 96, "length": 40}
 

@@ -3,33 +3,33 @@
 import numpy as np
 import pytest
 
-from trackmark.datasets.synthetic.wang2010.hand import cones
+from trackmark.datasets.synthetic.wang2010.hand import setting
 
 HEAD_ON = np.array([0.0, 0.0, 1.0, 0.4])
 """Light from the camera."""
 
 
-def cone(start, end, radii, material=cones.SKIN, colour=(100, 120, 140), crease=0, flat=0):
+def cone(start, end, radii, material=setting.SKIN, colour=(100, 120, 140), crease=0, flat=0):
     row = [*start, radii[0], *end, radii[1], *colour, crease, material, flat]
-    assert len(row) == cones.COLUMNS
+    assert len(row) == setting.COLUMNS
     return row
 
 
 def drawn(these, canvas=None, texture=None, lamp=HEAD_ON, motion=(0.0, 0.0)):
     """Picture of cones that move by `motion` [pixels] during the exposure."""
     canvas = np.zeros((40, 60, 3), np.uint8) if canvas is None else canvas
-    moments = np.repeat(np.array(these, np.float64)[None], cones.FINE, axis=0)
+    moments = np.repeat(np.array(these, np.float64)[None], setting.FINE, axis=0)
     for moment, shift in zip(moments, (np.arange(4) + 0.5) / 4 - 0.5, strict=True):
         moment[:, [0, 4]] += motion[0] * shift
         moment[:, [1, 5]] += motion[1] * shift
-    frames = np.tile([0.0, 0.0, 1.0, 0.0], (cones.FINE, 2, 1))
+    frames = np.tile([0.0, 0.0, 1.0, 0.0], (setting.FINE, 2, 1))
     texture = np.ones((2, 64, 64)) if texture is None else texture
-    cones.paint(canvas, moments, frames, texture, lamp)
+    setting.paint(canvas, moments, frames, texture, lamp)
     return canvas
 
 
-def area(these, material=cones.SKIN):
-    return cones.cover(np.array(these, np.float64), material, 40, 60).sum() / cones.FINE**2
+def area(these, material=setting.SKIN):
+    return setting.cover(np.array(these, np.float64), material, 40, 60).sum() / setting.FINE**2
 
 
 @pytest.mark.parametrize(
@@ -43,10 +43,10 @@ def test_a_cone_covers_its_two_balls_but_for_a_flat_end_and_all_between(start, f
 
 @pytest.mark.parametrize(("depth", "seen"), [(-9, 0.0), (9, np.pi * 16)])
 def test_what_is_nearer_hides_what_is_behind(depth, seen):
-    sleeve = cone((30, 20, 0), (30, 20, 0), (6, 6), cones.CLOTH)
+    sleeve = cone((30, 20, 0), (30, 20, 0), (6, 6), setting.CLOTH)
     ball = cone((30, 20, depth), (30, 20, depth), (4, 4))
     assert area([sleeve, ball]) == pytest.approx(seen, rel=0.02)
-    assert area([sleeve, ball], cones.CLOTH) == pytest.approx(np.pi * 36 - seen, rel=0.02)
+    assert area([sleeve, ball], setting.CLOTH) == pytest.approx(np.pi * 36 - seen, rel=0.02)
 
 
 def test_what_lies_beyond_the_border_is_cut():
@@ -59,7 +59,7 @@ def test_a_still_picture_shows_the_background_as_far_as_nothing_covers_it():
     black = drawn(these).astype(float)
     white = drawn(these, np.full((40, 60, 3), 255, np.uint8)).astype(float)
     share = 1 - (white - black).mean(axis=2) / 255
-    expected = cones.cover(np.array(these, np.float64), cones.SKIN, 40, 60) / cones.FINE**2
+    expected = setting.cover(np.array(these, np.float64), setting.SKIN, 40, 60) / setting.FINE**2
     assert np.abs(share - expected).max() < 0.01
 
 
@@ -83,9 +83,9 @@ def test_light_from_one_side_lights_that_side():
 
 def test_a_texture_dims_its_own_material_alone():
     texture = np.ones((2, 64, 64))
-    texture[cones.CLOTH] = 0.5
+    texture[setting.CLOTH] = 0.5
     skin = cone((15, 20, 0), (15, 20, 0), (6, 6))
-    cloth = cone((45, 20, 0), (45, 20, 0), (6, 6), cones.CLOTH)
+    cloth = cone((45, 20, 0), (45, 20, 0), (6, 6), setting.CLOTH)
     plain, dimmed = drawn([skin, cloth]).astype(int), drawn([skin, cloth], texture=texture)
     assert (plain[:, :30] == dimmed[:, :30]).all()
     assert dimmed[20, 45, 1] == pytest.approx(plain[20, 45, 1] / 2, abs=1)
@@ -101,5 +101,5 @@ def test_a_crease_darkens_the_first_end():
 def test_neighbours_of_one_material_flow_together():
     """Where two cylinders meet there is a dark line; less so where they are of one material."""
     two = [cone((28, 5, 0), (28, 35, 0), (3, 3)), cone((32, 5, 0), (32, 35, 0), (3, 3))]
-    apart = [two[0], cone((32, 5, 0), (32, 35, 0), (3, 3), cones.CLOTH)]
+    apart = [two[0], cone((32, 5, 0), (32, 35, 0), (3, 3), setting.CLOTH)]
     assert drawn(two)[20, 29:31, 1].min() > drawn(apart)[20, 29:31, 1].min() + 3

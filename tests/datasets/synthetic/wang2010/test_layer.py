@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from trackmark.datasets.synthetic.wang2010.cup.plan import SIZE
-from trackmark.datasets.synthetic.wang2010.cup.setting import FINE, Layer
+from trackmark.datasets.synthetic.wang2010.cup.setting import FINE, SIZE, Layer
 
 
 @pytest.fixture(scope="module")

@@ -1,0 +1,460 @@
+"""`moreno2005/leaf`: a leaf in the wind in front of many similar leaves; a cloud hides the sun.
+
+The paper: a moving leaf; highly cluttered; "the illumination changes abruptly and the target moves
+unpredictably"; the change is between the first and the second of the frames shown. All other
+properties are our choice: the change is a cloud that leaves dim and bluish light, and a gust moves
+the leaf in the same frame. Without the displacement the jump would not defeat a contour whose
+colours are refitted in every frame: one frame later they are fitted in the new light.
+
+A leaf: its outline and veins, and how it bends.
+
+A leaf lies with its base at the origin and its tip upwards; its middle vein may bend and its
+halves be folded up along it.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+
+import cv2
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from trackmark.datasets.interface import Image, Mask
+from trackmark.datasets.synthetic.knobs import SceneKnobs
+from trackmark.datasets.synthetic.render.camera import Camera, developed
+from trackmark.datasets.synthetic.render.colours import any_of, varied
+from trackmark.datasets.synthetic.render.lamp import light_left
+from trackmark.datasets.synthetic.render.path import quantised, smooth_step
+from trackmark.datasets.synthetic.render.texture import fractal
+from trackmark.datasets.synthetic.render.triangles import (
+    Mesh,
+    Seen,
+    box_around,
+    grid,
+    lay,
+    seen,
+    turned_axes,
+)
+from trackmark.datasets.synthetic.scene import Scene, Truth, part_generator
+
+Array = NDArray[np.float64]
+
+COLUMNS, ROWS, STALK = 9, 34, 3  # vertices across; along the blade; along the stalk before it
+TALL, WIDE = 128, 96  # texels along the leaf, and across it
+TEXTURE_SIDE = 128  # of the textures from which its own is cut [texels]
+# Of the stalk: its length and half its width [lengths of the blade].
+STALK_LENGTH, STALK_WIDTH = 0.13, 0.016
+
+
+@dataclass(frozen=True)
+class Shape:
+    """How a leaf is held and bent."""
+
+    place: Array  # (2,): of the middle of its blade: column and row [pixels]
+    angle: float  # from upright to the right [radians]
+    yaw: float  # how far it has turned from the camera to the right [radians]
+    pitch: float  # and down [radians]
+    bend: float  # how far its tip has turned from its base, away from the camera [radians]
+    fold: float  # how far each half is folded up towards the camera [radians]
+
+
+@dataclass(frozen=True)
+class Blade:
+    """A leaf as it grew."""
+
+    length: float  # of the blade, without the stalk [pixels]
+    mesh: Mesh
+    # Places of its vertices when it is flat, both of shape (rows, COLUMNS) [pixels]:
+    along: Array  # from the base to the tip
+    across: Array  # from the middle vein to the right
+
+
+def drawn_blade(random: np.random.Generator, length: float, colour: ArrayLike) -> Blade:
+    """A leaf with a blade of a length [pixels], whose colours vary about one, BGR in [0, 255]."""
+    s = np.linspace(0, 1, ROWS)
+    rise, fall = random.uniform(0.55, 0.75), random.uniform(0.8, 1.05)
+    half = s**rise * (1 - s) ** fall
+    half *= random.uniform(0.27, 0.36) / half.max()
+    half *= 1 + random.uniform(0.02, 0.06) * np.where(np.arange(ROWS) % 2, 1, -1)  # teeth
+    half = np.maximum(half, STALK_WIDTH * (1 - 0.7 * s))
+    stalk = np.linspace(-STALK_LENGTH, 0, STALK, endpoint=False)
+    along = np.concatenate([stalk, s])
+    half = np.concatenate([np.full(STALK, STALK_WIDTH), half])
+    share = np.linspace(-1, 1, COLUMNS)
+    across = half[:, None] * share + random.uniform(-0.12, 0.12) * (along * (1 - along))[:, None]
+    texels = np.stack(
+        [
+            np.broadcast_to((share + 1) / 2 * WIDE, across.shape),
+            np.broadcast_to(TALL * np.maximum(along, 0)[:, None], across.shape),
+        ],
+        axis=2,
+    ).reshape(-1, 2)
+    mesh = Mesh(grid(len(along), COLUMNS), texels, _texture(random, colour), closed=False)
+    rows = np.repeat(along[:, None], COLUMNS, axis=1)
+    return Blade(length, mesh, length * rows, length * across)
+
+
+def placed(blade: Blade, shape: Shape) -> tuple[Array, Array]:
+    """Where a leaf's vertices are: column, row and nearness [pixels], shape (v, 3).
+
+    And the directions of its upper side there, of length 1.
+    """
+    middle = blade.length / 2
+    turn = shape.bend * (blade.along - middle) / blade.length
+    # A bent vein is an arc, nearly: what it rises and falls by is the integral of its turn.
+    up = (blade.along - middle) * np.sinc(turn / (2 * np.pi)) * np.cos(turn / 2)
+    near = -(blade.along - middle) * np.sinc(turn / (2 * np.pi)) * np.sin(turn / 2)
+    lift = np.abs(blade.across) * np.sin(shape.fold)
+    points = np.stack(
+        [blade.across * np.cos(shape.fold), -up - lift * np.sin(turn), near + lift * np.cos(turn)],
+        axis=2,
+    )
+    down, right = np.gradient(points, axis=(0, 1))
+    normals = np.cross(down, right)
+    normals /= np.sqrt((normals * normals).sum(axis=2, keepdims=True)) + 1e-12
+    axes = turned_axes(shape.angle, shape.yaw, shape.pitch)
+    seen = points.reshape(-1, 3) @ axes.T
+    seen[:, :2] += shape.place
+    return seen, normals.reshape(-1, 3) @ axes.T
+
+
+def _texture(random: np.random.Generator, colour: ArrayLike) -> NDArray[np.float32]:
+    """Veins, patches of other tones, a rim, spots; linear."""
+    down, right = (np.arange(TALL) + 0.5) / TALL, (np.arange(WIDE) + 0.5) / WIDE * 2 - 1
+    s, w = down[:, None], np.abs(right)[None]
+    pairs, slope = random.uniform(6, 9), random.uniform(0.22, 0.34)
+    phase = (s - slope * w * (1.1 - 0.5 * w)) * pairs + 0.12 * np.sign(right)
+    phase = phase - np.floor(phase)
+    vein = np.exp(-(((phase - 0.5) / 0.07) ** 2)) * (1 - 0.5 * w)
+    main = np.exp(-((w / (0.075 - 0.04 * s)) ** 2))
+    rough = fractal(random, TEXTURE_SIDE, 4, 64, 0.7)[:TALL, :WIDE]
+    wide = fractal(random, TEXTURE_SIDE, 2, 4)[:TALL, :WIDE]
+    ageing = np.clip(0.6 * wide + 0.5 * (w - 0.5) + random.uniform(-0.4, 0.1), 0, 1)[..., None]
+    base = np.asarray(colour, np.float64)
+    old = base * random.uniform(0.75, 1.05) + [-6.0, 4.0, 34.0]
+    tone = 1 + 0.07 * rough + 0.10 * (phase - 0.5) + 0.05 * np.sign(right)
+    leaf = (base * (1 - ageing) + old * ageing) * tone[..., None]
+    pale = base * 0.55 + [70.0, 104.0, 96.0]
+    ribs = np.clip(0.5 * vein + 0.85 * main, 0, 1)[..., None]
+    leaf = leaf * (1 - ribs) + pale * ribs
+    holes = random.uniform(0, 1, (int(random.integers(0, 6)), 2)) * [TALL, WIDE]
+    for row, column in holes.tolist():
+        disc = np.zeros((TALL, WIDE))
+        cv2.circle(disc, (round(column), round(row)), int(random.integers(2, 5)), 1.0, -1)
+        spot = np.asarray(cv2.GaussianBlur(disc, (0, 0), 1.0))[..., None]
+        leaf = leaf * (1 - 0.7 * spot) + 0.7 * spot * np.array([30.0, 52.0, 84.0])
+    return np.asarray((np.clip(leaf, 0, 255) / 255) ** 2, np.float32)
+
+
+FRAMES = 100
+SIZE = 320, 240
+JUMP = 1  # first frame in the other light; a gust moves the leaf in the same frame
+FASTEST = 15.0  # speed in the strongest of the other gusts [pixels/frame]
+FIRST_GUST = 1.1, 1.3  # strength of the gust in the frame of the jump
+CALM = 6  # frames from the jump to the next gust
+# Between which corners the middle of the leaf stays [pixels].
+LOW, HIGH = np.array([62.0, 58.0]), np.array([258.0, 182.0])
+
+
+def drawn_shapes(random: np.random.Generator) -> tuple[Shape, ...]:
+    """The leaf in every frame, drawn at random."""
+    gusts = _gusts(random)
+    places = _places(random, gusts)
+    angle = random.uniform(-np.pi, np.pi) + _shaken(random, gusts, 0.03, 0.26)
+    yaw, pitch = (0.75 * np.tanh(_shaken(random, gusts, 0.045, 0.35)) for _ in range(2))
+    bend = random.uniform(0.1, 0.5) + 0.6 * np.tanh(_shaken(random, gusts, 0.05, 0.3))
+    fold = random.uniform(0.2, 0.35) + 0.15 * np.tanh(_shaken(random, gusts, 0.05, 0.4))
+    return tuple(
+        Shape(place, *values)
+        for place, *values in zip(
+            places, *(part.tolist() for part in (angle, yaw, pitch, bend, fold)), strict=True
+        )
+    )
+
+
+def drawn_sway(random: np.random.Generator) -> Array:
+    """How far the nearer foliage has been moved in every frame [pixels], shape (FRAMES, 2)."""
+    gusts = _gusts(random)
+    sway = [2.5 * np.tanh(_shaken(random, gusts, 0.10, 0.35)) for _ in range(2)]
+    return quantised(np.stack(sway, axis=1))
+
+
+def _gusts(random: np.random.Generator) -> Array:
+    """Strength of a gust that begins in each frame, up to 1.3; most frames have none."""
+    gusts = np.zeros(FRAMES)
+    gusts[JUMP] = random.uniform(*FIRST_GUST)
+    frame = JUMP + CALM + int(random.integers(6))
+    while frame < FRAMES:
+        gusts[frame] = random.uniform(0.45, 1.0)
+        frame += int(random.integers(6, 15))
+    return gusts
+
+
+def _places(random: np.random.Generator, gusts: Array) -> Array:
+    """Middle of the leaf, shape (FRAMES, 2): pushed, held back, pulled to where it hangs."""
+    home = np.array([160.0, 120.0]) + random.uniform(-1, 1, 2) * [35, 20]
+    place, speed = home + random.uniform(-8, 8, 2), random.normal(0, 0.8, 2)
+    places = []
+    for gust in gusts.tolist():
+        direction = random.normal(size=2) + 0.012 * (home - place)
+        push = direction / np.sqrt((direction * direction).sum())
+        speed = 0.74 * speed + 0.03 * (home - place) + random.normal(0, 0.7, 2)
+        speed = speed + gust * FASTEST * push
+        speed *= min(1.0, FASTEST * max(1.0, gust) / float(np.sqrt((speed * speed).sum())))
+        ahead = place + speed
+        speed = np.where((ahead < LOW) | (ahead > HIGH), -0.5 * speed, speed)
+        place = place + speed
+        places.append(place)
+    return quantised(np.array(places))
+
+
+def _shaken(random: np.random.Generator, gusts: Array, restless: float, kick: float) -> Array:
+    """Swings about 0 of something that is pushed a little always and hard by gusts."""
+    value, speed, values = 0.0, 0.0, []
+    for gust in gusts.tolist():
+        speed = 0.8 * speed - 0.06 * value + random.normal(0, restless)
+        speed += gust * kick * random.choice([-1, 1]) * random.uniform(0.4, 1.0)
+        value += speed
+        values.append(value)
+    return np.array(values)
+
+
+Floats = NDArray[np.float32]
+
+
+@dataclass(frozen=True)
+class Light:
+    """Light of the sky from all around and of the sun on what faces it, BGR; shapes (3,)."""
+
+    sky: Array
+    sun: Array
+
+
+SUNSHINE = Light(np.array([0.56, 0.64, 0.66]), np.array([0.60, 1.40, 1.90]))
+CLOUD = Light(np.array([0.40, 0.31, 0.22]), np.array([0.024, 0.056, 0.076]))
+THROUGH = 0.35  # part of the sun's light that comes through a leaf
+SUNLIGHT_SIDE = 512  # of the pattern of sun and shade, which repeats [pixels]
+# Colours of the leaf: yellower than the foliage, or turning brown; BGR.
+COLOURS = ((52, 156, 148), (56, 138, 164), (58, 168, 124))
+LONG = 76, 90  # its length [pixels]
+OPEN = 0.45  # least part of the sun that the leaf gets: little is above it
+
+GREENS = (
+    (44, 104, 62), (40, 88, 48), (56, 128, 84), (46, 118, 96), (38, 78, 50), (66, 138, 108),
+    (62, 110, 66), (34, 96, 74),
+)  # fmt: skip
+"""Of the foliage, BGR."""
+
+FAR, NEAR = 190, 60  # leaves that are still, and those before them that sway
+MARGIN = 8  # what a layer of foliage reaches beyond the picture on every side [pixels]
+LAYER = SIZE[0] + 2 * MARGIN, SIZE[1] + 2 * MARGIN  # size of a layer [pixels]
+
+KINDS, ALIKE = 50, 0.15
+"""Leaves that grow in a layer, again and again, and the part of them whose colour is near the
+target's."""
+
+GROUND = np.array([0.006, 0.010, 0.008])  # what is behind all leaves
+LEAF_OFF, LEAF_SOFT = 9.0, 3.5  # how far from a leaf its shadow lies, and how soft it is [pixels]
+# Part of the light from all around, and of the sun's, that a leaf takes from those below.
+SHADED = 0.35, 0.8
+
+
+def fallen(normals: Array, sun: Array, in_sun: Array) -> tuple[Array, Array]:
+    """Return the light on leaves from all around and from the sun, in parts of a `Light`.
+
+    `normals`: of the vertices, shape (v, 3). `sun`: direction to the sun, shape (3,). `in_sun`:
+    part of the sun that each vertex sees, shape (v,).
+    """
+    facing = normals @ sun * np.sign(normals[:, 2])  # of the side that is seen
+    lit = np.where(facing > 0, facing, -THROUGH * facing)
+    return 0.75 + 0.25 * np.abs(normals[:, 2]), in_sun * lit
+
+
+@dataclass(frozen=True)
+class Layer:
+    """Leaves, in light of 1 from all around and in light of 1 of the sun.
+
+    Both sheets have the size `LAYER`: light that comes back, premultiplied by the coverage, which
+    is the last of their four channels.
+    """
+
+    around: Floats
+    straight: Floats
+
+    def lit(self, light: Light) -> Floats:
+        """Return the surface in a light, premultiplied, shape (height, width, 4)."""
+        sky, sun = np.append(light.sky, 1), np.append(light.sun, 0)
+        return np.asarray(self.around * sky + self.straight * sun, np.float32)
+
+
+class Setting:
+    """All parts of a scene that are drawn from its seed."""
+
+    def __init__(self, seed: int) -> None:
+        self._seed = seed
+        self.sun = self._drawn_sun()
+
+        self.lights = (SUNSHINE, CLOUD)
+
+    @cached_property
+    def shapes(self) -> tuple[Shape, ...]:
+        """The leaf in every frame."""
+        return drawn_shapes(self._random("wind"))
+
+    @cached_property
+    def sway(self) -> Array:
+        return drawn_sway(self._random("sway"))
+
+    def points(self, frame: int) -> tuple[Array, Array]:
+        """The leaf's vertices in a frame, and its directions there; see `blade.placed`."""
+        return placed(self._blade, self.shapes[frame])
+
+    def light(self, frame: int) -> Light:
+        """Return the light in a frame; it changes at the jump."""
+        return self.lights[int(frame >= JUMP)]
+
+    def seen(self, frame: int) -> Seen:
+        """Return the leaf as seen in a frame."""
+        points, normals = self.points(frame)
+        in_sun = OPEN + (1 - OPEN) * self._seen_sun(points)
+        around, straight = fallen(normals, self.sun, in_sun)
+        light = self.light(frame)
+        lights = around[:, None] * light.sky + straight[:, None] * light.sun
+        return seen(self._blade.mesh, points, lights, SIZE)
+
+    @cached_property
+    def layers(self) -> tuple[Layer, Layer]:
+        """Foliage that is still, and that which sways before it."""
+        return self._layer("still foliage", FAR, 1.0), self._layer("foliage that sways", NEAR, 0.4)
+
+    def _layer(self, part: str, count: int, depth: float) -> Layer:
+        """So many leaves over one another, the deeper (up to 1: no gaps are left) the darker."""
+        random = self._random(part)
+        around, straight = (np.zeros((*LAYER[::-1], 4), np.float32) for _ in range(2))
+        if depth == 1:
+            around[..., :3], around[..., 3], straight[..., 3] = GROUND, 1, 1
+        blades = [_foliage(random, self._colour) for _ in range(KINDS)]
+        for number in range(count):
+            higher = 1 - depth * (1 - number / count)
+            blade = blades[int(random.integers(KINDS))]
+            points, normals = placed(blade, _shape(random))
+            in_sun = self._seen_sun(points - [MARGIN, MARGIN, 0]) * (0.1 + 0.9 * higher)
+            sky, direct = fallen(normals, self.sun, in_sun)
+            leaves = [
+                seen(blade.mesh, points, np.repeat(light[:, None], 3, axis=1), LAYER)
+                for light in (sky * (0.25 + 0.75 * higher), direct)
+            ]
+            coverage = leaves[0].coverage(LAYER)
+            for sheet, leaf, darkness in zip((around, straight), leaves, SHADED, strict=True):
+                sheet[..., :3] *= light_left(
+                    coverage, -LEAF_OFF * self.sun[:2], LEAF_SOFT, darkness
+                )
+                lay(sheet[leaf.window], leaf.sheet)
+        return Layer(around, straight)
+
+    def _seen_sun(self, points: Array) -> Array:
+        """Part of the sun, in [0, 1], that what is above the picture lets through to points."""
+        columns, rows = np.round(points[:, :2].T).astype(np.int64) % SUNLIGHT_SIDE
+        return np.asarray(self._dapples[rows, columns])
+
+    def _drawn_sun(self) -> Array:
+        """Direction to the sun: above, aside, on the camera's side; shape (3,)."""
+        random = self._random("sun")
+        sun = np.array([random.choice([-1, 1]) * random.uniform(0.3, 0.6), -0.6, 0.65])
+        return np.asarray(sun / np.sqrt((sun * sun).sum()))
+
+    @cached_property
+    def _colour(self) -> Array:
+        return any_of(self._random("colour"), COLOURS)
+
+    @cached_property
+    def _blade(self) -> Blade:
+        random = self._random("leaf")
+        return drawn_blade(random, random.uniform(*LONG), self._colour)
+
+    @cached_property
+    def _dapples(self) -> Array:
+        return smooth_step(fractal(self._random("dapples"), SUNLIGHT_SIDE, 8, 32, 0.6), -0.55, 0.45)
+
+    def _random(self, part: str) -> np.random.Generator:
+        return part_generator(self._seed, f"moreno2005/leaf {part}")
+
+
+def _foliage(random: np.random.Generator, target: Array) -> Blade:
+    """A leaf of the foliage; some have nearly the colour of the `target`, BGR."""
+    colour = any_of(random, GREENS)
+    if random.random() < ALIKE:
+        share = random.uniform(0.5, 0.9)
+        colour = (1 - share) * colour + share * varied(random, target)
+    return drawn_blade(random, random.uniform(40, 76), colour)
+
+
+def _shape(random: np.random.Generator) -> Shape:
+    return Shape(
+        random.uniform(-10, 10, 2) + random.uniform(0, 1, 2) * LAYER,
+        random.uniform(-np.pi, np.pi),
+        random.uniform(-0.8, 0.8),
+        random.uniform(-0.8, 0.8),
+        random.uniform(-0.3, 1.0),
+        random.uniform(0.1, 0.5),
+    )
+
+
+# Of the leaf's shadow in the sun: how far it lies from it [pixels]; see `light_left`.
+OFF, SOFTNESS, DARKNESS = 26.0, 5.0, (0.02, 0.6)  # under cloud, in sunshine
+CAMERA = Camera(SIZE, noise=2.2, fall=(0.05, 0.05))
+
+
+def scene(knobs: SceneKnobs) -> "LeafScene":
+    """Renderer and truth; nothing is drawn yet."""
+    return LeafScene(knobs.scene)
+
+
+class LeafScene(Scene):
+    """A leaf in front of other leaves."""
+
+    length, size = FRAMES, SIZE
+
+    def __init__(self, seed: int) -> None:
+        self._seed = seed
+        self.setting = _setting(seed)
+
+    def truth(self) -> Truth:
+        """See `Scene.truth`.
+
+        Boxes are those of the whole leaf with its stalk; nothing hides it. The attribute is
+        `light change`: the first frame in other light.
+        """
+        boxes = np.stack([box_around(self.setting.points(frame)[0]) for frame in range(FRAMES)])
+        change = np.arange(FRAMES) == JUMP
+        return Truth(boxes, np.ones(FRAMES), {"light change": change})
+
+    def render(self, frame: int) -> Image:
+        light = self.setting.light(frame)
+        still, swaying = self._foliage[light is SUNSHINE]
+        shift = self.setting.sway[frame] - MARGIN
+        moved = cv2.warpAffine(swaying, np.column_stack([np.eye(2), shift]), SIZE)
+        picture = still.copy()
+        lay(picture, np.asarray(moved, np.float32))
+        leaf = self.setting.seen(frame)
+        off = -OFF * self.setting.sun[:2] / self.setting.sun[2]
+        left = light_left(leaf.coverage(SIZE), off, SOFTNESS, DARKNESS[light is SUNSHINE])
+        picture = np.asarray(cv2.multiply(picture, left), np.float32)
+        lay(picture[leaf.window], leaf.sheet)
+        return CAMERA.exposed(developed(picture), self._seed, frame)
+
+    def mask(self, frame: int) -> Mask:
+        return np.asarray(self.setting.seen(frame).coverage(SIZE) >= 0.5)
+
+    @cached_property
+    def _foliage(self) -> tuple[tuple[Floats, Floats], ...]:
+        """Picture of the still foliage and sheet of the swaying one: under cloud, in sunshine."""
+        still, swaying = self.setting.layers
+        inner = (slice(MARGIN, -MARGIN),) * 2
+        return tuple(
+            (np.ascontiguousarray(still.lit(light)[inner][..., :3]), swaying.lit(light))
+            for light in (CLOUD, SUNSHINE)
+        )
+
+
+_setting = lru_cache(maxsize=4)(Setting)
