@@ -159,7 +159,7 @@ class Database:
                     self.table(table)
             except DamagedError as error:
                 said.append(str(error))
-            except sqlite3.Error as error:
+            except (sqlite3.Error, UnicodeDecodeError) as error:
                 said.append(str(_explained(self.path, error)))
         return said
 
@@ -211,7 +211,7 @@ def connected(folder: Path, *, write: bool = False) -> Iterator[Database]:
         if write:
             database.store_totals()
         connection.execute("COMMIT")
-    except sqlite3.Error as error:
+    except (sqlite3.Error, UnicodeDecodeError) as error:  # the message may quote the file
         raise _explained(path, error) from error
     finally:
         if connection is not None:
@@ -287,8 +287,8 @@ def _combined(digests: Iterable[bytes]) -> int:
     return combined
 
 
-def _explained(path: Path, error: sqlite3.Error) -> ResultsError:
-    """Return the error of the store for an error of SQLite."""
+def _explained(path: Path, error: Exception) -> ResultsError:
+    """Return the error of the store for an error of SQLite or in the text of its message."""
     name = getattr(error, "sqlite_errorname", "")
     if name.startswith(("SQLITE_BUSY", "SQLITE_LOCKED")):
         return ResultsError(
