@@ -61,6 +61,14 @@ _TABLES = {
 }
 
 
+_STATEMENTS = [
+    f"CREATE TABLE {name} ("
+    + ", ".join(filter(None, [columns, "sha256 BLOB NOT NULL", constraint]))
+    + ") STRICT"
+    for name, (columns, constraint) in _TABLES.items()
+]
+
+
 class DamagedError(ResultsError):
     """A file does not contain what was written; the message names it."""
 
@@ -177,9 +185,8 @@ class Database:
 
     def create(self) -> None:
         """Create the tables, which are empty."""
-        for name, (columns, constraint) in _TABLES.items():
-            parts = filter(None, [columns, "sha256 BLOB NOT NULL", constraint])
-            self._connection.execute(f"CREATE TABLE {name} ({', '.join(parts)}) STRICT")
+        for statement in _STATEMENTS:
+            self._connection.execute(statement)
         self._connection.execute(f"PRAGMA application_id = {APPLICATION_ID}")
         self._connection.execute(f"PRAGMA user_version = {SCHEMA_VERSION}")
         self.set("title", "")
@@ -273,7 +280,11 @@ def _checked(path: Path, connection: sqlite3.Connection) -> Database | None:
             f"{SCHEMA_VERSION}. Read it with the trackmark that wrote it, or run again into "
             "another folder."
         )
-    return Database(path, connection)
+    database = Database(path, connection)
+    stored = connection.execute("SELECT sql FROM sqlite_schema WHERE type = 'table'").fetchall()
+    if sorted(row[0] for row in stored) != sorted(_STATEMENTS):
+        raise database.damaged("its tables have other columns")
+    return database
 
 
 def _total(table: str) -> str:
