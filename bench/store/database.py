@@ -282,7 +282,7 @@ def _checked(path: Path, connection: sqlite3.Connection) -> Database | None:
         )
     database = Database(path, connection)
     stored = connection.execute("SELECT sql FROM sqlite_schema WHERE type = 'table'").fetchall()
-    if sorted(row[0] for row in stored) != sorted(_STATEMENTS):
+    if {row[0] for row in stored} != set(_STATEMENTS):
         raise database.damaged("its tables have other columns")
     return database
 
