@@ -72,7 +72,10 @@ class Results:
         """Return the keys of all stored runs, in order. Damaged runs are among them."""
         with connected(self.folder) as database:
             rows = database.select("SELECT tracker, sequence, repetition, protocol FROM run")
-        return sorted((cell_of(dict(row)) for row in rows), key=order)
+        try:
+            return sorted((cell_of(dict(row)) for row in rows), key=order)
+        except (TypeError, ValueError) as error:
+            raise database.damaged(f"a run has a key of another type ({error})") from error
 
     def write(self, run: Run, replaces: str = "") -> bool:
         """Store a run, unless another process has stored a run with the same key meanwhile.
