@@ -26,11 +26,12 @@ def natural_order(name: str) -> tuple[list[str | int], str]:
 def parse_text(text: str) -> tuple[str, dict[str, str]]:
     """Split a text form into its name and its options.
 
+    Raises `ValueError` for an option without `=`, without a key, or given twice.
+
     Examples
     --------
     >>> parse_text("multipart/1:scene=2:light=even")
     ('multipart/1', {'scene': '2', 'light': 'even'})
-    Raises `ValueError` for an option without `=`, without a key, or given twice.
     """
     name, *parts = text.strip().split(":")
     options: dict[str, str] = {}

@@ -84,11 +84,22 @@ def paint_part(
         reach = half + (ramp >> 1)
         first, last = max((centre - reach) >> 6, 0), min(((centre + reach) >> 6) + 1, width)
         line = texture[min(max(row >> 6, 0), ROWS - 1)]
+        # The place across the part, of which only the whole part is used, as quotient and rest.
+        start = ((first << 6) + 32 - centre) << 8
+        whole, rest = start // half, start % half
+        more, more_rest = (64 << 8) // half, (64 << 8) % half
+        most = (min(256, (half << 9) // ramp) * inside) >> 8
         for x in range(first, last):
-            cover = (_covered(x, centre, half, ramp) * inside) >> 8
+            u = min(max(whole, -256), 256) + 256
+            whole, rest = whole + more, rest + more_rest
+            if rest >= half:
+                whole, rest = whole + 1, rest - half
+            if 2 * (half - abs((x << 6) + 32 - centre)) >= ramp:  # away from the ends
+                cover = most
+            else:
+                cover = (_covered(x, centre, half, ramp) * inside) >> 8
             if cover == 0:
                 continue
-            u = min(max((((x << 6) + 32 - centre) << 8) // half, -256), 256) + 256
             around = (_ANGLES[u] + front) & (AROUND - 1)
             light = _SHADES[u] * gains[y]
             for c in range(3):
@@ -97,10 +108,25 @@ def paint_part(
 
 
 @njit(cache=True)
-def cover_part(coverage: NDArray[np.uint8], nodes: NDArray[np.int64], left: int, top: int) -> None:
+def silhouette(nodes: NDArray[np.int64]) -> tuple[int, int, NDArray[np.uint8]]:
+    """Left and top of a window that holds some parts, and their coverage at mid-exposure in it.
+
+    `nodes`, shape (parts, k, COLUMNS), are those of all parts.
+    """
+    left = ((nodes[:, :, 1] - nodes[:, :, 2]).min() >> 6) - 1
+    right = ((nodes[:, :, 1] + nodes[:, :, 2]).max() >> 6) + 2
+    top, bottom = nodes[:, :, 0].min() >> 6, (nodes[:, :, 0].max() >> 6) + 1
+    coverage = np.zeros((bottom - top, right - left), np.uint8)
+    for part in nodes:
+        _cover_part(coverage, part, left, top)
+    return left, top, coverage
+
+
+@njit(cache=True)
+def _cover_part(coverage: NDArray[np.uint8], nodes: NDArray[np.int64], left: int, top: int) -> None:
     """Add a part's coverage at mid-exposure to a silhouette whose corner is (left, top)."""
     height, width = coverage.shape
-    for row in range(height):
+    for row in range(max((nodes[0, 0] >> 6) - top, 0), min((nodes[-1, 0] >> 6) + 1 - top, height)):
         centre, half, _, _, inside = _row_span(nodes, row + top)
         if inside == 0:
             continue

@@ -51,6 +51,7 @@ class Plan:
         self.views = views
         self.people = people
         self._posts = posts
+        self._streets: dict[Light, Street] = {}
         self.places = np.stack([_places(views, person) for person in people])
 
     def __len__(self) -> int:
@@ -62,10 +63,13 @@ class Plan:
         return [Walker(person.look, person.seed) for person in self.people]
 
     def street(self, light: Light) -> Street:
-        """The street in a light, as far as the camera ever sees it."""
+        """The street in a light, as far as the camera ever sees it; it is painted once."""
+        if light in self._streets:
+            return self._streets[light]
         views = self.views
         ranges = ((float(v.min()), float(v.max())) for v in (views.x, views.shift_x, views.shift_y))
-        return Street(self.seed, SIZE, views.still, Reach(*ranges), light)
+        street = Street(self.seed, SIZE, views.still, Reach(*ranges), light)
+        return self._streets.setdefault(light, street)
 
     @cached_property
     def posts(self) -> list[Prop]:

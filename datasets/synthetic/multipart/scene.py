@@ -87,23 +87,39 @@ class WalkingScene(Scene):
     def __init__(self, plan: Plan, kind: Light) -> None:
         self.plan, self.length = plan, len(plan)
         self._kind = kind
+        self._still_pictures: dict[int, Image] = {}
 
     def truth(self) -> Truth:
         """See `Scene.truth`."""
-        shade = np.array([self._gains(0, frame).mean() < SHADE for frame in range(len(self))])
-        return _truth(self.plan, shade)
+        target = self.plan.people[0]
+        x, z = target.course.x[:, None], target.course.z[:, None]
+        gains = self._street.gains(x, z, LIT * target.stature)
+        return _truth(self.plan, gains.mean(axis=1) < SHADE)
 
     def render(self, frame: int) -> Image:
         """See `Scene.render`."""
         plan, camera = self.plan, self.plan.views[frame]
         travel, (right, down) = plan.views.rate(frame)
-        canvas = np.empty((SIZE[1], SIZE[0], 3), np.uint8)
         motion = right * EXPOSURE, down * EXPOSURE
-        self._street.draw(canvas, camera, motion, travel * EXPOSURE)
         props = [*self._street.props, *plan.posts]
         things: list[tuple[float, Prop | int]] = [(prop.z, prop) for prop in props]
         things += [(plan.depth(person, frame), person) for person in plan.in_picture(frame)]
-        for _, thing in sorted(things, key=lambda item: -item[0]):
+        ordered = [thing for _, thing in sorted(things, key=lambda item: -item[0])]
+        # What is behind all people is the same in every frame of a camera that stands still.
+        behind = next(
+            (k for k, thing in enumerate(ordered) if isinstance(thing, int)), len(ordered)
+        )
+        if behind in self._still_pictures:
+            canvas = self._still_pictures[behind].copy()
+        else:
+            canvas = np.empty((SIZE[1], SIZE[0], 3), np.uint8)
+            self._street.draw(canvas, camera, motion, travel * EXPOSURE)
+            for prop in ordered[:behind]:
+                assert isinstance(prop, Prop)
+                prop.draw(canvas, camera, motion[0], travel * EXPOSURE)
+            if plan.views.stands_still:
+                self._still_pictures[behind] = canvas.copy()
+        for thing in ordered[behind:]:
             if isinstance(thing, int):
                 self._draw_person(canvas, thing, frame)
             else:

@@ -13,8 +13,8 @@ from numpy.typing import ArrayLike, NDArray
 from trackmark.datasets.synthetic.multipart.look import (
     AROUND,
     Look,
-    cover_part,
     paint_part,
+    silhouette,
     wrapped,
 )
 from trackmark.datasets.synthetic.render.prop import Coverage
@@ -231,16 +231,9 @@ class Walker:
 
     def coverage(self, x: float, y: float, height: float, pose: Pose) -> Coverage:
         """Silhouette at mid-exposure; its window may lie outside the picture."""
-        order = self._order(pose)
-        nodes = self._nodes(x, y, height, pose, 0.0)
-        chosen = nodes[order]
-        left = int((chosen[..., 1] - chosen[..., 2]).min() >> 6) - 1
-        right = int((chosen[..., 1] + chosen[..., 2]).max() >> 6) + 2
-        top, bottom = int(chosen[..., 0].min() >> 6), int(chosen[..., 0].max() >> 6) + 1
-        silhouette = np.zeros((bottom - top, right - left), np.uint8)
-        for part in order:
-            cover_part(silhouette, nodes[part], left, top)
-        return left, top, silhouette
+        nodes = self._nodes(x, y, height, pose, 0.0)[self._order(pose)]
+        covered: Coverage = silhouette(nodes)
+        return covered
 
     def _draw_shadow(self, canvas: NDArray[np.uint8], x: float, y: float, height: float) -> None:
         middle = np.array([[x, y - 0.012 * height]])

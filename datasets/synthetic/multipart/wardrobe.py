@@ -1,4 +1,4 @@
-"""Clothes of the eight sequences, chosen by their distance from the street and from passers-by.
+"""Clothes of the scenes, chosen by their distance from the street and from passers-by.
 
 The grey and brown houses, roads and passers-by of the street have little chroma. Targets wear
 saturated clothes. Passers-by wear clothes whose chromaticity differs from both of the target's.
@@ -10,10 +10,37 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from trackmark.datasets.synthetic.multipart.casting import SHIRTS, TROUSERS, dyed
 from trackmark.datasets.synthetic.multipart.look import Look
-from trackmark.datasets.synthetic.render.colours import BGR
+from trackmark.datasets.synthetic.render.colours import BGR, varied
 
+SHIRTS = (
+    (212, 216, 220),  # white
+    (150, 152, 154),  # grey
+    (62, 60, 60),  # charcoal
+    (86, 58, 44),  # navy
+    (150, 104, 66),  # blue
+    (196, 168, 132),  # light blue
+    (52, 48, 158),  # red
+    (54, 40, 96),  # burgundy
+    (64, 104, 88),  # olive
+    (70, 84, 50),  # bottle green
+    (70, 152, 196),  # mustard
+    (142, 172, 194),  # beige
+    (66, 88, 118),  # brown
+    (168, 152, 206),  # pink
+    (108, 80, 100),  # plum
+    (118, 106, 62),  # petrol
+)
+TROUSERS = (
+    (120, 88, 62),  # jeans
+    (82, 58, 44),  # dark jeans
+    (46, 44, 44),  # black
+    (112, 112, 114),  # grey
+    (128, 158, 180),  # chinos
+    (58, 78, 102),  # brown
+    (66, 88, 84),  # olive
+    (182, 190, 196),  # off-white
+)
 SATURATED: tuple[BGR, ...] = (
     (40, 36, 200),  # red
     (60, 30, 170),  # crimson
@@ -30,6 +57,28 @@ DIFFERENT_HALVES = 90.0, 25.0
 
 UNLIKE_TARGET = 45.0
 """Least distance of a passer-by's chromaticities from the target's [CIE u*, v*]."""
+
+BOTH = (
+    (50, 48, 48),  # black
+    (76, 70, 66),  # charcoal
+    (124, 124, 126),  # grey
+    (86, 60, 46),  # navy
+    (124, 92, 64),  # denim
+    (66, 96, 88),  # olive
+    (116, 150, 172),  # khaki
+    (62, 82, 110),  # brown
+    (58, 44, 98),  # burgundy
+)
+"""Colours that people wear from top to bottom (suits, overalls, tracksuits), and of bags."""
+
+TONE = np.array([0.114, 0.587, 0.299])
+"""Weights of blue, green and red in the tone (Rec. 601)."""
+
+CLEAR_TONE = 55.0
+"""Tones that differ by this much differ clearly [grey levels]."""
+
+CLEAR_COLOUR = 28.0
+"""Colours that differ by this much beside the tone differ clearly [grey levels]."""
 
 
 def plain_clothes(random: np.random.Generator) -> tuple[BGR, BGR]:
@@ -89,4 +138,48 @@ def _luv(colour: BGR) -> NDArray[np.float32]:
 def shade(colour: BGR, gain: float) -> BGR:
     """Darker or lighter colour of the same chromaticity."""
     blue, green, red = np.clip(np.round(np.multiply(colour, gain)), 0, 255).astype(int).tolist()
+    return blue, green, red
+
+
+def street_clothes(random: np.random.Generator) -> tuple[BGR, BGR]:
+    """Shirt and trousers at random that differ clearly, in colour and in tone."""
+    pairs = [
+        (shirt, trousers) for shirt in SHIRTS for trousers in TROUSERS if _clear(shirt, trousers)
+    ]
+    shirt, trousers = pairs[random.integers(len(pairs))]
+    return dyed(random, shirt, spread=0.04), dyed(random, trousers, spread=0.04)
+
+
+def bag(random: np.random.Generator) -> BGR:
+    """Bag in a colour that hides the dirt."""
+    return dyed(random, _one(random, BOTH))
+
+
+def other_clothes(random: np.random.Generator, first: tuple[BGR, BGR]) -> tuple[BGR, BGR]:
+    """Shirt and trousers of clearly other colours than another person's shirt and trousers."""
+
+    def unlike(colour: BGR) -> float:
+        return -min(float(np.abs(np.subtract(colour, worn)).max()) for worn in first)
+
+    shirt, trousers = (
+        _one(random, tuple(sorted(colours, key=unlike)[: len(colours) // 4]))
+        for colours in (SHIRTS, TROUSERS)
+    )
+    return dyed(random, shirt), dyed(random, trousers)
+
+
+def _clear(shirt: BGR, trousers: BGR) -> bool:
+    difference = np.subtract(shirt, trousers, dtype=np.float64)
+    tone = float(difference @ TONE)
+    colour = np.abs(difference - tone).max()
+    return bool(abs(tone) >= CLEAR_TONE and colour >= CLEAR_COLOUR)
+
+
+def _one(random: np.random.Generator, colours: tuple[BGR, ...]) -> BGR:
+    return colours[random.integers(len(colours))]
+
+
+def dyed(random: np.random.Generator, colour: BGR, spread: float = 0.08) -> BGR:
+    """Colour as another garment has it, in whole grey levels."""
+    blue, green, red = np.round(varied(random, colour, spread)).astype(int).tolist()
     return blue, green, red

@@ -84,13 +84,15 @@ def _vignette(size: int, fall: float) -> NDArray[np.float64]:
     return 1 - fall * u * u
 
 
-def random_bytes(seed: int, frame: int, count: int) -> NDArray[np.uint8]:
-    """Independent random bytes of a frame.
+def random_bytes(seed: int, frame: int, count: int, first: int = 0) -> NDArray[np.uint8]:
+    """Independent random bytes of a frame, from the `first` on.
 
     Philox is counter-based: seed and frame are its key, so that no frame needs another's.
     """
-    words = np.random.Philox(key=np.array([seed, frame], np.uint64)).random_raw(-(-count // 8))
-    return words.astype("<u8", copy=False).view(np.uint8)[:count]
+    generator = np.random.Philox(key=np.array([seed, frame], np.uint64))
+    blocks, skipped = divmod(first, 32)
+    words = generator.advance(blocks).random_raw(-(-(skipped + count) // 8))
+    return words.astype("<u8", copy=False).view(np.uint8)[skipped : skipped + count]
 
 
 def noise_table(deviation: float) -> NDArray[np.int32]:

@@ -88,6 +88,21 @@ def unshaded(depths: Array, place: Array, fine: int) -> Array:
 def _unshaded(depths: Array, place: Array, fine: int, spots: Array) -> Array:
     height, width = depths.shape
     highest = depths.max()
+    # What is highest from a sample on, up or down and to the left or right: rays go no other way.
+    farther = np.empty((2, 2, height, width))
+    for down in range(2):
+        for right in range(2):
+            here = farther[down, right]
+            for j in range(height):
+                row = height - 1 - j if down else j
+                for i in range(width):
+                    column = width - 1 - i if right else i
+                    most = depths[row, column]
+                    if i > 0:
+                        most = max(most, here[row, column + 1 if right else column - 1])
+                    if j > 0:
+                        most = max(most, here[row + 1 if down else row - 1, column])
+                    here[row, column] = most
     seen = np.zeros((height, width))
     for row in range(height):
         for column in range(width):
@@ -99,7 +114,8 @@ def _unshaded(depths: Array, place: Array, fine: int, spots: Array) -> Array:
                 step = STRIDE * fine / np.sqrt(u * u + v * v + (w * fine) ** 2)
                 u, v, w = u * step, v * step, w * step
                 clear = 1.0
-                while z < highest:
+                end = farther[int(v >= 0), int(u >= 0), row, column] if w > 0 else highest
+                while z < end:
                     x, y, z = x + u, y + v, z + w
                     across, down = int(x + 0.5), int(y + 0.5)
                     if not (0 <= across < width and 0 <= down < height):

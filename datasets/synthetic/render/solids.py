@@ -193,6 +193,87 @@ def _distance(solids: Array, balls: Array, x: float, y: float, z: float) -> tupl
 
 
 @njit(cache=True, error_model="numpy")
+def _steepest(solid: Array) -> float:
+    """How much `_distance_to` of a solid changes at most on a way of length 1, and a bit more."""
+    slope = 0.0
+    if solid[0] == LIMB:
+        length = np.sqrt(np.sum((solid[6:9] - solid[3:6]) ** 2))
+        slope = abs(solid[10] - solid[9]) / length if length > 0 else np.inf
+    elif solid[0] == BOX:
+        slope = abs(solid[14]) * (1.92 * abs(solid[15]) + 0.02)
+    return 1.001 + slope
+
+
+@njit(cache=True, error_model="numpy")
+def _facing_planes(solids: Array, balls: Array, up: float, on: float) -> NDArray[np.int64]:
+    """Return the numbers of half-spaces, things of their own, that come nearer along all rays."""
+    numbers, count = np.empty(len(balls), np.int64), 0
+    for thing in range(len(balls)):
+        i = int(balls[thing, 4])
+        alone = balls[thing, 5] == i + 1 and solids[i, 0] == HALF_SPACE
+        if alone and solids[i, 4] * up + solids[i, 5] * on >= 0:
+            numbers[count] = i
+            count += 1
+    return numbers[:count]
+
+
+@njit(cache=True, error_model="numpy")
+def _nearer(
+    balls: Array, things: NDArray[np.int64], n: int,
+    x: float, below: float, up: float, on: float, limit: float,
+) -> int:  # fmt: skip
+    """Move things to the front that a ray may come nearer to than a limit; return their number."""
+    count = 0
+    for k in range(n):
+        thing = things[k]
+        u, v = x - balls[thing, 0], below - balls[thing, 2] * up + balls[thing, 1] * on
+        reach = limit + 1e-6 + balls[thing, 3]
+        if reach > 0 and u * u + v * v <= reach * reach:
+            things[count] = thing
+            count += 1
+    return count
+
+
+@njit(cache=True, error_model="numpy")
+def _distance_along(
+    solids: Array, balls: Array, things: NDArray[np.int64], n: int,
+    x: float, y: float, z: float, way: float, hint: int,
+    bounds: Array, steepest: Array, solid_bounds: Array, solid_steepest: Array,
+) -> tuple[float, int]:  # fmt: skip
+    """`_distance` at a point of a ray, with the bounds that its earlier points left.
+
+    The first `n` of `things` are those that may be nearest, `hint` the one that was before:
+    measured first, it excludes most others.
+    """
+    nearest, owner = 1e9, NOTHING
+    for turn in range(-1, n):
+        thing = hint if turn < 0 else things[turn]
+        if thing == NOTHING or (turn >= 0 and thing == hint):
+            continue
+        if bounds[thing] - steepest[thing] * way > nearest:
+            continue
+        u, v, w = x - balls[thing, 0], y - balls[thing, 1], z - balls[thing, 2]
+        reach = nearest + balls[thing, 3]
+        if reach <= 0 or u * u + v * v + w * w > reach * reach:
+            continue  # all of it is farther than another
+        own = 1e9
+        for i in range(int(balls[thing, 4]), int(balls[thing, 5])):
+            blend = solids[i, 2]
+            if solid_bounds[i] - solid_steepest[i] * way > own + blend:
+                continue
+            here = _distance_to(solids, i, x, y, z)
+            solid_bounds[i] = here + solid_steepest[i] * way - 1e-6
+            near = blend - abs(own - here)
+            own = min(own, here)
+            if near > 0:
+                own -= near * near / (4 * blend)
+        bounds[thing] = own + steepest[thing] * way - 1e-6
+        if own < nearest or (own == nearest and thing < owner):
+            nearest, owner = own, thing
+    return nearest, owner
+
+
+@njit(cache=True, error_model="numpy")
 def _facing(
     solids: Array, balls: Array, x: float, y: float, z: float
 ) -> tuple[float, float, float]:
@@ -247,9 +328,18 @@ def _cast(
     pitch: float, light: Array, shaded: bool,
 ) -> tuple[NDArray[np.int64], Array, Array]:  # fmt: skip
     which = np.full((height, width), NOTHING)
+    solid_steepest = np.array([_steepest(solid) for solid in solids])
+    steepest = np.zeros(len(balls))
+    for thing in range(len(balls)):
+        steepest[thing] = solid_steepest[int(balls[thing, 4]) : int(balls[thing, 5])].max()
+    # Along a ray: a thing's, and a solid's, distance at last, plus that by which it can have
+    # fallen at most since the ray's start; what is surely too far is not measured again.
+    bounds, solid_bounds = np.empty(len(balls)), np.empty(len(solids))
+    near_things = np.empty(len(balls), np.int64)
     places = np.zeros((height, width, 3))
     lights = np.zeros((height, width, 2))
     up, on = np.sin(pitch), np.cos(pitch)  # from a point to the camera
+    facing = _facing_planes(solids, balls, up, on)
     for row in range(height):
         below = corner[1] + (row + 0.5) * step
         for column in range(width):
@@ -258,8 +348,22 @@ def _cast(
                 continue
             y, z = _START * up - below * on, _START * on + below * up
             way, owner = 0.0, NOTHING
+            bounds[:], solid_bounds[:] = -np.inf, -np.inf
+            count, last_plane = len(balls), 1e9
+            for thing in range(count):
+                near_things[thing] = thing
             while way < _END:
-                gap, owner = _distance(solids, balls, x, y, z)
+                if len(facing) and last_plane > 0.02:
+                    plane = 1e9
+                    for i in facing:
+                        plane = min(plane, _distance_to(solids, i, x, y, z))
+                    if plane < last_plane / 2:
+                        last_plane = plane
+                        count = _nearer(balls, near_things, count, x, below, up, on, plane)
+                gap, owner = _distance_along(
+                    solids, balls, near_things, count, x, y, z, way, owner,
+                    bounds, steepest, solid_bounds, solid_steepest,
+                )  # fmt: skip
                 if gap < 0.02:
                     break
                 gap *= 0.9  # folds are no exact distance

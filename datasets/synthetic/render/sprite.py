@@ -147,9 +147,11 @@ def blend_sprite(
     first_x, last_x = _span(left.min(), left.max(), w, step, width)
     first_y, last_y = _span(top.min(), top.max(), h, step, height)
     sums = np.empty(4 * (last_x - first_x), np.uint32)
-    mixed = np.empty(4 * (w + 2), np.uint32)
+    mixed = np.zeros(4 * (w + 2), np.uint32)
+    begin, end = 0, 0  # columns of the sprite outside which the mixed row is transparent
     for y in range(first_y, last_y):
         sums[:] = 0
+        touched_first, touched_last = last_x, first_x
         mixed_row = -1
         for k in range(len(left)):
             v = ((((y << 6) + 32 - top[k]) * step) >> 6) + 32768
@@ -159,22 +161,66 @@ def blend_sprite(
                 mixed_row = v
                 above, below = sprite[v >> 16].ravel(), sprite[(v >> 16) + 1].ravel()
                 lower = np.uint32((v >> 8) & 255)
-                mixed[:] = 0
-                _add(mixed, above, np.uint32(256 - lower), below, lower)
-            first, last = _span(left[k], left[k], w, step, width)
-            out = sums[4 * (first - first_x) : 4 * (last - first_x)]
-            u = ((((first << 6) + 32 - left[k]) * step) >> 6) + 32768
-            if step == 65536:  # the same weights for all pixels: several at once
-                right, shifted = np.uint32((u >> 8) & 255), mixed[4 * (u >> 16) :]
-                _add(out, shifted, np.uint32(256 - right), shifted[4:], right)
+                mixed[4 * begin : 4 * end] = 0
+                begin, end = _opaque(above, below)
+                _add(
+                    mixed[4 * begin : 4 * end],
+                    above[4 * begin :],
+                    np.uint32(256 - lower),
+                    below[4 * begin :],
+                    lower,
+                )
+            if begin == end:
                 continue
-            for x in range(first, last):
-                u = ((((x << 6) + 32 - left[k]) * step) >> 6) + 32768
-                right = np.uint32((u >> 8) & 255)
-                for c in range(4):
-                    i = 4 * (u >> 16) + c
-                    out[4 * (x - first) + c] += (256 - right) * mixed[i] + right * mixed[i + 4]
-        _lay(canvas[y, first_x:last_x], sums, np.uint32(shift))
+            first, last = _span(left[k], left[k], w, step, width)
+            if step == 65536:  # the same weights for all pixels: several at once
+                u = ((((first << 6) + 32 - left[k]) * step) >> 6) + 32768
+                column = u >> 16
+                skipped = max(begin - 1 - column, 0)
+                first, last, column = (
+                    first + skipped,
+                    min(last, first + end - column),
+                    column + skipped,
+                )
+                if first >= last:
+                    continue
+                right, shifted = np.uint32((u >> 8) & 255), mixed[4 * column :]
+                out = sums[4 * (first - first_x) : 4 * (last - first_x)]
+                _add(out, shifted, np.uint32(256 - right), shifted[4:], right)
+            else:
+                for x in range(first, last):
+                    u = ((((x << 6) + 32 - left[k]) * step) >> 6) + 32768
+                    right = np.uint32((u >> 8) & 255)
+                    i = 4 * (u >> 16)
+                    if i + 4 < 4 * begin or i >= 4 * end:
+                        continue
+                    for c in range(4):
+                        sums[4 * (x - first_x) + c] += (256 - right) * mixed[i + c] + right * mixed[
+                            i + 4 + c
+                        ]
+            touched_first, touched_last = min(touched_first, first), max(touched_last, last)
+        if touched_first < touched_last:
+            laid = sums[4 * (touched_first - first_x) :]
+            _lay(canvas[y, touched_first:touched_last], laid, np.uint32(shift))
+
+
+@njit(cache=True)
+def _opaque(above: NDArray[np.uint8], below: NDArray[np.uint8]) -> tuple[int, int]:
+    """Return the columns from which on, and before which, one of two rows (4 n,) is not 0."""
+    first, last = 0, len(above) // 4
+    while last > 0 and _clear(above, below, last - 1):
+        last -= 1
+    while first < last and _clear(above, below, first):
+        first += 1
+    return first, last
+
+
+@njit(cache=True)
+def _clear(above: NDArray[np.uint8], below: NDArray[np.uint8], column: int) -> bool:
+    total = np.uint8(0)
+    for i in range(4 * column, 4 * column + 4):
+        total |= above[i] | below[i]
+    return bool(total == 0)
 
 
 @njit(cache=True)
@@ -236,23 +282,45 @@ def draw_rows(
     shift = 12
     while 1 << (shift - 12) < len(lefts):
         shift += 1
-    half = 1 << (shift - 1)
-    sums = np.empty(3 * width, np.uint32)
+    lines = np.zeros((2, 3 * width), np.uint32)  # two rows of the panorama, averaged over instants
+    held = np.array([-1, -1])  # which rows these are
     for y in range(first, last):
         place = (y << 6) - top
         row = min(max(place >> 6, 0), len(panorama) - 1)
         below = min(row + 1, len(panorama) - 1)
         v = place & 63
-        sums[:] = half
-        for k in range(len(lefts)):
-            for line, weight in ((row, 64 - v), (below, v)):
-                if weight == 0:
-                    continue
+        for line in (row, below):
+            if held[line & 1] == line or (line == below and v == 0):
+                continue
+            held[line & 1] = line
+            averaged = lines[line & 1]
+            averaged[:] = 0
+            for k in range(len(lefts)):
                 left = lefts[k, line]
-                u = left & 63
                 source = panorama[line].ravel()[3 * (left >> 6) :]
-                a, b = np.uint32((64 - u) * weight), np.uint32(u * weight)
-                _add(sums, source, a, source[3:], b)
-        out = canvas[y].ravel()
-        for i in range(3 * width):
-            out[i] = sums[i] >> np.uint32(shift)
+                _add(
+                    averaged, source, np.uint32(64 - (left & 63)), source[3:], np.uint32(left & 63)
+                )
+        _mix(
+            canvas[y].ravel(),
+            lines[row & 1],
+            np.uint32(64 - v),
+            lines[below & 1],
+            np.uint32(v),
+            np.uint32(shift),
+        )
+
+
+@njit(cache=True)
+def _mix(
+    out: NDArray[np.uint8],
+    one: NDArray[np.uint32],
+    weight: np.uint32,
+    other: NDArray[np.uint32],
+    other_weight: np.uint32,
+    shift: np.uint32,
+) -> None:
+    """Write two weighted rows, over 2**`shift` and rounded, to a row of a canvas."""
+    half = np.uint32(1) << np.uint32(shift - np.uint32(1))
+    for i in range(len(out)):
+        out[i] = np.uint32(half + weight * one[i] + other_weight * other[i]) >> shift

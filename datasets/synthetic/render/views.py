@@ -6,6 +6,7 @@ World: x to the right, height up from the ground, depth z away from the camera; 
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Self, TypeVar
 
 import numpy as np
@@ -162,6 +163,11 @@ class Views:
         """Viewpoint in a frame."""
         x, right, down = (float(a[frame]) for a in (self.x, self.shift_x, self.shift_y))
         return replace(self.still, x=x, shift_x=right, shift_y=down)
+
+    @cached_property
+    def stands_still(self) -> bool:
+        """Whether all frames have one viewpoint."""
+        return not any(np.ptp(v) for v in (self.x, self.shift_x, self.shift_y))
 
     def rate(self, frame: int) -> tuple[float, tuple[float, float]]:
         """Travel [metres/frame] and the picture's shift [pixels/frame] around a frame."""

@@ -41,7 +41,7 @@ WHOLE = 0.99  # visible part from which on nothing is said to be hidden
 
 def scene(knobs: FilmKnobs, clip: int) -> "FilmScene":
     """Renderer and truth of a clip, in 1 to 20; nothing is drawn yet."""
-    return FilmScene(knobs.scene, clip)
+    return _scene(knobs.scene, clip)
 
 
 class FilmScene(Scene):
@@ -103,7 +103,7 @@ class FilmScene(Scene):
         canvas = np.asarray(cv2.transform(canvas, self._bleaching), np.uint8)
         number = 1000 * self._clip + frame
         CAMERA.exposed(canvas, self._seed, number, self.plan.gain[frame])
-        places = random_bytes(self._seed, number, canvas.size + 6)[-6:].astype(int).reshape(3, 2)
+        places = random_bytes(self._seed, number, 6, canvas.size).astype(int).reshape(3, 2)
         luma, *chroma = cv2.split(cv2.cvtColor(canvas, cv2.COLOR_BGR2YCrCb))
         planes = [cv2.add(luma, _cut(self._grain, places[0], SIZE), dtype=cv2.CV_8U)]
         for plane, place in zip(chroma, places[1:], strict=True):
@@ -220,9 +220,15 @@ def _places(way: Array, frame: int) -> Array:
     return np.asarray(way[frame] + instants(float(np.abs(step).max()))[:, None] * step)
 
 
+@lru_cache(maxsize=8)
+def _scene(seed: int, clip: int) -> FilmScene:
+    """Keep what a clip's truth paints for its images."""
+    return FilmScene(seed, clip)
+
+
 @lru_cache(maxsize=32)
 def _truth(seed: int, clip: int) -> Truth:
-    scene = FilmScene(seed, clip)
+    scene = _scene(seed, clip)
     boxes, visibility = scene.plan.boxes, np.ones(len(scene))
     near = np.zeros(len(scene), np.bool_)
     middles = boxes[:, 0] + boxes[:, 2] / 2

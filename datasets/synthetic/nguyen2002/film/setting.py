@@ -72,8 +72,8 @@ class Place:
         height, width = int(np.ceil(base)) + 3, int(self._widths(np.array([end]))[0])
         self._far = setting.backdrop(random, height, width, end, base)
         self._ground = ground_rows(
-            random, setting.ground(random, setting.end), _Even(), still, self._scales, still.x,
-            self._widths(self._scales), self._margin,
+            random, setting.ground(random, setting.end), Shade(random, "even"), still,
+            self._scales, still.x, self._widths(self._scales), self._margin,
         )  # fmt: skip
         things = [thing for kind in setting.standing for thing in self._stood(random, kind)]
         self._things = sorted(things, key=lambda thing: -thing.z)
@@ -125,13 +125,6 @@ class Place:
         """Scale of every row of the ground [pixels/metre]."""
         rows = np.arange(self._first, self._size[1] + self._shake + 2) + 0.5
         return np.asarray((rows - self._still.horizon) / self._still.eye)
-
-
-class _Even(Shade):
-    """Even light, without the crowns that give shade in any other: they take long to draw."""
-
-    def __init__(self) -> None:
-        self.light = "even"
 
 
 BEHIND = 19.0, 30.0  # where things stand that a target passes before [metres]

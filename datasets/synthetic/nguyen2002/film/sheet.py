@@ -97,7 +97,7 @@ class Sheet:
     def light(self, gain: Array) -> None:
         """Change the light on it; `gain` has the shape of `places` or broadcasts to it."""
         picture = self.painting.picture
-        picture[:] = np.clip(np.round(picture * gain[..., None]), 0, 255).astype(np.uint8)
+        _light(picture, np.broadcast_to(gain, picture.shape[:2]))
 
     def rounded(self, bright: float, fall: float, middle: float) -> None:
         """Light it as a pillar, brightest where twice the share of its width is `middle`."""
@@ -118,6 +118,16 @@ class Sheet:
         colour = cv2.resize(self.painting.picture, self._size, interpolation=cv2.INTER_AREA)
         coverage = cv2.resize(self._coverage, self._size, interpolation=cv2.INTER_AREA)
         return colour.astype(np.float64), coverage / 255
+
+
+@njit(cache=True)
+def _light(picture: NDArray[np.uint8], gain: Array) -> None:
+    """Multiply a picture by a gain (h, w), in place and in whole grey levels."""
+    for row in range(picture.shape[0]):
+        for column in range(picture.shape[1]):
+            for c in range(3):
+                level = np.rint(picture[row, column, c] * gain[row, column])
+                picture[row, column, c] = np.uint8(min(max(level, 0.0), 255.0))
 
 
 class Rigid:

@@ -5,7 +5,7 @@ illumination, which were made by turning off one of the light sources. All the r
 is held, how it moves, what passes before it and how often, that the lamp goes on again.
 """
 
-from functools import cached_property, lru_cache
+from functools import lru_cache
 
 import cv2
 import numpy as np
@@ -52,13 +52,14 @@ class LightsScene(Scene):
 
     def render(self, frame: int) -> Image:
         """See `Scene.render`."""
+        lighting = _lighting(self._seed)
         on = [0, 1] if self.plan.lit(frame) else [1]
         passing = [
             (number, pose, 2 * round(abs(self.plan.passings[number].pace) * EXPOSURE / 2) + 1)
             for number, pose in _passing(self.plan, frame)
         ]
         facing = self.plan.facing(frame)
-        picture = self._lighting.picture(on, _pose(self.plan, frame), facing, passing)
+        picture = lighting.picture(on, _pose(self.plan, frame), facing, passing)
         seen = SENSITIVITY * np.asarray(cv2.GaussianBlur(picture, (0, 0), LENS))
         canvas: Image = np.round(255 * np.clip(seen, 0, 1) ** (1 / GAMMA)).astype(np.uint8)
         return CAMERA.exposed(canvas, self._seed, frame)
@@ -69,11 +70,6 @@ class LightsScene(Scene):
         for number, passer in _passing(self.plan, frame):
             seen = seen * (1 - self.setting.passers[number].at(passer)[0][..., 3])
         return np.asarray(seen >= 0.5)
-
-    @cached_property
-    def _lighting(self) -> Lighting:
-        random = part_generator(self._seed, "nguyen2002/lights lamps")
-        return Lighting(self.setting, drawn_lamps(random))
 
 
 def _pose(plan: Plan, frame: int) -> Pose:
@@ -93,6 +89,12 @@ def _passing(plan: Plan, frame: int) -> list[tuple[int, Pose]]:
 @lru_cache(maxsize=4)
 def _setting(seed: int) -> Setting:
     return Setting(seed)
+
+
+@lru_cache(maxsize=4)
+def _lighting(seed: int) -> Lighting:
+    random = part_generator(seed, "nguyen2002/lights lamps")
+    return Lighting(_setting(seed), drawn_lamps(random))
 
 
 @lru_cache(maxsize=4)

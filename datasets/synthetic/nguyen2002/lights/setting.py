@@ -15,7 +15,8 @@ from trackmark.datasets.synthetic.nguyen2002.lights.things import (
     passer,
 )
 from trackmark.datasets.synthetic.render.desk import seen_room
-from trackmark.datasets.synthetic.render.finish import Surface, Thing, looked_at
+from trackmark.datasets.synthetic.render.finish import VIEW, Surface, Thing, looked_at
+from trackmark.datasets.synthetic.render.solids import what_is_seen
 from trackmark.datasets.synthetic.scene import part_generator
 
 Array = NDArray[np.float64]
@@ -170,9 +171,10 @@ class Setting:
     @cached_property
     def _outlines(self) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
         """Samples of the whole object, and those that the hand leaves of it."""
+        solids = [thing.solids for thing in self._things]
         whole, seen = (
-            looked_at(things, CORNER, EXTENT, CARD_FINE).which == 0
-            for things in (self._things[:1], self._things)
+            what_is_seen(things, VIEW, CORNER, EXTENT, CARD_FINE, shaded=False)[0] == 0
+            for things in (solids[:1], solids)
         )
         return whole, seen
 

@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from trackmark.datasets.synthetic.multipart import casting
+from trackmark.datasets.synthetic.multipart import casting, wardrobe
 from trackmark.datasets.synthetic.multipart.look import Look
 from trackmark.datasets.synthetic.multipart.plan import Person, Plan, body_boxes
 from trackmark.datasets.synthetic.multipart.scene import WalkingScene
@@ -24,17 +24,17 @@ UNLIKE = 40
 
 def target(random: np.random.Generator, course: Course) -> Person:
     """Someone in a shirt and trousers that differ clearly, without a bag."""
-    return casting.dressed(random, course, casting.two_coloured_clothes(random))
+    return casting.dressed(random, course, wardrobe.street_clothes(random))
 
 
 def bystander(random: np.random.Generator, course: Course, other: Look) -> Person:
     """Someone dressed in clearly other colours than another person; half of them carry a bag."""
     worn = other.shirt, other.trousers
-    clothes = casting.other_clothes(random, worn)
-    bag = casting.bag(random) if random.random() < 0.5 else None
+    clothes = wardrobe.other_clothes(random, worn)
+    bag = wardrobe.bag(random) if random.random() < 0.5 else None
     while bag is not None and any(np.abs(np.subtract(bag, c)).max() < UNLIKE for c in worn):
-        bag = casting.bag(random)
-    return casting.dressed(random, course, clothes, carries=bag)
+        bag = wardrobe.bag(random)
+    return casting.dressed(random, course, clothes, bag=bag)
 
 
 class VisitPlan(Plan):

@@ -37,10 +37,10 @@ class CarPark(Street):
         """Nothing: all that stands here may hide someone."""
         return []
 
-    def gains(self, x: float, z: float, heights: ArrayLike) -> NDArray[np.float64]:
+    def gains(self, x: ArrayLike, z: ArrayLike, heights: ArrayLike) -> NDArray[np.float64]:
         """See `Street.gains`; it is darker inside the porch."""
         inside = smooth_step(np.array(z), DOORSTEP - THRESHOLD, DOORSTEP + THRESHOLD)
-        return super().gains(x, z, heights) * (1 - INSIDE * float(inside))
+        return super().gains(x, z, heights) * (1 - INSIDE * inside)
 
     def _bands(self, random: np.random.Generator) -> list[Band]:
         road = asphalt(random, (96.0, 96.0, 98.0), 0.07)

@@ -2,6 +2,7 @@
 
 import cv2
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from trackmark.datasets.synthetic.render.texture import fractal
@@ -55,19 +56,30 @@ def backdrop(
 
 
 def _sky(random: np.random.Generator, height: int, width: int, base: float) -> Picture:
-    down = np.linspace(0, 1, height)[:, None, None]
-    blue, pale = np.array([214.0, 178.0, 140.0]), np.array([226.0, 220.0, 212.0])
     clouds = fractal(random, 256, 2, 64, 0.6)
     stretched = cv2.resize(np.tile(clouds, (1, 2)), (width, height), interpolation=cv2.INTER_LINEAR)
-    cover = np.clip(np.asarray(stretched)[..., None] * 0.7 + 0.35, 0, 1)
-    sky = (blue + (pale - blue) * np.minimum(down * 1.4, 1)) * (1 - cover) + 228.0 * cover
-    picture = np.ascontiguousarray(np.clip(sky, 0, 255).astype(np.uint8))
+    picture: Picture = _clouded(np.asarray(stretched), np.linspace(0, 1, height))
     x = 0
     while x < width:  # a far town
         wide, high = random.integers(30, 120), random.integers(30, 190)
         tone = random.uniform(150, 186) + np.array([10.0, 4.0, -4.0])
         _fill(picture, (x, base - high, x + int(wide), base), tone)
         x += int(wide)
+    return picture
+
+
+@njit(cache=True)
+def _clouded(clouds: Array, down: Array) -> Picture:
+    """Paint a sky that is paler below, in [0, 1], with clouds about in [-1, 1]."""
+    blue, pale = np.array([214.0, 178.0, 140.0]), np.array([226.0, 220.0, 212.0])
+    picture = np.empty((*clouds.shape, 3), np.uint8)
+    for row in range(len(clouds)):
+        colour = blue + (pale - blue) * min(down[row] * 1.4, 1.0)
+        for column in range(clouds.shape[1]):
+            cover = min(max(clouds[row, column] * 0.7 + 0.35, 0.0), 1.0)
+            for c in range(3):
+                light = colour[c] * (1 - cover) + 228.0 * cover
+                picture[row, column, c] = np.uint8(min(max(light, 0.0), 255.0))
     return picture
 
 

@@ -2,6 +2,7 @@
 
 import cv2
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from trackmark.datasets.synthetic.render.prop import Prop
@@ -142,19 +143,43 @@ def _clump(
     columns = slice(max(left, 0), min(left + 2 * reach, colour.shape[1]))
     if rows.start >= rows.stop or columns.start >= columns.stop:
         return
-    y, x = np.mgrid[rows, columns].astype(np.float64)
-    u, v = (x + 0.5 - centre[0]) / radius, (y + 0.5 - centre[1]) / radius
     shift = random.integers(0, 256, 2)
-    ragged = grain[np.ix_((np.arange(rows.start, rows.stop) + shift[0]) % 256,
-                          (np.arange(columns.start, columns.stop) + shift[1]) % 256)]  # fmt: skip
-    distance = np.sqrt(u * u + v * v)
-    cover = np.clip((1 + 0.34 * ragged - distance) * radius * 0.35, 0, 1)
-    up = np.sqrt(np.clip(1 - distance * distance, 0, 1))
-    facing = np.clip(u * _LIGHT[0] + v * _LIGHT[1] + up * _LIGHT[2], 0, 1)
-    tone = 0.52 + 0.75 * facing + 0.30 * ragged
-    here, behind = colour[rows, columns], coverage[rows, columns]
-    here[:] = here + (np.clip(leaves * tone[..., None], 8, 255) - here) * cover[..., None]
-    behind[:] = 1 - (1 - behind) * (1 - cover)
+    corner = np.array([rows.start, columns.start])
+    _leave(
+        colour[rows, columns], coverage[rows, columns], corner, centre, radius, leaves, grain, shift
+    )
+
+
+@njit(cache=True)
+def _leave(
+    colour: Array,
+    coverage: Array,
+    corner: NDArray[np.int64],
+    centre: tuple[float, float],
+    radius: float,
+    leaves: Array,
+    grain: Array,
+    shift: NDArray[np.int64],
+) -> None:
+    """Paint a ball of leaves into a window whose row and column in the picture is `corner`."""
+    for i in range(len(colour)):
+        row = i + corner[0]
+        v = (row + 0.5 - centre[1]) / radius
+        for j in range(colour.shape[1]):
+            column = j + corner[1]
+            u = (column + 0.5 - centre[0]) / radius
+            ragged = grain[(row + shift[0]) % 256, (column + shift[1]) % 256]
+            distance = np.sqrt(u * u + v * v)
+            cover = min(max((1 + 0.34 * ragged - distance) * radius * 0.35, 0.0), 1.0)
+            if cover == 0:
+                continue
+            up = np.sqrt(min(max(1 - distance * distance, 0.0), 1.0))
+            facing = min(max(u * _LIGHT[0] + v * _LIGHT[1] + up * _LIGHT[2], 0.0), 1.0)
+            tone = 0.52 + 0.75 * facing + 0.30 * ragged
+            for c in range(3):
+                painted = min(max(leaves[c] * tone, 8.0), 255.0)
+                colour[i, j, c] = colour[i, j, c] + (painted - colour[i, j, c]) * cover
+            coverage[i, j] = 1 - (1 - coverage[i, j]) * (1 - cover)
 
 
 def _trunk(

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
 import numpy as np
+from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from trackmark.datasets.synthetic.render.texture import fractal, grass, paving, pebbles
@@ -26,10 +27,15 @@ _SIZE = 512
 
 
 class Shade:
-    """Light at every place of the ground and above it: dappled under crowns, or 1 everywhere."""
+    """Light at every place of the ground and above it: dappled under crowns, or 1 everywhere.
+
+    Nothing is drawn from `random` in even light.
+    """
 
     def __init__(self, random: np.random.Generator, light: Light) -> None:
         self.light = light
+        if light == "even":
+            return
         # Crowns and gaps of about 3 m: some of both wherever one looks.
         crowns = fractal(random, _SIZE, 8, 32)
         crowns -= np.median(crowns)
@@ -51,10 +57,10 @@ class Shade:
         here, there = line[rows, left % _SIZE], line[rows, (left + 1) % _SIZE]
         return np.asarray(here * (1 - share) + there * share)
 
-    def on_upright(self, x: float, z: float, heights: ArrayLike) -> Array:
+    def on_upright(self, x: ArrayLike, z: ArrayLike, heights: ArrayLike) -> Array:
         """Light at heights [metres] above a place: where the ray through them meets the ground."""
         up = np.asarray(heights, np.float64)
-        return self.at(x + SLANT_X * up, z + SLANT_Z * up)
+        return self.at(np.asarray(x) + SLANT_X * up, np.asarray(z) + SLANT_Z * up)
 
 
 SIDE = 512
@@ -156,12 +162,21 @@ def ground_rows(
         colour = np.zeros((len(x), 3))
         for z in depths:
             band = max(int(np.searchsorted(starts, z, "right")) - 1, 0)
-            colour += _line(pyramids[band], bands[band].side, x, float(z), float(scale))
+            _add_line(colour, *_line(pyramids[band], bands[band].side, float(z), float(scale)), x)
         z = float(depths.mean())
-        stain = _sampled(spots[int(z * (256 / REACH)) % 256, :, None], x * (256 / REACH))[:, 0]
-        gain = (1 + 0.09 * stain) * shade.at(x, z) / _LINES
-        rows[row, : len(x)] = np.clip(np.round(colour * gain[:, None]), 0, 255)
+        stain = np.zeros((len(x), 1))
+        _add_line(stain, spots[int(z * (256 / REACH)) % 256, :, None], 256 / REACH, x)
+        gain = (1 + 0.09 * stain[:, 0]) * shade.at(x, z) / _LINES
+        _light_row(rows[row], colour, gain)
     return rows
+
+
+@njit(cache=True)
+def _light_row(row: NDArray[np.uint8], colour: Array, gain: Array) -> None:
+    """Write colours (n, 3) times a gain (n,) to the begin of a row, in whole grey levels."""
+    for i in range(len(colour)):
+        for c in range(3):
+            row[i, c] = np.uint8(min(max(np.rint(colour[i, c] * gain[i]), 0.0), 255.0))
 
 
 def _pyramid(texture: Array) -> list[Array]:
@@ -173,17 +188,24 @@ def _pyramid(texture: Array) -> list[Array]:
     return levels
 
 
-def _line(pyramid: list[Array], side: float, x: Array, z: float, scale: float) -> Array:
-    """Colours of a texture along the street at a depth, shape (len(x), 3)."""
-    density = SIDE / side  # texture pixels a metre
+def _line(pyramid: list[Array], side: float, z: float, scale: float) -> tuple[Array, float]:
+    """Line of a texture along the street at a depth, shape (n, 3), and its points a metre."""
+    density = SIDE / side
     level = int(np.clip(np.round(np.log2(max(density / scale, 1.0))), 0, len(pyramid) - 1))
     texture = pyramid[level]
     density = len(texture) / side
-    return _sampled(texture[int(np.floor(z * density)) % len(texture)], x * density)
+    return texture[int(np.floor(z * density)) % len(texture)], density
 
 
-def _sampled(line: Array, places: Array) -> Array:
-    """Periodic linear interpolation of a line, shape (n, channels)."""
-    left = np.floor(places).astype(np.int64)
-    share = (places - left)[:, None]
-    return np.asarray(line[left % len(line)] * (1 - share) + line[(left + 1) % len(line)] * share)
+@njit(cache=True)
+def _add_line(sums: Array, line: Array, density: float, places: Array) -> None:
+    """Add a periodic line (n, channels) with points at a density, interpolated at some places."""
+    n = len(line)
+    for i in range(len(places)):
+        place = places[i] * density
+        floor = np.floor(place)
+        share = place - floor
+        left = np.int64(floor) % n
+        right = left + 1 if left + 1 < n else 0
+        for c in range(line.shape[1]):
+            sums[i, c] += line[left, c] * (1 - share) + line[right, c] * share

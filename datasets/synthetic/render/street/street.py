@@ -115,7 +115,7 @@ class Street:
         """A pillar of some metres that hides what passes behind it; all in metres."""
         return post(part_generator(self._seed, f"post {x} {z}"), x, z, self._at(z), thickness)
 
-    def gains(self, x: float, z: float, heights: ArrayLike) -> NDArray[np.float64]:
+    def gains(self, x: ArrayLike, z: ArrayLike, heights: ArrayLike) -> NDArray[np.float64]:
         """Light on a person at a place, at heights above the ground; all in metres."""
         return self._shade.on_upright(x, z, heights)
 

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.datasets.synthetic.scenes import SEEDS
-from trackmark.datasets.synthetic.multipart import casting, routes, wardrobe
+from trackmark.datasets.synthetic.multipart import routes, wardrobe
 from trackmark.datasets.synthetic.multipart.designs import DESIGNS
 from trackmark.datasets.synthetic.render import views
 from trackmark.datasets.synthetic.render.views import FRAMES_PER_SECOND, Viewpoint, straight, walk
@@ -166,7 +166,7 @@ def test_passers_differ_in_chromaticity_from_the_target(seed):
 @given(seed=SEEDS)
 def test_other_clothes_share_no_colour_with_the_first(seed):
     random = np.random.default_rng(seed)
-    first = casting.two_coloured_clothes(random)
-    other = casting.other_clothes(random, first)
+    first = wardrobe.street_clothes(random)
+    other = wardrobe.other_clothes(random, first)
     apart = [np.abs(np.subtract(a, b)).max() for a in first for b in other]
     assert min(apart) > 25

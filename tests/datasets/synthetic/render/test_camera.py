@@ -3,7 +3,12 @@
 import numpy as np
 import pytest
 
-from trackmark.datasets.synthetic.render.camera import Camera, developed, slow_exposure
+from trackmark.datasets.synthetic.render.camera import (
+    Camera,
+    developed,
+    random_bytes,
+    slow_exposure,
+)
 
 SIZE = 160, 120
 
@@ -51,3 +56,8 @@ def test_exposure_wanders_slowly_around_one():
     assert gains.mean() == pytest.approx(1, abs=0.01)
     assert gains.std() == pytest.approx(0.03, rel=0.2)
     assert np.abs(np.diff(gains)).max() < 0.005
+
+
+@pytest.mark.parametrize("first", [0, 5, 32, 230_400, 230_411])
+def test_later_random_bytes_need_no_earlier_ones(first):
+    assert (random_bytes(7, 9, 6, first) == random_bytes(7, 9, first + 6)[first:]).all()

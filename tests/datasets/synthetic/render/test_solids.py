@@ -4,12 +4,16 @@ import numpy as np
 import pytest
 
 from trackmark.datasets.synthetic.render.solids import (
+    _END,
+    _START,
     NOTHING,
     View,
+    _distance,
     bowl,
     box,
     half_space,
     limb,
+    packed,
     what_is_seen,
 )
 
@@ -119,3 +123,37 @@ def test_the_lamp_is_reflected_where_the_surface_faces_between_it_and_the_camera
     between = np.array([VIEW.light[0], VIEW.light[2] + np.cos(PITCH)])
     assert np.arctan2(x, z) == pytest.approx(np.arctan2(*between), abs=0.06)
     assert shine.max() == pytest.approx(1, abs=0.02)
+
+
+@pytest.mark.parametrize("with_planes", [True, False])
+def test_rays_end_as_if_all_distances_were_measured(with_planes):
+    random = np.random.default_rng(5)
+    places = random.uniform(-18, 18, (12, 3))
+    things = [
+        [limb(at, at + random.uniform(-6, 6, 3), (2.5, 1.0), blend=1.5) for _ in range(3)]
+        for at in places[:8]
+    ]
+    things += [
+        [box(at, (4, 3, 2), 0.5, turn=0.4, lean=-0.2, folds=(0.8, 0.9))] for at in places[8:10]
+    ]
+    things += [[bowl(at, 5.0, (2.0, 3.0), 0.6)] for at in places[10:]]
+    if with_planes:
+        things += [[half_space((0, 1, 0), -15.0)], [half_space((0, 0, 1), -25.0)]]
+    which, seen, _ = look(*things)
+    solids, balls = packed(things)
+    up, on = np.sin(PITCH), np.cos(PITCH)
+    for row, column in random.integers(0, 40 * FINE, (400, 2)):
+        x, below = (-20 + (k + 0.5) / FINE for k in (column, row))
+        way, owner = 0.0, NOTHING
+        y, z = _START * up - below * on, _START * on + below * up
+        while way < _END:
+            gap, owner = _distance(solids, balls, x, y, z)
+            if gap < 0.02:
+                break
+            way += 0.9 * gap
+            y, z = y - 0.9 * gap * up, z - 0.9 * gap * on
+        if way < _END:
+            assert which[row, column] == owner
+            assert seen[row, column] == pytest.approx([x, y, z], abs=1e-9)
+        else:
+            assert which[row, column] == NOTHING
