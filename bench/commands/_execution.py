@@ -11,8 +11,6 @@ from trackmark.bench.commands._progress import patience, print_message, progress
 from trackmark.bench.experiments.experiment import Experiment
 
 if TYPE_CHECKING:
-    import pyarrow as pa
-
     from trackmark.bench.execution.executor import Execution
     from trackmark.bench.execution.plan import KnownSequences, Plan
 
@@ -83,19 +81,19 @@ def run_experiment(
     return execution
 
 
-def stored_runs(execution: "Execution") -> "tuple[pa.Table, Plan, str]":
-    """Return the index and the plan as they are now, and how many runs are stored or failed."""
+def stored_runs(execution: "Execution") -> "tuple[list[dict[str, Any]], Plan, str]":
+    """Return the stored runs and the plan as they are now, and how many are stored or failed."""
     from trackmark.bench.execution.plan import State
-    from trackmark.bench.store.index import read_table
+    from trackmark.bench.store.index import read_index
     from trackmark.bench.store.results import Results
 
-    # Read from disk: a worker can store a run after its result channel has closed.
-    index = read_table(Results(execution.folder))
-    plan = execution.plan.seen_in(index)
+    # Read from disk: another command may have stored runs meanwhile.
+    rows = read_index(Results(execution.folder))
+    plan = execution.plan.seen_in(rows)
     failed = plan.count(State.FAILED)
     end = f", {failed} failed." if failed else "."
     return (
-        index,
+        rows,
         plan,
         f"{plan.count(State.DONE)} of {len(plan)} runs are in {execution.folder}{end}",
     )
@@ -105,7 +103,7 @@ def stored_runs(execution: "Execution") -> "tuple[pa.Table, Plan, str]":
 def _replacement_messages(execution: "Execution", remark: str) -> Iterator[None]:
     """Print which stored runs will be replaced, and afterwards how their scores changed."""
     from trackmark.bench.execution.plan import State
-    from trackmark.bench.store.index import read_table
+    from trackmark.bench.store.index import read_index
     from trackmark.bench.store.results import Results
 
     if not (stale := execution.plan.count(State.STALE)):
@@ -114,7 +112,7 @@ def _replacement_messages(execution: "Execution", remark: str) -> Iterator[None]
     from trackmark.bench.reporting.before_after import Replaced  # imports the table renderers
 
     results = Results(execution.folder)
-    replaced = Replaced(execution.plan, read_table(results))
+    replaced = Replaced(execution.plan, read_index(results))
     runs = "1 stored run was" if stale == 1 else f"{stale} stored runs were"
     caption = (
         f"{runs} made with another version of tracker or sequence and will be repeated{remark}. "
@@ -122,6 +120,6 @@ def _replacement_messages(execution: "Execution", remark: str) -> Iterator[None]
     )
     print_message(replaced.before(caption))
     yield
-    index = read_table(results)
-    if change := replaced.compared(execution.plan.seen_in(index), index):
+    rows = read_index(results)
+    if change := replaced.compared(execution.plan.seen_in(rows), rows):
         print_message(change)

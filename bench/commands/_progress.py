@@ -88,9 +88,9 @@ def progress_bar(total: int | None, unit: str) -> Iterator[Progress]:
 
 
 def refresh_index(folder: Path) -> None:
-    """Bring the index of an experiment up to date; new files are opened."""
-    from trackmark.bench.store.index import read_table
+    """Score the stored runs of an experiment that have no scores yet."""
+    from trackmark.bench.store.index import read_index
     from trackmark.bench.store.results import Results
 
-    with progress_bar(None, "file") as progress:
-        read_table(Results(folder), progress)
+    with progress_bar(None, "run") as progress:
+        read_index(Results(folder), progress)

@@ -15,7 +15,7 @@ from trackmark.bench.commands import EXIT_ANSWER_IS_NO
 from trackmark.bench.commands._options import JsonOptions, with_options
 from trackmark.reports.printable import wrapped
 
-LIBRARIES = ("numpy", "numba", "pandas", "pyarrow", "matplotlib", "av", "scikit-video")
+LIBRARIES = ("numpy", "numba", "pandas", "matplotlib", "av", "scikit-video")
 OPENCV = "opencv"
 MISSING = "not installed"
 

@@ -1,14 +1,13 @@
 """Manage stored results: list, log, remove, check, merge, import, export."""
 
 import json
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Mapping
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from pathlib import Path
 from textwrap import indent
 from typing import TYPE_CHECKING, Any
-from urllib.parse import unquote
 
 import click
 
@@ -46,35 +45,27 @@ def command() -> None:
 def list_results(options: FolderOptions) -> None:
     """List the runs in FOLDER, counted by tracker and sequence.
 
-    Unfinished runs are listed after them. With --json, one line per run with its scores.
+    With --json, one line per run with its scores.
     """
-    from trackmark.bench.store.index import for_json, index_rows, read_table
+    from trackmark.bench.store.index import for_json, read_index
     from trackmark.bench.store.layout import experiment_folders
     from trackmark.bench.store.results import Results
-    from trackmark.bench.store.unfinished import unfinished_runs
 
     for experiment in experiment_folders(options.folder):
-        with progress_bar(None, "file") as progress:
-            table = read_table(Results(experiment), progress)
+        with progress_bar(None, "run") as progress:
+            rows = read_index(Results(experiment), progress)
         if options.as_json:
-            for row in index_rows(table):
+            for row in rows:
                 click.echo(json.dumps({"experiment": experiment.name, **for_json(row)}))
             continue
-        click.echo(f"{experiment}: {len(table)} runs")
-        keys = ["tracker", "sequence", "protocol", "status"]
-        grouped = table.group_by(keys).aggregate([([], "count_all")]).to_pylist()
-        counts: dict[tuple[str, ...], Counter[str]] = {}
-        for group in grouped:
-            *key, status = (group[name] for name in keys)
-            counts.setdefault(tuple(key), Counter())[status] += group["count_all"]
+        click.echo(f"{experiment}: {len(rows)} runs")
+        counts: defaultdict[tuple[str, ...], Counter[str]] = defaultdict(Counter)
+        for row in rows:
+            counts[row["tracker"], row["sequence"], row["protocol"]][row["status"]] += 1
         for (tracker, sequence, protocol), number in sorted(counts.items()):
             suffix = "" if protocol == "accuracy" else f" ({protocol})"
             failed = f", {number['failed']} failed" if number["failed"] else ""
             click.echo(f"  {tracker} on {sequence}{suffix}: {number.total()}{failed}")
-        for file, reached, frames in unfinished_runs(experiment):
-            click.echo(
-                f"  unfinished, {reached} of {frames} frames: {file.relative_to(experiment)}"
-            )
 
 
 @command.command("failures")
@@ -86,16 +77,16 @@ def failures(options: FolderOptions) -> None:
     """
     import numpy as np
 
-    from trackmark.bench.store.index import read_index
-    from trackmark.bench.store.layout import experiment_folders
+    from trackmark.bench.store.index import list_runs
+    from trackmark.bench.store.layout import cell_of, experiment_folders
     from trackmark.bench.store.results import Results
 
     for experiment in experiment_folders(options.folder):
         results = Results(experiment)
-        for row in read_index(results):
+        for row in list_runs(results):
             if row["status"] != "failed":
                 continue
-            run = results.read(experiment / row["path"])
+            run = results.read(cell_of(row))
             reached = int(np.isfinite(run.boxes[:, 0]).sum())
             if options.as_json:
                 data = {key: row[key] for key in ("tracker", "sequence", "repetition", "failure")}
@@ -104,7 +95,7 @@ def failures(options: FolderOptions) -> None:
                 continue
             click.echo(
                 f"{row['tracker']} on {row['sequence']}, repetition {row['repetition']}: boxes of "
-                f"{reached} of {len(run.boxes)} frames ({experiment / row['path']})"
+                f"{reached} of {len(run.boxes)} frames ({experiment})"
             )
             click.echo(indent(run.failure.strip(), "  "))
             if run.output:
@@ -120,15 +111,15 @@ def log(options: FolderOptions) -> None:
     With --json, one line per event.
     """
     from trackmark.bench.store.layout import experiment_folders
-    from trackmark.bench.store.log import log_files, read_log
+    from trackmark.bench.store.log import read_logs
 
     for experiment in experiment_folders(options.folder):
-        for file in log_files(experiment):
+        for name, events in read_logs(experiment).items():
             if not options.as_json:
-                click.echo(file.stem)
-            for event in read_log(file):
+                click.echo(name)
+            for event in events:
                 if options.as_json:
-                    click.echo(json.dumps({"log": file.stem, **event}))
+                    click.echo(json.dumps({"log": name, **event}))
                 else:
                     for line in _event_lines(event):
                         click.echo(line)
@@ -176,64 +167,77 @@ class RemoveOptions:
 @command.command("remove")
 @with_options(RemoveOptions)
 def remove(options: RemoveOptions) -> None:
-    """Remove runs from FOLDER, and unfinished runs."""
-    from trackmark.bench.store.index import read_index
-    from trackmark.bench.store.layout import experiment_folders, run_of
+    """Remove runs from FOLDER."""
+    from trackmark.bench.store.index import list_runs
+    from trackmark.bench.store.layout import Cell, cell_of, experiment_folders
     from trackmark.bench.store.results import Results
-    from trackmark.bench.store.unfinished import unfinished_runs
 
-    def matches(file: Path) -> bool:
-        run_tracker, run_sequence = map(unquote, file.parts[-3:-1])
-        label = run_tracker.partition(":protocol=")[0]
-        return fnmatchcase(label, options.tracker) and fnmatchcase(run_sequence, options.sequence)
-
-    selected: dict[Path, list[str]] = {}
+    selected: dict[Path, list[Cell]] = {}
     for experiment in experiment_folders(options.folder):
         results = Results(experiment)
-        # Selected by folder names, so that damaged files can be removed, too.
-        files = [*results.files(), *(file for file, _, _ in unfinished_runs(experiment))]
-        paths = {str(run_of(file.relative_to(experiment))) for file in files if matches(file)}
+        # Selected by their keys alone, so that damaged runs can be removed, too.
+        cells = [
+            cell
+            for cell in results.cells()
+            if fnmatchcase(cell[0], options.tracker) and fnmatchcase(cell[1], options.sequence)
+        ]
         if options.failed:
-            paths &= {row["path"] for row in read_index(results) if row["status"] == "failed"}
-        selected[experiment] = sorted(paths)
-    number = sum(len(paths) for paths in selected.values())
+            failed = {cell_of(row) for row in list_runs(results) if row["status"] == "failed"}
+            cells = [cell for cell in cells if cell in failed]
+        selected[experiment] = cells
+    number = sum(len(cells) for cells in selected.values())
     if not number:
         click.echo("No run matches; nothing was removed.")
         return
     if not options.yes:
         click.confirm(f"Remove {number} runs from {options.folder}?", abort=True)
-    for experiment, run_paths in selected.items():
-        Results(experiment).remove(run_paths)
+    for experiment, chosen in selected.items():
+        Results(experiment).remove(chosen)
     click.echo(f"Removed {number} runs.")
 
 
 @command.command("check")
 @with_options(FolderOptions)
 def check_results(options: FolderOptions) -> int:
-    """Read every file in FOLDER, and name the files that are damaged or missing.
+    """Read all results in FOLDER, and report damage.
 
-    With --json, one line per experiment. Exit codes: 0 success; 1 a file is damaged or missing.
+    With --json, one line per experiment. Exit codes: 0 success; 1 results are damaged.
     """
     from trackmark.bench.store.layout import experiment_folders
-    from trackmark.bench.store.upkeep import checks, damage
+    from trackmark.bench.store.results import Results
+    from trackmark.bench.store.upkeep import damages
 
     total = 0
     for experiment in experiment_folders(options.folder):
-        todo = checks(experiment)
-        damages: dict[str, None] = {}
-        with progress_bar(len(todo), "file") as progress:
-            for number, check in enumerate(todo, 1):
-                damages |= dict.fromkeys(filter(None, [damage(check)]))
-                progress(number)
-        total += len(damages)
+        found = damages(experiment)
+        total += len(found)
+        runs = 0 if found else len(Results(experiment).cells())
         if options.as_json:
-            data = {"experiment": experiment.name, "files": len(todo), "damages": list(damages)}
+            data = {"experiment": experiment.name, "runs": runs, "damages": found}
             click.echo(json.dumps(data))
             continue
-        for message in damages:
+        for message in found:
             print_message(message)
-        click.echo(f"{experiment}: {len(todo)} files, {len(damages) or 'none'} damaged or missing")
+        click.echo(f"{experiment}: damaged" if found else f"{experiment}: {runs} runs, undamaged")
     return EXIT_ANSWER_IS_NO if total else 0
+
+
+@command.command("convert")
+@click.argument("folders", nargs=-1, required=True, type=click.Path(path_type=Path, exists=True))
+def convert(folders: tuple[Path, ...]) -> None:
+    """Convert results of an older trackmark, which are Parquet files, to runs.db.
+
+    FOLDERS are folders of experiments. The old files stay. Needs the extra `parquet`.
+    """
+    from trackmark.bench.store.parquet_layout import convert_results
+
+    for folder in folders:
+        with progress_bar(None, "run") as progress:
+            number = convert_results(folder, progress)
+        click.echo(
+            f"{folder}: converted {number} runs. The old files are no longer needed: plan.json, "
+            "index.arrow, _truth, _log, and the folders of trackers."
+        )
 
 
 @command.command("merge")

@@ -39,6 +39,7 @@ from trackmark.bench.experiments.experiment import (
 if TYPE_CHECKING:
     from trackmark.bench.execution.executor import Execution
     from trackmark.bench.execution.plan import KnownSequences
+    from trackmark.bench.store.layout import Cell
 
 _MAX_NAME = 24  # characters of a tracker or a sequence in the name of a folder
 
@@ -173,11 +174,8 @@ def execute(execution: "Execution", metrics: Sequence[str], *, as_json: bool = F
 
     Without presets, scores are printed only if runs failed.
     """
-    import numpy as np
-    import pyarrow as pa
-
     from trackmark.bench.execution.plan import State
-    from trackmark.bench.store.index import index_rows, index_table
+    from trackmark.bench.store.layout import cell_of
 
     plan = execution.plan
     for sequence in plan.sequences:
@@ -186,25 +184,24 @@ def execute(execution: "Execution", metrics: Sequence[str], *, as_json: bool = F
                 f"{sequence.name}: {sequence.images_beyond_truth} images after the last row of "
                 "the ground truth are not read."
             )
-    printed: set[int] = set()
+    printed: set[Cell] = set()
 
     def print_row(row: Mapping[str, Any]) -> None:
         if as_json:
             _print_row(row, execution.folder, metrics)
-            printed.update(plan.runs(index_table([row])).tolist())
+            printed.add(cell_of(row))
 
     remark = " (--keep: in a folder of their own)"
     execute_runs(execution, print_row, remark=remark, keep_errors=True)
-    index, now, state = stored_runs(execution)
+    rows, now, state = stored_runs(execution)
     failed = now.count(State.FAILED)
     for error in execution.errors:
         complain(error)
     if as_json:
-        printed.update(np.flatnonzero(now.states < State.FAILED).tolist())
-        runs = now.runs(index)
-        others = (runs >= 0) & ~np.isin(runs, list(printed))
-        for row in index_rows(index.filter(pa.array(others))):
-            _print_row(row, execution.folder, metrics)
+        for row in rows:
+            cell = cell_of(row)
+            if cell in now.cells and cell not in printed and now.state(cell) >= State.FAILED:
+                _print_row(row, execution.folder, metrics)
         print_message(state)
     elif metrics or failed:
         _print_tables(execution, metrics or ("native",))

@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 
 from trackmark.bench.protocols import STORED_ONCE, TIMING, title
 from trackmark.bench.store.files import ResultsError
-from trackmark.bench.store.layout import run_path
 from trackmark.bench.store.results import Results
 from trackmark.reports.tables import Measure
 
@@ -124,7 +123,7 @@ def same_boxes(
 
     @cache
     def boxes(tracker: str, sequence: str, seed: int) -> NDArray[np.float64]:
-        run = results.read(folder / run_path(tracker, sequence, seed, stored))
+        run = results.read((tracker, sequence, seed, stored))
         return np.round(run.boxes, DECIMALS)
 
     columns = ["sequence", "tracker", "repetition", "mean_overlap", "centre_error"]

@@ -16,8 +16,8 @@ from trackmark.bench.exchange import is_layout_of, layout, names
 from trackmark.bench.exchange.result_format import ExchangeError, Said, file_name, some
 from trackmark.bench.protocols import ONCE, TIMING
 from trackmark.bench.protocols import protocol as protocol_of
-from trackmark.bench.store.index import index_rows, read_table
-from trackmark.bench.store.layout import run_path
+from trackmark.bench.store.index import read_index
+from trackmark.bench.store.layout import cell_of
 from trackmark.bench.store.results import Results
 from trackmark.reports.files import write_file
 
@@ -50,7 +50,7 @@ def export_results(
     start = form.origin if origin is None else origin
     rows = [
         row
-        for row in index_rows(read_table(results))
+        for row in read_index(results)
         if row["protocol"] == protocol_of(protocol).text
         and fnmatchcase(row["tracker"], tracker)
         and fnmatchcase(row["sequence"], sequence)
@@ -62,7 +62,7 @@ def export_results(
         raise ExchangeError(f"{experiment}: no finished run by {protocol} matches.")
     texts: dict[Path, str] = {}
     for row in exported:
-        run = results.read(experiment / row["path"])
+        run = results.read(cell_of(row))
         content = _content_of(run, results, start, trace)
         folder = target / file_name(row["tracker"])
         _check_layout(folder, kind)
@@ -150,8 +150,8 @@ def _seconds(run: Run, results: Results) -> NDArray[np.float64] | None:
     """
     first = int(np.isfinite(run.boxes).all(axis=1).argmax())
     key = run.identity
-    timed = results.folder / run_path(key.tracker, key.sequence, key.repetition, TIMING)
-    if timed.is_file():
+    timed = key.tracker, key.sequence, key.repetition, TIMING
+    if timed in results.cells():
         other = results.read(timed)
         times, identity = other.times, other.identity
         same = identity.fingerprint, identity.tracker_version

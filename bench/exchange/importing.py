@@ -6,7 +6,6 @@ come from other machines.
 """
 
 import hashlib
-import shutil
 from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -27,8 +26,9 @@ from trackmark.bench.experiments.tracker_spec import IMPORTED, Identity
 from trackmark.bench.protocols import STORED_ONCE
 from trackmark.bench.protocols import protocol as protocol_of
 from trackmark.bench.store.asked import Asked
-from trackmark.bench.store.index import index_rows, read_table
-from trackmark.bench.store.layout import Cell
+from trackmark.bench.store.database import connected
+from trackmark.bench.store.index import list_runs
+from trackmark.bench.store.layout import Cell, cell_of
 from trackmark.bench.store.results import Results
 from trackmark.bench.store.truth import read_truth, write_truth
 
@@ -89,9 +89,10 @@ def import_results(
         (key.tracker, key.sequence, key.repetition, key.protocol): key.version for key in keys
     }
     results.prepare(Asked("", cells))
+    present = set(results.cells())
     for run in runs:
-        path = results.path(run.identity)
-        there = results.read(path).identity if path.exists() else None
+        cell = cell_of(run.identity)
+        there = results.read(cell).identity if cell in present else None
         if there is not None and not there.imported:
             raise ExchangeError(f"{folder} has runs of {there.tracker} already: name it otherwise.")
         results.write(run, there.version if there else "")
@@ -107,22 +108,19 @@ def with_guests(
 ) -> Iterator[Path]:
     """Provide a temporary copy of an experiment's folder, with imported results in it.
 
-    The copy links to the experiment's runs. `sequences`: those of the experiment for which results
+    `sequences`: those of the experiment for which results
     are imported, all by default. Raises as `import_results`.
     """
-    index = read_table(Results(experiment))
-    taken = set(index["tracker"].unique().to_pylist())
+    stored = list_runs(Results(experiment))
+    taken = {row["tracker"] for row in stored}
     if both := taken & {one.tracker for one in guests}:
         raise ExchangeError(f"{experiment} has runs of {min(both)} already: name it otherwise.")
-    rows = {row["sequence"]: row for row in index_rows(index)}.values()
+    rows = {row["sequence"]: row for row in stored}.values()
     with TemporaryDirectory(prefix="trackmark-") as made:
         folder = Path(made) / experiment.resolve().name
         folder.mkdir()
-        for path in experiment.resolve().iterdir():
-            if path.is_dir() and (path.name[0] not in "_." or path.name == "_truth"):
-                (folder / path.name).symlink_to(path, target_is_directory=True)
-            elif path.name in ("plan.json", "index.arrow"):
-                shutil.copyfile(path, folder / path.name)
+        with connected(experiment) as database:
+            database.copy(folder)
         on = []
         for row in rows:
             if sequences is None or row["sequence"] in sequences:

@@ -6,26 +6,24 @@ sequence, of which nothing is kept.
 """
 
 import heapq
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from enum import IntEnum
 from functools import partial
-from math import floor, isfinite, log10
+from math import floor, isfinite, log10, nan
 from pathlib import Path
 
 import numpy as np
-import pyarrow as pa
 from numpy.typing import NDArray
 
 from trackmark.bench.engine import probe
 from trackmark.bench.engine.work_unit import Entry, Limits, Unit
 from trackmark.bench.execution.plan import Plan
 from trackmark.bench.execution.scheduling import Units, owner_of
-from trackmark.bench.store.columns import codes
+from trackmark.bench.store.database import connected
 from trackmark.bench.store.files import ResultsError
-from trackmark.bench.store.index import read_table
-from trackmark.bench.store.results import Results
+from trackmark.bench.store.layout import DATABASE
 from trackmark.trackers import Randomness
 
 PROBED_FRAMES = 12
@@ -72,30 +70,40 @@ class Estimate:
     bases: dict[Basis, int]  # numbers of runs by what their time was estimated from
 
 
-def measured_before(output: Path) -> list[pa.Table]:
-    """Indexes of all experiments in a folder of results; none where there is no such folder."""
-    indexes = []
-    for plan in sorted(output.glob("*/plan.json")):
-        with suppress(ResultsError):  # what is wrong with another experiment is its own business
-            indexes.append(read_table(Results(plan.parent)))
-    return indexes
+Measured = tuple[str, str, str, float, float, int]
+"""Name and text form of a tracker, a sequence, means of seconds per frame of the tracker and of
+decoding or rendering, and their number of runs."""
+
+_MEASURED = """
+    SELECT json_extract(t.identity, '$.tracker_name'), r.tracker, r.sequence,
+        avg(r.seconds / max(r.frames, 1)), avg(r.frame_seconds), count(*)
+    FROM run r JOIN tracker t USING (version) WHERE r.status = 'finished' GROUP BY 1, 2, 3
+"""
 
 
-def estimate(units: Units, indexes: Sequence[pa.Table], limits: Limits) -> Estimate:
-    """Estimate the time of what is left to do, once sequences and trackers have been settled.
+def measured_before(output: Path) -> list[Measured]:
+    """Return the times of finished runs of all experiments in a folder of results."""
+    measured: list[Measured] = []
+    for file in sorted(output.glob(f"*/{DATABASE}")):
+        with suppress(ResultsError), connected(file.parent) as database:  # others may be damaged
+            measured += [tuple(row) for row in database.select(_MEASURED)]
+    return measured
 
-    `units`: what is left, and how it is shared out. `indexes`: what was measured before; see
-    `bench.store.index.read_table`. `limits`: kept while trackers are probed.
 
-    Raises `SequenceError` where the sequence to probe on can't be read.
+def estimate(units: Units, measured: Sequence[Measured], limits: Limits) -> Estimate:
+    """Estimate the time of the remaining runs after sequences and trackers have been resolved.
+
+    `units`: the remaining work. `measured`: see `measured_before`. `limits`: for probed trackers.
+
+    Raises `SequenceError` if the sequence for the probe cannot be read.
     """
     plan, wanted = units.plan, units.wanted
-    runs = np.zeros(plan.versions.shape, np.int64)
+    runs = np.zeros((len(plan.sequences), len(plan.trackers)), np.int64)
     np.add.at(runs.T, plan.run_trackers, wanted.T)
     if not runs.any():
         return Estimate(0.0, 0.0, {})
-    seconds, basis = _tracker_seconds(plan, indexes)
-    reading = _reading_seconds(plan, indexes)
+    seconds, basis = _tracker_seconds(plan, measured)
+    reading = _reading_seconds(plan, measured)
     unknown = np.flatnonzero((basis == Basis.NOTHING).any(axis=0) & runs.any(axis=0))
     if len(unknown) or np.isnan(reading).all():
         took, frame_seconds = _probed(plan, unknown.tolist(), limits)
@@ -107,7 +115,7 @@ def estimate(units: Units, indexes: Sequence[pa.Table], limits: Limits) -> Estim
     numbers = {text: number for number, text in enumerate(plan.trackers)}
 
     def of_unit(side: int, unit: Unit) -> float:
-        """Opening twice, reading frames, trackers, writing."""
+        """Return the time to open twice, read frames, track and write."""
         sequence = of[unit.source]
         trackers = [numbers[entry.tracker] for entry in unit.entries]
         frame = reading[sequence] + float(seconds[sequence, trackers].sum())
@@ -148,62 +156,43 @@ def _makespan(units: Units, seconds: Callable[[Unit], float]) -> float:
 
 
 def _tracker_seconds(
-    plan: Plan, indexes: Sequence[pa.Table]
+    plan: Plan, measured: Sequence[Measured]
 ) -> tuple[NDArray[np.float64], NDArray[np.uint8]]:
-    """Seconds of a tracker for a frame, and their basis, by sequence and tracker."""
-    shape = plan.versions.shape
-    labels = [chosen.label for chosen in plan.trackers.values()]
-    names = [chosen.name for chosen in plan.trackers.values()]
-    sequences = [sequence.name for sequence in plan.sequences]
+    """Return seconds of a tracker per frame, and their basis, by sequence and tracker."""
+    shape = len(plan.sequences), len(plan.trackers)
     seconds, basis = np.zeros(shape), np.zeros(shape, np.uint8)
-    levels = (
-        (Basis.NAME, {"tracker_name": names}),
-        (Basis.TRACKER, {"tracker": labels}),
-        (Basis.SEQUENCE, {"sequence": sequences, "tracker": labels}),
-    )
-    for level, keys in levels:
-        mean = _mean_rates(indexes, "seconds", keys)
-        known = np.broadcast_to(np.isfinite(mean), shape)
-        seconds[known] = np.broadcast_to(mean, shape)[known]
-        basis[known] = level
+    by_name = _means(((name,), own, n) for name, _, _, own, _, n in measured)
+    by_tracker = _means(((label,), own, n) for _, label, _, own, _, n in measured)
+    by_both = _means(((label, on), own, n) for _, label, on, own, _, n in measured)
+    for i, sequence in enumerate(plan.sequences):
+        for j, chosen in enumerate(plan.trackers.values()):
+            known = (
+                (Basis.SEQUENCE, by_both.get((chosen.label, sequence.name))),
+                (Basis.TRACKER, by_tracker.get((chosen.label,))),
+                (Basis.NAME, by_name.get((chosen.name,))),
+            )
+            found = ((level, mean) for level, mean in known if mean is not None)
+            basis[i, j], seconds[i, j] = next(found, (Basis.NOTHING, 0.0))
     return seconds, basis
 
 
-def _reading_seconds(plan: Plan, indexes: Sequence[pa.Table]) -> NDArray[np.float64]:
-    """Seconds to decode or render a frame, by sequence; NaN where they are not known."""
-    names = {"sequence": [sequence.name for sequence in plan.sequences]}
-    return _mean_rates(indexes, "frame_seconds", names)
+def _reading_seconds(plan: Plan, measured: Sequence[Measured]) -> NDArray[np.float64]:
+    """Return seconds to decode or render a frame, by sequence; NaN if they are not known."""
+    means = _means(((sequence,), reading, n) for _, _, sequence, _, reading, n in measured)
+    return np.array([means.get((sequence.name,), nan) for sequence in plan.sequences])
 
 
-def _mean_rates(
-    indexes: Sequence[pa.Table], column: str, keys: dict[str, list[str]]
-) -> NDArray[np.float64]:
-    """Mean of a column by names in others; `seconds` are those of a frame. NaN where none are."""
-    shape = tuple(len(names) for names in keys.values())
-    total, count = np.zeros(shape), np.zeros(shape)
-    for index in indexes:
-        values = index[column].to_numpy(zero_copy_only=False).astype(float)
-        if column == "seconds":
-            values = values / np.maximum(index["frames"].to_numpy(), 1)
-        statuses, (status,) = codes(index["status"])
-        finished = np.array([name == "finished" for name in statuses.to_pylist()], bool)[status]
-        usable = finished & np.isfinite(values)
-        places = []
-        for name, wanted in keys.items():
-            # Several may have one name: it goes to the first, and comes to the others below.
-            first = {text: wanted.index(text) for text in dict.fromkeys(wanted)}
-            known, (numbers,) = codes(index[name])
-            place = np.array([first.get(text, -1) for text in known.to_pylist()], np.int64)
-            places.append(place[numbers])
-            usable &= places[-1] >= 0
-        chosen = tuple(place[usable] for place in places)
-        np.add.at(total, chosen, values[usable])
-        np.add.at(count, chosen, 1)
-    with np.errstate(invalid="ignore"):
-        mean = total / count
-    for axis, wanted in enumerate(keys.values()):
-        mean = np.take(mean, [wanted.index(text) for text in wanted], axis=axis)
-    return mean
+def _means(
+    values: Iterable[tuple[tuple[str, ...], float | None, int]],
+) -> dict[tuple[str, ...], float]:
+    """Return weighted means by key."""
+    sums: dict[tuple[str, ...], list[float]] = {}
+    for key, value, n in values:
+        if value is not None:
+            total = sums.setdefault(key, [0.0, 0.0])
+            total[0] += value * n
+            total[1] += n
+    return {key: total / n for key, (total, n) in sums.items()}
 
 
 def _probed(plan: Plan, trackers: list[int], limits: Limits) -> tuple[NDArray[np.float64], float]:

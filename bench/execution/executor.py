@@ -5,7 +5,7 @@ import os
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cache, cached_property, partial
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -15,11 +15,12 @@ from trackmark.bench.engine import Engine, engine
 from trackmark.bench.engine.work_unit import Limits, Outcome, Unit
 from trackmark.bench.execution.plan import KnownSequences, Plan, State, make_plan
 from trackmark.bench.execution.scheduling import Units, left_of
-from trackmark.bench.experiments.experiment import Experiment, read_experiment
-from trackmark.bench.store.index import GrowingIndex, row_of_file
+from trackmark.bench.experiments.experiment import Experiment, SequenceSource, read_experiment
+from trackmark.bench.store.index import add_scores, index_row
+from trackmark.bench.store.layout import cell_of
 from trackmark.bench.store.log import RunLog
 from trackmark.bench.store.results import Results
-from trackmark.bench.store.truth import write_truth
+from trackmark.bench.store.truth import read_truth, write_truth
 from trackmark.datasets import SequenceError
 
 
@@ -105,7 +106,7 @@ class Execution:
         self.plan: Plan = make_plan(self.experiment, self._results, self.known, self.opened, jobs)
         self._own_seconds = 0.0
         self._shown_frames = 0
-        self._truths: set[Path] = set()  # files that were checked or written
+        self._truths: set[tuple[SequenceSource, str]] = set()  # stored, with fingerprints
 
     @cached_property
     def performer(self) -> Engine:
@@ -138,11 +139,11 @@ class Execution:
         self._results.prepare(self.plan.asked())
         if not units.runs:
             return
-        index = GrowingIndex(self._results)
         log = RunLog(self.folder)
         log.write("start", **self._start_entry())
         started_at = time.monotonic()
         end = "stopped"
+        scored: list[dict[str, Any]] = []
         try:
             report = progress or (lambda _: None)
             for unit, outcome in self.performer.perform(units, self.limits, report):
@@ -159,34 +160,34 @@ class Execution:
                 if math.isfinite(outcome.overhead):
                     self._own_seconds += outcome.overhead * unit.work
                     self._shown_frames += unit.work
-                index.add(rows)
+                scored += rows
                 yield from rows
             end = "finished"
         finally:
-            # After the files: the next reader adds runs that are missing in the index.
-            index.write()
+            add_scores(self._results, scored)  # after a kill, the next reader computes them again
             log.write("end", outcome=end, seconds=round(time.monotonic() - started_at, 3))
 
     def _store(self, unit: Unit, outcome: Outcome) -> list[dict[str, Any]]:
         """Store and score the runs of a unit; return their rows of the index."""
         source = unit.source.absolute()
-        truth = self.folder / unit.truth
-        if truth not in self._truths:
-            write_truth(self.folder, datasets.load(source.text, truth=source.truth))
-            self._truths.add(truth)
-        if not truth.is_file():
+        if (unit.source, unit.truth) not in self._truths:
+            sequence = datasets.load(source.text, truth=source.truth)
+            write_truth(self.folder, sequence)
+            self._truths.add((unit.source, sequence.fingerprint))
+        if (unit.source, unit.truth) not in self._truths:
             raise SequenceError(
                 f"{unit.source.text}: the sequence changed while it ran, so nothing was kept. Run "
                 "the same command again."
             )
         origin = {"source": source.text, "truth": str(source.truth or ""), "host": outcome.host}
-        rows = []
-        for entry, run in zip(outcome.entries, outcome.runs, strict=True):
-            stored = replace(run, circumstances={**run.circumstances, **origin})
-            # If another process has stored the run meanwhile, that one stays.
-            self._results.write(stored, entry.replaces)
-            rows.append(row_of_file(self._results, self._results.path(run.identity)))
-        return rows
+        # If another process has stored a run meanwhile, that one stays.
+        self._results.write_all(
+            (replace(run, circumstances={**run.circumstances, **origin}), entry.replaces)
+            for entry, run in zip(outcome.entries, outcome.runs, strict=True)
+        )
+        stored = [self._results.read(cell_of(run.identity)) for run in outcome.runs]
+        truth = cache(partial(read_truth, self.folder))
+        return [index_row(r, truth(r.identity.sequence, r.identity.fingerprint)) for r in stored]
 
     def _start_entry(self) -> dict[str, Any]:
         """Return the first entry of the log."""

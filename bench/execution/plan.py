@@ -1,19 +1,14 @@
-"""Plan of an experiment: its runs and their states. `scheduling.py` groups them into work units.
+"""Plan of an experiment: its runs and their states. `scheduling.py` groups them into work units."""
 
-A plan can have a million runs. The state of a run is one byte in an array of sequences by runs, and
-work units are created on demand.
-"""
-
-import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from enum import IntEnum
 from functools import cached_property, partial
 from pathlib import Path
 from time import perf_counter
+from typing import Any
 
 import numpy as np
-import pyarrow as pa
 from numpy.typing import NDArray
 
 from trackmark import datasets
@@ -23,16 +18,13 @@ from trackmark.bench.experiments.experiment import Experiment, ExperimentError, 
 from trackmark.bench.experiments.tracker_files import settled
 from trackmark.bench.experiments.tracker_spec import BOXES, Contestant, identify
 from trackmark.bench.protocols import STORED_ONCE
-from trackmark.bench.store.asked import Asked, Cells
-from trackmark.bench.store.columns import coded, codes
-from trackmark.bench.store.index import read_table
-from trackmark.bench.store.recordings import Recording, different, recordings
-from trackmark.bench.store.results import Results
+from trackmark.bench.store.asked import Asked
+from trackmark.bench.store.index import list_runs
+from trackmark.bench.store.layout import Cell, cell_of
+from trackmark.bench.store.results import MAX_RUNS, Results
+from trackmark.bench.store.upkeep import Recording, different, recordings
 from trackmark.datasets import Sequence, SequenceError
 from trackmark.trackers import Randomness
-
-MAX_RUNS = 1_000_000
-"""Maximum number of runs of an experiment."""
 
 WORTH_WORKERS = 12
 """Sequences from which on worker processes, which take seconds to start, open them sooner."""
@@ -76,39 +68,60 @@ KnownSequences = dict[SequenceSource, PlannedSequence]
 class Plan:
     """All runs of an experiment and their states.
 
-    On every sequence the same runs are asked for: those of the first tracker by repetition, then
-    those of the second, …
+    The runs on each sequence are the repetitions of the first tracker, then of the second, …
     """
 
     experiment: Experiment
-    trackers: dict[str, Contestant]  # the trackers, by their texts; no two of the same
-    repetitions: NDArray[np.int64]  # how often each is run on a sequence, shape (trackers,)
+    trackers: dict[str, Contestant]  # by their texts; all are different
+    repetitions: NDArray[np.int64]  # number of runs on a sequence, shape (trackers,)
     sequences: list[PlannedSequence]
-    versions: NDArray[np.bytes_]  # `Identity.version` of the runs, shape (sequences, trackers)
-    states: NDArray[np.uint8]  # by `State`, shape (sequences, runs on a sequence)
-    # Number of the version that lies in a run's place; -1 where nothing does, shape (sequences,
-    # runs on a sequence).
-    replaced: NDArray[np.int32]
-    replaced_versions: pa.StringArray
+    versions: list[list[str]]  # `Identity.version` by sequence and tracker
+    stored: Mapping[Cell, tuple[str, str]]  # version and status of the stored runs
 
     def __len__(self) -> int:
-        return self.states.size
+        return len(self.sequences) * len(self.run_trackers)
 
     @cached_property
     def protocol(self) -> str:
-        """How trackers are run, as runs are filed under it."""
+        """Protocol under which runs are stored."""
         return self.experiment.filed_under
 
     @cached_property
     def run_trackers(self) -> NDArray[np.int64]:
-        """Number of the tracker, by run on a sequence."""
+        """Number of the tracker of each run on a sequence."""
         return np.repeat(np.arange(len(self.repetitions)), self.repetitions)
 
     @cached_property
     def run_repetitions(self) -> NDArray[np.int64]:
-        """Repetition, by run on a sequence."""
+        """Repetition of each run on a sequence."""
         first = np.cumsum(self.repetitions) - self.repetitions
         return np.arange(len(self.run_trackers)) - first[self.run_trackers]
+
+    @cached_property
+    def cells(self) -> dict[Cell, str]:
+        """Requested versions by run; sequence by sequence."""
+        labels = [chosen.label for chosen in self.trackers.values()]
+        numbers = list(zip(self.run_trackers.tolist(), self.run_repetitions.tolist(), strict=True))
+        return {
+            (labels[tracker], sequence.name, repetition, self.protocol): versions[tracker]
+            for sequence, versions in zip(self.sequences, self.versions, strict=True)
+            for tracker, repetition in numbers
+        }
+
+    @cached_property
+    def states(self) -> NDArray[np.uint8]:
+        """States of the runs (`State`), shape (sequences, runs on a sequence)."""
+        states = [self.state(cell) for cell in self.cells]
+        return np.array(states, np.uint8).reshape(len(self.sequences), len(self.run_trackers))
+
+    def state(self, cell: Cell) -> State:
+        """Return the state of a requested run."""
+        version, status = self.stored.get(cell, ("", ""))
+        if not version:
+            return State.LEFT
+        if version != self.cells[cell]:
+            return State.STALE
+        return State.FAILED if status == "failed" else State.DONE
 
     @property
     def frames(self) -> NDArray[np.int64]:
@@ -116,74 +129,23 @@ class Plan:
         return np.array([sequence.frames for sequence in self.sequences], np.int64)
 
     def count(self, state: State) -> int:
-        """Number of runs in a state."""
+        """Return the number of runs in a state."""
         return int((self.states == state).sum())
 
     def counts(self) -> NDArray[np.int64]:
-        """Numbers of runs, shape (trackers, states)."""
-        found = [np.bincount(column, minlength=len(State)) for column in self.states.T]
+        """Return the numbers of runs, shape (trackers, states)."""
         counts = np.zeros((len(self.repetitions), len(State)), np.int64)
-        np.add.at(counts, self.run_trackers, np.array(found))
+        np.add.at(counts, (np.tile(self.run_trackers, len(self.sequences)), self.states.ravel()), 1)
         return counts
 
     def asked(self) -> Asked:
-        """What is noted down with the results."""
-        n_sequences, n_trackers = self.versions.shape
-        n_runs = len(self.run_trackers)
-        tracker = np.tile(self.run_trackers, n_sequences)
-        sequence = np.repeat(np.arange(n_sequences), n_runs)
-        versions = pa.array(self.versions.ravel(), pa.binary()).cast(pa.string())
-        cells = {
-            "tracker": coded([chosen.label for chosen in self.trackers.values()], tracker),
-            "sequence": coded([found.name for found in self.sequences], sequence),
-            "protocol": coded([self.protocol], np.zeros(len(tracker))),
-            "version": coded(versions, sequence * n_trackers + tracker),
-            "repetition": np.tile(self.run_repetitions, n_sequences).astype(np.int32),
-        }
-        title = self.experiment.title or self.experiment.name
-        return Asked(title, Cells(pa.table(cells)))
+        """Return the requests that are stored with the results."""
+        return Asked(self.experiment.title or self.experiment.name, self.cells)
 
-    def runs(self, index: pa.Table) -> NDArray[np.int64]:
-        """Which run each row of an index is of, counted through `states`; -1 for none of these."""
-        labels = {chosen.label: i for i, chosen in enumerate(self.trackers.values())}
-        names = {found.name: i for i, found in enumerate(self.sequences)}
-        tracker = _numbers(index["tracker"], labels)
-        sequence = _numbers(index["sequence"], names)
-        protocol = _numbers(index["protocol"], {self.protocol: 0})
-        repetition = index["repetition"].to_numpy()
-        asked = (tracker >= 0) & (sequence >= 0) & (protocol >= 0)
-        asked &= repetition < self.repetitions[tracker]
-        first = np.cumsum(self.repetitions) - self.repetitions
-        number = sequence * len(self.run_trackers) + first[tracker] + repetition
-        return np.where(asked, number, -1)
-
-    def seen_in(self, index: pa.Table) -> "Plan":
-        """The plan with the states of the runs in an index."""
-        number = self.runs(index)
-        rows = np.flatnonzero(number >= 0)
-        number = number[rows]
-        versions, (version,) = codes(index["version"])
-        version = version[rows]
-        replaced = np.full(self.states.size, -1, np.int32)
-        replaced[number] = version
-        present = np.array(versions.cast(pa.binary()).to_pylist(), self.versions.dtype)
-        n_runs = len(self.run_trackers)
-        planned = self.versions[number // n_runs, self.run_trackers[number % n_runs]]
-        statuses, (status,) = codes(index["status"])
-        failed = np.array([name == "failed" for name in statuses.to_pylist()], bool)
-        states = np.full(self.states.size, State.LEFT, np.uint8)
-        states[number] = np.where(
-            present[version] != planned,
-            State.STALE,
-            np.where(failed[status[rows]], State.FAILED, State.DONE),
-        )
-        shape = self.states.shape
-        return replace(
-            self,
-            states=states.reshape(shape),
-            replaced=replaced.reshape(shape),
-            replaced_versions=versions,
-        )
+    def seen_in(self, rows: Iterable[Mapping[str, Any]]) -> "Plan":
+        """Return the plan with the states of stored runs; see `bench.store.index.list_runs`."""
+        stored = {cell_of(row): (row["version"], row["status"]) for row in rows}
+        return replace(self, stored=stored)
 
 
 def make_plan(
@@ -210,7 +172,7 @@ def make_plan(
         for text, entry in trackers.items()
     ]
     sequences: list[PlannedSequence] = []
-    versions: list[list[bytes]] = []
+    versions: list[list[str]] = []
     protocol = experiment.filed_under
     known = {} if known is None else known
     _forget_others(known, experiment)
@@ -222,35 +184,18 @@ def make_plan(
             if entry.init not in found.starts:  # then this says why
                 reference(_opened(found.source), entry.init, found.name)
         sequences.append(found)
-        versions.append(
-            [identify(entry, found, 0, protocol).version.encode() for entry in trackers.values()]
-        )
-    shape = len(sequences), sum(repetitions)
-    if math.prod(shape) > MAX_RUNS:
+        versions.append([identify(one, found, 0, protocol).version for one in trackers.values()])
+    number = len(sequences) * sum(repetitions)
+    if number > MAX_RUNS:
         raise ExperimentError(
-            f"{math.prod(shape)} runs are requested; an experiment has at most {MAX_RUNS}. "
+            f"{number} runs are requested; an experiment has at most {MAX_RUNS}. "
             "Request fewer seeds, or split the sequences between several experiments."
         )
-    plan = Plan(
-        experiment,
-        trackers,
-        np.array(repetitions, np.int64),
-        sequences,
-        np.array(versions),
-        np.zeros(shape, np.uint8),
-        np.zeros(shape, np.int32),
-        pa.array([], pa.string()),
-    )
-    index = read_table(results)
-    _check_names(plan, index, results.folder)
-    return plan.seen_in(index)
-
-
-def _numbers(column: pa.ChunkedArray, known: dict[str, int]) -> NDArray[np.int64]:
-    """Numbers of names that are known, by row; -1 for the others."""
-    names, (found,) = codes(column)
-    numbers = np.array([known.get(name, -1) for name in names.to_pylist()], np.int64)
-    return numbers[found]
+    counts = np.array(repetitions, np.int64)
+    rows = list_runs(results)
+    plan = Plan(experiment, trackers, counts, sequences, versions, {}).seen_in(rows)
+    _check_names(plan, rows, results.folder)
+    return plan
 
 
 def _distinct_trackers(experiment: Experiment) -> dict[str, Contestant]:
@@ -319,9 +264,9 @@ def _open_by_workers(
         executor.shutdown(wait=True, kill_workers=True)
 
 
-def _check_names(plan: Plan, index: pa.Table, folder: Path) -> None:
+def _check_names(plan: Plan, rows: list[dict[str, Any]], folder: Path) -> None:
     """Refuse sequences called like others whose runs lie there: those runs would be replaced."""
-    known = recordings(index)
+    known = recordings(rows)
     for sequence in plan.sequences:
         if sequence.name not in known:
             continue

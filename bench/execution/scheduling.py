@@ -3,7 +3,6 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -12,7 +11,6 @@ from numpy.typing import NDArray
 from trackmark.bench.engine.work_unit import Entry, Unit
 from trackmark.bench.execution.plan import Plan, State
 from trackmark.bench.experiments.tracker_spec import PACKAGE, Contestant
-from trackmark.bench.store.truth import truth_path
 from trackmark.trackers import Randomness
 
 
@@ -96,23 +94,16 @@ class Units:
         return parts
 
     def _unit(self, sequence: int, runs: list[int], owner: str) -> Unit:
-        plan = self.plan
+        plan, planned = self.plan, self.plan.sequences[sequence]
         texts = list(plan.trackers)
         entries = []
         for run in runs:
-            tracker = int(plan.run_trackers[run])
-            replaced = int(plan.replaced[sequence, run])
-            entries.append(
-                Entry(
-                    texts[tracker],
-                    int(plan.run_repetitions[run]),
-                    plan.versions[sequence, tracker].decode(),
-                    "" if replaced < 0 else plan.replaced_versions[replaced].as_py(),
-                )
-            )
-        planned = plan.sequences[sequence]
-        truth = str(truth_path(Path(), planned.name, planned.fingerprint))
-        arrays, frames = plan.experiment.arrays, planned.frames
+            tracker, repetition = int(plan.run_trackers[run]), int(plan.run_repetitions[run])
+            text = texts[tracker]
+            cell = plan.trackers[text].label, planned.name, repetition, plan.protocol
+            replaced, _ = plan.stored.get(cell, ("", ""))
+            entries.append(Entry(text, repetition, plan.versions[sequence][tracker], replaced))
+        arrays, frames, truth = plan.experiment.arrays, planned.frames, planned.fingerprint
         return Unit(planned.source, tuple(entries), plan.protocol, frames, owner, arrays, truth)
 
 

@@ -13,6 +13,7 @@ from trackmark.bench.papers.context import Context
 from trackmark.bench.papers.scene_rows import ShownRun
 from trackmark.bench.reporting.stored_runs import StoredRun
 from trackmark.bench.store.index import index_row
+from trackmark.bench.store.layout import Cell
 from trackmark.bench.store.results import Results
 from trackmark.bench.store.truth import read_truth
 from trackmark.reports.page.content import Place, Scene
@@ -61,13 +62,13 @@ def film_runs(
     return Footage(reading, filmed, places)
 
 
-def _stored(files: Iterable[Path]) -> Iterator[StoredRun]:
+def _stored(places: Iterable[tuple[Path, Cell]]) -> Iterator[StoredRun]:
     truth = cache(read_truth)
-    for file in files:
-        results = Results(file.parent.parent.parent)
-        run = results.read(file)
+    for folder, cell in places:
+        results = Results(folder)
+        run = results.read(cell)
         stored = truth(results.folder, run.identity.sequence, run.identity.fingerprint)
-        row = index_row(results, file, run, stored)
+        row = index_row(run, stored)
         # The name of a synthetic scene is its source.
         yield row | {"source": row["source"] or row["sequence"]}, run, stored
 

@@ -5,6 +5,7 @@ from dataclasses import replace
 from functools import cache, cached_property
 from math import isnan
 from pathlib import Path
+from typing import TypeAlias
 
 import pandas as pd
 
@@ -15,12 +16,13 @@ from trackmark.bench.papers.description import Description
 from trackmark.bench.papers.measures import Course, Measure
 from trackmark.bench.papers.plan import scene_names
 from trackmark.bench.store.files import ResultsError
-from trackmark.bench.store.layout import Cell, run_path
+from trackmark.bench.store.layout import CELL, Cell
 from trackmark.bench.store.loading import load_results
 from trackmark.bench.store.results import Results
 from trackmark.bench.store.truth import read_truth
 
-CELL = ["tracker", "sequence", "repetition", "protocol"]
+StoredPlace: TypeAlias = tuple[Path, Cell]
+"""Folder of the experiment and key of a run."""
 
 
 class StoredRuns:
@@ -49,8 +51,8 @@ class StoredRuns:
         self._truth = cache(read_truth)
 
     @cached_property
-    def _files(self) -> dict[tuple[str, str], list[Path]]:
-        found: dict[tuple[str, str], dict[int, Path]] = {}
+    def _files(self) -> dict[tuple[str, str], list[StoredPlace]]:
+        found: dict[tuple[str, str], dict[int, StoredPlace]] = {}
         for experiment, cells in self._asked.items():
             folder = self._results / experiment
             runs = load_results(folder, cells)
@@ -62,13 +64,13 @@ class StoredRuns:
                     f"first {first['tracker']} on {first['sequence']}, repetition "
                     f"{first['repetition']}. Run `trackmark reproduce` again."
                 )
-            for cell in runs[CELL].itertuples(index=False, name=None):
+            for cell in runs[[*CELL]].itertuples(index=False, name=None):
                 place = found.setdefault((cell[0], cell[1]), {})
-                place.setdefault(cell[2], folder / run_path(*cell))
+                place.setdefault(cell[2], (folder, cell))
         return {key: [files[k] for k in sorted(files)] for key, files in found.items()}
 
-    def files(self, tracker: str, sequence: str) -> list[Path]:
-        """Return the files of a tracker's runs on a sequence (text forms), by repetition."""
+    def files(self, tracker: str, sequence: str) -> list[StoredPlace]:
+        """Return the places of a tracker's runs on a sequence (text forms), by repetition."""
         key = contestant(tracker).label, datasets.identity(sequence)[0]
         return self._files.get(key, [])
 
@@ -78,9 +80,8 @@ class StoredRuns:
         The boxes of the ground truth are those of the region that the runs started from.
         """
         found = []
-        for file in self.files(tracker, sequence):
-            folder = file.parent.parent.parent
-            run = Results(folder).read(file)
+        for folder, cell in self.files(tracker, sequence):
+            run = Results(folder).read(cell)
             truth = self._truth(folder, run.identity.sequence, run.identity.fingerprint)
             started_from = reference(truth, run.identity.init, run.identity.sequence)
             truth = replace(truth, boxes=started_from.boxes)

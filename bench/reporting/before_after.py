@@ -1,60 +1,60 @@
 """Scores of runs before and after they are replaced, for example of a changed tracker."""
 
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
+from typing import Any, TypeAlias
 
 import numpy as np
-import pyarrow as pa
-from numpy.typing import NDArray
 
 from trackmark.bench.execution.plan import Plan, State
 from trackmark.bench.reporting.tables import MASKS, PRESET, SUMMARY, TIMES
-from trackmark.bench.store.columns import coded
+from trackmark.bench.store.layout import Cell as RunCell
+from trackmark.bench.store.layout import cell_of
+from trackmark.bench.store.loading import as_frame
 from trackmark.reports.renderers import to_text
 from trackmark.reports.table_width import on_terminal
 from trackmark.reports.tables import Cell, Table, summary_table
+
+Rows: TypeAlias = Sequence[Mapping[str, Any]]
 
 
 class Replaced:
     """Stored runs that a plan replaces.
 
-    `plan`: with the states before anything was run. `index`: as it was then.
+    `plan`: with the states before anything was run. `rows`: of stored runs at that time.
     """
 
-    def __init__(self, plan: Plan, index: pa.Table) -> None:
-        self._plan, self._index = plan, index
-        self._stale = plan.states.ravel() == State.STALE
+    def __init__(self, plan: Plan, rows: Rows) -> None:
+        self._rows = rows
+        self._stale = {cell for cell in plan.cells if plan.state(cell) == State.STALE}
 
     def before(self, caption: str) -> str:
         """Return means of their scores as text."""
-        stages = {"before": self._rows(self._index, self._stale)}
+        stages = {"before": _chosen(self._rows, self._stale)}
         return on_terminal(_table(stages, caption), to_text)
 
-    def compared(self, now: Plan, index: pa.Table) -> str:
+    def compared(self, now: Plan, rows: Rows) -> str:
         """Return mean scores before and after, of runs that are replaced by now; '' for none.
 
-        `now`: the plan with the states by now. `index`: as it is now.
+        `now`: the plan with the states by now. `rows`: of stored runs now.
         """
-        gone = self._stale & (now.states.ravel() != State.STALE)
-        if not gone.any():
+        gone = {cell for cell in self._stale if now.state(cell) != State.STALE}
+        if not gone:
             return ""
-        stages = {"before": self._rows(self._index, gone), "after": self._rows(index, gone)}
-        runs = "1 run that was" if gone.sum() == 1 else f"{gone.sum()} runs that were"
+        stages = {"before": _chosen(self._rows, gone), "after": _chosen(rows, gone)}
+        runs = "1 run that was" if len(gone) == 1 else f"{len(gone)} runs that were"
         table = _table(stages, f"What became of the scores of {runs} replaced:")
         # The notes were printed before; those of the new runs follow in their own table.
         return on_terminal(replace(table, notes=[]), to_text)
 
-    def _rows(self, index: pa.Table, chosen: NDArray[np.bool_]) -> pa.Table:
-        runs = self._plan.runs(index)
-        return index.filter(pa.array((runs >= 0) & chosen[runs]))
+
+def _chosen(rows: Rows, cells: Collection[RunCell]) -> Rows:
+    return [row for row in rows if cell_of(row) in cells]
 
 
-def _table(stages: dict[str, pa.Table], caption: str) -> Table:
+def _table(stages: Mapping[str, Rows], caption: str) -> Table:
     """Return trackers before and after, each over its own replaced runs."""
-    tables = [
-        rows.append_column("stage", coded([stage], np.zeros(len(rows))))
-        for stage, rows in stages.items()
-    ]
-    runs = pa.concat_tables(tables, promote_options="default").unify_dictionaries().to_pandas()
+    runs = as_frame({**row, "stage": stage} for stage, rows in stages.items() for row in rows)
     masks = [one for one in MASKS if one.name in runs and runs[one.name].notna().any()]
     missing = [
         one.name for one in SUMMARY if one.name not in runs

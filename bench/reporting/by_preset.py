@@ -34,7 +34,7 @@ from trackmark.bench.reporting.tables import (
 from trackmark.bench.statistics.rules import MARGIN
 from trackmark.bench.statistics.units import units_of
 from trackmark.bench.store.files import ResultsError
-from trackmark.bench.store.layout import Cell, run_path
+from trackmark.bench.store.layout import Cell, cell_of
 from trackmark.bench.store.loading import load_results
 from trackmark.bench.store.results import Results
 from trackmark.bench.store.truth import StoredTruth, read_truth
@@ -205,8 +205,7 @@ def _judge_runs(
     left_out = runs["tracker"].isin(failed_runs(runs).left_out)
     ended = runs[runs["status"].isin(["finished", "failed"]) & ~left_out]
     for number, row in zip(ended.index.tolist(), ended.to_dict("records"), strict=True):
-        path = run_path(row["tracker"], row["sequence"], int(row["repetition"]), row["protocol"])
-        run = results.read(folder / path)
+        run = results.read(cell_of(row))
         for name in names:
             verdicts[name][number] = _judge_run(
                 run, truth(row["sequence"], row["fingerprint"]), name

@@ -8,6 +8,7 @@ from typing import Any, TypeAlias
 from trackmark import datasets
 from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.protocols import STORED_ONCE, TIMING
+from trackmark.bench.store.layout import cell_of
 from trackmark.bench.store.loading import ordered_rows
 from trackmark.bench.store.results import Results
 from trackmark.bench.store.truth import StoredTruth, read_truth
@@ -27,7 +28,7 @@ def judged_runs(folder: Path, **only: str) -> Iterator[StoredRun]:
     truth = cache(partial(read_truth, folder))
     for row in ordered_rows(results, **only):
         if row["protocol"] != TIMING:
-            run = results.read(folder / row["path"])
+            run = results.read(cell_of(row))
             yield row, run, truth(row["sequence"], row["fingerprint"])
 
 

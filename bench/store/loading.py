@@ -1,18 +1,13 @@
-"""Stored results as a data frame: what was asked for and what is there, put side by side."""
+"""Stored results as a data frame: requested and stored runs together."""
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-import pyarrow as pa
-from pyarrow import compute
-
 from trackmark.bench.evaluation.scoring import REVISED
-from trackmark.bench.store.asked import Asked, Cells
-from trackmark.bench.store.columns import CELL, coded, codes, numbered, places
-from trackmark.bench.store.index import index_rows, read_table
-from trackmark.bench.store.layout import Cell, experiment_folders
+from trackmark.bench.store.asked import Asked
+from trackmark.bench.store.index import NUMBERS, TEXTS, read_index
+from trackmark.bench.store.layout import CELL, Cell, cell_of, experiment_folders
 from trackmark.bench.store.results import Results
 
 if TYPE_CHECKING:
@@ -27,45 +22,62 @@ def load_results(folder: str | Path, cells: Collection[Cell] | None = None) -> "
     folder : str or Path
         `results/<experiment>` or `results`.
     cells : collection of Cell, optional
-        Runs that are meant, as (tracker, sequence, repetition, protocol); all by default.
+        Selected runs, as (tracker, sequence, repetition, protocol); all by default.
 
     Returns
     -------
     DataFrame
-        One row a run: `experiment`, what `bench.store.index.read_table` gives of it (text as
-        categories), and one float column a score, in the order in which the runs were last
-        asked for. Runs that were asked for and are not there come last and have the status
-        `missing`; those made with another version of tracker or sequence than was asked for
-        last have the status `stale`. `bench.store.layout.run_path` tells where a run lies.
+        One row per run: `experiment`, the fields of `bench.store.index.list_runs` (texts as
+        categories), and one float column per score, in the order of the requests. Requested runs
+        that are not stored come last and have the status `missing`. Runs of another version of the
+        tracker or sequence than the requested one have the status `stale`.
 
     Raises
     ------
     ResultsError
-        Where there are no results, or a file is damaged.
+        If there are no results, or a file is damaged.
     """
-    chosen = None
-    if cells is not None:
-        chosen = cells if isinstance(cells, Cells) else Cells.of(dict.fromkeys(cells, ""))
-    pieces = []
+    chosen = None if cells is None else set(cells)
+    rows: list[dict[str, Any]] = []
     for path in experiment_folders(Path(folder)):
-        table = with_asked(read_table(results := Results(path)), results.asked())
-        if chosen is not None:
-            there, wanted = numbered([table, chosen.table], CELL)
-            table = table.filter(pa.array(np.isin(there, wanted)))
-        name = coded([path.name], np.zeros(len(table)))
-        pieces.append(table.drop_columns(["size", "mtime"]).add_column(0, "experiment", name))
-    table = pa.concat_tables(pieces, promote_options="default").unify_dictionaries()
-    pieces.clear()  # what is turned into a frame need not stay beside it
-    frame: pd.DataFrame = table.to_pandas(split_blocks=True, self_destruct=True)
-    return frame
+        rows += [
+            {"experiment": path.name, **row}
+            for row in _with_asked(Results(path))
+            if chosen is None or cell_of(row) in chosen
+        ]
+    return as_frame(rows)
+
+
+def as_frame(rows: Iterable[Mapping[str, Any]]) -> "pd.DataFrame":
+    """Return rows of `read_index`, possibly with further texts, as a data frame."""
+    import pandas as pd
+
+    rows = list(rows)
+    columns: dict[str, Any] = {}
+    further = dict.fromkeys(name for row in rows for name in row if name not in _FIELDS)
+    for name in (*further, *TEXTS):
+        values = [row.get(name) for row in rows]
+        stored = {str(row[name]) for row in rows if row["status"] != "missing"}
+        ordered = dict.fromkeys([*sorted(stored), *values])
+        columns[name] = pd.Categorical(values, [v for v in ordered if v is not None])
+    missing = any(row["status"] == "missing" for row in rows)
+    kinds: dict[str, Any] = dict.fromkeys(NUMBERS, "float64") | {"repetition": "int32"}
+    kinds["frames"] = "float64" if missing else "int32"
+    for name in NUMBERS:
+        columns[name] = pd.Series([row.get(name) for row in rows], dtype=kinds[name])
+    for name in dict.fromkeys(name for row in rows for name in row.get("scores", ())):
+        scores = [row.get("scores", {}).get(name) for row in rows]
+        columns[name] = pd.Series(scores, dtype="float64")
+    return pd.DataFrame(columns)
+
+
+_FIELDS = {*TEXTS, *NUMBERS, "scores"}
 
 
 def as_revised(runs: "pd.DataFrame") -> "pd.DataFrame | None":
-    """The same runs with the scores of their revised boxes, where they have any.
+    """Return the runs with the scores of their revised boxes; None if no run has revised boxes.
 
-    `runs`: as `load_results` gives them: scores of online boxes, those of revised ones beside them.
-
-    None where no tracker revised anything: there is only one trace then.
+    `runs`: of `load_results`. Runs without revised boxes keep the scores of their online boxes.
     """
     beside = [name for name in runs if str(name).startswith(REVISED)]
     if not runs[beside].notna().any(axis=None):
@@ -75,36 +87,31 @@ def as_revised(runs: "pd.DataFrame") -> "pd.DataFrame | None":
     return runs.assign(**revised.where(revised.notna(), runs[names]))
 
 
-def with_asked(index: pa.Table, asked: Asked) -> pa.Table:
-    """An index in the order in which the runs were last asked for, and what it lacks.
+def ordered_rows(results: Results, **only: str) -> list[dict[str, Any]]:
+    """Return the rows of stored runs with scores, in the order of `load_results`.
 
-    Stale runs are marked as such, others that nobody asked for come after those that
-    somebody did, and missing ones last; see `load_results`.
+    `results`: of an experiment. `only`: required values of fields.
     """
-    rows, wanted = numbered([index, asked.table], CELL)
-    place = places(rows, wanted)
-    known = place >= 0
-    _, (made, planned) = codes(index["version"], asked.table["version"])
-    stale = np.zeros(len(index), bool)
-    stale[known] = made[known] != planned[place[known]]
-    names, (status,) = codes(index["status"])
-    marked = coded([*names.to_pylist(), "stale"], np.where(stale, len(names), status))
-    index = index.set_column(index.schema.get_field_index("status"), "status", marked)
-    index = index.take(pa.array(np.argsort(np.where(known, place, len(wanted)), kind="stable")))
-    missing = asked.table.filter(pa.array(places(wanted, rows) < 0)).select(CELL)
-    for column, text in (("status", "missing"), ("failure", "")):
-        missing = missing.append_column(column, coded([text], np.zeros(len(missing))))
-    whole = pa.concat_tables([index, missing], promote_options="default")
-    return whole.unify_dictionaries().combine_chunks()
+    return [
+        row
+        for row in _with_asked(results)
+        if row["status"] != "missing" and all(row[name] == text for name, text in only.items())
+    ]
 
 
-def ordered_rows(results: Results, **only: str) -> Iterator[dict[str, Any]]:
-    """Rows of runs that are there, one by one, in the order of `load_results`.
+def _with_asked(results: Results) -> list[dict[str, Any]]:
+    """Return stored rows in the order of the requests, then other stored, then missing ones."""
+    return with_asked(read_index(results), results.asked())
 
-    `results`: of an experiment. `only`: what their columns of text must say.
-    """
-    table = with_asked(read_table(results), results.asked())
-    table = table.filter(compute.not_equal(table["status"], "missing"))
-    for column, text in only.items():
-        table = table.filter(compute.equal(table[column], text))
-    return index_rows(table)
+
+def with_asked(rows: Iterable[dict[str, Any]], asked: Asked) -> list[dict[str, Any]]:
+    """Return rows in the order of `load_results`, with the missing runs and stale ones marked."""
+    stored = {cell_of(row): row for row in rows}
+    found = []
+    for cell, version in asked.cells.items():
+        if row := stored.get(cell):
+            found.append(row if row["version"] == version else {**row, "status": "stale"})
+    found += [row for cell, row in stored.items() if cell not in asked.cells]
+    missing = [cell for cell in asked.cells if cell not in stored]
+    ended = {"status": "missing", "failure": ""}
+    return [*found, *({**dict(zip(CELL, cell, strict=True)), **ended} for cell in missing)]

@@ -1,63 +1,38 @@
-"""Results on disk: one Parquet file a run, and what is asked for beside them.
+"""The stored runs of an experiment."""
 
-Whoever reads results reads nothing but their folder; `bench.store.layout` says what lies in it.
-"""
-
-import hashlib
-import io
 import json
 import platform
 import socket
-import zipfile
-from collections.abc import Hashable, Mapping
-from contextlib import nullcontext
+from collections.abc import Collection, Hashable, Iterable
 from contextvars import ContextVar
 from dataclasses import asdict
 from datetime import UTC, datetime
 from functools import cache
+from hashlib import sha256
+from math import isfinite
 from pathlib import Path
+from sqlite3 import Row
 from typing import Any
 
 import numpy as np
-import pyarrow as pa
-import pyarrow.parquet as parquet
 from numpy.typing import NDArray
 
 from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.experiments.tracker_spec import Identity
 from trackmark.bench.metrics.regions import Segmentation
 from trackmark.bench.metrics.times import Times
-from trackmark.bench.store.asked import Asked, add_asked, read_asked, withdraw
-from trackmark.bench.store.checksum import (
-    PLACEHOLDER,
-    SEAL_KEY,
-    arrow_bytes,
-    arrow_table,
-    read_sealed,
-    sealed,
-)
-from trackmark.bench.store.columns import as_columns
-from trackmark.bench.store.files import (
-    ResultsError,
-    locked,
-    remove_empty_folder,
-    remove_file,
-    write_atomically,
-    write_once,
-)
-from trackmark.bench.store.layout import (
-    BOX_COLUMNS,
-    METADATA_KEY,
-    SCHEMA,
-    UNFINISHED,
-    beside,
-    check_schema,
-    run_path,
-)
-from trackmark.bench.store.unfinished import remove_leftovers
+from trackmark.bench.store.asked import Asked, read_asked, write_asked
+from trackmark.bench.store.database import Database, connected
+from trackmark.bench.store.files import ResultsError
+from trackmark.bench.store.layout import DATABASE, Cell, cell_of
+from trackmark.bench.store.packing import pack, unpack
 from trackmark.datasets.source_digest import library_versions
 
-_DIGITS = 16  # of a companion's digest, in its name
+MAX_RUNS = 1_000_000
+"""Maximum number of requested runs of an experiment."""
+
+_CELL = "tracker = ? AND sequence = ? AND repetition = ? AND protocol = ?"
+_SECONDS = ("seconds", "frame_seconds", "update_seconds")
 
 
 class Results:
@@ -70,136 +45,95 @@ class Results:
         self.folder = folder
 
     def prepare(self, asked: Asked) -> None:
-        """Make the folder, and add to what was asked for so far.
+        """Create the file if it is missing, and add to the requested runs.
 
-        Raises `ResultsError` where the folder can't be written, or has another layout.
+        Raises `ResultsError` if the file cannot be written, or there are too many runs.
         """
-        add_asked(self.folder, asked)
-        remove_leftovers(self.folder)
+        with connected(self.folder, write=True) as database:
+            present = read_asked(database)
+            both = present.and_then(asked)
+            if len(both.cells) > MAX_RUNS:
+                raise ResultsError(
+                    f"{len(both.cells)} runs are requested in {self.folder}; an experiment has at "
+                    f"most {MAX_RUNS}. Use another experiment with --name."
+                )
+            if both.title != present.title or [*both.cells.items()] != [*present.cells.items()]:
+                write_asked(database, both)
 
     def asked(self) -> Asked:
-        """What was asked for so far; empty for a new folder.
+        """Return the runs that were requested so far; none for a new folder.
 
-        Raises `ResultsError` where the file is damaged or has another layout.
+        Raises `ResultsError` if the file is damaged.
         """
-        return read_asked(self.folder)
+        with connected(self.folder) as database:
+            return read_asked(database)
 
-    def path(self, identity: Identity) -> Path:
-        """File of a run."""
-        return self.folder / run_path(
-            identity.tracker, identity.sequence, identity.repetition, identity.protocol
-        )
-
-    def files(self) -> list[Path]:
-        """Files of all finished runs, in order."""
-        return sorted(self.folder.glob("[!_.]*/*/*.parquet"))
+    def cells(self) -> list[Cell]:
+        """Return the keys of all stored runs, in order. Damaged runs are among them."""
+        with connected(self.folder) as database:
+            rows = database.select("SELECT tracker, sequence, repetition, protocol FROM run")
+        try:
+            return sorted((cell_of(dict(row)) for row in rows), key=order)
+        except (TypeError, ValueError) as error:
+            raise database.damaged(f"a run has a key of another type ({error})") from error
 
     def write(self, run: Run, replaces: str = "") -> bool:
-        """Write a run, unless another one was finished in its place meanwhile.
+        """Store a run, unless another process has stored a run with the same key meanwhile.
 
-        `run`: finished or failed. `replaces`: version of the run that may be replaced; empty where
-        nothing lay there when this one was planned. A finished run of the same version is never
+        `run`: finished or failed. `replaces`: version of the stored run that may be replaced; empty
+        if none was stored when this run was planned. A finished run of the same version is never
         replaced.
 
-        Gives whether it was written. If not, what lies there was written by another process, and
-        stays as it is.
-
-        Raises `ResultsError` where it can't be written.
+        Returns whether the run was stored. Raises `ResultsError` if it cannot be written.
         """
-        written = self._write(run, replaces)
-        remove_file(beside(self.path(run.identity), UNFINISHED), durable=False)
-        return written
+        return self.write_all([(run, replaces)])[0]
 
-    def remove(self, paths: list[str]) -> None:
-        """Remove runs and what lies beside them; the paths are relative to the folder.
+    def write_all(self, runs: Iterable[tuple[Run, str]]) -> list[bool]:
+        """Store runs in one transaction; see `write`."""
+        prepared = [(_row_of(run), replaces) for run, replaces in runs]
+        with connected(self.folder, write=True) as database:
+            return [_write(database, row, replaces) for row, replaces in prepared]
 
-        They are no longer asked for, either.
+    def remove(self, cells: Collection[Cell]) -> None:
+        """Remove runs, their scores and requests, and all that no other run needs.
 
-        Raises `ResultsError` where one can't be removed.
+        Raises `ResultsError` if the file cannot be written.
         """
-        withdraw(self.folder, paths)
-        with locked(self.folder):
-            for path in paths:
-                file = self.folder / path
-                remove_file(file)
-                self._remove_companions(file, keep=set())
-                remove_file(beside(file, UNFINISHED))
-                for parent in (file.parent, file.parent.parent):
-                    remove_empty_folder(parent)
+        with connected(self.folder, write=True) as database:
+            for cell in cells:
+                for row in database.select(f"SELECT id FROM run WHERE {_CELL}", *cell):
+                    _delete(database, row["id"])
+                database.delete("requested", _CELL, *cell)
+            database.delete("tracker", "version NOT IN (SELECT version FROM run)")
+            database.delete(
+                "truth", "(sequence, fingerprint) NOT IN (SELECT sequence, fingerprint FROM run)"
+            )
+            database.recount()  # damaged rows may have been removed
 
-    def read(self, path: Path) -> Run:
-        """Read a run, within `kept_runs` only once.
+    def read(self, cell: Cell) -> Run:
+        """Read a run; within `kept_runs` only once.
 
-        Raises `ResultsError` naming a file that is damaged or has another layout.
+        Raises `ResultsError` naming the file and the run if it is damaged or missing.
         """
-        kept = kept_runs.get()
-        if kept is None or not path.exists():
-            return self._read(path)
-        status = path.stat()
-        key = *path.parts[-3:], status.st_ino, status.st_size, status.st_mtime_ns
-        return kept.get(key) or kept.keep(key, self._read(path))
-
-    def _read(self, path: Path) -> Run:
-        try:
-            content = read_sealed(path)
-            # Not by `read_table`, whose threads may outlive the interpreter and abort it.
-            table = parquet.ParquetFile(pa.BufferReader(content)).read(use_threads=False)
-            metadata = json.loads(table.schema.metadata[METADATA_KEY])
-            check_schema(path, metadata["schema"])
-            place = self.path(_identity(metadata))
-            if path.parts[-3:] != place.parts[-3:]:
+        with connected(self.folder) as database:
+            row = next(iter(database.rows("run", _CELL, *cell)), None)
+            if row is None:
                 raise ResultsError(
-                    f"{path} holds the run of another place, {place}. Move it there."
+                    f"{self.folder / DATABASE} has no run of {cell[0]} on {cell[1]}, repetition "
+                    f"{cell[2]}, by {cell[3]!r}. Run the same command again."
                 )
-            return _run(path, table, metadata)
-        except (OSError, pa.ArrowException, KeyError, TypeError, ValueError) as error:
-            if isinstance(error, ResultsError):
-                raise
-            raise ResultsError(
-                f"{path} is damaged ({error}). Remove it and run the same command again."
-            ) from error
-
-    def _write(self, run: Run, replaces: str) -> bool:
-        path = self.path(run.identity)
-        belonging = _companions(run)
-        names = {
-            kind: f"{path.stem}.{_digits(content)}.{kind}" for kind, content in belonging.items()
-        }
-        content = _run_file(run, names)
-        if belonging or not write_once(path, content, locked(self.folder)):
-            with locked(self.folder):
-                if path.exists() and not self._may_be_replaced(path, run, replaces):
-                    return False
-                # What belongs to a run is written first: a run that is there is complete.
-                for kind, name in names.items():
-                    write_atomically(path.with_name(name), belonging[kind])
-                if path.exists():
-                    write_atomically(path, content)
-                # Once, even under the lock: runs without companions come without it.
-                elif not write_once(path, content, nullcontext()):
-                    return False
-                self._remove_companions(path, keep=set(names.values()))
-        return True
-
-    def _may_be_replaced(self, path: Path, run: Run, replaces: str) -> bool:
-        present = self.read(path)
-        if present.identity == run.identity:
-            # What finished is never repeated, and always better than what failed.
-            return bool(present.failure) and (replaces != "" or not run.failure)
-        return present.identity.version == replaces
-
-    def _remove_companions(self, path: Path, keep: set[str]) -> None:
-        """Remove what belonged to earlier runs in this place."""
-        for file in path.parent.glob(f"{path.stem}.*.*"):
-            if file.name not in keep and not file.name.endswith(UNFINISHED):
-                remove_file(file)
+            kept = kept_runs.get()
+            if kept is not None and (known := kept.get(row["sha256"])):
+                return known
+            run = _run(database, row)
+        return run if kept is None else kept.keep(row["sha256"], run)
 
 
 class KeptRuns(dict[Hashable, Run]):
-    """Runs in memory, by what tells their files apart."""
+    """Runs in memory, by the digest of their rows."""
 
     free = 1 << 30
-    """Bytes that are left; runs that do not fit are read whenever they are needed."""
+    """Remaining bytes. Runs that do not fit are read whenever they are needed."""
 
     def keep(self, key: Hashable, run: Run) -> Run:
         """Keep a run if it fits, and return it."""
@@ -216,175 +150,141 @@ kept_runs: ContextVar[KeptRuns | None] = ContextVar("kept_runs", default=None)
 """Set by a command that reads each run once."""
 
 
-def _run_file(run: Run, names: Mapping[str, str]) -> bytes:
-    """A run as the sealed content of a Parquet file; `names` are its companions' by kind."""
-    frames = np.concatenate(run.segments) if run.segments else np.arange(len(run.boxes))
-    columns: dict[str, Any] = {"frame": frames.astype(np.int32)}
-    columns |= dict(zip(BOX_COLUMNS, run.boxes.T, strict=True))
-    columns |= {"visible": run.visible, "confidence": run.confidence}
-    columns |= run.details
-    metadata: dict[str, Any] = {
-        "schema": SCHEMA,
-        "identity": asdict(run.identity),
-        "status": run.status,
-        "failure": run.failure,
-        "output": run.output,
-        "details": list(run.details),
-        "segmented": run.segmentation is not None,
-        "companions": dict(names),
-        "circumstances": {
-            "date": datetime.now(UTC).isoformat(timespec="seconds"),
-            "host": socket.gethostname(),
-            "platform": platform.platform(),
-            "python": platform.python_version(),
-            "libraries": _libraries(),
-            **run.circumstances,
-        },
+def identity_text(identity: Identity) -> str:
+    """Return an identity without the repetition, as stored."""
+    fields = {key: value for key, value in asdict(identity).items() if key != "repetition"}
+    return json.dumps(fields)
+
+
+def order(cell: Cell) -> tuple[str, str, str, int]:
+    """Return the sort key of stored runs."""
+    tracker, sequence, repetition, protocol = cell
+    return tracker, protocol, sequence, repetition
+
+
+def _row_of(run: Run) -> tuple[Identity, tuple[Any, ...], dict[str, bytes]]:
+    """Return the identity of a run, its columns after the key, and its contents."""
+    key = run.identity
+    contents = {"frames": pack(run_columns(run))}
+    if run.revised is not None:
+        contents["revised"] = pack({"boxes": run.revised.T})
+    if run.arrays:
+        flat = {f"{at}/{name}": a for at, named in run.arrays.items() for name, a in named.items()}
+        contents["arrays"] = pack(flat)
+    circumstances = {
+        "date": datetime.now(UTC).isoformat(timespec="seconds"),
+        "host": socket.gethostname(),
+        "platform": platform.platform(),
+        "python": platform.python_version(),
+        "libraries": _libraries(),
+        **run.circumstances,
     }
-    if run.segmentation is not None:
-        columns |= vars(run.segmentation)
-    if run.states is not None:
-        columns |= {"state": run.states.astype(np.int32)}
-    if run.answered is not None:
-        columns |= {"answered": run.answered.astype(np.int32)}
-    if run.segments:
-        lengths = [len(of) for of in run.segments]
-        columns |= {"segment": np.repeat(np.arange(len(lengths), dtype=np.int32), lengths)}
-    if run.times is not None:
-        columns |= {"wall_seconds": run.times.wall, "cpu_seconds": run.times.cpu}
-        if run.times.warm_wall is not None and run.times.warm_cpu is not None:
-            columns |= {"warm_wall_seconds": run.times.warm_wall}
-            columns |= {"warm_cpu_seconds": run.times.warm_cpu}
-        metadata["initialisation"] = [
-            run.times.initialisation_wall,
-            run.times.initialisation_cpu,
-        ]
-    table = as_columns(columns).replace_schema_metadata(
-        {METADATA_KEY: json.dumps(metadata).encode(), SEAL_KEY: PLACEHOLDER.encode()}
+    row = (
+        *(key.version, key.fingerprint, run.status, _text(run.failure), _text(run.output)),
+        len(run.boxes),
+        *(_seconds(run.circumstances.get(name)) for name in _SECONDS),
+        json.dumps(circumstances),
+        json.dumps({name: sha256(data).hexdigest() for name, data in contents.items()}),
     )
-    sink = pa.BufferOutputStream()
-    parquet.write_table(table, sink, compression="zstd")
-    return sealed(sink.getvalue().to_pybytes())
+    return key, row, contents
+
+
+def _text(text: str) -> str:
+    """Escape what UTF-8 cannot hold: bytes of another encoding, which a tracker printed."""
+    return text.encode("utf-8", "backslashreplace").decode("utf-8")
+
+
+def _seconds(value: Any) -> float | None:
+    return float(value) if value is not None and isfinite(value) else None
+
+
+def run_columns(run: Run) -> dict[str, NDArray[Any]]:
+    """Return the arrays of a run by frame, by name."""
+    columns = {"boxes": run.boxes.T, "visible": run.visible, "confidence": run.confidence}
+    columns |= {f"detail/{name}": values for name, values in run.details.items()}
+    if run.segmentation is not None:
+        columns |= {f"segmentation/{name}": a for name, a in vars(run.segmentation).items()}
+    if run.states is not None:
+        columns["states"] = run.states.astype(np.int32)
+    if run.answered is not None:
+        columns["answered"] = run.answered.astype(np.int32)
+    columns |= {f"segment/{i}": of.astype(np.int32) for i, of in enumerate(run.segments)}
+    if run.times is not None:
+        times = {name: value for name, value in vars(run.times).items() if value is not None}
+        columns |= {f"times/{name}": np.asarray(value) for name, value in times.items()}
+    return columns
+
+
+def _write(
+    database: Database, row: tuple[Identity, tuple[Any, ...], dict[str, bytes]], replaces: str
+) -> bool:
+    key, columns, contents = row
+    cell = cell_of(key)
+    failed = columns[2] == "failed"
+    for present in database.rows("run", _CELL, *cell):
+        if present["version"] == key.version:
+            # A finished run is never repeated, and always replaces a failed one.
+            replaceable = present["status"] == "failed" and (replaces != "" or not failed)
+        else:
+            replaceable = present["version"] == replaces
+        if not replaceable:
+            return False
+        _delete(database, present["id"])
+    if not database.rows("tracker", "version = ?", key.version):
+        database.insert("tracker", [(key.version, identity_text(key))])
+    number = database.select("SELECT coalesce(max(id), 0) + 1 FROM run")[0][0]
+    database.insert("run", [(number, *cell, *columns)])
+    database.insert("content", [(number, name, data) for name, data in contents.items()])
+    return True
+
+
+def _delete(database: Database, number: int) -> None:
+    database.delete("content", "run = ?", number)
+    database.delete("score", "run = ?", number)
+    database.delete("run", "id = ?", number)
 
 
 @cache
 def _libraries() -> dict[str, str]:
-    """Versions of the libraries that pixels and boxes come from, by distribution."""
+    """Return the versions of the libraries that determine pixels and boxes, by distribution."""
     return library_versions({"av", "cv2", "numba", "numpy", "scipy"})
 
 
-def _run(path: Path, table: pa.Table, metadata: Mapping[str, Any]) -> Run:
-    columns = {name: table.column(name).to_numpy() for name in table.column_names}
-    segmentation = times = None
-    if metadata.get("segmented"):  # older files do not say
-        segmentation = Segmentation(columns["region_similarity"], columns["contour_accuracy"])
-    if "initialisation" in metadata:
-        warm = (columns.get(f"warm_{clock}_seconds") for clock in ("wall", "cpu"))  # lacking in old
-        decoded = columns["wall_seconds"], columns["cpu_seconds"]
-        times = Times(*decoded, *metadata["initialisation"], *warm)
-    # In files of before these were reserved, a tracker's details may be called so.
-    ours = {
-        name: columns[name]
-        for name in ("state", "answered", "segment")
-        if name in columns and name not in metadata["details"]
-    }
-    segments: tuple[NDArray[Any], ...] = ()
-    if "segment" in ours:
-        borders = np.flatnonzero(np.diff(ours["segment"])) + 1
-        segments = tuple(np.split(columns["frame"], borders))
-    belonging = {
-        kind: _companion(path, name) for kind, name in sorted(dict(metadata["companions"]).items())
-    }
-    revised = belonging.get("revised.arrow")
-    arrays = belonging.get("arrays.npz")
+def _run(database: Database, row: Row) -> Run:
+    trackers = database.rows("tracker", "version = ?", row["version"])
+    data = {one["name"]: one["data"] for one in database.rows("content", "run = ?", row["id"])}
+    digests = {name: sha256(content).hexdigest() for name, content in data.items()}
+    if not trackers or digests != json.loads(row["contents"]):
+        raise database.damaged(
+            f"contents of the run of {row['tracker']} on {row['sequence']}, repetition "
+            f"{row['repetition']}, are missing or of another run"
+        )
+    identity = Identity(**json.loads(trackers[0]["identity"]), repetition=row["repetition"])
+    columns = unpack(data["frames"])
+
+    def named(kind: str) -> dict[str, NDArray[Any]]:
+        return {k.partition("/")[2]: a for k, a in columns.items() if k.startswith(f"{kind}/")}
+
+    segmentation = named("segmentation")
+    times: dict[str, Any] = {k: a if a.shape else float(a) for k, a in named("times").items()}
+    arrays: dict[int, dict[str, NDArray[Any]]] = {}
+    for key, array in unpack(data["arrays"]).items() if "arrays" in data else ():
+        frame, _, name = key.partition("/")
+        arrays.setdefault(int(frame), {})[name] = array
     return Run(
-        identity=_identity(metadata),
-        boxes=_boxes(table),
+        identity=identity,
+        boxes=columns["boxes"].T,
         visible=columns["visible"],
         confidence=columns["confidence"],
-        details={name: columns[name] for name in metadata["details"]},
-        failure=metadata["failure"],
-        revised=_boxes(arrow_table(revised)) if revised else None,
-        arrays=_read_arrays(arrays) if arrays else {},
-        segmentation=segmentation,
-        times=times,
-        states=ours.get("state"),
-        answered=ours.get("answered"),
-        segments=segments,
-        circumstances=dict(metadata["circumstances"]),
-        output=metadata["output"],
+        details=named("detail"),
+        failure=row["failure"],
+        revised=unpack(data["revised"])["boxes"].T if "revised" in data else None,
+        arrays=arrays,
+        segmentation=Segmentation(**segmentation) if segmentation else None,
+        times=Times(**times) if times else None,
+        states=columns.get("states"),
+        answered=columns.get("answered"),
+        segments=tuple(named("segment").values()),
+        circumstances=json.loads(row["circumstances"]),
+        output=row["output"],
     )
-
-
-def _identity(metadata: Mapping[str, Any]) -> Identity:
-    """What determined a run. Anybody may have sealed it: the kinds are what all rely on.
-
-    Raises `TypeError` where they are others.
-    """
-    identity = Identity(**metadata["identity"])
-    circumstances = dict(metadata["circumstances"])
-    told = vars(identity) | {"output": metadata["output"], "failure": metadata["failure"]}
-    told |= {name: circumstances.get(name, "") for name in ("source", "truth")}
-    kinds = dict.fromkeys(("parameters", "tracker_version"), dict) | {"repetition": int}
-    for name, value in told.items():
-        if type(value) is not kinds.get(name, str):
-            raise TypeError(f"its {name} is {type(value).__name__}")
-    for name in ("seconds", "frame_seconds", "update_seconds"):
-        if not isinstance(circumstances.get(name), float | int | None):
-            raise TypeError(f"its {name} are no number")
-    return identity
-
-
-def _boxes(table: pa.Table) -> NDArray[np.float64]:
-    """Boxes of a run or of its companion, shape (n, 4)."""
-    boxes = np.column_stack([table.column(name).to_numpy() for name in BOX_COLUMNS])
-    boxes.flags.writeable = False  # as the other columns: runs may be shared, see `kept_runs`
-    return boxes
-
-
-def _companions(run: Run) -> dict[str, bytes]:
-    """Sealed content of what belongs to a run, by kind: `revised.arrow`, `arrays.npz`."""
-    found = {}
-    if run.revised is not None:
-        boxes = dict(zip(BOX_COLUMNS, run.revised.T, strict=True))
-        found["revised.arrow"] = arrow_bytes(as_columns(boxes))
-    if run.arrays:
-        found["arrays.npz"] = _arrays_file(run.arrays)
-    return found
-
-
-def _digits(content: bytes) -> str:
-    return hashlib.sha256(content).hexdigest()[:_DIGITS]
-
-
-def _companion(run: Path, name: str) -> bytes:
-    """Sealed content of what belongs to a run, whose seal covers the name: it says which."""
-    file = run.with_name(name)
-    content = read_sealed(file)
-    if f".{_digits(content)}." not in name:
-        raise ResultsError(
-            f"{file} is not what belongs to {run.name}: files were exchanged. Put back the right "
-            "one, or remove the run (`trackmark results remove`) and run the same command again."
-        )
-    return content
-
-
-def _read_arrays(content: bytes) -> dict[int, dict[str, NDArray[Any]]]:
-    """Arrays and masks by frame and name."""
-    arrays: dict[int, dict[str, NDArray[Any]]] = {}
-    with np.load(io.BytesIO(content), allow_pickle=False) as archive:
-        for key in archive.files:
-            frame, _, name = key.partition("/")
-            arrays.setdefault(int(frame), {})[name] = archive[key]
-    return arrays
-
-
-def _arrays_file(arrays: Mapping[int, Mapping[str, NDArray[Any]]]) -> bytes:
-    flat = {
-        f"{frame}/{name}": array for frame, named in arrays.items() for name, array in named.items()
-    }
-    stream = io.BytesIO()
-    np.savez_compressed(stream, **flat)  # type: ignore[arg-type]  # the stub mistakes ** for its flag
-    with zipfile.ZipFile(stream, "a") as archive:
-        archive.comment = PLACEHOLDER.encode()
-    return sealed(stream.getvalue())

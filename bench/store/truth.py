@@ -1,39 +1,29 @@
-"""The truth that runs were made with, kept beside them: reports open no sequence to score."""
+"""Ground truth of the runs of an experiment: scores need no sequence to be opened."""
 
-import json
 from collections.abc import Mapping
-from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import pyarrow as pa
 from numpy.typing import NDArray
 
-from trackmark.bench.store.checksum import DamagedError, arrow_bytes, read_arrow, read_sealed
-from trackmark.bench.store.columns import as_columns
-from trackmark.bench.store.files import ResultsError, write_atomically
-from trackmark.bench.store.layout import (
-    BOX_COLUMNS,
-    METADATA_KEY,
-    SCHEMA,
-    check_schema,
-    folder_name,
-)
+from trackmark.bench.store.database import Database, connected
+from trackmark.bench.store.files import ResultsError
+from trackmark.bench.store.layout import DATABASE
+from trackmark.bench.store.packing import pack, unpack
 from trackmark.datasets import Sequence, SequenceError
 from trackmark.datasets.shapes import EncodedMask, Shapes
 
 if TYPE_CHECKING:
     import pandas as pd
 
-_OUTLINE = "shape/"
-"""How the names of columns of polygons and masks begin."""
+_KEY = "sequence = ? AND fingerprint = ?"
 
 
 @dataclass(frozen=True)
 class StoredTruth:
-    """A sequence's truth as it was when runs were made; shapes as in `datasets.Sequence`."""
+    """A sequence's ground truth when runs were made; shapes as in `datasets.Sequence`."""
 
     name: str
     boxes: NDArray[Any]
@@ -45,91 +35,60 @@ class StoredTruth:
     shapes: Shapes | None = None
 
 
-def truth_path(folder: Path, sequence: str, fingerprint: str) -> Path:
-    """File that holds the truth of a sequence with this fingerprint."""
-    # Encoded like a label: no text that stands in a file leads out of the folder.
-    return folder / "_truth" / folder_name(sequence) / f"{folder_name(fingerprint[:32])}.arrow"
-
-
 def write_truth(folder: Path, sequence: Sequence) -> None:
-    """Keep a sequence's truth in an experiment's folder, unless it is there already.
+    """Store a sequence's ground truth in an experiment's folder, unless it is stored already.
 
-    Raises `ResultsError` where it can't be written.
+    Raises `ResultsError` if it cannot be written.
     """
-    path = truth_path(folder, sequence.name, sequence.fingerprint)
-    # What is damaged, or does not say its fingerprint, the images' size or outlines yet, is written
-    # anew.
-    with suppress(ResultsError, FileNotFoundError):
-        there, fingerprint = check_truth(path)
-        if fingerprint and there.image_size and (there.shapes or not sequence.shapes):
-            return
-    regions = {"boxes": sequence.boxes, **sequence.regions}
-    columns: dict[str, Any] = {"visibility": sequence.visibility}
-    for region, boxes in regions.items():
-        for key, values in zip(BOX_COLUMNS, boxes.T, strict=True):
-            columns[f"{region}/{key}"] = values
-    for name, flags in sequence.attributes.items():
-        columns[f"attribute/{name}"] = flags
-    metadata = {
-        "schema": SCHEMA,
-        "name": sequence.name,
-        "fingerprint": sequence.fingerprint,
-        "fps": sequence.fps,
-        "image_size": _image_size(sequence),
-        "regions": list(regions),
-        "attributes": list(sequence.attributes),
-    }
-    described = {METADATA_KEY: json.dumps(metadata).encode()}
-    table = as_columns(columns)
-    for kind, rows in _outlines(sequence.shapes).items():
-        table = table.append_column(f"{_OUTLINE}{kind}", rows)
-    write_atomically(path, arrow_bytes(table, described))
+    truth = StoredTruth(
+        sequence.name,
+        sequence.boxes,
+        sequence.regions,
+        sequence.visibility,
+        sequence.attributes,
+        sequence.fps,
+        _image_size(sequence),
+        sequence.shapes,
+    )
+    store_truth(folder, sequence.fingerprint, truth)
 
 
-def _outlines(shapes: Shapes | None) -> dict[str, pa.Array]:
-    """Polygons as their points' coordinates, masks as where they lie and their runs; else null."""
-    stored = [] if shapes is None else shapes.as_stored()
-    polygons = [one.ravel() if isinstance(one, np.ndarray) else None for one in stored]
-    masks = [
-        [one.x, one.y, one.width, one.height, *one.runs] if isinstance(one, EncodedMask) else None
-        for one in stored
-    ]
-    columns = {
-        "polygon": pa.array(polygons, pa.list_(pa.float64())),
-        "mask": pa.array(masks, pa.list_(pa.int64())),
-    }
-    return {kind: rows for kind, rows in columns.items() if rows.null_count < len(rows)}
+def store_truth(folder: Path, fingerprint: str, truth: StoredTruth) -> None:
+    """Store a ground truth unless it is stored already, with the images' size and all shapes.
+
+    Raises `ResultsError` if it cannot be written.
+    """
+    key = truth.name, fingerprint
+    with connected(folder) as database:
+        there = _stored(database, *key)
+    if there and (there.image_size or not truth.image_size) and (there.shapes or not truth.shapes):
+        return
+    data = pack(_arrays_of(truth))
+    with connected(folder, write=True) as database:
+        database.delete("truth", _KEY, *key)
+        database.insert("truth", [(*key, data)])
 
 
-def _shapes_of(table: pa.Table, size: tuple[int, int] | None) -> Shapes | None:
-    """What `_outlines` made; raises `ValueError` for what it would not make."""
-    known: dict[int, NDArray[np.float64] | EncodedMask] = {}
-    for name in filter(_is_outline, table.column_names):
-        for frame, row in enumerate(table.column(name).to_pylist()):
-            if row is not None and name == f"{_OUTLINE}polygon":
-                known[frame] = np.array(row, np.float64).reshape(-1, 2)
-            elif row is not None:
-                x, y, width, height, *runs = row
-                known[frame] = EncodedMask(x, y, width, height, np.array(runs, np.int64))
-    return Shapes(known, range(len(table)), size or (0, 0)) if known else None
+def read_truth(folder: Path, sequence: str, fingerprint: str) -> StoredTruth:
+    """Read the ground truth that runs on a sequence were made with.
 
-
-def _is_outline(column: str) -> bool:
-    return column.startswith(_OUTLINE)
-
-
-def _image_size(sequence: Sequence) -> tuple[int, int] | None:
-    """Width and height of the images; None where the first can't be read, which runs will tell."""
-    try:
-        return sequence.image_size
-    except SequenceError:
-        return None
+    Raises `ResultsError` naming the file if it is missing or damaged.
+    """
+    with connected(folder) as database:
+        truth = _stored(database, sequence, fingerprint)
+    if truth is None:
+        raise ResultsError(
+            f"{folder / DATABASE} has no ground truth of {sequence} with the fingerprint "
+            f"{fingerprint}. Remove the runs on {sequence} (`trackmark results remove`) and run "
+            "the same command again."
+        )
+    return truth
 
 
 def occurring_attributes(folder: Path, runs: "pd.DataFrame") -> dict[str, set[str]]:
-    """Attributes that occur in any frame, by sequence, of `runs` as `load_results` gives them.
+    """Return the attributes that occur in any frame, by sequence of `runs` of `load_results`.
 
-    Raises `ResultsError` naming a file that is missing, damaged or not what its name says.
+    Raises `ResultsError` naming the file if a ground truth is missing or damaged.
     """
     found: dict[str, set[str]] = {}
     for sequence, fingerprint in set(zip(runs["sequence"], runs["fingerprint"], strict=True)):
@@ -139,72 +98,56 @@ def occurring_attributes(folder: Path, runs: "pd.DataFrame") -> dict[str, set[st
     return found
 
 
-def copy_truth(source: Path, target: Path, sequence: str, fingerprint: str) -> None:
-    """Copy a truth from one experiment's folder to another's, unless it is there already.
-
-    Raises `ResultsError` naming a file that is missing, damaged or not what its name says.
-    """
-    there, copy = (truth_path(folder, sequence, fingerprint) for folder in (source, target))
-    if not copy.is_file():
-        read_truth(source, sequence, fingerprint)
-        write_atomically(copy, read_sealed(there))
+def _stored(database: Database, sequence: str, fingerprint: str) -> StoredTruth | None:
+    for row in database.rows("truth", _KEY, sequence, fingerprint):
+        return _truth_of(sequence, unpack(row["data"]))
+    return None
 
 
-def check_truth(path: Path) -> tuple[StoredTruth, str]:
-    """Read a file of truth, and the fingerprint that it says it has.
-
-    It must be the truth that its place says, which its seal covers: its sequence, and its
-    fingerprint. Files of trackmark before this was kept do not say their fingerprint ('' is given),
-    and are known by their sequence alone.
-
-    Raises `ResultsError` naming a file that is not what was written there, or can't be read now,
-    and `FileNotFoundError`.
-    """
+def _image_size(sequence: Sequence) -> tuple[int, int] | None:
+    """Return the size of the images; None if the first is unreadable, which the run reports."""
     try:
-        table = read_arrow(path)
-        metadata: dict[str, Any] = json.loads(table.schema.metadata[METADATA_KEY])
-        check_schema(path, metadata["schema"])
-        name, fingerprint = metadata["name"], metadata.get("fingerprint", "")
-        place = truth_path(path.parents[2], name, fingerprint)
-        size = metadata.get("image_size")  # not kept by trackmark before there were presets for it
-        columns = {
-            column: table.column(column).to_numpy()
-            for column in table.column_names
-            if not _is_outline(column)
-        }
-        regions = {
-            region: np.column_stack([columns[f"{region}/{key}"] for key in BOX_COLUMNS])
-            for region in metadata["regions"]
-        }
-        found = StoredTruth(
-            name=name,
-            boxes=regions.pop("boxes"),
-            regions=regions,
-            visibility=columns["visibility"],
-            attributes={key: columns[f"attribute/{key}"] for key in metadata["attributes"]},
-            fps=metadata["fps"],
-            image_size=tuple(size) if size else None,
-            shapes=_shapes_of(table, size),
-        )
-    except ResultsError:
-        raise
-    except (pa.ArrowException, KeyError, TypeError, ValueError) as error:  # sealed by somebody
-        raise DamagedError(f"{path} holds no truth: files were exchanged") from error
-    if path.parent != place.parent or (fingerprint and path != place):
-        raise DamagedError(f"{path} holds another truth, of {name}: files were exchanged")
-    return found, fingerprint
+        return sequence.image_size
+    except SequenceError:
+        return None
 
 
-def read_truth(folder: Path, sequence: str, fingerprint: str) -> StoredTruth:
-    """Read the truth that runs on a sequence were made with.
+def _arrays_of(truth: StoredTruth) -> dict[str, NDArray[Any]]:
+    arrays = {"boxes": truth.boxes.T, "visibility": truth.visibility}
+    arrays |= {f"region/{name}": boxes.T for name, boxes in truth.regions.items()}
+    arrays |= {f"attribute/{name}": flags for name, flags in truth.attributes.items()}
+    if truth.fps is not None:
+        arrays["fps"] = np.array(truth.fps, np.float64)
+    if truth.image_size is not None:
+        arrays["image_size"] = np.array(truth.image_size, np.int64)
+    for frame, shape in enumerate(truth.shapes.as_stored() if truth.shapes else ()):
+        if isinstance(shape, np.ndarray):
+            arrays[f"polygon/{frame}"] = shape
+        elif shape is not None:
+            place = [shape.x, shape.y, shape.width, shape.height]
+            arrays[f"mask/{frame}"] = np.array([*place, *shape.runs], np.int64)
+    return arrays
 
-    Raises `ResultsError` naming a file that is missing, damaged or not what its name says.
-    """
-    path = truth_path(folder, sequence, fingerprint)
-    try:
-        return check_truth(path)[0]
-    except (OSError, DamagedError) as error:
-        raise ResultsError(
-            f"{path} is missing or damaged ({error}). Remove the runs on {sequence} "
-            "(`trackmark results remove`) and run the same command again."
-        ) from error
+
+def _truth_of(name: str, arrays: Mapping[str, NDArray[Any]]) -> StoredTruth:
+    def named(kind: str) -> dict[str, NDArray[Any]]:
+        return {k.partition("/")[2]: a for k, a in arrays.items() if k.startswith(f"{kind}/")}
+
+    size: Any = tuple(arrays["image_size"].tolist()) if "image_size" in arrays else None
+    shapes: dict[int, NDArray[np.float64] | EncodedMask] = {
+        int(frame): polygon for frame, polygon in named("polygon").items()
+    }
+    for frame, (x, y, width, height, *runs) in named("mask").items():
+        whole = (int(x), int(y), int(width), int(height))
+        shapes[int(frame)] = EncodedMask(*whole, np.array(runs, np.int64))
+    n = len(arrays["visibility"])
+    return StoredTruth(
+        name=name,
+        boxes=arrays["boxes"].T,
+        regions={key: boxes.T for key, boxes in named("region").items()},
+        visibility=arrays["visibility"],
+        attributes=named("attribute"),
+        fps=float(arrays["fps"]) if "fps" in arrays else None,
+        image_size=size,
+        shapes=Shapes(shapes, range(n), size or (0, 0)) if shapes else None,
+    )

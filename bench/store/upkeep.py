@@ -1,80 +1,95 @@
-"""Looking after stored results: whether they are what was written, and bringing them together."""
+"""Maintenance of stored results: check, merge, and data of the same name."""
 
-from collections.abc import Callable
-from functools import partial
+import os
+from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
-from trackmark.bench.store.asked import read_asked
-from trackmark.bench.store.checksum import read_sealed
+from trackmark.bench.store.database import connected
 from trackmark.bench.store.files import ResultsError
-from trackmark.bench.store.index import index_rows, read_table
-from trackmark.bench.store.layout import experiment_folders
-from trackmark.bench.store.log import log_files, read_log
-from trackmark.bench.store.recordings import different, recordings
+from trackmark.bench.store.index import list_runs, read_index
+from trackmark.bench.store.layout import Cell, cell_of, experiment_folders
 from trackmark.bench.store.results import Results
-from trackmark.bench.store.truth import check_truth, copy_truth, read_truth, truth_path
+from trackmark.bench.store.truth import read_truth, store_truth
 
-Check = Callable[[], object]
-"""Reads a stored file, and raises what `damage` understands."""
-
-
-def checks(folder: Path) -> list[Check]:
-    """A check of every file of an experiment, but those of unfinished runs."""
-    index = folder / "index.arrow"
-    return [
-        partial(read_asked, folder),
-        *(partial(_read_run, Results(folder), file) for file in Results(folder).files()),
-        *(partial(check_truth, file) for file in sorted(folder.glob("_truth/*/*.arrow"))),
-        *(partial(_read_log, file) for file in log_files(folder)),
-        *([partial(read_sealed, index)] if index.is_file() else []),
-    ]
+_BATCH = 200  # runs that are copied in one transaction
 
 
-def damage(check: Check) -> str:
-    """What is wrong with a file: a sentence that names it; empty where nothing is."""
+class Recording(NamedTuple):
+    """Recorded data that runs were made on."""
+
+    fingerprint: str  # as in `datasets.Sequence`
+    source: str  # path from which it was opened
+    truth: str  # path of its ground truth if that was given; else empty
+
+    def __str__(self) -> str:
+        return f"{self.source} with the truth {self.truth}" if self.truth else self.source
+
+    @property
+    def place(self) -> tuple[str, str]:
+        """Real paths."""
+        return os.path.realpath(self.source), self.truth and os.path.realpath(self.truth)
+
+
+def recordings(rows: Iterable[Mapping[str, Any]]) -> dict[str, set[Recording]]:
+    """Return the recorded data of rows of runs, by the names of their sequences."""
+    found: dict[str, set[Recording]] = {}
+    for row in rows:
+        if Path(row["source"]).is_absolute():  # built-in sequences have names
+            one = Recording(row["fingerprint"], row["source"], row["truth"])
+            found.setdefault(row["sequence"], set()).add(one)
+    return found
+
+
+def different(one: Recording, others: Iterable[Recording]) -> Recording | None:
+    """Return one of the others with other data; None if there is none.
+
+    Data that were changed in their folder count as the same data, and runs on them as stale.
+    """
+    for other in others:
+        if other.fingerprint != one.fingerprint and other.place != one.place:
+            return other
+    return None
+
+
+def damages(folder: Path) -> list[str]:
+    """Return a sentence for each damage of an experiment's file; none if it is undamaged."""
     try:
-        check()
-    except (ResultsError, FileNotFoundError) as error:
-        return str(error)
-    return ""
-
-
-def _read_run(results: Results, file: Path) -> None:
-    """Read a run with its companions, and see that the truth by which it is scored is there."""
-    key = results.read(file).identity
-    if not truth_path(results.folder, key.sequence, key.fingerprint).is_file():
-        read_truth(results.folder, key.sequence, key.fingerprint)  # says what to do
-
-
-def _read_log(file: Path) -> None:
-    for _ in read_log(file):
-        pass
+        with connected(folder) as database:
+            found = database.damages()
+        if found:
+            return found
+        for row in list_runs(Results(folder)):
+            Results(folder).read(cell_of(row))
+            read_truth(folder, row["sequence"], row["fingerprint"])
+    except ResultsError as error:
+        return [str(error)]
+    return []
 
 
 def merge_results(sources: list[Path], target: Path) -> tuple[int, list[str]]:
     """Copy runs of experiments into an experiment.
 
-    `sources`: folders of experiments, or folders that hold such. `target`: the experiment's folder;
-    made where it is not there.
+    `sources`: folders of experiments, or folders that contain experiments. `target`: the
+    experiment's folder; made if it is missing.
 
-    Gives the number of runs copied, and the conflicts: runs that lie in two folders with different
-    identities. Where there are some, nothing is copied.
+    Returns the number of copied runs, and the conflicts: runs that are stored in two folders with
+    different identities. If there are conflicts, nothing is copied.
 
-    Raises `ResultsError` where a folder holds no results or a file can't be read or written.
+    Raises `ResultsError` if a folder has no results or a file cannot be read or written.
     """
     into = Results(target)
-    present = read_table(into)
-    there = {row["path"]: (row["version"], row["status"], target) for row in index_rows(present)}
+    present = list_runs(into)
+    there = {cell_of(row): (row["version"], row["status"], target) for row in present}
     known = recordings(present)
     asked = into.asked()
-    wanted: list[tuple[Results, dict[str, Any]]] = []
+    wanted: dict[Cell, tuple[Results, dict[str, Any]]] = {}
     conflicts: list[str] = []
     for folder in [found for source in sources for found in experiment_folders(source)]:
         results = Results(folder)
         asked = results.asked().and_then(asked)
-        index = read_table(results)
-        for name, data in recordings(index).items():
+        rows = list_runs(results)
+        for name, data in recordings(rows).items():
             others = known.setdefault(name, set())
             conflicts += [
                 f"{name} is {one} in {folder}, and {unlike} in another folder"
@@ -82,21 +97,28 @@ def merge_results(sources: list[Path], target: Path) -> tuple[int, list[str]]:
                 if (unlike := different(one, others))
             ]
             others |= data
-        for row in index_rows(index):
-            path = row["path"]
-            if path in there:
-                version, status, other = there[path]
+        for row in rows:
+            cell = cell_of(row)
+            if cell in there:
+                version, status, other = there[cell]
                 if version != row["version"]:
-                    conflicts.append(f"{path} differs between {other} and {folder}")
+                    conflicts.append(
+                        f"{cell[0]} on {cell[1]}, repetition {cell[2]}, differs between {other} "
+                        f"and {folder}"
+                    )
                 if status == "finished" or row["status"] == "failed":
                     continue
-            there[path] = (row["version"], row["status"], folder)
-            wanted.append((results, row))
+            there[cell] = (row["version"], row["status"], folder)
+            wanted[cell] = results, row
     if conflicts:
         return 0, conflicts
     into.prepare(asked)
-    for results, row in wanted:
-        copy_truth(results.folder, target, row["sequence"], row["fingerprint"])
-        into.write(results.read(results.folder / row["path"]))
-    read_table(into)
-    return len({row["path"] for _, row in wanted}), []
+    for results, row in wanted.values():
+        truth = row["sequence"], row["fingerprint"]
+        store_truth(target, truth[1], read_truth(results.folder, *truth))
+    cells = list(wanted)
+    for begin in range(0, len(cells), _BATCH):
+        batch = cells[begin : begin + _BATCH]
+        into.write_all((wanted[cell][0].read(cell), "") for cell in batch)
+    read_index(into)
+    return len(wanted), []

@@ -1,13 +1,11 @@
 """Small sequences and trackers that misbehave, for the harness's tests."""
 
-import fcntl
 import json
 import os
 import subprocess
 import sys
 import threading
 from contextlib import contextmanager
-from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -230,61 +228,3 @@ def spoil(here):
         file.write_text(file.read_text().replace("return Estimate", f"{act}  #"))
 
     return spoiled
-
-
-class Substitute:
-    """A module of which some calls are handed to a test.
-
-    Parameters
-    ----------
-    module : module
-        Whose other attributes are passed on as they are.
-    names : tuple of str
-        The calls.
-    around : callable
-        Gets name, call and its arguments; what it gives or raises, the caller gets.
-    changed : any
-        Attributes to have instead of the module's own.
-    """
-
-    def __init__(self, module, names, around, **changed):
-        self._module, self._names, self._around = module, names, around
-        self.__dict__ |= changed
-
-    def __getattr__(self, name):
-        call = getattr(self._module, name)
-        return partial(self._around, name, call) if name in self._names else call
-
-
-STORE_CALLS = (
-    *("open", "write", "ftruncate", "fsync", "close"),
-    *("link", "replace", "unlink", "mkdir", "rmdir"),
-)
-
-
-@pytest.fixture(scope="session")
-def gone_process():
-    """Number of a process that has ended."""
-    process = subprocess.Popen([sys.executable, "-c", ""])
-    process.wait()
-    return process.pid
-
-
-@pytest.fixture
-def store_calls(gone_process):
-    """Hand the store's system calls to a test, as those of a process that is gone afterwards.
-
-    See `Substitute` for `around`.
-    """
-
-    @contextmanager
-    def handed(around):
-        with pytest.MonkeyPatch.context() as patch:
-            own = Substitute(os, STORE_CALLS, around, getpid=lambda: gone_process)
-            patch.setattr("trackmark.bench.store.files.os", own)
-            patch.setattr(
-                "trackmark.bench.store.files.fcntl", Substitute(fcntl, ("flock",), around)
-            )
-            yield
-
-    return handed

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from trackmark.bench.store.layout import cell_of
 from trackmark.bench.store.results import Results
 
 SHARED = Path(__file__).parents[4] / "shared"
@@ -139,7 +140,7 @@ def test_exported_times_are_those_of_updates(trackmark, here):
     trackmark(*run)
     stored = Results(here / "results/ours")
     (row,) = rows(trackmark("results", "list", "results/ours", "--json"))
-    update = stored.read(here / "results/ours" / row["path"]).circumstances["update_seconds"]
+    update = stored.read(cell_of(row)).circumstances["update_seconds"]
 
     def exported(form, name):
         trackmark("results", "export", "results/ours", f"there-{form}", "--as", form, "--force")
@@ -151,8 +152,7 @@ def test_exported_times_are_those_of_updates(trackmark, here):
     assert data["fps"] == pytest.approx(1 / update)
     trackmark(*run, "--timing")
     timed = np.array(exported("got10k", "Small/Small_time.txt").split(), float)
-    (file,) = (here / "results/ours").glob("static*timing/Small/0.parquet")
-    times = stored.read(file).times
+    times = stored.read(("static", "Small", 0, "timing")).times
     expected = [times.initialisation_wall, *times.wall[1:]]
     np.testing.assert_allclose(timed, expected, rtol=0, atol=1e-8)
 

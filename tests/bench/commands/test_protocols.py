@@ -31,10 +31,11 @@ def test_runs_by_several_protocols_are_stored_and_tabled_apart(both, trackmark, 
     assert "metrics preset vot-supervised" in supervised
     assert "metrics preset native" not in supervised
     folder = here / "results" / "trial"
-    folders = {str(path.relative_to(folder).parent.parent) for path in Results(folder).files()}
-    assert folders == {
-        *("static", "knob.py%3AKnob"),
-        *("static%3Aprotocol=supervised%3Askip=2", "knob.py%3AKnob%3Aprotocol=supervised%3Askip=2"),
+    stored = {(cell[0], cell[3]) for cell in Results(folder).cells()}
+    assert stored == {
+        (tracker, protocol)
+        for tracker in ("static", "knob.py:Knob")
+        for protocol in ("accuracy", "supervised:skip=2")
     }
     text = words(trackmark("report", folder, "--metrics", "native,otb").stdout)
     assert text.count("metrics preset") == 4

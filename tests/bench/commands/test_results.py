@@ -9,8 +9,7 @@ import cv2
 import pytest
 
 from trackmark import bench
-from trackmark.bench.store import results
-from trackmark.bench.store.unfinished import map_rows
+from trackmark.bench.store import index, results
 
 SMALL = ("--sequences", "data/Small")
 MINE = ("run", "--name", "mine", "--trackers")
@@ -69,19 +68,15 @@ def test_log_has_start_units_failures_and_end(trackmark, one_line, here, spoil):
     assert [event["event"] for event in events] == ["start", *["unit"] * len(units), "end"]
     assert sum(len(runs) for unit in units for runs in unit["runs"].values()) == 2
     assert all(unit["peak_memory"] > 1e6 and unit["seconds"] > 0 for unit in units)
-    (log,) = (here / "results" / "mine" / "_log").iterdir()
-    log.write_text(log.read_text().replace("static", "statix"))
+    file = here / "results" / "mine" / "runs.db"
+    file.write_bytes(file.read_bytes().replace(b'"peak_memory"', b'"leak_memory"'))
     assert "is damaged" in one_line(trackmark("results", "log", status=2))
 
 
-def test_list_names_failed_and_unfinished_runs(trackmark, here, spoil):
+def test_list_names_failed_runs(trackmark, spoil):
     spoil()
     trackmark(*KNOB, status=1)
-    frames = map_rows(here / "results" / "mine" / "static" / "Small" / "7.unfinished.npy", 5, 6)
-    frames[:2] = 1.0
-    text = trackmark("results", "list").stdout
-    assert "knob.py:Knob on Small: 1, 1 failed" in text
-    assert "unfinished, 2 of 5 frames: static/Small/7.unfinished.npy" in text
+    assert "knob.py:Knob on Small: 1, 1 failed" in trackmark("results", "list").stdout
 
 
 def test_report_writes_tables_in_every_format_and_plots(trackmark, here):
@@ -203,9 +198,9 @@ def test_command_reads_each_run_once(trackmark, here, monkeypatch, command):
     stored = here / "results" / "stored"
     where = (*SMALL, "--seeds", 2, "--name", "stored")
     trackmark("run", "--trackers", "static,camshift,knob.py:Knob", *where)
-    (stored / "index.arrow").unlink()
+    monkeypatch.setattr(index, "_scorer_version", lambda: "another")
     reads, decode = Counter(), results._run
-    monkeypatch.setattr(results, "_run", lambda *of: reads.update(of[:1]) or decode(*of))
+    monkeypatch.setattr(results, "_run", lambda *of: reads.update([of[1]["id"]]) or decode(*of))
     trackmark(*command, stored, "--metrics", "native,otb", "--folder", "out")
     assert sorted(reads.values()) == [1] * 4
     data = *command, stored, "--metrics", "native,otb,lasot", "--json"

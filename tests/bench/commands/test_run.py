@@ -14,6 +14,7 @@ import pytest
 from trackmark import bench
 from trackmark.bench.commands._options import memory_size
 from trackmark.bench.engine.work_unit import Limits
+from trackmark.bench.store.results import Results
 
 SMALL = ("--sequences", "data/Small")
 MINE = ("run", "--name", "mine", "--trackers")
@@ -173,14 +174,14 @@ def test_image_with_a_huge_size_is_refused_by_its_header(trackmark, one_line, he
     image.write_bytes(image.read_bytes()[:12] + head + check + image.read_bytes()[33:])
     message = one_line(trackmark(*RUN, "data/Small", status=2))
     assert f"{number:04}.png: frame {number - 1} can't be read (it claims 60000x60000" in message
-    assert not list(here.glob("results/*/**/*.parquet"))
+    assert not [cell for file in here.glob("results/*") for cell in Results(file).cells()]
 
 
 def test_damaged_result_is_named(trackmark, one_line, here):
     trackmark(*RUN, "data/Small")
-    (file,) = (here / "results").rglob("*.parquet")
+    (file,) = (here / "results").rglob("runs.db")
     file.write_bytes(file.read_bytes()[:-20])
-    assert "0.parquet is damaged" in one_line(trackmark(*RUN, "data/Small", status=2))
+    assert "runs.db is damaged" in one_line(trackmark(*RUN, "data/Small", status=2))
 
 
 def test_table_shows_requested_runs_and_report_all_of_them(trackmark, here):

@@ -8,10 +8,11 @@ import time
 from pathlib import Path
 from uuid import uuid4
 
-import pyarrow.parquet as parquet
 import pytest
 
-from trackmark.bench.store.results import Results
+from trackmark.bench.store.results import Results, run_columns
+
+TRACKMARK = [sys.executable, "-c", "from trackmark.bench.cli import main; main()"]
 
 TRACKMARK = [sys.executable, "-c", "from trackmark.bench.cli import main; main()"]
 
@@ -128,11 +129,10 @@ def contents():
     def of(folder):
         results = Results(folder)
         found = {}
-        for file in results.files():
-            run = results.read(file)
-            table = parquet.read_table(file)
-            columns = {name: table.column(name).to_numpy().tobytes() for name in table.column_names}
-            found[str(file.relative_to(folder))] = (run.identity, run.failure, columns)
+        for cell in results.cells():
+            run = results.read(cell)
+            columns = {name: values.tobytes() for name, values in run_columns(run).items()}
+            found[cell] = (run.identity, run.failure, columns)
         return found
 
     return of

@@ -88,8 +88,9 @@ def start(ground, begin):
 
 
 def stamps(folder):
-    """Return time of change and inode of every finished run."""
-    return {file: (file.stat().st_mtime_ns, file.stat().st_ino) for file in Results(folder).files()}
+    """Return the circumstances of every finished run, with date and times."""
+    results = Results(folder)
+    return {cell: dict(results.read(cell).circumstances) for cell in results.cells()}
 
 
 @pytest.fixture(scope="module")
@@ -128,7 +129,7 @@ def test_work_continues_after_ctrl_c_and_a_kill(
     """Workers end with the command, even within a frame."""
     folder = ground / "results" / "stopped"
     command = start("stopped", TRACKER_WAITS=str(ground / "first"))
-    wait_until(lambda: (ground / "first").exists() and Results(folder).files())
+    wait_until(lambda: (ground / "first").exists() and Results(folder).cells())
     os.killpg(command.process.pid, signal.SIGINT)
     assert command.wait() == 130
     kept = stamps(folder)
@@ -194,7 +195,7 @@ def test_paused_command_overwrites_nothing(
     assert slow.workers()
     for number in reversed(stopped):
         send(number, signal.SIGSTOP)
-    assert Results(folder).files() == []
+    assert Results(folder).cells() == []
     assert run_here("paused") == folder
     before = stamps(folder)
     assert len(before) == RUNS

@@ -22,7 +22,8 @@ from trackmark.bench.experiments.experiment import Experiment, ExperimentError, 
 from trackmark.bench.experiments.tracker_files import settled
 from trackmark.bench.store.files import ResultsError
 from trackmark.bench.store.index import read_index
-from trackmark.bench.store.log import log_files, read_log
+from trackmark.bench.store.layout import cell_of
+from trackmark.bench.store.log import read_logs
 from trackmark.bench.store.results import Results
 from trackmark.datasets import SequenceError, readers
 
@@ -120,7 +121,7 @@ def test_one_process_or_two_make_the_results_of_evaluate(
     assert 0 < execution.overhead < 0.01
     results = Results(one)
     for row in read_index(results):
-        stored = results.read(one / row["path"])
+        stored = results.read(cell_of(row))
         tracker = row["tracker"].replace("knob.py", f"{data}/knob.py")
         alone = bench.evaluate(tracker, str(data / "data" / row["sequence"]), row["repetition"])
         assert alone.identity == stored.identity
@@ -140,7 +141,7 @@ def test_run_of_a_worker_equals_that_of_this_process(data, without_processes, op
     with without_processes():
         here = run(replace(asked, name="here"), data / "results", jobs=1)
     (row,) = read_index(Results(there))
-    a, b = (Results(folder).read(folder / row["path"]) for folder in (there, here))
+    a, b = (Results(folder).read(cell_of(row)) for folder in (there, here))
     assert a.identity == b.identity
     assert a.arrays.keys() == b.arrays.keys()
     for frame, named in a.arrays.items():
@@ -202,14 +203,15 @@ def test_process_of_a_tracker_file_is_not_used_for_other_trackers(
     boxes = contents(spoilt)
     assert {path: boxes[path] for path in contents(plain)} == contents(plain)
     modes = {file.stat().st_mode & 0o777 for file in spoilt.rglob("*") if file.is_file()}
-    assert modes == {(plain / "plan.json").stat().st_mode & 0o777}
+    assert modes == {(plain / "runs.db").stat().st_mode & 0o777}
 
 
 def test_each_tracker_is_timed_in_a_process_of_its_own(data):
     folder = run(experiment(data, "LeavesThread", "static", timing=True), data / "results", jobs=1)
     assert set(failures(folder).values()) == {""}
     processes = {}
-    for entry in read_log(log_files(folder)[0]):
+    (log,) = read_logs(folder).values()
+    for entry in log:
         if entry["event"] == "unit":
             (tracker,) = entry["runs"]
             processes.setdefault(tracker, set()).add(entry["process"])
@@ -236,7 +238,7 @@ def running(command):
 def test_tracker_whose_file_changes_while_it_runs_leaves_nothing(data):
     with pytest.raises(SequenceError, match="changed while it ran"):
         run(experiment(data, "ChangesItsFile", sequences="A"), data / "results", jobs=1)
-    assert Results(data / "results" / "trial").files() == []
+    assert Results(data / "results" / "trial").cells() == []
 
 
 def test_output_of_a_worker_is_cut_to_its_end(data, monkeypatch):

@@ -25,7 +25,7 @@ def close(scores):
 def judged(folder, preset, origin=None):
     """Stored runs by sequence, judged; by numbers that count from an origin, where one is given."""
     runs, results = {}, Results(folder)
-    for path in sorted(results.files()):
+    for path in sorted(results.cells()):
         run = results.read(path)
         key = run.identity
         truth = read_truth(folder, key.sequence, key.fingerprint)

@@ -37,7 +37,7 @@ def imported(folder, boxes, kind="otb", truth=TRUTH, **header):
     on = On("Couple", "fingerprint", truth, "/data/Couple")
     import_results([Guest("theirs", kind, theirs)], [on], folder / "results", messages.append)
     results = Results(folder / "results")
-    (run,) = map(results.read, results.files())
+    (run,) = map(results.read, results.cells())
     return run, messages
 
 

@@ -38,7 +38,7 @@ def imported(kind, folder, truth, target, told=None):
     tell = [].append if told is None else told.append
     import_results([Guest("theirs", kind, folder)], [on(truth)], target, tell)
     results = Results(target)
-    return [results.read(path) for path in results.files()]
+    return [results.read(path) for path in results.cells()]
 
 
 every_layout = pytest.mark.parametrize("kind", exchange.names())

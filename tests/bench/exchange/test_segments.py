@@ -47,7 +47,7 @@ def imported(kind, theirs, sequence, folder, messages=None):
     tell = [].append if messages is None else messages.append
     import_results([Guest("theirs", kind, theirs)], [on], folder, tell)
     results = Results(folder)
-    (run,) = map(results.read, results.files())
+    (run,) = map(results.read, results.cells())
     return run
 
 
@@ -178,7 +178,7 @@ def on_bag(folder, truth, source="bag"):
     on = On("bag", "fingerprint", truth, source)
     import_results([Guest("theirs", "vot", folder)], [on], folder.parent / "results", pytest.fail)
     results = Results(folder.parent / "results")
-    (run,) = map(results.read, results.files())
+    (run,) = map(results.read, results.cells())
     return run
 
 

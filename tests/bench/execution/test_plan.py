@@ -240,9 +240,9 @@ def test_a_unit_says_which_version_each_of_its_runs_replaces(finished):
     chosen = experiment(finished, repetitions=4)
     plan = make_plan(chosen, Results(finished / "results" / "trial"))
     (unit,) = left_of(plan)
-    old = before.versions[0, 1].decode()
+    old = before.versions[0][1]
     assert [entry.replaces for entry in unit.entries] == [old, old, old, ""]
-    assert all(entry.version == plan.versions[0, 1].decode() != old for entry in unit.entries)
+    assert all(entry.version == plan.versions[0][1] != old for entry in unit.entries)
 
 
 def test_a_sequence_that_was_opened_for_one_plan_is_not_opened_for_the_next(here, monkeypatch):
@@ -252,14 +252,14 @@ def test_a_sequence_that_was_opened_for_one_plan_is_not_opened_for_the_next(here
         "trackmark.datasets.load", lambda *_, **__: pytest.fail("a sequence was opened")
     )
     second = make_plan(experiment(here), Results(here / "none"), known)
-    assert (first.versions == second.versions).all()
+    assert first.versions == second.versions
 
 
 def test_versions_and_cells_are_those_of_the_runs(finished):
     results = Results(finished / "results" / "trial")
     plan = make_plan(experiment(finished), results)
     stored = {}
-    for file in results.files():
+    for file in results.cells():
         key = results.read(file).identity
         stored[key.tracker, key.sequence, key.repetition, key.protocol] = key.version
     assert dict(plan.asked().cells) == stored

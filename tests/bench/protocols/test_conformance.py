@@ -22,6 +22,7 @@ from trackmark.bench.protocols import STORED_ONCE, ProtocolError, protocol
 from trackmark.bench.reporting.by_preset import preset_report
 from trackmark.bench.store.asked import Asked
 from trackmark.bench.store.index import read_index
+from trackmark.bench.store.layout import cell_of
 from trackmark.bench.store.results import Results
 from trackmark.bench.store.truth import write_truth
 from trackmark.trackers import Estimate
@@ -141,7 +142,7 @@ def test_what_is_stored_is_read_as_it_was(name, sequence, tmp_path):
     results = Results(tmp_path / "trial")
     results.prepare(Asked("", {}))
     assert results.write(run)
-    read = results.read(results.path(run.identity))
+    read = results.read(cell_of(run.identity))
     for found, made in zip(read.segments, run.segments, strict=True):
         np.testing.assert_array_equal(found, made)
     for column in ("boxes", "visible", "confidence", "states", "answered"):
@@ -198,8 +199,7 @@ def test_one_pass_is_identified_and_filed_as_before_there_were_others(sequence, 
     (run,) = by("one-pass", sequence, Walker)
     assert run.identity.protocol == "accuracy"
     assert run.identity == bench.evaluate(Walker, sequence).identity
-    path = Results(tmp_path).path(run.identity)
-    assert path.parts[-3:] == ("Walker", "line", "0.parquet")
+    assert cell_of(run.identity) == ("Walker", "line", 0, "accuracy")
     others = {by(name, sequence, Sure)[0].identity.version for name in protocols.names()}
     assert len(others) == len(protocols.names())
 

@@ -11,7 +11,6 @@ from tests.bench.conftest import KNOB_TRACKER
 from trackmark import bench, datasets
 from trackmark.bench import metrics
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
-from trackmark.bench.reporting import failed_runs as module
 from trackmark.bench.reporting.by_preset import preset_report
 from trackmark.bench.reporting.failed_runs import failed_runs, judge_failed, with_worst_scores
 from trackmark.bench.store.loading import load_results
@@ -38,7 +37,7 @@ def stored(tmp_path_factory, without_processes):
 def failed_run(folder, runs):
     row = runs[runs["status"] == "failed"].iloc[0]
     key = row["tracker"], row["sequence"], int(row["repetition"]), row["protocol"]
-    run = Results(folder).read(folder / module.run_path(*key))
+    run = Results(folder).read(key)
     return run, read_truth(folder, row["sequence"], row["fingerprint"])
 
 

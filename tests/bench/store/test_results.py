@@ -1,116 +1,83 @@
-"""Results on disk: what is written comes back, damage is named, the index is only a cache."""
+"""What is written comes back, and finished runs are never replaced by mistake."""
 
-import errno
-import os
-import subprocess
-import sys
-from dataclasses import replace
-from pathlib import Path
+import sqlite3
+from dataclasses import fields, replace
 
 import numpy as np
-import pyarrow as pa
-import pyarrow.parquet as parquet
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from hypothesis.extra.numpy import array_shapes, arrays, scalar_dtypes
 
+from tests.bench.store.conftest import full_run, of_version, request
 from trackmark import bench
-from trackmark.bench.evaluation.run_record import Run
-from trackmark.bench.experiments.tracker_spec import contestant, identify
-from trackmark.bench.metrics.times import Times
+from trackmark.bench.store import index
 from trackmark.bench.store.asked import Asked
-from trackmark.bench.store.checksum import PLACEHOLDER, check, sealed
-from trackmark.bench.store.files import ResultsError, _host, write_atomically
-from trackmark.bench.store.index import read_index
-from trackmark.bench.store.layout import folder_name, run_path
-from trackmark.bench.store.results import Results
-from trackmark.bench.store.truth import read_truth, truth_path, write_truth
-from trackmark.bench.store.unfinished import remove_leftovers
+from trackmark.bench.store.files import ResultsError, write_atomically
+from trackmark.bench.store.index import add_scores, index_row, list_runs, read_index
+from trackmark.bench.store.layout import cell_of
+from trackmark.bench.store.log import RunLog, read_logs
+from trackmark.bench.store.packing import pack, unpack
+from trackmark.bench.store.results import KeptRuns, Results, kept_runs
+from trackmark.bench.store.truth import read_truth, write_truth
+from trackmark.bench.store.upkeep import damages, merge_results
+from trackmark.datasets.shapes import EncodedMask, Shapes
+
+CELL = st.tuples(
+    st.sampled_from(["a", "b:c=1"]),
+    st.sampled_from(["s", "t/u", "_v"]),
+    st.integers(0, 4),
+    st.sampled_from(["accuracy", "timing"]),
+)
+CELLS = st.lists(CELL, unique=True, max_size=12)
 
 
-def assert_same_run(a, b):
-    assert a.identity == b.identity
-    assert a.failure == b.failure
-    np.testing.assert_array_equal(a.boxes, b.boxes)
-    np.testing.assert_array_equal(a.visible, b.visible)
-    np.testing.assert_array_equal(a.confidence, b.confidence)
-    assert a.details.keys() == b.details.keys()
-    for key in a.details:
-        np.testing.assert_array_equal(a.details[key], b.details[key])
+def assert_same(a, b):
+    """Compare arrays to the bit, whatever holds them."""
+    assert type(a) is type(b)
+    if isinstance(a, np.ndarray):
+        assert a.dtype == b.dtype
+        np.testing.assert_array_equal(a, b)
+    elif isinstance(a, dict):
+        assert a.keys() == b.keys()
+        for key in a:
+            assert_same(a[key], b[key])
+    elif isinstance(a, tuple):
+        assert len(a) == len(b)
+        for one, other in zip(a, b, strict=True):
+            assert_same(one, other)
+    elif hasattr(a, "wall"):
+        assert_same(vars(a), vars(b))
+    else:
+        assert a == b
 
 
-def full_run(sequence):
-    n = len(sequence)
-    rng = np.random.default_rng(3)
-    return Run(
-        identity=identify(contestant("static"), sequence, 2, "timing"),
-        boxes=rng.normal(size=(n, 4)),
-        visible=rng.random(n) > 0.5,
-        confidence=rng.random(n),
-        details={"half width": rng.random(n), "ünïcode": rng.random(n)},
-        failure="frame 3: Error: with\nseveral lines",
-        revised=rng.normal(size=(n, 4)),
-        arrays={
-            3: {"cloud": rng.random((5, 2)), "mask": np.eye(3, dtype=bool)},
-            5: {"cloud": np.ones(1)},
-        },
-        times=Times(rng.random(n), rng.random(n), 0.5, 0.25, rng.random(n), rng.random(n)),
-    )
-
-
-def test_a_run_comes_back_as_it_was_written(results, sequence):
-    run = full_run(sequence)
+@pytest.mark.parametrize("change", [{}, {"times": None, "revised": None, "arrays": {}}])
+def test_a_run_comes_back_as_it_was_written(results, sequence, change):
+    run = replace(full_run(sequence), **change)
     assert results.write(run)
-    back = results.read(results.path(run.identity))
-    assert_same_run(run, back)
-    np.testing.assert_array_equal(run.revised, back.revised)
-    assert back.times.initialisation_wall == 0.5
-    np.testing.assert_array_equal(run.times.cpu, back.times.cpu)
-    np.testing.assert_array_equal(run.times.warm_cpu, back.times.warm_cpu)
-    assert back.arrays.keys() == run.arrays.keys()
-    np.testing.assert_array_equal(back.arrays[3]["mask"], np.eye(3, dtype=bool))
+    back = results.read(cell_of(run.identity))
+    for field in fields(run):
+        if field.name not in ("circumstances", "output"):
+            assert_same(getattr(run, field.name), getattr(back, field.name))
+    assert back.circumstances["seconds"] == 1.5
+    assert {"date", "host", "libraries"} <= back.circumstances.keys()
+    assert back.output == "\\ud800 is no character"
+    assert not back.boxes.flags.writeable
 
 
-def test_times_of_before_warm_ones_were_kept_come_back_without(results, sequence):
-    run = full_run(sequence)
-    old = replace(run, times=replace(run.times, warm_wall=None, warm_cpu=None))
-    assert results.write(old)
-    back = results.read(results.path(run.identity)).times
-    assert back.warm_cpu is None
-    np.testing.assert_array_equal(old.times.cpu, back.cpu)
+@given(st.dictionaries(st.text(), arrays(scalar_dtypes(), array_shapes(min_dims=0)), max_size=3))
+def test_any_arrays_come_back_to_the_bit(named):
+    back = unpack(pack(named))
+    assert list(back) == list(named)
+    for name, values in named.items():
+        assert (back[name].dtype, back[name].shape) == (values.dtype, values.shape)
+        assert back[name].tobytes() == values.tobytes()
 
 
-def test_what_lay_beside_an_earlier_run_goes_when_it_is_replaced(results, sequence):
-    run = full_run(sequence)
-    path = results.path(run.identity)
-    assert results.write(run)
-    assert len(list(path.parent.iterdir())) == 3
-    assert results.write(replace(run, revised=None, arrays={}), run.identity.version)
-    assert list(path.parent.iterdir()) == [path]
-
-
-def test_runs_lie_where_the_contract_says(results, sequence, store):
-    _, path = store(results, sequence, "camshift:window=adaptive")
-    assert path.relative_to(results.folder).parts == (
-        "camshift%3Awindow=adaptive",
-        "line",
-        "0.parquet",
-    )
-
-
-@given(st.text(min_size=1), st.text(min_size=1))
-def test_different_labels_get_different_folders_of_bearable_length(a, b):
-    assert (folder_name(a) == folder_name(b)) == (a == b)
-    assert len(folder_name(a * 50).encode()) <= 200
-    assert "/" not in folder_name(a)
-
-
-def test_timing_runs_lie_apart_from_scored_ones():
-    assert run_path("a", "b", 0, "accuracy") != run_path("a", "b", 0, "timing")
-
-
-def test_truth_comes_back_as_it_was(results, make_sequence):
-    n = 7
+def test_ground_truth_comes_back_as_it_was(results, make_sequence):
+    n, polygon = 7, np.array([[1.5, 2], [9.1, 2], [9, 8], [0.1, 7]])
+    mask = EncodedMask(3, 4, 5, 2, np.array([2, 5, 3]))
     sequence = make_sequence(
         n=n,
         absent=(2,),
@@ -118,180 +85,221 @@ def test_truth_comes_back_as_it_was(results, make_sequence):
         visibility=np.linspace(0, 1, n),
         attributes={"occlusion": np.arange(n) > 3},
         fps=12.5,
+        shapes=Shapes({0: polygon, 1: mask}, range(n), (32, 24)),
     )
     write_truth(results.folder, sequence)
     back = read_truth(results.folder, sequence.name, sequence.fingerprint)
+    assert_same(dict(back.regions), dict(sequence.regions))
+    assert_same(dict(back.attributes), dict(sequence.attributes))
     np.testing.assert_array_equal(back.boxes, sequence.boxes)
     np.testing.assert_array_equal(back.visibility, sequence.visibility)
-    assert list(back.regions) == ["full", "tight"]
-    np.testing.assert_array_equal(back.regions["full"], np.ones((n, 4)))
-    assert back.attributes["occlusion"].tolist() == (np.arange(n) > 3).tolist()
-    assert back.fps == 12.5
+    assert (back.fps, back.image_size) == (12.5, sequence.image_size)
+    for ours, theirs in zip(back.shapes, sequence.shapes, strict=True):
+        np.testing.assert_array_equal(ours, theirs)
 
 
-@given(st.binary(), st.binary())
-def test_a_seal_fits_its_content_alone(before, after):
-    content = sealed(before + PLACEHOLDER.encode() + after)
-    check(Path("file"), content)
-    with pytest.raises(ResultsError, match="file is damaged"):
-        check(Path("file"), content + b"x")
+def test_a_ground_truth_without_shapes_gets_them_with_the_next_run(results, make_sequence):
+    write_truth(results.folder, make_sequence(n=12))
+    sequence = make_sequence(n=12, shapes=Shapes({0: np.eye(4, 2)}, range(12), (32, 24)))
+    write_truth(results.folder, sequence)
+    assert read_truth(results.folder, sequence.name, sequence.fingerprint).shapes
 
 
-def test_text_that_looks_like_a_seal_is_content(results, sequence):
-    run = replace(full_run(sequence), failure=f"{PLACEHOLDER} {sealed(PLACEHOLDER.encode())}")
-    assert results.write(run)
-    results.read(results.path(run.identity))
-
-
-def test_a_companion_that_is_gone_is_noticed(results, sequence):
-    run = full_run(sequence)
-    results.write(run)
-    path = results.path(run.identity)
-    (companion,) = path.parent.glob("*.npz")
-    companion.unlink()
-    with pytest.raises(ResultsError, match="npz"):
-        results.read(path)
-
-
-def as_stored(results, run):
-    return results.path(run.identity).read_bytes()
-
-
-def versions(run):
-    """The run, as other versions of its tracker would have made it."""
-    return [
-        replace(run, identity=replace(run.identity, tracker_version={"source": source}))
-        for source in "ABC"
-    ]
-
-
-@pytest.mark.parametrize("with_companions", [False, True])
-def test_a_late_run_never_replaces_what_another_process_finished(
-    results, sequence, with_companions
+@given(CELLS, CELLS, CELLS)
+def test_requests_are_kept_in_order_with_the_later_version_of_a_series(
+    tmp_path_factory, first, second, gone
 ):
-    run = full_run(sequence) if with_companions else bench.evaluate("static", sequence)
-    a, b, c = versions(replace(run, failure=""))
+    results = Results(tmp_path_factory.mktemp("asked"))
+    results.prepare(Asked("First", dict.fromkeys(first, "1")))
+    results.prepare(Asked("", dict.fromkeys(second, "2")))
+    series = {(t, s, p) for t, s, _, p in second}
+    expected = {
+        (t, s, r, p): "2" if (t, s, p) in series else "1"
+        for t, s, r, p in dict.fromkeys([*first, *second])
+    }
+    asked = results.asked()
+    assert (asked.title, list(asked.cells.items())) == ("First", list(expected.items()))
+    results.remove(gone)
+    assert list(results.asked().cells) == [cell for cell in expected if cell not in gone]
+    assert damages(results.folder) == []
+
+
+def test_a_repeated_request_does_not_write(several):
+    before = (several.folder / "runs.db").read_bytes()
+    several.prepare(several.asked())
+    assert (several.folder / "runs.db").read_bytes() == before
+
+
+def test_too_many_requests_are_refused(results, monkeypatch):
+    monkeypatch.setattr("trackmark.bench.store.results.MAX_RUNS", 3)
+    cells = {("a", "s", i, "accuracy"): "1" for i in range(4)}
+    with pytest.raises(ResultsError, match=r"4 runs are requested .* at most 3\. .* --name"):
+        results.prepare(Asked("", cells))
+
+
+def test_a_late_run_never_replaces_what_another_process_finished(results, sequence):
+    run = replace(full_run(sequence), failure="")
+    a, b, c = (of_version(run, source) for source in "ABC")
+    cell = cell_of(run.identity)
     assert results.write(a)
-    kept = as_stored(results, a)
-    assert not results.write(a), "planned where nothing lay, and late"
+    assert not results.write(a), "planned when nothing was stored, and late"
     assert not results.write(b)
     assert not results.write(a, replaces=a.identity.version), "finished runs are never repeated"
-    assert as_stored(results, a) == kept
+    assert results.read(cell).identity == a.identity
     assert results.write(b, replaces=a.identity.version)
-    kept = as_stored(results, b)
-    assert not results.write(c, replaces=a.identity.version), "what it would replace is gone"
-    assert as_stored(results, b) == kept
-    results.read(results.path(b.identity))
+    assert not results.write(c, replaces=a.identity.version), "the run to replace is gone"
+    assert results.read(cell).identity == b.identity
 
 
-def test_a_failed_run_gives_way_to_who_saw_it_and_to_any_that_finished(results, sequence):
+def test_a_failed_run_gives_way_to_a_planned_repetition_and_to_a_finished_run(results, sequence):
     failed = full_run(sequence)
-    finished = replace(failed, failure="")
     assert results.write(failed)
     assert not results.write(failed)
     assert results.write(failed, replaces=failed.identity.version)
-    assert results.write(finished)
-    assert results.read(results.path(failed.identity)).status == "finished"
+    assert results.write(replace(failed, failure=""))
+    assert results.read(cell_of(failed.identity)).status == "finished"
     assert not results.write(failed, replaces=failed.identity.version)
 
 
-def test_without_hard_links_what_is_there_is_never_replaced_either(results, sequence, monkeypatch):
-    def refuse(*_):
-        raise PermissionError(errno.EPERM, "Operation not permitted")
-
-    monkeypatch.setattr("trackmark.bench.store.files.os.link", refuse)
+def test_runs_of_one_transaction_are_stored_together_or_not_at_all(results, sequence):
     run = bench.evaluate("static", sequence)
-    assert results.write(run)
-    kept = as_stored(results, run)
-    assert not results.write(run)
-    assert as_stored(results, run) == kept
-    full = full_run(sequence)
-    assert results.write(full)
-    assert not results.write(full)
+    broken = replace(bench.evaluate("static", sequence, 1), circumstances={"host": object()})
+    with pytest.raises(TypeError):
+        results.write_all([(run, ""), (broken, "")])
+    assert results.cells() == []
 
 
-def test_a_run_of_an_earlier_layout_is_refused_with_what_to_do(results, sequence, store):
-    _, path = store(results, sequence)
-    parquet.write_table(pa.table({"x": [1.0]}), path)
-    with pytest.raises(ResultsError, match=r"0\.parquet has no checksum.*another folder"):
-        results.read(path)
+def test_rows_have_the_scores_of_their_runs_and_are_ordered(results, sequence, store):
+    keys = [("static", 10), ("static", 2), ("camshift", 0), ("static", 0)]
+    runs = {key: store(results, sequence, *key) for key in keys}
+    rows = read_index(results)
+    assert [(row["tracker"], row["repetition"]) for row in rows] == sorted(keys)
+    for row in rows:
+        run = runs[row["tracker"], row["repetition"]]
+        truth = read_truth(results.folder, sequence.name, sequence.fingerprint)
+        assert repr(row) == repr(index_row(results.read(cell_of(row)), truth))
+        expected = bench.score(run, sequence)
+        assert {k: v for k, v in row["scores"].items() if v == v} == {
+            k: v for k, v in expected.items() if v == v
+        }
 
 
-def test_a_damaged_truth_is_written_anew(results, sequence, store):
-    store(results, sequence)
-    path = truth_path(results.folder, sequence.name, sequence.fingerprint)
-    path.write_bytes(path.read_bytes()[:50])
-    write_truth(results.folder, sequence)
-    back = read_truth(results.folder, sequence.name, sequence.fingerprint)
-    np.testing.assert_array_equal(back.boxes, sequence.boxes)
+def test_a_run_is_scored_once_for_each_version_of_the_scores(results, sequence, store, monkeypatch):
+    run = store(results, sequence)
+    rows = read_index(results)
+    with monkeypatch.context() as patch:
+        patch.setattr(Results, "read", lambda *a: pytest.fail("a run was opened"))
+        assert repr(read_index(results)) == repr(rows)
+    monkeypatch.setattr(index, "_scorer_version", lambda: "another")
+    monkeypatch.setattr(index, "score_both", lambda run, truth: {"new": 1.0})
+    assert [row["scores"] for row in read_index(results)] == [{"new": 1.0}]
+    newer = of_version(run, "newer")
+    assert results.write(newer, run.identity.version)
+    add_scores(results, [{**rows[0], "scores": {"late": 1.0}}])  # of the run that was replaced
+    assert [row["scores"] for row in read_index(results)] == [{"new": 1.0}]
 
 
-@pytest.mark.parametrize("damage", ["[]", "{", '{"schema": 2}', '{"schema": 2, "cells": [[1]]}'])
-def test_a_damaged_plan_is_named(results, damage):
-    (results.folder / "plan.json").write_text(damage)
-    with pytest.raises(ResultsError, match=r"plan\.json (is damaged|has no checksum)"):
-        bench.load_results(results.folder)
+def test_the_data_frame_shows_stored_missing_and_stale_runs(results, sequence, store):
+    run, other = store(results, sequence), store(results, sequence, "camshift")
+    later = of_version(other, "later")
+    gone = bench.evaluate("static", sequence, 1)
+    request(results, later, gone, run)
+    frame = bench.load_results(results.folder)
+    assert frame["tracker"].tolist() == ["camshift", "static", "static"]
+    assert frame["status"].tolist() == ["stale", "finished", "missing"]
+    assert frame["experiment"].unique().tolist() == ["trial"]
+    assert bench.load_results(results.folder.parent).equals(frame)
+    for column in ("tracker", "sequence", "status", "failure", "parameters"):
+        assert frame[column].dtype == "category", column
+    assert frame["mean_overlap"].notna().tolist() == [True, True, False]
+    chosen = bench.load_results(results.folder, [cell_of(run.identity)])
+    assert chosen["repetition"].tolist() == [0]
 
 
-def test_a_folder_without_results_is_named(tmp_path):
+def test_removed_runs_are_neither_stored_nor_missing(several, sequence):
+    several.remove([cell for cell in several.cells() if cell[2] != 1])
+    assert bench.load_results(several.folder)["repetition"].tolist() == [1]
+    assert damages(several.folder) == []
+    several.remove(several.cells())
+    with pytest.raises(ResultsError, match="no ground truth of line"):
+        read_truth(several.folder, sequence.name, sequence.fingerprint)
+    assert len(bench.load_results(several.folder)) == 0
+
+
+def test_runs_are_read_once_within_kept_runs(several, monkeypatch):
+    token = kept_runs.set(KeptRuns())
+    try:
+        cell = several.cells()[0]
+        assert several.read(cell) is several.read(cell)
+        monkeypatch.setattr(kept_runs.get(), "free", 0)
+        assert several.read(several.cells()[1]) is not several.read(several.cells()[1])
+    finally:
+        kept_runs.reset(token)
+
+
+def test_merged_results_are_those_of_all_sources(several, sequence, store, tmp_path):
+    other = Results(tmp_path / "other")
+    run = store(other, sequence, "camshift")
+    request(other, run, title="")
+    target = tmp_path / "deep" / "target"
+    assert merge_results([several.folder, other.folder], target) == (5, [])
+    assert merge_results([other.folder], target) == (0, [])
+    assert Results(target).cells() == sorted([*other.cells(), *several.cells()])
+    assert Results(target).asked().title == "Trial"
+    assert damages(target) == []
+    newer = Results(tmp_path / "newer")
+    write_truth(newer.folder, sequence)
+    newer.write(of_version(run, "newer"))
+    copied, (conflict,) = merge_results([newer.folder], target)
+    assert copied == 0
+    assert "camshift on line, repetition 0, differs between" in conflict
+
+
+def test_events_come_back_by_their_command(several):
+    log = RunLog(several.folder)
+    log.write("unit", sequence="a, b", failed=[{"failure": "why\nso"}])
+    log.write("end", outcome="finished")
+    (start,), (unit, end) = read_logs(several.folder).values()
+    assert (start["event"], start["runs"]) == ("start", 4)
+    assert unit["failed"] == [{"failure": "why\nso"}]
+    assert end["date"] >= start["date"]
+
+
+def test_columns_are_readable_without_trackmark(several):
+    with sqlite3.connect(several.folder / "runs.db") as database:
+        query = "SELECT tracker, status, frames, seconds FROM run ORDER BY id"
+        *_, last = database.execute(query)
+        assert last == ("static", "failed", 12, 1.5)
+    database.close()
+
+
+def test_missing_things_are_named(several, sequence, tmp_path):
     with pytest.raises(ResultsError, match="there are no results here"):
-        bench.load_results(tmp_path)
-
-
-def test_removing_a_run_takes_its_companions_and_empty_folders(results, sequence):
-    run = full_run(sequence)
-    results.write(run)
-    path = results.path(run.identity)
-    results.remove([str(path.relative_to(results.folder))])
-    assert not path.parent.parent.exists()
-
-
-def test_a_missing_truth_file_is_named(results, sequence, store):
-    store(results, sequence)
-    truth_path(results.folder, sequence.name, sequence.fingerprint).unlink()
-    with pytest.raises(ResultsError, match=r"_truth.*missing or damaged"):
-        read_index(results)
-
-
-def test_a_write_that_fails_leaves_the_old_file_and_no_litter(tmp_path, monkeypatch):
-    file = tmp_path / "file"
-    file.write_text("old")
-
-    def fail(descriptor, content):
-        half = len(content) // 2
-        if not half:
-            raise OSError(errno.ENOSPC, "No space left on device")
-        return plain(descriptor, content[:half])
-
-    plain = os.write
-    monkeypatch.setattr("trackmark.bench.store.files.os.write", fail)
-    with pytest.raises(ResultsError, match="No space left"):
-        write_atomically(file, b"new")
-    assert [path.name for path in tmp_path.iterdir()] == ["file"]
-    assert file.read_text() == "old"
-
-
-def test_a_folder_that_is_a_file_is_named(tmp_path):
+        bench.load_results(tmp_path / "nothing")
+    with pytest.raises(ResultsError, match=r"runs\.db has no run of static on line, repetition 9"):
+        several.read(("static", "line", 9, "accuracy"))
     (tmp_path / "file").write_text("")
-    with pytest.raises(ResultsError, match=r"file/trial/.* can't be written: Not a directory"):
+    with pytest.raises(ResultsError, match=r"file/trial/runs\.db cannot be written"):
         Results(tmp_path / "file" / "trial").prepare(Asked("", {}))
-
-
-def test_leftovers_of_processes_that_are_gone_are_removed_and_no_others(tmp_path):
-    gone = subprocess.Popen([sys.executable, "-c", ""])
-    gone.wait()
-    host = _host()
-    dead = tmp_path / f".{host}~{gone.pid}~0.parquet.tmp"
-    alive = tmp_path / f".{host}~{os.getpid()}~0.parquet.tmp"
-    elsewhere = tmp_path / f".another-{host}~{gone.pid}~0.parquet.tmp"
-    for file in (dead, alive, elsewhere):
-        file.touch()
-    remove_leftovers(tmp_path)
-    assert sorted(tmp_path.iterdir()) == sorted([alive, elsewhere])
+    assert list_runs(Results(tmp_path / "new")) == []
+    assert not (tmp_path / "new").exists()
+    with pytest.raises(ResultsError, match="file/x cannot be written"):
+        write_atomically(tmp_path / "file" / "x", b"")
 
 
 @pytest.mark.parametrize(
-    ("label", "folder"), [("_a.py:T", "%5Fa.py%3AT"), (".", "%2E"), ("a_b", "a_b")]
+    ("change", "message"),
+    [
+        ("PRAGMA application_id = 5", "no file of trackmark: its application id is 0x5"),
+        ("PRAGMA user_version = 4", "schema version 4; this trackmark reads version 3"),
+        ("DROP TABLE log", "is damaged: its tables have other columns"),
+    ],
 )
-def test_no_run_lies_where_what_is_no_run_lies(label, folder):
-    assert folder_name(label) == folder
+def test_other_files_are_refused(several, change, message):
+    database = sqlite3.connect(several.folder / "runs.db")
+    database.execute(change)
+    database.commit()
+    database.close()
+    with pytest.raises(ResultsError, match=message) as error:
+        bench.load_results(several.folder)
+    assert str(several.folder / "runs.db") in str(error.value)

@@ -1,0 +1,322 @@
+"""The SQLite file of an experiment: schema, connections, and digests of all rows.
+
+Every row has a SHA-256 digest of its other columns. For every table the file holds the combined
+digest (exclusive or) of all its rows. A changed, lost or added row is therefore detected.
+"""
+
+import hashlib
+import sqlite3
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import closing, contextmanager
+from pathlib import Path
+from typing import Any
+from urllib.parse import quote
+
+from trackmark.bench.store.files import ResultsError
+from trackmark.bench.store.layout import DATABASE, refuse_parquet_layout
+
+APPLICATION_ID = 0x74726D6B
+"""Marks SQLite files of trackmark: "trmk" in ASCII."""
+
+SCHEMA_VERSION = 3
+"""Version of the schema. Versions 1 and 2 were folders of Parquet files."""
+
+_BUSY_SECONDS = 60.0
+
+_TABLES = {
+    "setting": ("name TEXT PRIMARY KEY, value TEXT NOT NULL", ""),  # title, digests of tables
+    "requested": (
+        "position INTEGER PRIMARY KEY, tracker TEXT NOT NULL, sequence TEXT NOT NULL, "
+        "repetition INTEGER NOT NULL, protocol TEXT NOT NULL, version TEXT NOT NULL",
+        "UNIQUE (tracker, sequence, repetition, protocol)",
+    ),
+    "tracker": ("version TEXT PRIMARY KEY, identity TEXT NOT NULL", ""),  # JSON of `Identity`
+    "truth": (
+        "sequence TEXT NOT NULL, fingerprint TEXT NOT NULL, data BLOB NOT NULL",
+        "PRIMARY KEY (sequence, fingerprint)",
+    ),
+    "run": (
+        "id INTEGER PRIMARY KEY, tracker TEXT NOT NULL, sequence TEXT NOT NULL, "
+        "repetition INTEGER NOT NULL, protocol TEXT NOT NULL, "
+        "version TEXT NOT NULL REFERENCES tracker, fingerprint TEXT NOT NULL, "
+        "status TEXT NOT NULL CHECK (status IN ('finished', 'failed')), failure TEXT NOT NULL, "
+        "output TEXT NOT NULL, frames INTEGER NOT NULL, seconds REAL, frame_seconds REAL, "
+        "update_seconds REAL, circumstances TEXT NOT NULL, contents TEXT NOT NULL",
+        "UNIQUE (tracker, sequence, repetition, protocol)",
+    ),
+    "content": (  # `frames`, `revised`, `arrays`: separate, so that lists of runs are read quickly
+        "run INTEGER NOT NULL REFERENCES run, name TEXT NOT NULL, data BLOB NOT NULL",
+        "PRIMARY KEY (run, name)",
+    ),
+    "score": (
+        "run INTEGER PRIMARY KEY REFERENCES run, scorer TEXT NOT NULL, scores TEXT NOT NULL",
+        "",
+    ),
+    "log": (
+        "id INTEGER PRIMARY KEY, log TEXT NOT NULL, date TEXT NOT NULL, event TEXT NOT NULL, "
+        "content TEXT NOT NULL",
+        "",
+    ),
+}
+
+
+_STATEMENTS = [
+    f"CREATE TABLE {name} ("
+    + ", ".join(filter(None, [columns, "sha256 BLOB NOT NULL", constraint]))
+    + ") STRICT"
+    for name, (columns, constraint) in _TABLES.items()
+]
+
+
+class DamagedError(ResultsError):
+    """A file does not contain what was written; the message names it."""
+
+
+def digest(values: Iterable[Any]) -> bytes:
+    """Return the SHA-256 digest of texts, numbers, null values and bytes, with their types."""
+    short = [hashlib.sha256(v).digest() if isinstance(v, bytes) else v for v in values]
+    return hashlib.sha256(repr(short).encode("utf-8", "backslashreplace")).digest()
+
+
+class Database:
+    """The tables of one experiment within one transaction; see `connected`."""
+
+    def __init__(self, path: Path, connection: sqlite3.Connection) -> None:
+        self.path = path
+        self._connection = connection
+        self._changed: Counter[str] = Counter()  # exclusive or of added and removed rows
+
+    def select(self, query: str, *values: Any) -> list[Any]:
+        """Return the rows of a query without checking digests."""
+        return self._connection.execute(query, values).fetchall()
+
+    def rows(self, table: str, where: str = "1", *values: Any) -> list[sqlite3.Row]:
+        """Return rows of a table, each with its digest as the last column.
+
+        Raises `DamagedError` if a row is not what was written.
+        """
+        found = self.select(f"SELECT * FROM {table} WHERE {where}", *values)
+        for row in found:
+            *columns, sha256 = row
+            if digest(columns) != sha256:
+                named = ", ".join(str(value)[:60] for value in columns[:5] if value != "")
+                raise self.damaged(f"a row of its table {table!r} was changed ({named})")
+        return found
+
+    def table(self, name: str) -> list[sqlite3.Row]:
+        """Return all rows of a table.
+
+        Raises `DamagedError` if a row is not what was written, or rows are missing.
+        """
+        found = self.rows(name)
+        if _combined(row["sha256"] for row in found) != int(self.setting(_total(name)), 16):
+            raise self.damaged(f"rows of its table {name!r} are missing")
+        return found
+
+    def setting(self, name: str) -> str:
+        """Return a setting; raise `DamagedError` if it is missing."""
+        for row in self.rows("setting", "name = ?", name):
+            return str(row["value"])
+        raise self.damaged(f"the setting {name!r} is missing")
+
+    def set(self, name: str, value: str) -> None:
+        """Store a setting."""
+        values = name, value, digest((name, value))
+        self._connection.execute("INSERT OR REPLACE INTO setting VALUES (?, ?, ?)", values)
+
+    def insert(self, table: str, rows: Iterable[Sequence[Any]]) -> None:
+        """Insert rows: values of all columns without the digest."""
+        sealed = [(*row, digest(row)) for row in rows]
+        if sealed:
+            places = ", ".join("?" * len(sealed[0]))
+            self._connection.executemany(f"INSERT INTO {table} VALUES ({places})", sealed)
+            self._changed[table] ^= _combined(row[-1] for row in sealed)
+
+    def delete(self, table: str, where: str = "1", *values: Any) -> None:
+        """Delete rows."""
+        gone = self.select(f"SELECT sha256 FROM {table} WHERE {where}", *values)
+        if gone:
+            self._connection.execute(f"DELETE FROM {table} WHERE {where}", values)
+            self._changed[table] ^= _combined(row["sha256"] for row in gone)
+
+    def recount(self) -> None:
+        """Compute the digests of all tables anew, after damaged rows may have been removed."""
+        for table in _TABLES.keys() - {"setting"}:
+            rows = self.select(f"SELECT sha256 FROM {table}")
+            self.set(_total(table), f"{_combined(row['sha256'] for row in rows):x}")
+        self._changed.clear()
+
+    def store_totals(self) -> None:
+        """Store the digests of the tables that were changed."""
+        for table, change in self._changed.items():
+            self.set(_total(table), f"{int(self.setting(_total(table)), 16) ^ change:x}")
+
+    def damages(self) -> list[str]:
+        """Return a sentence for each damage of the file's structure and of its rows."""
+        said = []
+        structure = [row[0] for row in self.select("PRAGMA integrity_check(1)")]
+        if structure != ["ok"]:
+            said.append(str(self.damaged(structure[0].replace("\n", " "))))
+        for table in _TABLES:
+            try:
+                if table == "setting":
+                    self.rows(table)
+                    self.setting("title")
+                else:
+                    self.table(table)
+            except DamagedError as error:
+                said.append(str(error))
+            except (sqlite3.Error, UnicodeDecodeError) as error:
+                said.append(str(_explained(self.path, error)))
+        return said
+
+    def damaged(self, reason: str) -> DamagedError:
+        """Return the error for damage of the file."""
+        return DamagedError(
+            f"{self.path} is damaged: {reason}. Restore the file from a backup, or remove the "
+            "damaged runs (`trackmark results remove`) and run the same command again."
+        )
+
+    def copy(self, target: Path) -> None:
+        """Copy the file to another folder, which has none."""
+        with closing(sqlite3.connect(target / DATABASE)) as copy:
+            self._connection.backup(copy)
+
+    def create(self) -> None:
+        """Create the tables, which are empty."""
+        for statement in _STATEMENTS:
+            self._connection.execute(statement)
+        self._connection.execute(f"PRAGMA application_id = {APPLICATION_ID}")
+        self._connection.execute(f"PRAGMA user_version = {SCHEMA_VERSION}")
+        self.set("title", "")
+        self.recount()
+
+
+@contextmanager
+def connected(folder: Path, *, write: bool = False) -> Iterator[Database]:
+    """Open the file of an experiment for one transaction.
+
+    `folder`: of the experiment. If it has no results, it is created for writing, and tables are
+    empty for reading. `write`: lock out other writers. An exception undoes all changes.
+
+    Raises `ResultsError` naming the file if it is damaged, is no file of this version, or cannot be
+    read or written.
+    """
+    path = folder / DATABASE
+    connection = None
+    try:
+        connection = _open(path, write=write)
+        database = _checked(path, connection)
+        if database is None:  # nothing was written yet
+            if not write:
+                connection.close()
+                connection = _in_memory()
+            database = Database(path, connection)
+            database.create()
+        yield database
+        if write:
+            database.store_totals()
+        connection.execute("COMMIT")
+    except (sqlite3.Error, UnicodeDecodeError) as error:  # the message may quote the file
+        raise _explained(path, error) from error
+    finally:
+        if connection is not None:
+            connection.close()
+
+
+def _open(path: Path, *, write: bool) -> sqlite3.Connection:
+    """Open the file and begin a transaction."""
+    if not path.exists():
+        refuse_parquet_layout(path.parent)
+        if not write:
+            return _in_memory()
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise ResultsError(
+                f"{path} cannot be written: {error.strerror}. Choose another folder with --output."
+            ) from error
+    # `rw` falls back to reading only if the file is write-protected.
+    mode = "rwc" if write else "rw"
+    connection = sqlite3.connect(
+        f"file:{quote(str(path.absolute()))}?mode={mode}",
+        uri=True,
+        timeout=_BUSY_SECONDS,
+        isolation_level=None,
+    )
+    connection.row_factory = sqlite3.Row
+    connection.execute("PRAGMA foreign_keys = ON")
+    connection.execute("PRAGMA synchronous = EXTRA")
+    connection.execute("BEGIN IMMEDIATE" if write else "BEGIN")
+    return connection
+
+
+def _in_memory() -> sqlite3.Connection:
+    connection = sqlite3.connect(":memory:", isolation_level=None)
+    connection.row_factory = sqlite3.Row
+    connection.execute("BEGIN")
+    return connection
+
+
+def _checked(path: Path, connection: sqlite3.Connection) -> Database | None:
+    """Return the tables if the file has this version's, None if it is empty.
+
+    Raises `ResultsError` for any other file.
+    """
+    application = connection.execute("PRAGMA application_id").fetchone()[0]
+    version = connection.execute("PRAGMA user_version").fetchone()[0]
+    tables = connection.execute("SELECT count(*) FROM sqlite_schema").fetchone()[0]
+    if not (application or version or tables or (path.exists() and path.stat().st_size)):
+        return None
+    if application != APPLICATION_ID:
+        raise DamagedError(
+            f"{path} is damaged or no file of trackmark: its application id is {application:#x}, "
+            f"expected {APPLICATION_ID:#x}. Move it elsewhere, or restore it from a backup."
+        )
+    if version != SCHEMA_VERSION:
+        raise ResultsError(
+            f"{path} has the schema version {version}; this trackmark reads version "
+            f"{SCHEMA_VERSION}. Read it with the trackmark that wrote it, or run again into "
+            "another folder."
+        )
+    database = Database(path, connection)
+    stored = connection.execute("SELECT sql FROM sqlite_schema WHERE type = 'table'").fetchall()
+    if {row[0] for row in stored} != set(_STATEMENTS):
+        raise database.damaged("its tables have other columns")
+    return database
+
+
+def _total(table: str) -> str:
+    return f"digest of {table}"
+
+
+def _combined(digests: Iterable[bytes]) -> int:
+    combined = 0
+    for one in digests:
+        combined ^= int.from_bytes(one, "big")
+    return combined
+
+
+def _explained(path: Path, error: Exception) -> ResultsError:
+    """Return the error of the store for an error of SQLite or in the text of its message."""
+    name = getattr(error, "sqlite_errorname", "")
+    if name.startswith(("SQLITE_BUSY", "SQLITE_LOCKED")):
+        return ResultsError(
+            f"{path}: another process has locked this file for {_BUSY_SECONDS:.0f} s. Is it "
+            "stopped? End it, and run the same command again."
+        )
+    if name == "SQLITE_READONLY_ROLLBACK":
+        return ResultsError(
+            f"{path} was left in the middle of a write, and its folder is read-only. Copy "
+            f"{path.name} and {path.name}-journal to a folder that can be written, and read there."
+        )
+    if name.startswith(("SQLITE_FULL", "SQLITE_READONLY", "SQLITE_CANTOPEN", "SQLITE_IOERR")):
+        return ResultsError(
+            f"{path} cannot be read or written: {error}. Make room, correct the permissions or the "
+            "disk, or choose another folder with --output."
+        )
+    return DamagedError(
+        f"{path} is damaged: {error}. Restore the file from a backup, or remove it and run the "
+        "same command again."
+    )

@@ -1,0 +1,338 @@
+"""Kills, full disks, flipped bits and other processes: nothing acknowledged is lost or changed."""
+
+import os
+import shutil
+import signal
+import sqlite3
+import subprocess
+import sys
+import time
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from trackmark import bench
+from trackmark.bench.evaluation.run_record import Run
+from trackmark.bench.experiments.tracker_spec import Identity
+from trackmark.bench.store import database as module
+from trackmark.bench.store.asked import Asked
+from trackmark.bench.store.files import ResultsError
+from trackmark.bench.store.index import read_index
+from trackmark.bench.store.log import RunLog, read_logs
+from trackmark.bench.store.results import Results
+from trackmark.bench.store.truth import read_truth
+from trackmark.bench.store.upkeep import damages
+
+WRITER = """
+import sys
+from pathlib import Path
+from tests.bench.store.test_durability import made
+from trackmark.bench.store.results import Results
+results, first = Results(Path(sys.argv[1])), int(sys.argv[2])
+for number in range(first, first + 100_000):
+    assert results.write(made(number))
+    print(number, flush=True)
+"""
+
+
+def made(number):
+    """A run without tracker and sequence."""
+    rng = np.random.default_rng(number)
+    identity = Identity("t", "t", "", {}, {"source": "1"}, "s", "f", number, "accuracy")
+    boxes = rng.random((50, 4))
+    return Run(identity, boxes=boxes, visible=boxes[:, 0] > 0.5, confidence=boxes[:, 1])
+
+
+def assert_whole(results, numbers):
+    """Check that the runs of these numbers are stored, and at most one more per writer."""
+    assert damages_without_truth(results.folder) == []
+    stored = {cell[2] for cell in results.cells()}
+    assert set(numbers) <= stored
+    for number in stored:
+        run = results.read(("t", "s", number, "accuracy"))
+        np.testing.assert_array_equal(run.boxes, made(number).boxes)
+    return len(stored)
+
+
+def damages_without_truth(folder):
+    """Return damages of the file itself: the runs of these tests have no ground truth."""
+    with module.connected(folder) as database:
+        return database.damages()
+
+
+def killed_round(folder, first, delay):
+    """Start a writer, kill it, and return the numbers of the runs that it reported as stored."""
+    command = [sys.executable, "-c", WRITER, str(folder), str(first)]
+    root = Path(__file__).parents[3]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, cwd=root) as writer:
+        reported = [int(writer.stdout.readline())]
+        time.sleep(delay)
+        writer.send_signal(signal.SIGKILL)
+        rest = writer.stdout.read()
+    return reported + [int(line) for line in rest.splitlines(keepends=True) if line.endswith("\n")]
+
+
+@pytest.mark.parametrize("rounds", [3, pytest.param(100, marks=pytest.mark.slow)])
+def test_a_killed_writer_loses_no_acknowledged_run(tmp_path, rounds, evidence):
+    results = Results(tmp_path / "trial")
+    delays = np.random.default_rng(0).random(rounds) * 0.3
+    reported = []
+    for number, delay in enumerate(delays):
+        reported += killed_round(results.folder, number * 100_000, delay)
+    stored = assert_whole(results, reported)
+    assert stored - len(reported) <= rounds
+    evidence(f"{rounds} kills: {len(reported)} acknowledged runs, {stored} stored, none lost")
+
+
+def test_a_transaction_that_was_killed_in_the_middle_is_undone_by_the_next_reader(several):
+    """Copies of file and journal in the middle of a transaction are what a kill leaves."""
+    file, journal = several.folder / "runs.db", several.folder / "runs.db-journal"
+    before = contents(several)
+    writer = sqlite3.connect(file, isolation_level=None)
+    writer.execute("PRAGMA cache_size = 1")
+    writer.execute("BEGIN IMMEDIATE")
+    writer.execute("UPDATE content SET data = randomblob(20000)")
+    writer.execute("UPDATE run SET failure = 'x'")
+    left = several.folder.parent / "left" / "trial"
+    left.mkdir(parents=True)
+    for one in (file, journal):
+        shutil.copy(one, left / one.name)
+    writer.execute("ROLLBACK")
+    writer.close()
+    assert (left / "runs.db").read_bytes() != file.read_bytes()
+    assert contents(Results(left)) == before
+    assert not (left / journal.name).exists()
+
+
+def contents(results):
+    """Return everything that is stored, as text."""
+    folder = results.folder
+    asked = results.asked()
+    runs = {cell: results.read(cell) for cell in results.cells()}
+    said = [asked.title, list(asked.cells.items()), read_index(results), read_logs(folder)]
+    for cell, run in runs.items():
+        arrays = [run.boxes, run.visible, run.confidence, *run.details.values()]
+        arrays += [one for named in run.arrays.values() for one in named.values()]
+        arrays += [] if run.revised is None else [run.revised]
+        truth = read_truth(folder, run.identity.sequence, run.identity.fingerprint)
+        arrays += [truth.boxes, truth.visibility]
+        said += [cell, run.identity, run.failure, run.output, run.circumstances]
+        said += [[array.tobytes() for array in arrays], truth.fps, truth.image_size]
+    return repr(said)
+
+
+def flip_bits(results, bits):
+    """Flip bits one by one; return the numbers of reported flips, and of those without effect."""
+    file = results.folder / "runs.db"
+    whole, expected = file.read_bytes(), contents(results)
+    assert damages(results.folder) == []
+    counts = {"reported": 0, "no effect": 0}
+    for bit in bits:
+        changed = bytearray(whole)
+        changed[bit // 8] ^= 1 << bit % 8
+        file.write_bytes(bytes(changed))
+        said = damages(results.folder)
+        assert all(str(file) in one and "\n" not in one for one in said)
+        try:
+            same = contents(results) == expected
+        except ResultsError:
+            assert said, "a reader reports damage that the check does not"
+            counts["reported"] += 1
+        else:
+            assert same, f"bit {bit} changed something, and no reader reported it"
+            counts["reported" if said else "no effect"] += 1
+    file.write_bytes(whole)
+    return counts
+
+
+@pytest.mark.parametrize("number", [60, pytest.param(3000, marks=pytest.mark.slow)])
+def test_no_flipped_bit_is_silent(several, number, evidence):
+    size = 8 * (several.folder / "runs.db").stat().st_size
+    bits = np.random.default_rng(0).choice(size, number, replace=False).tolist()
+    evidence(f"{number} flipped bits: {flip_bits(several, bits)}, none silent")
+
+
+@pytest.mark.parametrize(
+    ("change", "reason"),
+    [
+        ("UPDATE run SET status = 'finished', failure = ''", "'run' was changed (4, static, line"),
+        ("UPDATE run SET seconds = 2 WHERE seconds", "'run' was changed"),
+        ("UPDATE requested SET version = 'x' WHERE position = 1", "'requested' was changed"),
+        ("UPDATE score SET scores = '{}' WHERE run = 1", "'score' was changed"),
+        ("UPDATE tracker SET identity = '{}'", "'tracker' was changed"),
+        ("UPDATE truth SET data = zeroblob(9)", "'truth' was changed"),
+        ("UPDATE log SET content = '{}'", "'log' was changed"),
+        ("UPDATE content SET data = zeroblob(9) WHERE run = 4", "'content' was changed"),
+        ("UPDATE setting SET value = 'x' WHERE name = 'title'", "'setting' was changed"),
+        ("DELETE FROM run WHERE id = 3", "rows of its table 'run' are missing"),
+        ("DELETE FROM requested WHERE position = 1", "rows of its table 'requested' are missing"),
+        ("DELETE FROM content WHERE name = 'revised'", "rows of its table 'content' are missing"),
+        ("DELETE FROM setting WHERE name = 'title'", "the setting 'title' is missing"),
+    ],
+)
+def test_changes_in_any_table_are_reported_by_check_and_readers(several, change, reason):
+    edit(several, change)
+    (said, *_) = damages(several.folder)
+    assert reason in said
+    with pytest.raises(ResultsError, match=r"runs\.db is damaged"):
+        contents(several)
+
+
+def edit(results, change):
+    database = sqlite3.connect(results.folder / "runs.db")
+    database.execute(change)
+    database.commit()
+    database.close()
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        "UPDATE run SET failure = 'x'",
+        "UPDATE tracker SET identity = '{}'",
+        "UPDATE truth SET data = zeroblob(9)",
+        "DELETE FROM content",
+        "DELETE FROM run WHERE id = 1",
+    ],
+)
+def test_damaged_runs_can_be_removed(several, change):
+    edit(several, change)
+    assert damages(several.folder)
+    several.remove(several.cells())
+    assert damages(several.folder) == []
+    assert several.cells() == []
+
+
+def test_a_file_cut_anywhere_is_reported(several):
+    file = several.folder / "runs.db"
+    whole, expected = file.read_bytes(), contents(several)
+    for length in range(1, len(whole), max(1, len(whole) // 40)):
+        file.write_bytes(whole[:length])
+        with pytest.raises(ResultsError, match=r"runs\.db"):
+            contents(several)
+        assert damages(several.folder)
+    file.write_bytes(whole)
+    assert contents(several) == expected
+
+
+def write_error(results, number):
+    try:
+        results.write(made(number))
+    except ResultsError as error:
+        return str(error)
+    return ""
+
+
+def test_a_full_disk_leaves_everything_readable_and_writing_goes_on(tmp_path, monkeypatch):
+    results = Results(tmp_path / "trial")
+    limited = module._open
+
+    def limit(path, *, write):
+        connection = limited(path, write=write)
+        connection.execute("PRAGMA max_page_count = 60")
+        return connection
+
+    results.prepare(Asked("", {}))
+    with monkeypatch.context() as patch:
+        patch.setattr(module, "_open", limit)
+        stored = 0
+        while not (refused := write_error(results, stored)):
+            stored += 1
+    assert "runs.db cannot be read or written: database or disk is full. Make room" in refused
+    assert stored > 5
+    assert assert_whole(results, range(stored)) == stored
+    results.write(made(stored))
+    assert assert_whole(results, range(stored + 1)) == stored + 1
+
+
+def test_a_size_limit_of_files_leaves_everything_readable(tmp_path):
+    """The system refuses to write in the middle of a transaction, as a full disk does."""
+    limit = "import resource, signal\nsignal.signal(signal.SIGXFSZ, signal.SIG_IGN)\n"
+    limit += "resource.setrlimit(resource.RLIMIT_FSIZE, (200_000, 200_000))\n"
+    command = [sys.executable, "-c", limit + WRITER, str(tmp_path / "trial"), "0"]
+    root = Path(__file__).parents[3]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=root)
+    assert "ResultsError" in done.stderr
+    assert "runs.db cannot be read or written" in done.stderr
+    reported = [int(line) for line in done.stdout.split()]
+    assert len(reported) > 5
+    assert assert_whole(Results(tmp_path / "trial"), reported) == len(reported)
+
+
+def write_some(folder, first):
+    results = Results(folder)
+    for number in range(first, first + 20):
+        results.prepare(Asked("", {("t", "s", number, "accuracy"): made(number).identity.version}))
+        assert results.write(made(number))
+        RunLog(folder).write("unit", number=number)
+    return first
+
+
+def test_two_commands_in_one_folder_lose_nothing(tmp_path):
+    folder = tmp_path / "trial"
+    with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as executor:
+        work = [executor.submit(write_some, folder, first) for first in (0, 100)]
+        while not all(one.done() for one in work):
+            if folder.exists():
+                Results(folder).cells()  # a reader among them
+        assert [one.result() for one in work] == [0, 100]
+    numbers = [*range(20), *range(100, 120)]
+    assert assert_whole(Results(folder), numbers) == 40
+    assert {cell[2] for cell in Results(folder).asked().cells} == set(numbers)
+    assert sum(map(len, read_logs(folder).values())) == 40
+
+
+def test_a_lock_that_is_never_released_is_named(several, monkeypatch):
+    monkeypatch.setattr(module, "_BUSY_SECONDS", 0.05)
+    other = sqlite3.connect(several.folder / "runs.db", isolation_level=None)
+    other.execute("BEGIN IMMEDIATE")
+    assert len(several.cells()) == 4, "readers go on"
+    with pytest.raises(ResultsError, match=r"runs\.db: another process has locked this file"):
+        several.write(made(0))
+    other.close()
+
+
+def test_a_folder_that_can_only_be_read_is_read(several, monkeypatch):
+    """`query_only` refuses writes as a read-only file system does; root ignores permissions."""
+    plain = module._open
+
+    def read_only(path, *, write):
+        connection = plain(path, write=write)
+        connection.execute("PRAGMA query_only = ON")
+        return connection
+
+    edit(several, "UPDATE score SET scorer = 'old'")
+    edit(several, "DELETE FROM score")
+    database = several.folder / "runs.db"
+    with module.connected(several.folder, write=True) as opened:
+        opened.recount()
+    before = database.read_bytes()
+    monkeypatch.setattr(module, "_open", read_only)
+    assert len(bench.load_results(several.folder)) == 4
+    with pytest.raises(ResultsError, match=r"runs\.db cannot be read or written.*permissions"):
+        several.write(made(0))
+    assert database.read_bytes() == before
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="mounting needs root")
+def test_results_on_a_read_only_file_system(several, tmp_path):
+    mount = f"mount --bind {several.folder} {several.folder} && "
+    mount += f"mount -o remount,bind,ro {several.folder} && "
+    code = "import sys; from trackmark import bench; print(len(bench.load_results(sys.argv[1])))"
+    command = f"{mount} exec {sys.executable} -c '{code}' {several.folder}"
+    done = subprocess.run(["unshare", "-m", "sh", "-c", command], capture_output=True, text=True)
+    if "mount" in done.stderr or "unshare" in done.stderr:
+        pytest.skip(done.stderr)
+    assert (done.stdout.strip(), done.stderr) == ("4", "")
+
+
+def test_results_of_an_older_layout_are_refused_with_the_command_that_converts_them(tmp_path):
+    folder = tmp_path / "trial"
+    folder.mkdir()
+    (folder / "plan.json").write_text("{}")
+    for read in (Results(folder).asked, lambda: bench.load_results(tmp_path)):
+        with pytest.raises(ResultsError, match=f"trackmark results convert {folder}"):
+            read()
