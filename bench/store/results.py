@@ -47,8 +47,11 @@ class Results:
     def prepare(self, asked: Asked) -> None:
         """Create the file if it is missing, and add to the requested runs.
 
-        Raises `ResultsError` if the file cannot be written, or there are too many runs.
+        Raises `ResultsError` if the file cannot be written, or there are too many runs, and
+        `UnicodeEncodeError` for a name that is not UTF-8, before anything is created.
         """
+        for cell in asked.cells:
+            "".join(map(str, cell)).encode()
         with connected(self.folder, write=True) as database:
             present = read_asked(database)
             both = present.and_then(asked)

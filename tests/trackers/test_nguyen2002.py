@@ -80,8 +80,8 @@ def test_no_more_images_are_kept_than_the_longest_occlusion_has(end):
     images = [random.integers(0, 256, (240, 320, 3), dtype=np.uint8) for _ in range(15)]
     parameters = {"end": end, "search_range": 4, "longest_occlusion": 19, "subpixel": False}
     tracker = made(images, [100, 100, 12, 12], **parameters)
-    for image in images:  # all that an occlusion needs is compiled
-        tracker.update(image)
+    for frame in range(80):  # all that an occlusion and its end need is compiled
+        tracker.update(images[frame % 15])
     tracker = made(images, [100, 100, 12, 12], **parameters)
     tracker.update(images[1])
     tracemalloc.start()

@@ -4,6 +4,8 @@ import json
 
 import pytest
 
+from trackmark.bench.store.log import read_logs
+
 SMALL = "plain/target:length=20:width=64:height=64"
 STRESS = ("--sequences", SMALL, "--runs", "20", "--knob")
 
@@ -16,9 +18,9 @@ def test_breaking_points_are_found_and_no_run_is_repeated(trackmark, here):
     assert max(map(len, text.splitlines())) <= 100
     for name in ("breaking-points.tex", "severity.csv", "runs.csv", "curve-noise.png"):
         assert (here / "out" / name).is_file()
-    logs = list((here / "results/stress/_log").iterdir())
+    logs = read_logs(here / "results/stress")
     data = json.loads(trackmark(*command, "--json").stdout)
-    assert list((here / "results/stress/_log").iterdir()) == logs
+    assert read_logs(here / "results/stress") == logs
     assert [series["tracker"] for series in data["series"]] == ["static", "camshift"]
     assert all(len(series["runs"]) == 20 for series in data["series"])
     assert data["baseline"] == "camshift"

@@ -164,7 +164,6 @@ show data/Small --results NAME --output shown.png
 report NAME
 compare --results NAME
 results list NAME
-results merge data NAME
 baseline NAME.toml --trackers static {SMALL}
 check NAME.toml
 """.strip().splitlines()

@@ -7,7 +7,12 @@ import pytest
 
 from tests.datasets.synthetic.scenes import grown, runs, scenes_of
 from trackmark.datasets.synthetic.nguyen2002.lights.plan import KINDS
-from trackmark.datasets.synthetic.nguyen2002.lights.scene import LightsScene, _passing, _pose
+from trackmark.datasets.synthetic.nguyen2002.lights.scene import (
+    LightsScene,
+    _lighting,
+    _passing,
+    _pose,
+)
 from trackmark.datasets.synthetic.nguyen2002.lights.setting import Card, Pose, Setting
 from trackmark.datasets.synthetic.nguyen2002.lights.things import HALF_HEIGHT, passer
 from trackmark.datasets.synthetic.render.finish import Thing, looked_at
@@ -129,7 +134,7 @@ def test_ratios_of_channels_stay_as_both_lamps_are_nearly_white():
 @pytest.mark.parametrize("lamp", [0, 1])
 def test_the_held_thing_throws_a_shadow_away_from_each_lamp(lamp):
     one = opened(0)
-    lighting = one._lighting
+    lighting = _lighting(0)
     pose = _pose(one.plan, 0)
     away = Pose((-2000.0, 0.0))
     shaded, free = (lighting.picture([lamp], p, np.zeros(2), []) for p in (pose, away))
@@ -145,7 +150,7 @@ def test_the_held_thing_throws_a_shadow_away_from_each_lamp(lamp):
 
 def test_what_passes_shades_the_object_before_it_hides_it():
     one = opened(0)
-    lighting, plan = one._lighting, one.plan
+    lighting, plan = _lighting(0), one.plan
     start, _ = runs(one.truth().visibility < 0.9)[0]
     losses = []
     for frame in (start - 40, start - 2):
