@@ -45,7 +45,7 @@ def option(
     least number. `choices`: all valid texts. `type`: of click, or a function of the text.
     """
     if choices:
-        type = click.Choice(choices)  # noqa: A001
+        type = click.Choice(choices)  # noqa: A001  # as click calls it
     if default is not dataclasses.MISSING:
         settings |= {"default": default, "show_default": True}
     metadata = {"names": names, "help": help, "minimum": minimum, "type": type, **settings}
