@@ -12,7 +12,7 @@ from trackmark.datasets.interface import Image, Mask
 
 
 @dataclass(frozen=True)
-class Truth:
+class SceneTruth:
     """What is true of the target in every frame."""
 
     # what trackers start from and are scored by, hidden parts included, in pixels; as a rule the
@@ -26,7 +26,7 @@ class Truth:
     regions: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
 
 
-class Scene(ABC):
+class SyntheticScene(ABC):
     """A renderer with its truth; as `Frames` it gives its images.
 
     `render` and `mask` depend on the frame's number alone: any order, any process and any
@@ -41,7 +41,7 @@ class Scene(ABC):
         return self.length
 
     @abstractmethod
-    def truth(self) -> Truth:
+    def truth(self) -> SceneTruth:
         """Truth of all frames; renders nothing."""
 
     @abstractmethod
@@ -61,7 +61,7 @@ def part_generator(seed: int, part: str) -> np.random.Generator:
     return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(crc32(part.encode()),)))
 
 
-def pasted(size: tuple[int, int], left: int, top: int, part: Image) -> Image:
+def paste_window(size: tuple[int, int], left: int, top: int, part: Image) -> Image:
     """An image of a width and height that is 0 but for a part of it, shape (h, w)."""
     whole = np.zeros(size[::-1], part.dtype)
     height, width = part.shape

@@ -16,7 +16,7 @@ from trackmark.datasets.synthetic.knobs import Knobs
 from trackmark.datasets.versioning import seal_of
 
 if TYPE_CHECKING:
-    from trackmark.datasets.synthetic.scene import Scene, Truth
+    pass
 
 FOLDER = Path(__file__).parent
 
@@ -26,7 +26,7 @@ class SceneModule(Protocol):
 
     __file__: str
 
-    def scene(self, knobs: Any, *which: Any) -> "Scene":
+    def scene(self, knobs: Any, *which: Any) -> "SyntheticScene":
         """Renderer and truth; nothing is painted yet. `which` is the entry's."""
         ...
 
@@ -121,7 +121,7 @@ class Suite:
             image_size=scene.size,
         )
 
-    def _true(self, name: str, knobs: Knobs) -> "Truth":
+    def _true(self, name: str, knobs: Knobs) -> "SceneTruth":
         entry = self.entries[name]
         module = cast(SceneModule, importlib.import_module(entry.module))
         return module.scene(knobs, *entry.which).truth()

@@ -26,14 +26,14 @@ SUITE = Suite(
         Entry(
             "moreno2005/octopus",
             seeded("animal, trajectory, floor, light and noise"),
-            f"{MODULE}.octopus.scene",
+            f"{MODULE}.octopus",
             100,
             (320, 240),
         ),
         Entry(
             "moreno2005/book",
             seeded("book, bending, trajectory, room and noise"),
-            f"{MODULE}.book.scene",
+            f"{MODULE}.book",
             100,
             (320, 240),
         ),

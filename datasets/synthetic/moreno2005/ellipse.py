@@ -22,7 +22,7 @@ from trackmark.datasets.synthetic.knobs import SceneKnobs
 from trackmark.datasets.synthetic.render.camera import Camera
 from trackmark.datasets.synthetic.render.path import quantised
 from trackmark.datasets.synthetic.render.texture import fractal, ramp
-from trackmark.datasets.synthetic.scene import Scene, Truth, part_generator
+from trackmark.datasets.synthetic.scene import SceneTruth, SyntheticScene, part_generator
 
 Array = NDArray[np.float64]
 
@@ -44,7 +44,7 @@ COLOURS = 0.08, 0.92  # least and greatest of every channel
 
 
 @dataclass(frozen=True)
-class Plan:
+class EllipsePlan:
     """An ellipse in every frame."""
 
     centre: Array  # (FRAMES, 2): in the picture, (x, y) [pixels]
@@ -92,7 +92,7 @@ class Plan:
         return float(1 / np.linalg.norm(self.inwards(frame, self.centre[frame] + towards)))
 
 
-def drawn_plan(seed: int) -> Plan:
+def sample_plan(seed: int) -> EllipsePlan:
     """Draw trajectory, shape and colour."""
     way, shape, colour = (
         part_generator(seed, f"moreno2005/ellipse {part}") for part in ("way", "shape", "colour")
@@ -103,7 +103,7 @@ def drawn_plan(seed: int) -> Plan:
     half_axes = np.exp(_random_walk(shape, least, greatest))
     angle = _random_walk(shape, -turn, turn)[:, 0]
     centre = quantised(_trajectory(way, np.full(2, BORDER), far))
-    return Plan(centre, quantised(half_axes), angle, _colour_path(colour))
+    return EllipsePlan(centre, quantised(half_axes), angle, _colour_path(colour))
 
 
 def _trajectory(random: np.random.Generator, low: Array, high: Array) -> Array:
@@ -182,7 +182,7 @@ def samples(outline: Array) -> NDArray[np.bool_]:
     return canvas.astype(np.bool_)
 
 
-def drawn_shape(random: np.random.Generator, centre: Array, radius: float) -> Array:
+def sample_outline(random: np.random.Generator, centre: Array, radius: float) -> Array:
     """Outline of a shape of any kind around a place (2,), as large as a circle [pixels]."""
     kinds = _box, _polygon, _oval, _blob
     points = kinds[random.integers(len(kinds))](random)
@@ -221,14 +221,14 @@ def _directions(angles: Array) -> Array:
 
 
 @dataclass(frozen=True)
-class Patch:
+class EllipsePatch:
     """Something of the colour that the ellipse has at one time."""
 
     outline: Array  # (k, 2) [pixels]
     colour: Array  # (3,): RGB in [0, 1]
 
 
-def drawn_patches(seed: int, plan: Plan) -> list[Patch]:
+def sample_patches(seed: int, plan: EllipsePlan) -> list[EllipsePatch]:
     """Draw pairs of patches of the ellipse's colour in a frame, near its place in that frame.
 
     One patch of each pair touches the ellipse, the other is beside it.
@@ -243,11 +243,11 @@ def drawn_patches(seed: int, plan: Plan) -> list[Patch]:
             beyond = radius * random.uniform(*SHOWN) if met else radius + random.uniform(*ASIDE)
             towards = np.array([np.cos(direction), np.sin(direction)])
             middle = plan.centre[frame] + (plan.reach(frame, direction) + beyond) * towards
-            patches.append(Patch(drawn_shape(random, middle, radius), plan.colour[frame]))
+            patches.append(EllipsePatch(sample_outline(random, middle, radius), plan.colour[frame]))
     return patches
 
 
-def touched(patches: Sequence[Patch], plan: Plan) -> NDArray[np.bool_]:
+def similar_patch_frames(patches: Sequence[EllipsePatch], plan: EllipsePlan) -> NDArray[np.bool_]:
     """In which frames the ellipse touches a patch of about the colour that it has then.
 
     A patch that is hidden, by the ellipse or by another patch, does not count where it is.
@@ -267,7 +267,7 @@ def touched(patches: Sequence[Patch], plan: Plan) -> NDArray[np.bool_]:
     return found
 
 
-def painted(seed: int, plan: Plan, patches: Sequence[Patch]) -> Image:
+def paint_background(seed: int, plan: EllipsePlan, patches: Sequence[EllipsePatch]) -> Image:
     """Paint the background, BGR, with the patches on top."""
     random = part_generator(seed, "moreno2005/ellipse clutter")
     rows, columns = SIZE[1] * FINE, SIZE[0] * FINE
@@ -277,7 +277,7 @@ def painted(seed: int, plan: Plan, patches: Sequence[Patch]) -> Image:
     for _ in range(SHAPES):
         middle = random.uniform((0, 0), SIZE)
         radius = SHAPE_RADIUS[0] + (SHAPE_RADIUS[1] - SHAPE_RADIUS[0]) * random.random() ** 2
-        outline = drawn_shape(random, middle, radius)
+        outline = sample_outline(random, middle, radius)
         alike, frame = random.random() < ALIKE, int(random.integers(FRAMES))
         colour = plan.colour[frame] if alike else random.uniform(*COLOURS, 3)
         _lay(random, canvas, mottle, outline, colour)
@@ -330,23 +330,23 @@ def scene(knobs: SceneKnobs) -> "EllipseScene":
     return EllipseScene(knobs.scene)
 
 
-class EllipseScene(Scene):
+class EllipseScene(SyntheticScene):
     """An ellipse in front of clutter."""
 
     length, size = FRAMES, SIZE
 
     def __init__(self, seed: int) -> None:
         self._seed = seed
-        self.plan = drawn_plan(seed)
-        self.patches = drawn_patches(seed, self.plan)
+        self.plan = sample_plan(seed)
+        self.patches = sample_patches(seed, self.plan)
 
-    def truth(self) -> Truth:
-        """See `Scene.truth`.
+    def truth(self) -> SceneTruth:
+        """See `SyntheticScene.truth`.
 
         The attribute is `similar patch`: a patch of about the ellipse's present colour touches it.
         """
-        touching = touched(self.patches, self.plan)
-        return Truth(self.plan.boxes, np.ones(FRAMES), {"similar patch": touching})
+        touching = similar_patch_frames(self.patches, self.plan)
+        return SceneTruth(self.plan.boxes, np.ones(FRAMES), {"similar patch": touching})
 
     def render(self, frame: int) -> Image:
         canvas = self._backdrop.copy()
@@ -384,5 +384,5 @@ class EllipseScene(Scene):
 
 @lru_cache(maxsize=4)
 def _backdrop(seed: int) -> Image:
-    plan = drawn_plan(seed)
-    return painted(seed, plan, drawn_patches(seed, plan))
+    plan = sample_plan(seed)
+    return paint_background(seed, plan, sample_patches(seed, plan))

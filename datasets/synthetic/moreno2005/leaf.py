@@ -22,20 +22,20 @@ from numpy.typing import ArrayLike, NDArray
 from trackmark.datasets.interface import Image, Mask
 from trackmark.datasets.synthetic.knobs import SceneKnobs
 from trackmark.datasets.synthetic.render.camera import Camera, developed
-from trackmark.datasets.synthetic.render.colours import any_of, varied
+from trackmark.datasets.synthetic.render.colours import sample_colour, vary_colour
 from trackmark.datasets.synthetic.render.lamp import light_left
 from trackmark.datasets.synthetic.render.path import quantised, smooth_step
 from trackmark.datasets.synthetic.render.texture import fractal
 from trackmark.datasets.synthetic.render.triangles import (
     Mesh,
-    Seen,
-    box_around,
-    grid,
-    lay,
-    seen,
-    turned_axes,
+    RenderedMesh,
+    bounding_box,
+    composite,
+    grid_triangles,
+    render_mesh,
+    rotation_axes,
 )
-from trackmark.datasets.synthetic.scene import Scene, Truth, part_generator
+from trackmark.datasets.synthetic.scene import SceneTruth, SyntheticScene, part_generator
 
 Array = NDArray[np.float64]
 
@@ -47,7 +47,7 @@ STALK_LENGTH, STALK_WIDTH = 0.13, 0.016
 
 
 @dataclass(frozen=True)
-class Shape:
+class LeafShape:
     """How a leaf is held and bent."""
 
     place: Array  # (2,): of the middle of its blade: column and row [pixels]
@@ -69,7 +69,7 @@ class Blade:
     across: Array  # from the middle vein to the right
 
 
-def drawn_blade(random: np.random.Generator, length: float, colour: ArrayLike) -> Blade:
+def sample_blade(random: np.random.Generator, length: float, colour: ArrayLike) -> Blade:
     """A leaf with a blade of a length [pixels], whose colours vary about one, BGR in [0, 255]."""
     s = np.linspace(0, 1, ROWS)
     rise, fall = random.uniform(0.55, 0.75), random.uniform(0.8, 1.05)
@@ -89,12 +89,12 @@ def drawn_blade(random: np.random.Generator, length: float, colour: ArrayLike) -
         ],
         axis=2,
     ).reshape(-1, 2)
-    mesh = Mesh(grid(len(along), COLUMNS), texels, _texture(random, colour), closed=False)
+    mesh = Mesh(grid_triangles(len(along), COLUMNS), texels, _texture(random, colour), closed=False)
     rows = np.repeat(along[:, None], COLUMNS, axis=1)
     return Blade(length, mesh, length * rows, length * across)
 
 
-def placed(blade: Blade, shape: Shape) -> tuple[Array, Array]:
+def place_blade(blade: Blade, shape: LeafShape) -> tuple[Array, Array]:
     """Where a leaf's vertices are: column, row and nearness [pixels], shape (v, 3).
 
     And the directions of its upper side there, of length 1.
@@ -112,10 +112,10 @@ def placed(blade: Blade, shape: Shape) -> tuple[Array, Array]:
     down, right = np.gradient(points, axis=(0, 1))
     normals = np.cross(down, right)
     normals /= np.sqrt((normals * normals).sum(axis=2, keepdims=True)) + 1e-12
-    axes = turned_axes(shape.angle, shape.yaw, shape.pitch)
-    seen = points.reshape(-1, 3) @ axes.T
-    seen[:, :2] += shape.place
-    return seen, normals.reshape(-1, 3) @ axes.T
+    axes = rotation_axes(shape.angle, shape.yaw, shape.pitch)
+    render_mesh = points.reshape(-1, 3) @ axes.T
+    render_mesh[:, :2] += shape.place
+    return render_mesh, normals.reshape(-1, 3) @ axes.T
 
 
 def _texture(random: np.random.Generator, colour: ArrayLike) -> NDArray[np.float32]:
@@ -156,7 +156,7 @@ CALM = 6  # frames from the jump to the next gust
 LOW, HIGH = np.array([62.0, 58.0]), np.array([258.0, 182.0])
 
 
-def drawn_shapes(random: np.random.Generator) -> tuple[Shape, ...]:
+def sample_shapes(random: np.random.Generator) -> tuple[LeafShape, ...]:
     """The leaf in every frame, drawn at random."""
     gusts = _gusts(random)
     places = _places(random, gusts)
@@ -165,14 +165,14 @@ def drawn_shapes(random: np.random.Generator) -> tuple[Shape, ...]:
     bend = random.uniform(0.1, 0.5) + 0.6 * np.tanh(_shaken(random, gusts, 0.05, 0.3))
     fold = random.uniform(0.2, 0.35) + 0.15 * np.tanh(_shaken(random, gusts, 0.05, 0.4))
     return tuple(
-        Shape(place, *values)
+        LeafShape(place, *values)
         for place, *values in zip(
             places, *(part.tolist() for part in (angle, yaw, pitch, bend, fold)), strict=True
         )
     )
 
 
-def drawn_sway(random: np.random.Generator) -> Array:
+def sample_sway(random: np.random.Generator) -> Array:
     """How far the nearer foliage has been moved in every frame [pixels], shape (FRAMES, 2)."""
     gusts = _gusts(random)
     sway = [2.5 * np.tanh(_shaken(random, gusts, 0.10, 0.35)) for _ in range(2)]
@@ -223,15 +223,15 @@ Floats = NDArray[np.float32]
 
 
 @dataclass(frozen=True)
-class Light:
+class LeafLight:
     """Light of the sky from all around and of the sun on what faces it, BGR; shapes (3,)."""
 
     sky: Array
     sun: Array
 
 
-SUNSHINE = Light(np.array([0.56, 0.64, 0.66]), np.array([0.60, 1.40, 1.90]))
-CLOUD = Light(np.array([0.40, 0.31, 0.22]), np.array([0.024, 0.056, 0.076]))
+SUNSHINE = LeafLight(np.array([0.56, 0.64, 0.66]), np.array([0.60, 1.40, 1.90]))
+CLOUD = LeafLight(np.array([0.40, 0.31, 0.22]), np.array([0.024, 0.056, 0.076]))
 THROUGH = 0.35  # part of the sun's light that comes through a leaf
 SUNLIGHT_SIDE = 512  # of the pattern of sun and shade, which repeats [pixels]
 # Colours of the leaf: yellower than the foliage, or turning brown; BGR.
@@ -259,8 +259,8 @@ LEAF_OFF, LEAF_SOFT = 9.0, 3.5  # how far from a leaf its shadow lies, and how s
 SHADED = 0.35, 0.8
 
 
-def fallen(normals: Array, sun: Array, in_sun: Array) -> tuple[Array, Array]:
-    """Return the light on leaves from all around and from the sun, in parts of a `Light`.
+def incident_light(normals: Array, sun: Array, in_sun: Array) -> tuple[Array, Array]:
+    """Return the light on leaves from all around and from the sun, in parts of a `LeafLight`.
 
     `normals`: of the vertices, shape (v, 3). `sun`: direction to the sun, shape (3,). `in_sun`:
     part of the sun that each vertex sees, shape (v,).
@@ -271,7 +271,7 @@ def fallen(normals: Array, sun: Array, in_sun: Array) -> tuple[Array, Array]:
 
 
 @dataclass(frozen=True)
-class Layer:
+class FoliageLayer:
     """Leaves, in light of 1 from all around and in light of 1 of the sun.
 
     Both sheets have the size `LAYER`: light that comes back, premultiplied by the coverage, which
@@ -281,13 +281,13 @@ class Layer:
     around: Floats
     straight: Floats
 
-    def lit(self, light: Light) -> Floats:
+    def lit(self, light: LeafLight) -> Floats:
         """Return the surface in a light, premultiplied, shape (height, width, 4)."""
         sky, sun = np.append(light.sky, 1), np.append(light.sun, 0)
         return np.asarray(self.around * sky + self.straight * sun, np.float32)
 
 
-class Setting:
+class LeafSetting:
     """All parts of a scene that are drawn from its seed."""
 
     def __init__(self, seed: int) -> None:
@@ -297,37 +297,37 @@ class Setting:
         self.lights = (SUNSHINE, CLOUD)
 
     @cached_property
-    def shapes(self) -> tuple[Shape, ...]:
+    def shapes(self) -> tuple[LeafShape, ...]:
         """The leaf in every frame."""
-        return drawn_shapes(self._random("wind"))
+        return sample_shapes(self._random("wind"))
 
     @cached_property
     def sway(self) -> Array:
-        return drawn_sway(self._random("sway"))
+        return sample_sway(self._random("sway"))
 
     def points(self, frame: int) -> tuple[Array, Array]:
-        """The leaf's vertices in a frame, and its directions there; see `blade.placed`."""
-        return placed(self._blade, self.shapes[frame])
+        """The leaf's vertices in a frame, and its directions there; see `blade.place_blade`."""
+        return place_blade(self._blade, self.shapes[frame])
 
-    def light(self, frame: int) -> Light:
+    def light(self, frame: int) -> LeafLight:
         """Return the light in a frame; it changes at the jump."""
         return self.lights[int(frame >= JUMP)]
 
-    def seen(self, frame: int) -> Seen:
+    def render_mesh(self, frame: int) -> RenderedMesh:
         """Return the leaf as seen in a frame."""
         points, normals = self.points(frame)
         in_sun = OPEN + (1 - OPEN) * self._seen_sun(points)
-        around, straight = fallen(normals, self.sun, in_sun)
+        around, straight = incident_light(normals, self.sun, in_sun)
         light = self.light(frame)
         lights = around[:, None] * light.sky + straight[:, None] * light.sun
-        return seen(self._blade.mesh, points, lights, SIZE)
+        return render_mesh(self._blade.mesh, points, lights, SIZE)
 
     @cached_property
-    def layers(self) -> tuple[Layer, Layer]:
+    def layers(self) -> tuple[FoliageLayer, FoliageLayer]:
         """Foliage that is still, and that which sways before it."""
         return self._layer("still foliage", FAR, 1.0), self._layer("foliage that sways", NEAR, 0.4)
 
-    def _layer(self, part: str, count: int, depth: float) -> Layer:
+    def _layer(self, part: str, count: int, depth: float) -> FoliageLayer:
         """So many leaves over one another, the deeper (up to 1: no gaps are left) the darker."""
         random = self._random(part)
         around, straight = (np.zeros((*LAYER[::-1], 4), np.float32) for _ in range(2))
@@ -337,11 +337,11 @@ class Setting:
         for number in range(count):
             higher = 1 - depth * (1 - number / count)
             blade = blades[int(random.integers(KINDS))]
-            points, normals = placed(blade, _shape(random))
+            points, normals = place_blade(blade, _shape(random))
             in_sun = self._seen_sun(points - [MARGIN, MARGIN, 0]) * (0.1 + 0.9 * higher)
-            sky, direct = fallen(normals, self.sun, in_sun)
+            sky, direct = incident_light(normals, self.sun, in_sun)
             leaves = [
-                seen(blade.mesh, points, np.repeat(light[:, None], 3, axis=1), LAYER)
+                render_mesh(blade.mesh, points, np.repeat(light[:, None], 3, axis=1), LAYER)
                 for light in (sky * (0.25 + 0.75 * higher), direct)
             ]
             coverage = leaves[0].coverage(LAYER)
@@ -349,8 +349,8 @@ class Setting:
                 sheet[..., :3] *= light_left(
                     coverage, -LEAF_OFF * self.sun[:2], LEAF_SOFT, darkness
                 )
-                lay(sheet[leaf.window], leaf.sheet)
-        return Layer(around, straight)
+                composite(sheet[leaf.window], leaf.sheet)
+        return FoliageLayer(around, straight)
 
     def _seen_sun(self, points: Array) -> Array:
         """Part of the sun, in [0, 1], that what is above the picture lets through to points."""
@@ -365,12 +365,12 @@ class Setting:
 
     @cached_property
     def _colour(self) -> Array:
-        return any_of(self._random("colour"), COLOURS)
+        return sample_colour(self._random("colour"), COLOURS)
 
     @cached_property
     def _blade(self) -> Blade:
         random = self._random("leaf")
-        return drawn_blade(random, random.uniform(*LONG), self._colour)
+        return sample_blade(random, random.uniform(*LONG), self._colour)
 
     @cached_property
     def _dapples(self) -> Array:
@@ -382,15 +382,15 @@ class Setting:
 
 def _foliage(random: np.random.Generator, target: Array) -> Blade:
     """A leaf of the foliage; some have nearly the colour of the `target`, BGR."""
-    colour = any_of(random, GREENS)
+    colour = sample_colour(random, GREENS)
     if random.random() < ALIKE:
         share = random.uniform(0.5, 0.9)
-        colour = (1 - share) * colour + share * varied(random, target)
-    return drawn_blade(random, random.uniform(40, 76), colour)
+        colour = (1 - share) * colour + share * vary_colour(random, target)
+    return sample_blade(random, random.uniform(40, 76), colour)
 
 
-def _shape(random: np.random.Generator) -> Shape:
-    return Shape(
+def _shape(random: np.random.Generator) -> LeafShape:
+    return LeafShape(
         random.uniform(-10, 10, 2) + random.uniform(0, 1, 2) * LAYER,
         random.uniform(-np.pi, np.pi),
         random.uniform(-0.8, 0.8),
@@ -410,7 +410,7 @@ def scene(knobs: SceneKnobs) -> "LeafScene":
     return LeafScene(knobs.scene)
 
 
-class LeafScene(Scene):
+class LeafScene(SyntheticScene):
     """A leaf in front of other leaves."""
 
     length, size = FRAMES, SIZE
@@ -419,15 +419,15 @@ class LeafScene(Scene):
         self._seed = seed
         self.setting = _setting(seed)
 
-    def truth(self) -> Truth:
-        """See `Scene.truth`.
+    def truth(self) -> SceneTruth:
+        """See `SyntheticScene.truth`.
 
         Boxes are those of the whole leaf with its stalk; nothing hides it. The attribute is
         `light change`: the first frame in other light.
         """
-        boxes = np.stack([box_around(self.setting.points(frame)[0]) for frame in range(FRAMES)])
+        boxes = np.stack([bounding_box(self.setting.points(frame)[0]) for frame in range(FRAMES)])
         change = np.arange(FRAMES) == JUMP
-        return Truth(boxes, np.ones(FRAMES), {"light change": change})
+        return SceneTruth(boxes, np.ones(FRAMES), {"light change": change})
 
     def render(self, frame: int) -> Image:
         light = self.setting.light(frame)
@@ -435,16 +435,16 @@ class LeafScene(Scene):
         shift = self.setting.sway[frame] - MARGIN
         moved = cv2.warpAffine(swaying, np.column_stack([np.eye(2), shift]), SIZE)
         picture = still.copy()
-        lay(picture, np.asarray(moved, np.float32))
-        leaf = self.setting.seen(frame)
+        composite(picture, np.asarray(moved, np.float32))
+        leaf = self.setting.render_mesh(frame)
         off = -OFF * self.setting.sun[:2] / self.setting.sun[2]
         left = light_left(leaf.coverage(SIZE), off, SOFTNESS, DARKNESS[light is SUNSHINE])
         picture = np.asarray(cv2.multiply(picture, left), np.float32)
-        lay(picture[leaf.window], leaf.sheet)
+        composite(picture[leaf.window], leaf.sheet)
         return CAMERA.exposed(developed(picture), self._seed, frame)
 
     def mask(self, frame: int) -> Mask:
-        return np.asarray(self.setting.seen(frame).coverage(SIZE) >= 0.5)
+        return np.asarray(self.setting.render_mesh(frame).coverage(SIZE) >= 0.5)
 
     @cached_property
     def _foliage(self) -> tuple[tuple[Floats, Floats], ...]:
@@ -457,4 +457,4 @@ class LeafScene(Scene):
         )
 
 
-_setting = lru_cache(maxsize=4)(Setting)
+_setting = lru_cache(maxsize=4)(LeafSetting)

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from trackmark.datasets.synthetic.render.solids import NOTHING, View, what_is_seen
+from trackmark.datasets.synthetic.render.solids import NOTHING, ParallelView, cast_rays
 from trackmark.datasets.synthetic.render.texture import fractal, lerp
 
 Array = NDArray[np.float64]
@@ -18,7 +18,7 @@ GAMMA = 2.2
 """Of the camera: light is its grey level to this power."""
 
 
-def plain(places: Array) -> Array:
+def uniform(places: Array) -> Array:
     """No pattern: gain 1 at every place."""
     return np.ones((len(places), 1))
 
@@ -30,21 +30,21 @@ class Finish:
     colour: ArrayLike  # (3,), BGR in [0, 255], as it is seen in full light
     gloss: float = 0.0  # how much of the lamp it reflects
     # from places, shape (k, 3) [pixels], to the gain of the colour there, (k, 1) or (k, 3)
-    pattern: Pattern = plain
+    pattern: Pattern = uniform
 
 
 @dataclass(frozen=True)
-class Thing:
+class SceneObject:
     """What is seen as one: solids (see `solids`) with a finish."""
 
     finish: Finish
     solids: list[Array] = field(default_factory=list)
 
 
-def painted(
+def shade_objects(
     finishes: Sequence[Finish], which: NDArray[np.int64], places: Array, lights: Array
 ) -> NDArray[np.uint8]:
-    """Picture of what `what_is_seen` found, shape (h, w, 4): BGR, and 255 where a thing is."""
+    """Picture of what `cast_rays` found, shape (h, w, 4): BGR, and 255 where a thing is."""
     picture = np.zeros((*which.shape, 4), np.uint8)
     for k, finish in enumerate(finishes):
         there = which == k
@@ -130,11 +130,11 @@ EDGE = 0.5
 BEYOND = 1e9
 """Stands for the rise to another thing [pixels]."""
 
-VIEW = View(PITCH, (0.0, 0.0, 1.0))
+VIEW = ParallelView(PITCH, (0.0, 0.0, 1.0))
 
 
 @dataclass(frozen=True)
-class Surface:
+class SurfaceBuffer:
     """Surfaces, sample by sample."""
 
     which: NDArray[np.int64]  # (h, w), index of the thing that is seen, or `NOTHING`
@@ -163,20 +163,20 @@ class Surface:
         return colour, normal
 
 
-def looked_at(
-    things: Sequence[Thing], corner: tuple[float, float], size: tuple[int, int], fine: int
-) -> Surface:
-    """Look at things; arguments as of `solids.what_is_seen`."""
+def render_surfaces(
+    things: Sequence[SceneObject], corner: tuple[float, float], size: tuple[int, int], fine: int
+) -> SurfaceBuffer:
+    """Look at things; arguments as of `solids.cast_rays`."""
     solids = [thing.solids for thing in things]
-    which, places, _ = what_is_seen(solids, VIEW, corner, size, fine, shaded=False)
+    which, places, _ = cast_rays(solids, VIEW, corner, size, fine, shaded=False)
     colour, gloss = np.zeros((*which.shape, 3)), np.zeros(which.shape)
     for k, thing in enumerate(things):
         there = which == k
-        painted = np.asarray(thing.finish.colour) * thing.finish.pattern(places[there])
-        colour[there] = np.clip(painted / 255, 0, 1) ** GAMMA
+        shade_objects = np.asarray(thing.finish.colour) * thing.finish.pattern(places[there])
+        colour[there] = np.clip(shade_objects / 255, 0, 1) ** GAMMA
         gloss[there] = thing.finish.gloss
     depth = places[..., 1] * np.sin(PITCH) + places[..., 2] * np.cos(PITCH)
-    return Surface(which, colour, _normals(which, depth, 1 / fine), depth, gloss)
+    return SurfaceBuffer(which, colour, _normals(which, depth, 1 / fine), depth, gloss)
 
 
 def _normals(which: NDArray[np.int64], depth: Array, step: float) -> Array:

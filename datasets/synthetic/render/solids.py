@@ -120,7 +120,7 @@ _START, _END = 150.0, 420.0  # of a ray, from the plane of the picture [pixels]
 
 
 @dataclass(frozen=True)
-class View:
+class ParallelView:
     """From where it is looked at, and from where light falls."""
 
     pitch: float  # how far the camera looks down [radians]
@@ -380,9 +380,9 @@ def _cast(
     return which, places, lights
 
 
-def what_is_seen(
+def cast_rays(
     things: Sequence[Sequence[Array]],
-    view: View,
+    view: ParallelView,
     corner: tuple[float, float],
     size: tuple[int, int],
     fine: int,

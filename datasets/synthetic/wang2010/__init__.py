@@ -20,7 +20,7 @@ SUITE = Suite(
         Entry(
             "wang2010/table-tennis",
             seeded("all that is drawn at random: wall, player, light, motion, noise"),
-            f"{MODULE}.table_tennis.scene",
+            f"{MODULE}.table_tennis",
             50,
             (142, 115),
         ),
@@ -34,7 +34,7 @@ SUITE = Suite(
         Entry(
             "wang2010/cup",
             seeded("all that is drawn at random: cup, hand, way, kitchen, noise"),
-            f"{MODULE}.cup.scene",
+            f"{MODULE}.cup",
             80,
             (108, 85),
         ),

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from trackmark.datasets.synthetic.render.path import quantised
 from trackmark.datasets.synthetic.render.texture import fractal
-from trackmark.datasets.synthetic.render.views import wandering
+from trackmark.datasets.synthetic.render.views import random_wander
 from trackmark.datasets.synthetic.wang2010.hand.setting import BLUE, CLOTH, COLUMNS, CREASE, SKIN
 
 Array = NDArray[np.float64]
@@ -24,7 +24,7 @@ TEXELS = 10.0  # a centimetre
 WRIST_ROW = 226  # the wrist lies in the middle of this row
 
 
-def textures(random: np.random.Generator, side: int) -> Array:
+def hand_textures(random: np.random.Generator, side: int) -> Array:
     """Gain of light on skin and on cloth, shape (2, SIDE, SIDE); see `cones.paint`.
 
     `side` is 1 for a right hand, -1 for a left one.
@@ -57,7 +57,7 @@ JOINTS = 3
 
 
 @dataclass(frozen=True)
-class Pose:
+class HandPose:
     """How a hand is held in every frame; angles are in radians."""
 
     # tilt, arm_tilt: (n,), of hand and forearm, to the right from upright
@@ -71,7 +71,7 @@ class Pose:
     bend: Array  # (FINGERS, 3, n), of each joint, towards the palm
 
 
-def drawn_way(random: np.random.Generator, side: int) -> Array:
+def sample_path(random: np.random.Generator, side: int) -> Array:
     """Places [pixels] relative to the one in frame `CENTRED`, shape (FRAMES, 2).
 
     The way goes to the right where `side` is 1, to the left where it is -1; it is faster in the
@@ -81,22 +81,22 @@ def drawn_way(random: np.random.Generator, side: int) -> Array:
     slow, fast, long = random.uniform(0.95, 1.02), random.uniform(1.4, 1.65), random.uniform(22, 27)
     swell = np.clip(1 - np.square(time / long), 0, None)
     across = np.cumsum(slow + (fast - slow) * swell * swell)
-    across += wandering(random, FRAMES, (1.2, 3.5), 0.5)
+    across += random_wander(random, FRAMES, (1.2, 3.5), 0.5)
     sag = random.uniform(3, 7) * np.square(time / CENTRED)  # about an elbow
     lean = random.uniform(-4, 4) * time / CENTRED
-    down = sag + lean + wandering(random, FRAMES, (1.2, 4.0), 1.3)
+    down = sag + lean + random_wander(random, FRAMES, (1.2, 4.0), 1.3)
     way = np.stack([side * across, down], axis=1)
     return np.asarray(way - way[CENTRED])
 
 
-def drawn_pose(random: np.random.Generator, way: Array) -> Pose:
-    """A hand with closed fingers, held easily on its way (see `drawn_way`).
+def sample_pose(random: np.random.Generator, way: Array) -> HandPose:
+    """A hand with closed fingers, held easily on its way (see `sample_path`).
 
     The forearm leans the more, the farther it has to reach.
     """
 
     def wave(periods: tuple[float, float], degrees: float) -> Array:
-        return np.radians(wandering(random, FRAMES, periods, degrees))
+        return np.radians(random_wander(random, FRAMES, periods, degrees))
 
     reach = way[:, 0] / np.abs(way[:, 0]).max()
     arm_tilt = np.radians(random.uniform(6, 11)) * reach + wave((2.0, 5.0), 1.5)
@@ -104,7 +104,7 @@ def drawn_pose(random: np.random.Generator, way: Array) -> Pose:
     rest = np.radians(random.uniform(8, 17, (FINGERS, JOINTS, 1)))
     together = wave((1.5, 4.0), 5.0)
     bends = [[wave((0.9, 2.5), 2.0) for _ in range(JOINTS)] for _ in range(FINGERS)]
-    return Pose(
+    return HandPose(
         tilt,
         arm_tilt,
         np.radians(random.uniform(-14, 14)) + wave((1.5, 4.0), 6.0),
@@ -150,8 +150,8 @@ class Hand:
     boxes: Array  # (n, 4), around the hand, down to the sleeve [pixels]
 
 
-def hand_in_motion(
-    pose: Pose, way: Array, place: ArrayLike, when: int, scale: float, side: int,
+def animate_hand(
+    pose: HandPose, way: Array, place: ArrayLike, when: int, scale: float, side: int,
     skin: ArrayLike, cloth: ArrayLike,
 ) -> Hand:  # fmt: skip
     """A hand on its way, the middle of its box at `place` in the frame `when`.
@@ -196,7 +196,7 @@ class _Bone(NamedTuple):
     crease: float
 
 
-def _hand_bones(pose: Pose, skin: Array) -> list[_Bone]:
+def _hand_bones(pose: HandPose, skin: Array) -> list[_Bone]:
     pale, rosy = skin * [1.0, 1.0, 1.02], skin * [0.88, 0.91, 1.03]
     still = np.ones((FRAMES, 1))
     bones = [
@@ -217,7 +217,7 @@ def _hand_bones(pose: Pose, skin: Array) -> list[_Bone]:
     return bones
 
 
-def _turning(pose: Pose) -> Array:
+def _turning(pose: HandPose) -> Array:
     """Rotations from the hand into the picture, shape (n, 3, 3); y down there."""
     cos, sin = np.cos(pose.yaw), np.sin(pose.yaw)
     nothing, one = np.zeros(FRAMES), np.ones(FRAMES)

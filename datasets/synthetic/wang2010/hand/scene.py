@@ -15,19 +15,19 @@ from numpy.typing import NDArray
 from trackmark.datasets.interface import Image, Mask
 from trackmark.datasets.synthetic.knobs import SceneKnobs
 from trackmark.datasets.synthetic.render.camera import Camera, slow_exposure
-from trackmark.datasets.synthetic.render.figure.look import Look
+from trackmark.datasets.synthetic.render.figure.look import FigureLook
 from trackmark.datasets.synthetic.render.sprite import Sprite
-from trackmark.datasets.synthetic.render.views import wandering
-from trackmark.datasets.synthetic.scene import Scene, Truth, part_generator
+from trackmark.datasets.synthetic.render.views import random_wander
+from trackmark.datasets.synthetic.scene import SceneTruth, SyntheticScene, part_generator
 from trackmark.datasets.synthetic.wang2010.hand import setting
 from trackmark.datasets.synthetic.wang2010.hand.hand import (
     CENTRED,
     FRAMES,
     Hand,
-    drawn_pose,
-    drawn_way,
-    hand_in_motion,
-    textures,
+    animate_hand,
+    hand_textures,
+    sample_path,
+    sample_pose,
 )
 
 Array = NDArray[np.float64]
@@ -49,7 +49,7 @@ def scene(knobs: SceneKnobs) -> "HandScene":
     return HandScene(knobs.scene)
 
 
-class HandScene(Scene):
+class HandScene(SyntheticScene):
     """A hand before somebody's face in an office."""
 
     length, size = FRAMES, SIZE
@@ -58,8 +58,8 @@ class HandScene(Scene):
         self._seed = seed
         self.hand = _hand(seed)
 
-    def truth(self) -> Truth:
-        """See `Scene.truth`.
+    def truth(self) -> SceneTruth:
+        """See `SyntheticScene.truth`.
 
         Boxes are those of the hand without the sleeve; nothing hides it. The attribute is
         `on the face`: the hand's box overlaps that of the face.
@@ -69,7 +69,7 @@ class HandScene(Scene):
         low, high = middle - head * FACE / 2, middle + head * FACE / 2
         overlap = np.logical_and(boxes[:, :2] < high, boxes[:, :2] + boxes[:, 2:] > low)
         before = np.asarray(overlap.all(axis=1))
-        return Truth(boxes, np.ones(FRAMES), {"on the face": before})
+        return SceneTruth(boxes, np.ones(FRAMES), {"on the face": before})
 
     def render(self, frame: int) -> Image:
         canvas = self._room.copy()
@@ -107,14 +107,14 @@ class HandScene(Scene):
     def _sway(self) -> Array:
         """Where the middle of the face is in every frame [pixels]; as truth has it in `CENTRED`."""
         random = part_generator(self._seed, "wang2010/hand sway")
-        sway = [wandering(random, FRAMES, (2.0, 6.0), SWAY) for _ in range(2)]
+        sway = [random_wander(random, FRAMES, (2.0, 6.0), SWAY) for _ in range(2)]
         middle, _ = _place(self._seed)
         return np.asarray(middle + np.stack(sway, axis=1) - [s[CENTRED] for s in sway])
 
     @cached_property
     def _textures(self) -> Array:
         random = part_generator(self._seed, "wang2010/hand textures")
-        return textures(random, _side(self._seed))
+        return hand_textures(random, _side(self._seed))
 
     @cached_property
     def _exposure(self) -> Array:
@@ -133,7 +133,7 @@ def _place(seed: int) -> tuple[Array, float]:
     return np.array([80.0, 54.0]) + random.uniform(-4, 4, 2) * [1, 0.75], random.uniform(40, 43)
 
 
-def _look(seed: int) -> Look:
+def _look(seed: int) -> FigureLook:
     return setting.drawn_person(part_generator(seed, "wang2010/hand look"))
 
 
@@ -148,9 +148,9 @@ def _lamp(seed: int) -> Array:
 def _hand(seed: int) -> Hand:
     random = part_generator(seed, "wang2010/hand way")
     look, side = _look(seed), _side(seed)
-    way = drawn_way(random, side)
-    pose = drawn_pose(random, way)
+    way = sample_path(random, side)
+    pose = sample_pose(random, way)
     middle, head = _place(seed)
     skin = np.array(look.skin) * random.uniform(0.98, 1.06)
     scale = head * random.uniform(0.0365, 0.0385)
-    return hand_in_motion(pose, way, middle, CENTRED, scale, side, skin, look.clothes)
+    return animate_hand(pose, way, middle, CENTRED, scale, side, skin, look.clothes)

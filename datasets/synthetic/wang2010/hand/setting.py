@@ -17,8 +17,8 @@ from numba import njit
 from numpy.typing import NDArray
 
 from trackmark.datasets.interface import Image
-from trackmark.datasets.synthetic.render.colours import BGR, any_of
-from trackmark.datasets.synthetic.render.figure.look import Cut, Look, drawn_look
+from trackmark.datasets.synthetic.render.colours import BGR, sample_colour
+from trackmark.datasets.synthetic.render.figure.look import Cut, FigureLook, sample_figure_look
 from trackmark.datasets.synthetic.render.figure.routine import Routine
 from trackmark.datasets.synthetic.render.figure.worker import Worker
 from trackmark.datasets.synthetic.render.painting import Painting
@@ -220,7 +220,7 @@ PAPERS = ((222, 214, 202), (216, 204, 184), (146, 216, 224), (200, 228, 196))
 LEAVES = ((46, 92, 40), (58, 116, 52), (44, 74, 34), (70, 130, 76))
 SEAS = np.array([[92, 62, 34], [146, 108, 58], [190, 172, 132], [222, 214, 200]], np.float64)
 
-_one_of = partial(any_of, spread=0.05)  # it keeps its hue
+_one_of = partial(sample_colour, spread=0.05)  # it keeps its hue
 
 
 def office(random: np.random.Generator, width: int, height: int) -> Image:
@@ -381,10 +381,10 @@ SHIRTS: tuple[BGR, ...] = ((214, 208, 200), (176, 150, 118), (150, 142, 130), (8
 CUTS: tuple[Cut, ...] = ("short", "short", "full", "full", "wreath")
 
 
-def drawn_person(random: np.random.Generator) -> Look:
+def drawn_person(random: np.random.Generator) -> FigureLook:
     """Somebody in an office: clean-shaven, and in no colour like skin's."""
     return replace(
-        drawn_look(random),
+        sample_figure_look(random),
         cut=CUTS[random.integers(len(CUTS))],
         beard=False,
         bib=False,
@@ -394,7 +394,7 @@ def drawn_person(random: np.random.Generator) -> Look:
 
 
 def portrait(
-    random: np.random.Generator, look: Look, lamp: Array, head: float, size: tuple[int, int]
+    random: np.random.Generator, look: FigureLook, lamp: Array, head: float, size: tuple[int, int]
 ) -> Sprite:
     """Head and shoulders in a picture of a size, the face in its middle.
 
@@ -417,7 +417,7 @@ def portrait(
     return Sprite(black / np.maximum(coverage, 1 / 255)[..., None], coverage)
 
 
-def _sitting(random: np.random.Generator, look: Look, eye: float) -> Routine:
+def _sitting(random: np.random.Generator, look: FigureLook, eye: float) -> Routine:
     """Two frames of the same pose: towards the camera, the arms hang."""
     ahead = np.pi / 2
     heading, turn = ahead + np.radians(random.uniform(-14, 14, 2) * [1.0, 0.6])

@@ -7,24 +7,24 @@ from trackmark.datasets.synthetic.render.solids import (
     _END,
     _START,
     NOTHING,
-    View,
+    ParallelView,
     _distance,
     bowl,
     box,
+    cast_rays,
     half_space,
     limb,
     packed,
-    what_is_seen,
 )
 
 PITCH = 0.3
-VIEW = View(PITCH, (0.6, 0.64, 0.48))
+VIEW = ParallelView(PITCH, (0.6, 0.64, 0.48))
 FINE = 4
 
 
 def look(*things, shaded=False):
     """At 40 x 40 pixels around the origin."""
-    return what_is_seen(things, VIEW, (-20.0, -20.0), (40, 40), FINE, shaded)
+    return cast_rays(things, VIEW, (-20.0, -20.0), (40, 40), FINE, shaded)
 
 
 def area(which, thing=0):

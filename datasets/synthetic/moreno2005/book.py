@@ -1,15 +1,8 @@
-"""The book: its front, its back and the edges of its pages, and what is printed on it.
-
-A sheet that bends without stretching, and which of its parts is in another's way.
-
-It is held at the middle of its lower edge, which is the origin: u to the right, v down (from
-minus its height to 0), w towards the camera. It is part of a cylinder whose rulings are parallel
-but whose section is any curve, so that it stays developable: as it turns away from the plane in
-which it is held, lengths upon it stay as they are.
-"""
+"""X."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property, lru_cache
 from itertools import cycle
 
 import cv2
@@ -17,13 +10,40 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from trackmark.datasets.synthetic.render.colours import any_of, varied
-from trackmark.datasets.synthetic.render.finish import GAMMA
+from trackmark.datasets.interface import Image, Mask
+from trackmark.datasets.synthetic.knobs import SceneKnobs
+from trackmark.datasets.synthetic.render.camera import Camera, developed
+from trackmark.datasets.synthetic.render.colours import (
+    CLOTHES,
+    sample_colour,
+    sample_similar,
+    vary_colour,
+)
+from trackmark.datasets.synthetic.render.desk import seen_room
+from trackmark.datasets.synthetic.render.figure.look import sample_skin
+from trackmark.datasets.synthetic.render.finish import (
+    GAMMA,
+    Finish,
+    SceneObject,
+    grain,
+    render_surfaces,
+)
+from trackmark.datasets.synthetic.render.lamp import REACH, light_left, light_on, unshaded
 from trackmark.datasets.synthetic.render.painting import Colour, Painting
 from trackmark.datasets.synthetic.render.path import smooth_step
+from trackmark.datasets.synthetic.render.solids import chain
 from trackmark.datasets.synthetic.render.texture import fractal
-from trackmark.datasets.synthetic.render.triangles import Mesh, grid, turned_axes
-from trackmark.datasets.synthetic.render.views import wandering
+from trackmark.datasets.synthetic.render.triangles import (
+    Mesh,
+    RenderedMesh,
+    bounding_box,
+    composite,
+    grid_triangles,
+    render_mesh,
+    rotation_axes,
+)
+from trackmark.datasets.synthetic.render.views import random_wander
+from trackmark.datasets.synthetic.scene import SceneTruth, SyntheticScene, part_generator
 
 Array = NDArray[np.float64]
 
@@ -50,7 +70,9 @@ class Section:
     turn: Array  # (n,): from the plane, to the right where it goes away [radians]
 
 
-def bent(bending: Bending, half_width: float, u: Array, v: Array) -> tuple[Array, Array, Section]:
+def bend_sheet(
+    bending: Bending, half_width: float, u: Array, v: Array
+) -> tuple[Array, Array, Section]:
     """Bend a sheet of half a width, with places u, v (k,) on it when it is flat [pixels].
 
     Gives where they are, (k, 3), the directions of the sheet's front there, (k, 3) of length 1,
@@ -83,14 +105,14 @@ def _section(bending: Bending, half_width: float, low: float, high: float) -> Se
     )
 
 
-def unshaded(
+def lit_share(
     section: Section, bending: Bending, size: tuple[float, float], u: Array, v: Array, lamp: Array
 ) -> Array:
     """Part of a lamp, in [0, 1], that a bent sheet leaves in view of each of its places (k,).
 
     It does not say whether the place faces the lamp. `size` is half the sheet's width, and its
     height [pixels]; `lamp` are directions to points of the lamp, (m, 3) as u, v and w; for the
-    rest see `bent`.
+    rest see `bend_sheet`.
     """
     cosine, sine = float(np.cos(bending.slant)), float(np.sin(bending.slant))
     along, ruling = u * cosine + v * sine, v * cosine - u * sine
@@ -155,7 +177,7 @@ HELD = 2, 4  # time until the next movement [frames]
 
 
 @dataclass(frozen=True)
-class Pose:
+class BookPose:
     """Where the held place is and how the book is turned there."""
 
     place: Array  # (2,): column and row [pixels]
@@ -164,7 +186,7 @@ class Pose:
     tilt: float  # in the picture, to the right [radians]
     scale: float
 
-    def seen(self, points: Array) -> Array:
+    def render_mesh(self, points: Array) -> Array:
         """Where points of the book are: column, row and nearness [pixels], shape (k, 3)."""
         turned = self.scale * points @ self.axes.T
         larger = DISTANCE / (DISTANCE - turned[:, 2:])
@@ -172,32 +194,32 @@ class Pose:
 
 
 @dataclass(frozen=True)
-class Plan:
+class BookPlan:
     """Course of a sequence."""
 
-    poses: tuple[Pose, ...]
+    poses: tuple[BookPose, ...]
     bendings: tuple[Bending, ...]
 
 
-def drawn_plan(random: np.random.Generator, height: float, side: float) -> Plan:
+def sample_plan(random: np.random.Generator, height: float, side: float) -> BookPlan:
     """A course, drawn at random, of a book of a height [pixels].
 
     `side` is 1 where the light comes from the right, -1 where it comes from the left.
     """
     middle = np.array([160.0, 106 + height / 2]) + random.uniform(-1, 1, 2) * [22, 8]
-    x, y = (wandering(random, FRAMES, SWAY, spread) for spread in (11.0, 5.0))
-    turns = [wandering(random, FRAMES, SWAY, spread) for spread in (0.07, 0.06, 0.06)]
+    x, y = (random_wander(random, FRAMES, SWAY, spread) for spread in (11.0, 5.0))
+    turns = [random_wander(random, FRAMES, SWAY, spread) for spread in (0.07, 0.06, 0.06)]
     for turn in turns[1:]:  # it faces the camera at first
         turn *= smooth_step(np.arange(float(FRAMES)), -2.0, SETTLED)
-    scales = 1 + wandering(random, FRAMES, SWAY, 0.025)
+    scales = 1 + random_wander(random, FRAMES, SWAY, 0.025)
     away, bendings = _movements(random, side)
     turns[1] -= side * away
     poses = tuple(
-        Pose(middle + [x[k], y[k]], turned_axes(*(float(turn[k]) for turn in turns)),
+        BookPose(middle + [x[k], y[k]], rotation_axes(*(float(turn[k]) for turn in turns)),
              float(turns[0][k]), float(scales[k]))
         for k in range(FRAMES)
     )  # fmt: skip
-    return Plan(poses, bendings)
+    return BookPlan(poses, bendings)
 
 
 def _movements(random: np.random.Generator, side: float) -> tuple[Array, tuple[Bending, ...]]:
@@ -249,7 +271,7 @@ INKS = ((208, 224, 232), (70, 186, 226), (190, 206, 170), (46, 42, 44), (150, 17
 SIDE = 512
 
 
-def printed(
+def print_cover(
     random: np.random.Generator, half_width: float, height: float, cloth: Colour
 ) -> NDArray[np.float32]:
     """Paint a book's surface, linear, BGR: cover, then `PAGES` rows twice.
@@ -258,9 +280,9 @@ def printed(
     """
     columns, rows = round(2 * half_width * FINE), round(height * FINE)
     picture = np.empty((rows + 2 * PAGES, columns, 3), np.uint8)
-    ink = any_of(random, INKS)
+    ink = sample_colour(random, INKS)
     if abs(float(ink.sum() - cloth.sum())) < 150:
-        ink = varied(random, INKS[0])
+        ink = vary_colour(random, INKS[0])
     picture[:] = np.clip(cloth, 0, 255)
     _print(Painting(picture[:rows], float(columns)), random, cloth, ink, rows / columns)
     picture[rows : rows + PAGES] = _pages(random, columns)
@@ -353,7 +375,7 @@ SPREAD = np.array([-0.12, -0.06, 0.0, 0.06, 0.12])
 
 
 @dataclass(frozen=True)
-class Surface:
+class BookSurface:
     """The book in a frame, vertex by vertex: those of the front are the first."""
 
     points: Array  # (v, 3): column, row, nearness [pixels]
@@ -370,9 +392,9 @@ class Book:
         columns, rows = np.meshgrid(np.linspace(-1, 1, COLUMNS), np.linspace(-1, 0, ROWS))
         self._u, self._v = self.half_width * columns.ravel(), self.height * rows.ravel()
 
-    def printed(self, random: np.random.Generator, cloth: Colour) -> NDArray[np.float32]:
+    def print_cover(self, random: np.random.Generator, cloth: Colour) -> NDArray[np.float32]:
         """Return its texture, printed at random on a cloth of a colour, BGR in [0, 255]."""
-        return printed(random, self.half_width, self.height, cloth)
+        return print_cover(random, self.half_width, self.height, cloth)
 
     def blank(self) -> NDArray[np.float32]:
         """Return a black texture of the same shape."""
@@ -383,7 +405,10 @@ class Book:
         """Return its triangles with a texture of the shape that `blank` gives."""
         front = np.stack([self._u + self.half_width, self._v + self.height], axis=1) * FINE
         rows, columns = texture.shape[0] - 2 * PAGES, texture.shape[1]
-        texels, triangles = [front, [0, rows + PAGES + 1.5] + 0 * front], [grid(ROWS, COLUMNS)]
+        texels, triangles = (
+            [front, [0, rows + PAGES + 1.5] + 0 * front],
+            [grid_triangles(ROWS, COLUMNS)],
+        )
         triangles.append(triangles[0][:, ::-1] + FRONT)
         start = 2 * FRONT
         for k, (border, _, order) in enumerate(BORDERS):
@@ -391,17 +416,17 @@ class Book:
             first = rows + (k == SPINE) * PAGES
             ends = first + 0.5, first + PAGES - 0.5
             texels += [np.stack([along, np.full(len(along), row)], axis=1) for row in ends]
-            triangles.append(grid(2, len(border))[:, ::order] + start)
+            triangles.append(grid_triangles(2, len(border))[:, ::order] + start)
             start += 2 * len(border)
         return Mesh(np.concatenate(triangles), np.concatenate(texels), texture, closed=True)
 
-    def surface(self, bending: Bending, pose: Pose, lamp: Array) -> Surface:
+    def surface(self, bending: Bending, pose: BookPose, lamp: Array) -> BookSurface:
         """The book, bent and held somewhere, in the light of a lamp in a direction."""
-        places, normals, section = bent(bending, self.half_width, self._u, self._v)
+        places, normals, section = bend_sheet(bending, self.half_width, self._u, self._v)
         level = np.array([lamp[2], 0.0, -lamp[0]])
         rays = (lamp + SPREAD[:, None] * level) @ pose.axes
         size = self.half_width, self.height
-        left = unshaded(section, bending, size, self._u, self._v, rays)
+        left = lit_share(section, bending, size, self._u, self._v, rays)
         back = places - THICKNESS * normals
         points, directions, parts = [places, back], [normals, -normals], [left, left]
         for border, beside, _ in BORDERS:
@@ -412,10 +437,10 @@ class Book:
             parts += [left[border], left[border]]
         turned = np.concatenate(directions) @ pose.axes.T
         straight = np.concatenate(parts) * np.maximum(turned @ lamp, 0)
-        return Surface(pose.seen(np.concatenate(points)), turned, straight)
+        return BookSurface(pose.render_mesh(np.concatenate(points)), turned, straight)
 
 
-def self_shadow(surface: Surface, lamp: Array) -> float:
+def self_shadow(surface: BookSurface, lamp: Array) -> float:
     """Part of the front, as far as it faces the camera, that is in its own shadow.
 
     That is where it gets less than half of the lamp's light that it would get if it were flat
@@ -424,3 +449,202 @@ def self_shadow(surface: Surface, lamp: Array) -> float:
     facing = np.maximum(surface.normals[:FRONT, 2], 0)
     shaded = surface.straight[:FRONT] < 0.5 * lamp[2]
     return float((facing * shaded).sum() / facing.sum())
+
+
+Floats = NDArray[np.float32]
+
+# Light from all around, and of the lamp on a surface of the book or of the room that faces it.
+AROUND, STRAIGHT, ROOM_STRAIGHT = 0.22, 1.7, 0.35
+# Colours of the light, BGR: as of a window to the north; as of a bulb.
+NATURAL, YELLOW = np.array([1.12, 1.0, 0.90]), np.array([0.32, 0.84, 1.08])
+FAR = 620.0  # how far the lamp is from the middle of the picture [pixels]
+SHADOWED = 1.1  # light on the cloth that looks like the wall, in parts of `AROUND`
+HORIZON = 178  # row in which the wall meets the desk [pixels]
+ROOM_FINE = 2  # samples a pixel of what stands still, in either direction
+# What holds hand and arm: left top from the held place, and size [pixels]; samples a pixel.
+HAND_CORNER, HAND_SIZE, HAND_FINE = (-90, -34), (180, 190), 2
+BLEND = 4.0  # how far the hand's parts run into one another [pixels]
+
+
+class BookSetting:
+    """All parts of a scene that are drawn from its seed.
+
+    `lamp` is the direction to the light: aside, a little above, before the book; shape (3,).
+    """
+
+    def __init__(self, seed: int) -> None:
+        self._seed = seed
+        random = self._random("lamp")
+        lamp = np.array([random.choice([-1, 1]) * random.uniform(0.80, 0.90), -0.25, 0.40])
+        self.lamp: Array = lamp / np.sqrt((lamp * lamp).sum())
+        self.book = Book(self._random("book"))
+
+    @cached_property
+    def plan(self) -> BookPlan:
+        """How the book moves and bends."""
+        return sample_plan(self._random("plan"), self.book.height, float(np.sign(self.lamp[0])))
+
+    @cached_property
+    def illuminants(self) -> Array:
+        """Gains of BGR as the light turns from natural to yellow, shape (FRAMES, 3)."""
+        random = self._random("illuminant")
+        start, end = random.uniform(0.02, 0.12), random.uniform(0.88, 0.98)
+        share = smooth_step(np.arange(FRAMES) / (FRAMES - 1), start, end)[:, None]
+        return np.asarray(NATURAL * (1 - share) + YELLOW * share)
+
+    @cached_property
+    def room(self) -> Floats:
+        """What stands still, in white light, shape (height, width, 3)."""
+        surface = seen_room(self._random("room"), SIZE, HORIZON, ROOM_FINE)
+        place = np.array([SIZE[0] / 2, SIZE[1] / 2, 0.0]) + FAR * self.lamp
+        straight, _ = light_on(place, surface.depth, surface.normal, ROOM_FINE)
+        straight *= ROOM_STRAIGHT * (FAR / REACH) ** 2
+        light = AROUND + straight[..., None] * unshaded(surface.depth, place, ROOM_FINE)
+        returned = np.asarray(surface.colour * light, np.float32)
+        return np.asarray(cv2.resize(returned, SIZE, interpolation=cv2.INTER_AREA))
+
+    @cached_property
+    def _hand(self) -> Floats:
+        """What holds the book, in white light, premultiplied by the last channel, coverage."""
+        random = self._random("hand")
+        side = float(random.choice([-1, 1]))
+        skin, cloth = sample_skin(random), sample_similar(random, CLOTHES, 0.06)
+        things = [
+            SceneObject(Finish(skin, 0.0, grain(random, 0.04)), _skin(random, side)),
+            SceneObject(
+                Finish(cloth, 0.0, grain(random, 0.09, (1.0, 0.6, 1.0), 16)), _sleeve(side)
+            ),
+        ]
+        surface = render_surfaces(things, HAND_CORNER, HAND_SIZE, HAND_FINE)
+        light = AROUND + STRAIGHT * np.maximum(surface.normal @ self.lamp, 0)
+        there = (surface.which >= 0)[..., None]
+        sheet = np.concatenate([surface.colour * light[..., None], there], axis=2)
+        return np.asarray(cv2.resize(sheet, HAND_SIZE, interpolation=cv2.INTER_AREA), np.float32)
+
+    def hand(self, frame: int) -> Floats:
+        """The hand where it holds the book in a frame, shape (height, width, 4)."""
+        pose = self.plan.poses[frame]
+        cosine, sine = np.cos(pose.tilt), np.sin(pose.tilt)
+        turn = pose.scale * np.array([[cosine, -sine], [sine, cosine]])
+        shift = pose.place + turn @ (np.array(HAND_CORNER) + 0.5) - 0.5
+        matrix = np.column_stack([turn, shift])
+        return np.asarray(cv2.warpAffine(self._hand, matrix, SIZE, flags=cv2.INTER_LINEAR))
+
+    def surface(self, frame: int) -> BookSurface:
+        """The book in a frame."""
+        return self.book.surface(self.plan.bendings[frame], self.plan.poses[frame], self.lamp)
+
+    def render_mesh(self, frame: int) -> RenderedMesh:
+        """Return the book as it would be seen without the hand."""
+        return self._looked_at(self._mesh, self.surface(frame))
+
+    def _looked_at(self, mesh: Mesh, surface: BookSurface) -> RenderedMesh:
+        open_ = 0.7 + 0.3 * surface.normals[:, 2]
+        light = AROUND * open_ + STRAIGHT * surface.straight
+        return render_mesh(mesh, surface.points, np.repeat(light[:, None], 3, axis=1), SIZE)
+
+    @cached_property
+    def truth(self) -> tuple[Array, Array, Array]:
+        """Boxes, visibility, and the front's part in its own shadow, in every frame."""
+        # Coverage needs no colours: the room, from which the cloth has its own, is rendered later.
+        mesh = self.book.mesh(self.book.blank())
+        boxes, visibility, shadow = np.empty((FRAMES, 4)), np.empty(FRAMES), np.empty(FRAMES)
+        for frame in range(FRAMES):
+            surface = self.surface(frame)
+            boxes[frame] = bounding_box(surface.points)
+            book = self._looked_at(mesh, surface)
+            hidden = self.hand(frame)[..., 3][book.window]
+            whole = book.sheet[..., 3].sum(dtype=np.float64)
+            visibility[frame] = 1 - (book.sheet[..., 3] * hidden).sum(dtype=np.float64) / whole
+            shadow[frame] = self_shadow(surface, self.lamp)
+        return boxes, visibility, shadow
+
+    @cached_property
+    def _mesh(self) -> Mesh:
+        """The book's triangles; in its own shadow the cloth looks like the wall behind it."""
+        wall = _most_frequent(self.room[20:HORIZON, 60:-60].reshape(-1, 3))
+        light = np.clip(wall / (SHADOWED * AROUND), 0, 0.8)
+        return self.book.mesh(
+            self.book.print_cover(self._random("cover"), 255 * light ** (1 / GAMMA))
+        )
+
+    def _random(self, part: str) -> np.random.Generator:
+        return part_generator(self._seed, f"moreno2005/book {part}")
+
+
+def _most_frequent(colours: Floats) -> Array:
+    """Return the mean of the fullest of 12³ bins of linear colours, shape (k, 3)."""
+    bins = (12 * np.sqrt(np.clip(colours, 0, 0.999))).astype(int)
+    _, inverse, counts = np.unique(bins, axis=0, return_inverse=True, return_counts=True)
+    return np.asarray(colours[inverse.ravel() == counts.argmax()].mean(axis=0), np.float64)
+
+
+def _skin(random: np.random.Generator, side: float) -> list[Array]:
+    """Thumb, its ball, the palm's edge, knuckles and wrist; y upwards from the held place."""
+    lean = random.uniform(-3, 3)
+    wrist = (side * 14, -46, -6)
+    solids = [
+        *chain([(side * 12, -30, 6), (side * 6, -9, 12), (lean, 12, 13)], (9.5, 7.2, 5.2), BLEND),
+        *chain([wrist, (side * 12, -28, 4)], (10.5, 11), BLEND),
+    ]
+    for k in range(4):
+        knuckle = (side * (-17 + 9.5 * k), -12 - 1.5 * abs(k - 1.4), -2 - 2 * k)
+        solids += chain([(side * (-2 + 5 * k), -34, -2), knuckle], (9, 6.2), BLEND)
+    return solids
+
+
+def _sleeve(side: float) -> list[Array]:
+    cuff = chain([(side * 15, -50, -6), (side * 17, -58, -6)], (15, 15.5), BLEND)
+    return cuff + chain([(side * 16, -54, -6), (side * 34, -160, -6)], (14, 22), BLEND)
+
+
+# Part of the front in its own shadow from which on a frame counts as `self-shadow`.
+CONSIDERABLE = 0.25
+BEHIND = 70.0  # how far behind the book its shadow falls [pixels]
+SOFTNESS, DARKNESS = 9.0, 0.7  # of the shadow: see `light_left`
+CAMERA = Camera(SIZE, noise=2.0, fall=(0.05, 0.05))
+
+
+def scene(knobs: SceneKnobs) -> "BookScene":
+    """Renderer and truth; nothing is drawn yet."""
+    return BookScene(knobs.scene)
+
+
+class BookScene(SyntheticScene):
+    """A book that bends in a hand."""
+
+    length, size = FRAMES, SIZE
+
+    def __init__(self, seed: int) -> None:
+        self._seed = seed
+        self.setting = _setting(seed)
+
+    def truth(self) -> SceneTruth:
+        """See `SyntheticScene.truth`.
+
+        Boxes are those of the whole book, with what the thumb hides. The attribute is
+        `self-shadow`: at least a quarter of the front, as far as it faces the camera, gets less
+        than half of the lamp's light that it would get if it were flat before the camera.
+        """
+        boxes, visibility, shadow = self.setting.truth
+        return SceneTruth(boxes, visibility, {"self-shadow": shadow >= CONSIDERABLE})
+
+    def render(self, frame: int) -> Image:
+        setting = self.setting
+        book = setting.render_mesh(frame)
+        hand = setting.hand(frame)
+        covered = np.maximum(hand[..., 3], book.coverage(SIZE))
+        shift = -BEHIND * setting.lamp[:2] / setting.lamp[2]
+        left = light_left(covered, shift, SOFTNESS, DARKNESS)
+        picture = np.asarray(cv2.multiply(setting.room, left), np.float32)
+        composite(picture[book.window], book.sheet)
+        composite(picture, hand)
+        picture *= setting.illuminants[frame].astype(np.float32)
+        return CAMERA.exposed(developed(picture), self._seed, frame)
+
+    def mask(self, frame: int) -> Mask:
+        book = self.setting.render_mesh(frame).coverage(SIZE)
+        return np.asarray(book * (1 - self.setting.hand(frame)[..., 3]) >= 0.5)
+
+
+_setting = lru_cache(maxsize=4)(BookSetting)

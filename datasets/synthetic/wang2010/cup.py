@@ -1,19 +1,17 @@
-"""All that is seen in a scene, looked at once: what stands still, and what is carried over it.
-
-Things of the kitchen: wall and counter, a few things, those of the cup's colour, the held cup.
-
-The cup's foot stands at the origin.
-"""
+"""X."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any, TypeAlias
 
 import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from trackmark.datasets.interface import Image, Mask
+from trackmark.datasets.synthetic.knobs import SceneKnobs
+from trackmark.datasets.synthetic.render.camera import Camera
 from trackmark.datasets.synthetic.render.colours import (
     ACCENTS,
     CLOTHES,
@@ -21,33 +19,34 @@ from trackmark.datasets.synthetic.render.colours import (
     CUPS,
     NEUTRALS,
     STEELS,
-    Array,
-    any_but,
-    nearly,
+    sample_other_hue,
+    vary_slightly,
 )
-from trackmark.datasets.synthetic.render.figure.look import drawn_skin
+from trackmark.datasets.synthetic.render.figure.look import sample_skin
 from trackmark.datasets.synthetic.render.finish import (
     Finish,
     Pattern,
-    Thing,
+    SceneObject,
     grain,
-    painted,
-    plain,
+    shade_objects,
     tiles,
+    uniform,
 )
 from trackmark.datasets.synthetic.render.path import quantised, smooth_step
 from trackmark.datasets.synthetic.render.solids import (
     NOTHING,
-    View,
+    ParallelView,
     bowl,
     box,
+    cast_rays,
     chain,
     half_space,
     limb,
     mirrored,
-    what_is_seen,
 )
-from trackmark.datasets.synthetic.scene import part_generator
+from trackmark.datasets.synthetic.scene import SceneTruth, SyntheticScene, part_generator
+
+Array = NDArray[np.float64]
 
 FRAMES = 80
 SIZE = 108, 85
@@ -72,10 +71,10 @@ class Cup:
 
 
 @dataclass(frozen=True)
-class Plan:
+class CupPlan:
     """A kitchen in numbers, and the cup's way through it, from the left to the right."""
 
-    view: View
+    view: ParallelView
     horizon: float  # row in which the wall meets the counter [pixels]
     cup: Cup
     mirrored: bool  # whether left and right are exchanged in the pictures
@@ -114,12 +113,14 @@ class Plan:
         return np.asarray(size * np.sin(2 * np.pi * np.asarray(times) / period + phase))
 
 
-def drawn_plan(random: np.random.Generator) -> Plan:
+def sample_plan(random: np.random.Generator) -> CupPlan:
     """A kitchen, drawn at random."""
     side = random.choice([-1.0, 1.0]) * random.uniform(0.45, 0.8)
     light = np.array([side, random.uniform(0.55, 0.8), 1.0])
     light /= np.sqrt((light * light).sum())
-    view = View(random.uniform(0.22, 0.32), (float(light[0]), float(light[1]), float(light[2])))
+    view = ParallelView(
+        random.uniform(0.22, 0.32), (float(light[0]), float(light[1]), float(light[2]))
+    )
     rim = random.uniform(6.8, 7.5)
     cup = Cup(
         height=random.uniform(15.2, 16.6),
@@ -133,7 +134,7 @@ def drawn_plan(random: np.random.Generator) -> Plan:
     least = 14.5 + EVENT * pace + before
     column = random.uniform(least, 94.5 - (FRAMES - 1 - EVENT) * pace - (haste - before))
     left = column - random.uniform(11.5, 13.5)
-    return Plan(
+    return CupPlan(
         view=view,
         horizon=random.uniform(59, 63),
         cup=cup,
@@ -159,33 +160,33 @@ def drawn_plan(random: np.random.Generator) -> Plan:
 BOX_DEPTH = 20.0  # how far before the cup's way the box stands [pixels]
 
 
-def bare_room(random: np.random.Generator, cup: Array, tiled: bool) -> list[Thing]:
+def bare_room(random: np.random.Generator, cup: Array, tiled: bool) -> list[SceneObject]:
     """Wall and counter."""
-    wood = any_but(random, COUNTERS, cup)
-    wall = any_but(random, NEUTRALS, cup)
+    wood = sample_other_hue(random, COUNTERS, cup)
+    wall = sample_other_hue(random, NEUTRALS, cup)
     pattern = grain(random, 0.018)
     if tiled:
         size = random.uniform(10, 15)
         pattern = tiles(random, size * random.choice([1.0, 1.8]), size, np.full(3, 0.88))
     ground = grain(random, 0.09, (0.12, 1.0, 1.4), 16)
     return [
-        Thing(Finish(wall, 0.02, pattern), [half_space((0, 0, 1), WALL)]),
-        Thing(Finish(wood, 0.03, ground), [half_space((0, 1, 0), 0)]),
+        SceneObject(Finish(wall, 0.02, pattern), [half_space((0, 0, 1), WALL)]),
+        SceneObject(Finish(wood, 0.03, ground), [half_space((0, 1, 0), 0)]),
     ]
 
 
-def similar_things(plan: Plan, random: np.random.Generator, cup: Array) -> list[Thing]:
+def similar_things(plan: CupPlan, random: np.random.Generator, cup: Array) -> list[SceneObject]:
     """A cutting board at the wall, or a cloth on its rail, of nearly the cup's colour.
 
     The first thing is of that colour.
     """
     left, right = (border - SIZE[0] / 2 for border in plan.behind)
     middle, half = (left + right) / 2, (right - left) / 2
-    colour = nearly(random, cup)
+    colour = vary_slightly(random, cup)
     top = _height(plan, random.uniform(13, 19), WALL + 3)
     if random.random() < 0.5:
         board = box((middle, top / 2, WALL + 3.2), (half, top / 2, 1.1), 1.0, lean=0.08)
-        return [Thing(Finish(colour, 0.06, grain(random, 0.02)), [board])]
+        return [SceneObject(Finish(colour, 0.06, grain(random, 0.02)), [board])]
     hem = random.uniform(1.5, 4.0)
     folds = random.uniform(0.35, 0.7), random.uniform(0.45, 0.7)
     size = half, (top - hem) / 2, 1.0
@@ -193,14 +194,15 @@ def similar_things(plan: Plan, random: np.random.Generator, cup: Array) -> list[
     ends = [np.array([middle + side * (half + 2.5), top - 0.8, WALL + 3.4]) for side in (-1, 1)]
     bolts = [limb(end, (end[0], end[1], WALL), (0.7, 0.7)) for end in ends]
     return [
-        Thing(Finish(colour, 0.0, grain(random, 0.04, coarsest=32)), [cloth]),
-        Thing(
-            Finish(any_but(random, STEELS, cup), 0.5), [limb(ends[0], ends[1], (0.7, 0.7)), *bolts]
+        SceneObject(Finish(colour, 0.0, grain(random, 0.04, coarsest=32)), [cloth]),
+        SceneObject(
+            Finish(sample_other_hue(random, STEELS, cup), 0.5),
+            [limb(ends[0], ends[1], (0.7, 0.7)), *bolts],
         ),
     ]
 
 
-def carton(plan: Plan, random: np.random.Generator, cup: Array) -> Thing:
+def carton(plan: CupPlan, random: np.random.Generator, cup: Array) -> SceneObject:
     """A box with a lid on the counter, before the cup's way, of nearly the cup's colour."""
     place, half = plan.before
     turn = random.uniform(-0.4, 0.4)
@@ -211,22 +213,22 @@ def carton(plan: Plan, random: np.random.Generator, cup: Array) -> Thing:
     lid, x = random.uniform(0.16, 0.3) * height, place - SIZE[0] / 2
     body = box((x, height / 2, BOX_DEPTH), (wide - 0.6, height / 2, deep - 0.6), 0.5, turn=turn)
     cover = box((x, height - lid / 2, BOX_DEPTH), (wide, lid / 2, deep), 0.5, turn=turn)
-    return Thing(Finish(nearly(random, cup), 0.05, grain(random, 0.02)), [body, cover])
+    return SceneObject(Finish(vary_slightly(random, cup), 0.05, grain(random, 0.02)), [body, cover])
 
 
-def _height(plan: Plan, row: float, z: float) -> float:
+def _height(plan: CupPlan, row: float, z: float) -> float:
     """Height above the counter at which a point is seen in a row of the picture [pixels]."""
     view = plan.view
     below = row - plan.horizon + float(view.row(0.0, WALL))
     return float((z * np.sin(view.pitch) - below) / np.cos(view.pitch))
 
 
-def stores(plan: Plan, random: np.random.Generator, cup: Array) -> list[Thing]:
+def stores(plan: CupPlan, random: np.random.Generator, cup: Array) -> list[SceneObject]:
     """Jars, bottles, bowls on either side of the similar thing, none of the cup's colour."""
     left, right = (border - SIZE[0] / 2 for border in plan.behind)
     kinds = [_jar, _bottle, _fruit, _holder]
     order = random.permutation(len(kinds)).tolist()
-    things: list[Thing] = []
+    things: list[SceneObject] = []
     for start, end in ((-SIZE[0] / 2 - 4, left - 2), (right + 2, SIZE[0] / 2 + 4)):
         x = start + random.uniform(0, 5)
         while order and x + 8 < end:
@@ -239,14 +241,19 @@ def stores(plan: Plan, random: np.random.Generator, cup: Array) -> list[Thing]:
     return things
 
 
-def _jar(random: np.random.Generator, cup: Array, x: float, z: float, wide: float) -> list[Thing]:
+def _jar(
+    random: np.random.Generator, cup: Array, x: float, z: float, wide: float
+) -> list[SceneObject]:
     high = random.uniform(14, 20)
-    glaze, lid = any_but(random, ACCENTS, cup), any_but(random, (*NEUTRALS, *COUNTERS), cup)
+    glaze, lid = (
+        sample_other_hue(random, ACCENTS, cup),
+        sample_other_hue(random, (*NEUTRALS, *COUNTERS), cup),
+    )
     body = bowl((x, 0.5, z), high, (wide * 0.92, wide), 1.0, closed=True)
     cap = bowl((x, high + 0.6, z), 2.0, (wide * 1.02, wide * 1.02), 1.2, closed=True)
     return [
-        Thing(Finish(glaze, 0.3, _label(random, x, z, high, wide)), [body]),
-        Thing(Finish(lid, 0.05), [cap]),
+        SceneObject(Finish(glaze, 0.3, _label(random, x, z, high, wide)), [body]),
+        SceneObject(Finish(lid, 0.05), [cap]),
     ]
 
 
@@ -259,43 +266,49 @@ def _label(random: np.random.Generator, x: float, z: float, high: float, wide: f
         ink = 0.6 + 0.4 * (np.sin(places[:, 1] * 3.0) < 0.4)
         return np.where(on, 1.35 * ink, 1.0)[:, None]
 
-    return gain if random.random() < 0.6 else plain
+    return gain if random.random() < 0.6 else uniform
 
 
 def _bottle(
     random: np.random.Generator, cup: Array, x: float, z: float, wide: float
-) -> list[Thing]:
+) -> list[SceneObject]:
     slim, high = 0.62 * wide, random.uniform(19, 25)
-    glass = any_but(random, ((40, 66, 52), (34, 60, 96), (52, 50, 48), (60, 150, 176)), cup)
+    glass = sample_other_hue(
+        random, ((40, 66, 52), (34, 60, 96), (52, 50, 48), (60, 150, 176)), cup
+    )
     body = bowl((x, 0.4, z), high, (slim, slim), 0.8, closed=True)
     neck = limb((x, high + 0.3, z), (x, high + 7, z), (slim * 0.72, slim * 0.34))
     cap = limb((x, high + 7.5, z), (x, high + 9.5, z), (slim * 0.42, slim * 0.42))
-    paper = any_but(random, NEUTRALS, cup)
+    paper = sample_other_hue(random, NEUTRALS, cup)
     label = bowl((x, 0.35 * high, z), 0.35 * high, (slim + 0.1, slim + 0.1), 0.8, closed=True)
     return [
-        Thing(Finish(glass, 0.5), [body, neck]),
-        Thing(Finish(any_but(random, ACCENTS, cup), 0.1), [cap]),
-        Thing(Finish(paper, 0.02, grain(random, 0.06, (1, 2, 0.2), 32)), [label]),
+        SceneObject(Finish(glass, 0.5), [body, neck]),
+        SceneObject(Finish(sample_other_hue(random, ACCENTS, cup), 0.1), [cap]),
+        SceneObject(Finish(paper, 0.02, grain(random, 0.06, (1, 2, 0.2), 32)), [label]),
     ]
 
 
-def _fruit(random: np.random.Generator, cup: Array, x: float, z: float, wide: float) -> list[Thing]:
+def _fruit(
+    random: np.random.Generator, cup: Array, x: float, z: float, wide: float
+) -> list[SceneObject]:
     dish = bowl((x, 0.6, z), 5.5, (0.5 * wide, 1.05 * wide), 0.9)
-    kind = any_but(random, ((40, 110, 214), (48, 190, 222), (40, 46, 176), (70, 160, 140)), cup)
+    kind = sample_other_hue(
+        random, ((40, 110, 214), (48, 190, 222), (40, 46, 176), (70, 160, 140)), cup
+    )
     places = ((-0.5, 5.4, 0.1), (0.45, 5.3, 0.2), (0.0, 5.2, -0.5), (0.0, 8.2, 0.0))
     fruits = []
     for u, y, w in places:
         at = np.array([x + u * wide, y, z + w * wide])
         fruits.append(limb(at, at + np.array([0.3, 0.2, 0.0]), (0.42 * wide, 0.42 * wide)))
     return [
-        Thing(Finish(any_but(random, NEUTRALS, cup), 0.2), [dish]),
-        Thing(Finish(kind, 0.12, grain(random, 0.05)), fruits),
+        SceneObject(Finish(sample_other_hue(random, NEUTRALS, cup), 0.2), [dish]),
+        SceneObject(Finish(kind, 0.12, grain(random, 0.05)), fruits),
     ]
 
 
 def _holder(
     random: np.random.Generator, cup: Array, x: float, z: float, wide: float
-) -> list[Thing]:
+) -> list[SceneObject]:
     high = random.uniform(10, 13)
     pot = bowl((x, 0.5, z), high, (0.72 * wide, 0.8 * wide), 1.0)
     spoons, spatulas = [], []
@@ -308,27 +321,30 @@ def _holder(
             spoons += [stick, limb(tip, tip + np.array([lean, 2.5, 0.0]), (1.7, 1.2), 0.6)]
         else:
             spatulas += [stick, box(tip, (1.5, 2.6, 0.5), 0.4)]
-    wood, dark = any_but(random, COUNTERS[:3], cup), any_but(random, ACCENTS[5:], cup)
+    wood, dark = (
+        sample_other_hue(random, COUNTERS[:3], cup),
+        sample_other_hue(random, ACCENTS[5:], cup),
+    )
     return [
-        Thing(Finish(any_but(random, ACCENTS, cup), 0.25), [pot]),
-        Thing(Finish(wood, 0.02), spoons),
-        Thing(Finish(dark, 0.05), spatulas),
+        SceneObject(Finish(sample_other_hue(random, ACCENTS, cup), 0.25), [pot]),
+        SceneObject(Finish(wood, 0.02), spoons),
+        SceneObject(Finish(dark, 0.05), spatulas),
     ]
 
 
 THICK = 1.1  # of the cup [pixels]
 
 
-def held_cup(cup: Cup, colour: Array, random: np.random.Generator) -> list[Thing]:
+def held_cup(cup: Cup, colour: Array, random: np.random.Generator) -> list[SceneObject]:
     """The cup, the hand that holds it, its sleeve; `colour` is the cup's, BGR in [0, 255]."""
-    skin = drawn_skin(random)
-    cloth = any_but(random, CLOTHES, colour)
+    skin = sample_skin(random)
+    cloth = sample_other_hue(random, CLOTHES, colour)
     slope = random.uniform(-0.34, 0.02)
     grip = random.uniform(0.46, 0.54) * cup.height
     return [
-        Thing(Finish(colour, 0.08), _cup(cup)),
-        Thing(Finish(skin, 0.04, grain(random, 0.03)), _hand(cup, grip, slope)),
-        Thing(Finish(cloth, 0.0, _knitted(random, slope)), _sleeve(cup, grip, slope)),
+        SceneObject(Finish(colour, 0.08), _cup(cup)),
+        SceneObject(Finish(skin, 0.04, grain(random, 0.03)), _hand(cup, grip, slope)),
+        SceneObject(Finish(cloth, 0.0, _knitted(random, slope)), _sleeve(cup, grip, slope)),
     ]
 
 
@@ -385,7 +401,7 @@ def _knitted(random: np.random.Generator, slope: float) -> Pattern:
 FINE = 4  # samples a pixel of the picture, in either direction
 
 
-class Layer:
+class PlacedLayer:
     """A picture that is carried over others by its `anchor`, a point from its left top [pixels].
 
     It is a uint8 array of `FINE` samples a pixel with zeros where there is nothing; it need not
@@ -407,7 +423,7 @@ class Layer:
         canvas = FINE * SIZE[0], FINE * SIZE[1]
         flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
         matrix = np.column_stack([turn, shift])
-        return smaller(cv2.warpAffine(self._picture, matrix, canvas, flags=flags))
+        return downsample(cv2.warpAffine(self._picture, matrix, canvas, flags=flags))
 
     def extents(
         self, places: NDArray[np.float64], tilts: NDArray[np.float64]
@@ -424,7 +440,7 @@ class Layer:
         return np.stack([left, top, x.max(axis=1) - left, y.max(axis=1) - top], axis=1)
 
 
-def smaller(picture: NDArray[Any], fine: int = FINE) -> NDArray[np.float64]:
+def downsample(picture: NDArray[Any], fine: int = FINE) -> NDArray[np.float64]:
     """Means over the samples of each pixel, in [0, 1]."""
     height, width = picture.shape[0] // fine, picture.shape[1] // fine
     means = cv2.resize(picture.astype(np.float64), (width, height), interpolation=cv2.INTER_AREA)
@@ -440,7 +456,7 @@ CUP_CORNER, CUP_SIZE = (-14, -13), (28, 26)
 ARM_SIZE = 112, 66
 
 
-class Setting:
+class CupSetting:
     """A kitchen and a held cup, in numbers (`plan`) and looked at. Nothing in it is mirrored.
 
     `colour` is the cup's, BGR in [0, 255].
@@ -448,25 +464,25 @@ class Setting:
 
     def __init__(self, seed: int) -> None:
         self._seed = seed
-        self.plan = drawn_plan(self._random("plan"))
+        self.plan = sample_plan(self._random("plan"))
         random = self._random("cup")
-        self.colour = nearly(random, CUPS[int(random.integers(len(CUPS)))], 0.06)
+        self.colour = vary_slightly(random, CUPS[int(random.integers(len(CUPS)))], 0.06)
 
     @cached_property
-    def carried(self) -> Layer:
+    def carried(self) -> PlacedLayer:
         """Cup, hand and arm, by the middle of the cup; BGR and coverage."""
         left = CUP_CORNER[0] if self.plan.cup.hand > 0 else -CUP_CORNER[0] - ARM_SIZE[0]
         top = CUP_CORNER[1] - 2
         picture, _ = self._look(self._held, (left, top + self._rise), ARM_SIZE, FINE)
-        return Layer(picture, (-left, -top))
+        return PlacedLayer(picture, (-left, -top))
 
     @cached_property
-    def silhouettes(self) -> tuple[Layer, Layer]:
+    def silhouettes(self) -> tuple[PlacedLayer, PlacedLayer]:
         """The whole cup, and what the hand leaves of it, by the middle of the cup."""
         corner = CUP_CORNER[0], CUP_CORNER[1] + self._rise
         anchor = -CUP_CORNER[0], -CUP_CORNER[1]
         alone, held = (
-            Layer(np.uint8(255) * (self._trace(things, corner, CUP_SIZE) == 0), anchor)
+            PlacedLayer(np.uint8(255) * (self._trace(things, corner, CUP_SIZE) == 0), anchor)
             for things in (self._held[:1], self._held)
         )
         return alone, held
@@ -494,7 +510,7 @@ class Setting:
             for start, length in ((top, size[1]), (left, size[0]))
         ))  # fmt: skip
         picture[there] = np.where(before[there][..., None], uncovered, picture[there])
-        return smaller(picture[..., :3], STILL_FINE), smaller(box, STILL_FINE)
+        return downsample(picture[..., :3], STILL_FINE), downsample(box, STILL_FINE)
 
     @cached_property
     def hidden(self) -> Array:
@@ -507,15 +523,15 @@ class Setting:
         return self._coverage(self._similar[:1])
 
     @cached_property
-    def _held(self) -> list[Thing]:
+    def _held(self) -> list[SceneObject]:
         return held_cup(self.plan.cup, self.colour, self._random("hand"))
 
     @cached_property
-    def _carton(self) -> list[Thing]:
+    def _carton(self) -> list[SceneObject]:
         return [carton(self.plan, self._random("box"), self.colour)]
 
     @cached_property
-    def _similar(self) -> list[Thing]:
+    def _similar(self) -> list[SceneObject]:
         return similar_things(self.plan, self._random("cloth"), self.colour)
 
     @property
@@ -531,19 +547,108 @@ class Setting:
     def _random(self, part: str) -> np.random.Generator:
         return part_generator(self._seed, f"kitchen {part}")
 
-    def _coverage(self, things: Sequence[Thing]) -> Array:
-        return smaller(255.0 * (self._trace(things, self._corner, SIZE) != NOTHING))
+    def _coverage(self, things: Sequence[SceneObject]) -> Array:
+        return downsample(255.0 * (self._trace(things, self._corner, SIZE) != NOTHING))
 
     def _trace(
-        self, things: Sequence[Thing], corner: Corner, size: tuple[int, int]
+        self, things: Sequence[SceneObject], corner: Corner, size: tuple[int, int]
     ) -> NDArray[np.int64]:
         solids = [thing.solids for thing in things]
-        which, _, _ = what_is_seen(solids, self.plan.view, corner, size, FINE, shaded=False)
+        which, _, _ = cast_rays(solids, self.plan.view, corner, size, FINE, shaded=False)
         return which
 
     def _look(
-        self, things: Sequence[Thing], corner: Corner, size: tuple[int, int], fine: int
+        self, things: Sequence[SceneObject], corner: Corner, size: tuple[int, int], fine: int
     ) -> tuple[NDArray[np.uint8], NDArray[np.int64]]:
         solids = [thing.solids for thing in things]
-        which, places, lights = what_is_seen(solids, self.plan.view, corner, size, fine)
-        return painted([thing.finish for thing in things], which, places, lights), which
+        which, places, lights = cast_rays(solids, self.plan.view, corner, size, fine)
+        return shade_objects([thing.finish for thing in things], which, places, lights), which
+
+
+EXPOSURE = 0.5  # part of the time between two frames for which the shutter is open
+CAMERA = Camera(SIZE, noise=2.2)
+
+# How much light the shadow on the wall takes, and its softness [pixels].
+SHADOW, SOFTNESS = 0.3, 2.2
+# Part of the cup that must be hidden, or before something of its colour, to be worth a word.
+NOTICED = 0.1
+
+
+def scene(knobs: SceneKnobs) -> "CupScene":
+    """Renderer and truth; nothing is drawn yet."""
+    return CupScene(knobs.scene)
+
+
+class CupScene(SyntheticScene):
+    """A cup in a hand, in a kitchen."""
+
+    length, size = FRAMES, SIZE
+
+    def __init__(self, seed: int) -> None:
+        self._seed = seed
+        self.setting = _setting(seed)
+        self.plan = self.setting.plan
+
+    def truth(self) -> SceneTruth:
+        """See `SyntheticScene.truth`.
+
+        Boxes are those of the cup with its handle. Attributes are `occluded` (the box before
+        it hides a tenth of the cup or more) and `similar background` (a tenth or more of it is
+        before the thing of nearly its colour).
+        """
+        return _truth(self._seed)
+
+    def render(self, frame: int) -> Image:
+        behind, box = self.setting.still
+        instants = frame + EXPOSURE * np.array([-0.25, 0.25])
+        carried = np.mean([self.setting.carried.at(*self._pose(t)) for t in instants], axis=0)
+        picture = behind * (1 - self._shadow(carried[..., 3]))[..., None]
+        for layer in (carried, box):
+            picture = picture * (1 - layer[..., 3:]) + layer[..., :3]
+        canvas = np.round(255 * np.clip(picture, 0, 1)).astype(np.uint8)
+        if self.plan.mirrored:
+            canvas = np.ascontiguousarray(canvas[:, ::-1])
+        return CAMERA.exposed(canvas, self._seed, frame)
+
+    def mask(self, frame: int) -> Mask:
+        mask = self.seen(frame)[1] >= 0.5
+        return np.asarray(mask[:, ::-1] if self.plan.mirrored else mask)
+
+    def seen(self, frame: int) -> tuple[Array, Array]:
+        """Part of each pixel that the cup covers, and part that shows it; not mirrored."""
+        whole, held = (layer.at(*self._pose(frame)) for layer in self.setting.silhouettes)
+        return whole, held * (1 - self.setting.hidden)
+
+    def _pose(self, time: float) -> tuple[Array, float]:
+        return self.plan.middle(time), float(self.plan.tilt(time))
+
+    def _shadow(self, coverage: Array) -> Array:
+        """Light that what is carried takes from the wall."""
+        x, y, z = self.plan.view.light
+        shift = WALL * x / z, float(self.plan.view.row(WALL * y / z, WALL))
+        matrix = np.column_stack([np.eye(2), shift])
+        thrown = cv2.warpAffine(coverage, matrix, SIZE)
+        return np.asarray(SHADOW * cv2.GaussianBlur(thrown, (0, 0), SOFTNESS))
+
+
+_setting = lru_cache(maxsize=4)(CupSetting)
+
+
+@lru_cache(maxsize=4)
+def _truth(seed: int) -> SceneTruth:
+    scene = CupScene(seed)
+    setting, plan = scene.setting, scene.plan
+    times = np.arange(FRAMES)
+    boxes = setting.silhouettes[0].extents(plan.middle(times), plan.tilt(times))
+    if plan.mirrored:
+        boxes[:, 0] = SIZE[0] - boxes[:, 0] - boxes[:, 2]
+    shares = np.empty((FRAMES, 3))
+    for frame in range(FRAMES):
+        whole, seen = scene.seen(frame)
+        parts = seen, whole * setting.hidden, whole * setting.similar
+        shares[frame] = [part.sum() / whole.sum() for part in parts]
+    return SceneTruth(
+        boxes,
+        shares[:, 0],
+        {"occluded": shares[:, 1] >= NOTICED, "similar background": shares[:, 2] >= NOTICED},
+    )
