@@ -1,4 +1,16 @@
-"""X."""
+"""`moreno2005/book`: a book bends in front of desk and shelf while the light turns yellow.
+
+The paper describes the non-rigid boundary of a bending book. The light changes smoothly from
+natural to yellow; the smooth model fails by "the effect of self-shadowing produced during the
+movement of the book". All other properties are our choice: the hand, the room, and the lamp that
+lights the book from the side. The bends put most of the cover into its own shadow within a frame,
+and the shadowed cloth looks like the wall.
+
+The book is a sheet that bends without stretching. It is held at the middle of its lower edge, which
+is the origin: u to the right, v down (from minus its height to 0), w towards the camera. The sheet
+is part of a cylinder whose rulings are parallel and whose section is any curve, so it stays
+developable: as it bends away from the plane in which it is held, lengths on it stay the same.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -47,16 +59,16 @@ from trackmark.datasets.synthetic.scene import SceneTruth, SyntheticScene, part_
 
 Array = NDArray[np.float64]
 
-STEPS = 48  # pieces of a section
-NEAR = 1.0  # what is nearer along a ray than this is the surface itself [pixels]
+STEPS = 48  # line segments of a section
+NEAR = 1.0  # minimum distance along a ray at which it meets another part of the sheet [pixels]
 
 
 @dataclass(frozen=True)
 class Bending:
-    """How far a sheet is bent."""
+    """Bending of a sheet."""
 
-    left: float  # by how much its left end has turned away from the camera [radians]
-    right: float  # and its right end [radians]
+    left: float  # angle by which its left end is turned away from the camera [radians]
+    right: float  # angle by which its right end is turned away from the camera [radians]
     slant: float  # of the rulings, from upright to the left [radians]
 
 
@@ -64,19 +76,18 @@ class Bending:
 class Section:
     """Curve across the rulings of a sheet."""
 
-    along: Array  # (n,): length along it, from the ruling through the origin
-    across: Array  # (n,): where its points are, at right angles to the rulings
-    near: Array  # (n,): and towards the camera
-    turn: Array  # (n,): from the plane, to the right where it goes away [radians]
+    along: Array  # (n,): arc length from the ruling through the origin
+    across: Array  # (n,): positions perpendicular to the rulings
+    near: Array  # (n,): positions towards the camera
+    turn: Array  # (n,): slope from the plane, positive if it recedes to the right [radians]
 
 
 def bend_sheet(
     bending: Bending, half_width: float, u: Array, v: Array
 ) -> tuple[Array, Array, Section]:
-    """Bend a sheet of half a width, with places u, v (k,) on it when it is flat [pixels].
+    """Bend a sheet of a half width; u and v (k,) are places on the flat sheet [pixels].
 
-    Gives where they are, (k, 3), the directions of the sheet's front there, (k, 3) of length 1,
-    and the section.
+    Returns their positions (k, 3), the unit normals of the sheet's front (k, 3), and the section.
     """
     cosine, sine = np.cos(bending.slant), np.sin(bending.slant)
     along, ruling = u * cosine + v * sine, v * cosine - u * sine
@@ -108,11 +119,11 @@ def _section(bending: Bending, half_width: float, low: float, high: float) -> Se
 def lit_share(
     section: Section, bending: Bending, size: tuple[float, float], u: Array, v: Array, lamp: Array
 ) -> Array:
-    """Part of a lamp, in [0, 1], that a bent sheet leaves in view of each of its places (k,).
+    """Return the share of a lamp, in [0, 1], that a bent sheet leaves visible from its places (k,).
 
-    It does not say whether the place faces the lamp. `size` is half the sheet's width, and its
-    height [pixels]; `lamp` are directions to points of the lamp, (m, 3) as u, v and w; for the
-    rest see `bend_sheet`.
+    It ignores whether a place faces the lamp. `size` is the sheet's half width and its height
+    [pixels]; `lamp` holds directions to points of the lamp, (m, 3) as u, v and w. For the other
+    parameters see `bend_sheet`.
     """
     cosine, sine = float(np.cos(bending.slant)), float(np.sin(bending.slant))
     along, ruling = u * cosine + v * sine, v * cosine - u * sine
@@ -141,10 +152,10 @@ def _blocked(
     half_width: float,
     height: float,
 ) -> NDArray[np.int64]:
-    """How many of the rays from each place meet the sheet again.
+    """Count the rays from each place that meet the sheet again.
 
-    Across the rulings a ray and a piece of the section are straight lines in a plane; where
-    they meet, the ray has gone some way along the ruling, perhaps beyond the sheet's edge.
+    Across the rulings, a ray and a segment of the section are straight lines in a plane. At their
+    intersection the ray has moved along the ruling, possibly beyond the sheet's edge.
     """
     counts = np.zeros(len(starts), np.int64)
     for i in range(len(starts)):
@@ -168,26 +179,27 @@ def _blocked(
 
 FRAMES = 100
 SIZE = 320, 240
-SETTLED = 15.0  # frame from which on the book turns as far as ever
+SETTLED = 15.0  # frame from which on the book rotates with its full amplitude
 DISTANCE = 800.0  # of the camera from the book [pixels]
 SWAY = (1.4, 4.0)  # periods of the slow movements [seconds]
-QUICK = 1  # duration of a bend [frames]; between two frames, so that its shadow is sudden
-SLOW = 2, 4  # duration of letting go [frames]
+# duration of a bend [frames]; it falls between two frames, so the shadow appears suddenly
+QUICK = 1
+SLOW = 2, 4  # duration of a release [frames]
 HELD = 2, 4  # time until the next movement [frames]
 
 
 @dataclass(frozen=True)
 class BookPose:
-    """Where the held place is and how the book is turned there."""
+    """Position and orientation of the book at the point where it is held."""
 
     place: Array  # (2,): column and row [pixels]
     # (3, 3): columns are the directions of u, v and w, to the right, down and towards the camera
     axes: Array
-    tilt: float  # in the picture, to the right [radians]
+    tilt: float  # in the image, to the right [radians]
     scale: float
 
-    def render_mesh(self, points: Array) -> Array:
-        """Where points of the book are: column, row and nearness [pixels], shape (k, 3)."""
+    def project(self, points: Array) -> Array:
+        """Project points of the book: column, row and nearness [pixels], shape (k, 3)."""
         turned = self.scale * points @ self.axes.T
         larger = DISTANCE / (DISTANCE - turned[:, 2:])
         return np.hstack([self.place + turned[:, :2] * larger, turned[:, 2:]])
@@ -195,21 +207,21 @@ class BookPose:
 
 @dataclass(frozen=True)
 class BookPlan:
-    """Course of a sequence."""
+    """Poses and bendings of the book in every frame."""
 
     poses: tuple[BookPose, ...]
     bendings: tuple[Bending, ...]
 
 
 def sample_plan(random: np.random.Generator, height: float, side: float) -> BookPlan:
-    """A course, drawn at random, of a book of a height [pixels].
+    """Sample the motion of a book of a height [pixels].
 
-    `side` is 1 where the light comes from the right, -1 where it comes from the left.
+    `side` is 1 if the light comes from the right, -1 if it comes from the left.
     """
     middle = np.array([160.0, 106 + height / 2]) + random.uniform(-1, 1, 2) * [22, 8]
     x, y = (random_wander(random, FRAMES, SWAY, spread) for spread in (11.0, 5.0))
     turns = [random_wander(random, FRAMES, SWAY, spread) for spread in (0.07, 0.06, 0.06)]
-    for turn in turns[1:]:  # it faces the camera at first
+    for turn in turns[1:]:  # the book faces the camera at first
         turn *= smooth_step(np.arange(float(FRAMES)), -2.0, SETTLED)
     scales = 1 + random_wander(random, FRAMES, SWAY, 0.025)
     away, bendings = _movements(random, side)
@@ -223,48 +235,48 @@ def sample_plan(random: np.random.Generator, height: float, side: float) -> Book
 
 
 def _movements(random: np.random.Generator, side: float) -> tuple[Array, tuple[Bending, ...]]:
-    """Return the turn away from the light [radians] and the bending of the book by frame.
+    """Return the rotation away from the light [radians] and the bending of the book by frame.
 
-    The book is bent and turned away again and again, and let go more slowly. The side away
-    from the light is bent away from the camera, the other side towards it, or both: its own
-    shadow then covers most of it.
+    The book is bent and turned away repeatedly, and released more slowly. The side away from the
+    light is bent away from the camera, the other side towards it, or both: most of the book then
+    lies in its own shadow.
     """
-    times, keys = [0, int(random.integers(5, 8))], [_let_go(random)] * 2
+    times, keys = [0, int(random.integers(5, 8))], [_sample_release(random)] * 2
     kinds = cycle(random.permutation(["far", "near", "both"]).tolist())
     while times[-1] < FRAMES:
         bend = times[-1] + QUICK
         release = bend + int(random.integers(*HELD, endpoint=True))
         end = release + int(random.integers(*SLOW, endpoint=True))
         times += [bend, release, end, end + int(random.integers(*HELD, endpoint=True))]
-        keys += [_bent(random, next(kinds))] * 2
-        keys += [_let_go(random)] * 2
+        keys += [_sample_bend(random, next(kinds))] * 2
+        keys += [_sample_release(random)] * 2
     far, near, slant, away = _eased(np.arange(float(FRAMES)), times, np.array(keys)).T
     left, right = (far, near) if side > 0 else (near, far)
     bendings = np.stack([left, right, slant], axis=1).tolist()
     return away, tuple(Bending(*values) for values in bendings)
 
 
-def _let_go(random: np.random.Generator) -> tuple[float, float, float, float]:
+def _sample_release(random: np.random.Generator) -> tuple[float, float, float, float]:
     bending = random.uniform(0.0, 0.25), random.uniform(-0.15, 0.2), random.uniform(-0.3, 0.3)
     return *bending, -random.uniform(0.05, 0.15)
 
 
-def _bent(random: np.random.Generator, kind: str) -> tuple[float, float, float, float]:
+def _sample_bend(random: np.random.Generator, kind: str) -> tuple[float, float, float, float]:
     far = random.uniform(0.2, 0.6) if kind == "near" else random.uniform(0.4, 0.7)
     near = random.uniform(-0.4, 0.4) if kind == "far" else -random.uniform(0.4, 0.7)
     return far, near, random.uniform(-0.4, 0.4), random.uniform(0.28, 0.4)
 
 
-def _eased(at: Array, times: Sequence[int], values: Array) -> Array:
-    """Values at moments between those of keys, at rest at every key."""
-    whole = np.interp(at, times, np.arange(len(values)))
+def _eased(moments: Array, times: Sequence[int], values: Array) -> Array:
+    """Return values at times between those of keys, with zero speed at every key."""
+    whole = np.interp(moments, times, np.arange(len(values)))
     first = np.minimum(whole.astype(np.int64), len(values) - 2)
     share = smooth_step(whole - first, 0.0, 1.0)[:, None]
     return np.asarray(values[first] * (1 - share) + values[first + 1] * share)
 
 
-FINE = 3  # texels a pixel, in either direction
-# Rows of the texture below the cover: the pages' edges, then as many of the back's colour.
+FINE = 3  # texels per pixel and axis
+# rows of the texture below the cover: the pages' edges, then as many of the back's colour
 PAGES = 12
 
 INKS = ((208, 224, 232), (70, 186, 226), (190, 206, 170), (46, 42, 44), (150, 176, 224))
@@ -276,7 +288,7 @@ def print_cover(
 ) -> NDArray[np.float32]:
     """Paint a book's surface, linear, BGR: cover, then `PAGES` rows twice.
 
-    The size is given in pixels, with `FINE` texels per pixel; the cloth is BGR in [0, 255].
+    The size is in pixels, with `FINE` texels per pixel; the cloth is BGR in [0, 255].
     """
     columns, rows = round(2 * half_width * FINE), round(height * FINE)
     picture = np.empty((rows + 2 * PAGES, columns, 3), np.uint8)
@@ -284,7 +296,7 @@ def print_cover(
     if abs(float(ink.sum() - cloth.sum())) < 150:
         ink = vary_colour(random, INKS[0])
     picture[:] = np.clip(cloth, 0, 255)
-    _print(Painting(picture[:rows], float(columns)), random, cloth, ink, rows / columns)
+    _print_front(Painting(picture[:rows], float(columns)), random, cloth, ink, rows / columns)
     picture[rows : rows + PAGES] = _pages(random, columns)
     picture[rows + PAGES :] = np.clip(cloth * 0.8, 0, 255)
     woven = fractal(random, SIDE, 16, 256, 0.95)[:rows, :columns]
@@ -295,7 +307,7 @@ def print_cover(
     return np.asarray(np.clip(light, 0, 1), np.float32)
 
 
-def _print(
+def _print_front(
     cover: Painting, random: np.random.Generator, cloth: Colour, ink: Colour, high: float
 ) -> None:
     second = cloth * 0.55 + ink * 0.2
@@ -314,7 +326,7 @@ def _print(
 def _word(
     cover: Painting, random: np.random.Generator, top: float, tall: float, ink: Colour
 ) -> None:
-    """Letters, as wide together as the frame allows."""
+    """Paint random letters, at most as wide as the frame."""
     letters = "".join(random.choice(list("AEIORSTLNMDBKU"), int(random.integers(5, 8))))
     font, high = cv2.FONT_HERSHEY_DUPLEX, tall * cover.scale
     (wide, base), _ = cv2.getTextSize(letters, font, 1.0, 2)
@@ -328,7 +340,7 @@ def _device(
     cover: Painting, random: np.random.Generator, x: float, y: float, radius: float,
     second: Colour, ink: Colour,
 ) -> None:  # fmt: skip
-    """A disc with a star, with rings, or with a ship's sail."""
+    """Paint a disc with a star, with rings, or with a ship's sail."""
     cover.disc(x, y, radius, second)
     kind = int(random.integers(3))
     if kind == 0:
@@ -351,7 +363,7 @@ def _device(
 
 
 def _pages(random: np.random.Generator, columns: int) -> NDArray[np.uint8]:
-    """Edges of leaves of paper, lighter and darker."""
+    """Return the edges of the paper sheets in slightly different tones."""
     tones = random.uniform(0.72, 1.0, (PAGES, 1)) * random.uniform(0.97, 1.0, (PAGES, columns))
     return np.asarray(tones[..., None] * [196, 218, 228], np.uint8)
 
@@ -365,26 +377,28 @@ BORDERS = (
     (_INDEX[0], _INDEX[1], -1),
     (_INDEX[-1], _INDEX[-2], 1),
 )
-"""Vertices of the front along each of its edges, those beside them, and the order in which
-triangles from there to the back are clockwise seen from outside."""
+"""Vertices of the front along each edge, their inner neighbours, and the vertex order in which
 
-SPINE = 0  # edge that is of cloth
+triangles from the edge to the back are clockwise from outside.
+"""
+
+SPINE = 0  # index of the edge that is made of cloth
 THICKNESS = 5.0  # [pixels]
-# Directions to points of the lamp, from that to its middle, on the level [radians].
+# horizontal angles between points of the lamp and its centre [radians]
 SPREAD = np.array([-0.12, -0.06, 0.0, 0.06, 0.12])
 
 
 @dataclass(frozen=True)
 class BookSurface:
-    """The book in a frame, vertex by vertex: those of the front are the first."""
+    """Vertices of the book in a frame, those of the front first."""
 
     points: Array  # (v, 3): column, row, nearness [pixels]
-    normals: Array  # (v, 3): outwards, of length 1
-    straight: Array  # (v,): part of the lamp's light that falls there, in [0, 1]
+    normals: Array  # (v, 3): outward unit normals
+    straight: Array  # (v,): share of the lamp's light that reaches the vertex, in [0, 1]
 
 
 class Book:
-    """A book of a size drawn at random."""
+    """Book of a random size."""
 
     def __init__(self, random: np.random.Generator) -> None:
         self.half_width = random.uniform(45, 51)
@@ -393,7 +407,7 @@ class Book:
         self._u, self._v = self.half_width * columns.ravel(), self.height * rows.ravel()
 
     def print_cover(self, random: np.random.Generator, cloth: Colour) -> NDArray[np.float32]:
-        """Return its texture, printed at random on a cloth of a colour, BGR in [0, 255]."""
+        """Return its texture with a random print on cloth of a colour, BGR in [0, 255]."""
         return print_cover(random, self.half_width, self.height, cloth)
 
     def blank(self) -> NDArray[np.float32]:
@@ -402,7 +416,7 @@ class Book:
         return np.zeros((rows + 2 * PAGES, columns, 3), np.float32)
 
     def mesh(self, texture: NDArray[np.float32]) -> Mesh:
-        """Return its triangles with a texture of the shape that `blank` gives."""
+        """Return its triangles with a texture of the shape that `blank` returns."""
         front = np.stack([self._u + self.half_width, self._v + self.height], axis=1) * FINE
         rows, columns = texture.shape[0] - 2 * PAGES, texture.shape[1]
         texels, triangles = (
@@ -421,7 +435,7 @@ class Book:
         return Mesh(np.concatenate(triangles), np.concatenate(texels), texture, closed=True)
 
     def surface(self, bending: Bending, pose: BookPose, lamp: Array) -> BookSurface:
-        """The book, bent and held somewhere, in the light of a lamp in a direction."""
+        """Return the bent book in a pose, lit by a lamp in a direction."""
         places, normals, section = bend_sheet(bending, self.half_width, self._u, self._v)
         level = np.array([lamp[2], 0.0, -lamp[0]])
         rays = (lamp + SPREAD[:, None] * level) @ pose.axes
@@ -429,22 +443,22 @@ class Book:
         left = lit_share(section, bending, size, self._u, self._v, rays)
         back = places - THICKNESS * normals
         points, directions, parts = [places, back], [normals, -normals], [left, left]
-        for border, beside, _ in BORDERS:
-            outwards = places[border] - places[beside]
+        for border, inner, _ in BORDERS:
+            outwards = places[border] - places[inner]
             outwards /= np.sqrt((outwards * outwards).sum(axis=1, keepdims=True))
             points += [places[border], back[border]]
             directions += [outwards, outwards]
             parts += [left[border], left[border]]
         turned = np.concatenate(directions) @ pose.axes.T
         straight = np.concatenate(parts) * np.maximum(turned @ lamp, 0)
-        return BookSurface(pose.render_mesh(np.concatenate(points)), turned, straight)
+        return BookSurface(pose.project(np.concatenate(points)), turned, straight)
 
 
 def self_shadow(surface: BookSurface, lamp: Array) -> float:
-    """Part of the front, as far as it faces the camera, that is in its own shadow.
+    """Return the share of the camera-facing front that is in its own shadow.
 
-    That is where it gets less than half of the lamp's light that it would get if it were flat
-    before the camera.
+    A vertex is in shadow if it receives less than half of the light that it would receive on a flat
+    book facing the camera.
     """
     facing = np.maximum(surface.normals[:FRONT, 2], 0)
     shaded = surface.straight[:FRONT] < 0.5 * lamp[2]
@@ -453,23 +467,24 @@ def self_shadow(surface: BookSurface, lamp: Array) -> float:
 
 Floats = NDArray[np.float32]
 
-# Light from all around, and of the lamp on a surface of the book or of the room that faces it.
+# light from all directions, and of the lamp on a surface of the book or room that faces it
 AROUND, STRAIGHT, ROOM_STRAIGHT = 0.22, 1.7, 0.35
-# Colours of the light, BGR: as of a window to the north; as of a bulb.
+# colours of the light, BGR: of a window to the north, and of a bulb
 NATURAL, YELLOW = np.array([1.12, 1.0, 0.90]), np.array([0.32, 0.84, 1.08])
-FAR = 620.0  # how far the lamp is from the middle of the picture [pixels]
-SHADOWED = 1.1  # light on the cloth that looks like the wall, in parts of `AROUND`
+FAR = 620.0  # distance of the lamp from the centre of the image [pixels]
+SHADOWED = 1.1  # light on the cloth at which it looks like the wall [multiples of `AROUND`]
 HORIZON = 178  # row in which the wall meets the desk [pixels]
-ROOM_FINE = 2  # samples a pixel of what stands still, in either direction
-# What holds hand and arm: left top from the held place, and size [pixels]; samples a pixel.
+ROOM_FINE = 2  # samples per pixel and axis of the static parts
+# window of hand and arm: left top corner from the held point, size [pixels]; samples per pixel
 HAND_CORNER, HAND_SIZE, HAND_FINE = (-90, -34), (180, 190), 2
-BLEND = 4.0  # how far the hand's parts run into one another [pixels]
+BLEND = 4.0  # distance over which the hand's parts merge [pixels]
 
 
 class BookSetting:
-    """All parts of a scene that are drawn from its seed.
+    """Random parts of a scene.
 
-    `lamp` is the direction to the light: aside, a little above, before the book; shape (3,).
+    `lamp` is the direction to the light: to a side, slightly above, in front of the book; shape
+    (3,).
     """
 
     def __init__(self, seed: int) -> None:
@@ -481,12 +496,12 @@ class BookSetting:
 
     @cached_property
     def plan(self) -> BookPlan:
-        """How the book moves and bends."""
+        """Motion and bending of the book."""
         return sample_plan(self._random("plan"), self.book.height, float(np.sign(self.lamp[0])))
 
     @cached_property
     def illuminants(self) -> Array:
-        """Gains of BGR as the light turns from natural to yellow, shape (FRAMES, 3)."""
+        """BGR gains while the light turns from natural to yellow, shape (FRAMES, 3)."""
         random = self._random("illuminant")
         start, end = random.uniform(0.02, 0.12), random.uniform(0.88, 0.98)
         share = smooth_step(np.arange(FRAMES) / (FRAMES - 1), start, end)[:, None]
@@ -494,7 +509,7 @@ class BookSetting:
 
     @cached_property
     def room(self) -> Floats:
-        """What stands still, in white light, shape (height, width, 3)."""
+        """Static background in white light, shape (height, width, 3)."""
         surface = seen_room(self._random("room"), SIZE, HORIZON, ROOM_FINE)
         place = np.array([SIZE[0] / 2, SIZE[1] / 2, 0.0]) + FAR * self.lamp
         straight, _ = light_on(place, surface.depth, surface.normal, ROOM_FINE)
@@ -505,7 +520,7 @@ class BookSetting:
 
     @cached_property
     def _hand(self) -> Floats:
-        """What holds the book, in white light, premultiplied by the last channel, coverage."""
+        """Hand and sleeve in white light, premultiplied by the last channel, coverage."""
         random = self._random("hand")
         side = float(random.choice([-1, 1]))
         skin, cloth = sample_skin(random), sample_similar(random, CLOTHES, 0.06)
@@ -517,12 +532,12 @@ class BookSetting:
         ]
         surface = render_surfaces(things, HAND_CORNER, HAND_SIZE, HAND_FINE)
         light = AROUND + STRAIGHT * np.maximum(surface.normal @ self.lamp, 0)
-        there = (surface.which >= 0)[..., None]
-        sheet = np.concatenate([surface.colour * light[..., None], there], axis=2)
+        covered = (surface.owners >= 0)[..., None]
+        sheet = np.concatenate([surface.colour * light[..., None], covered], axis=2)
         return np.asarray(cv2.resize(sheet, HAND_SIZE, interpolation=cv2.INTER_AREA), np.float32)
 
     def hand(self, frame: int) -> Floats:
-        """The hand where it holds the book in a frame, shape (height, width, 4)."""
+        """Return the hand at its position in a frame, shape (height, width, 4)."""
         pose = self.plan.poses[frame]
         cosine, sine = np.cos(pose.tilt), np.sin(pose.tilt)
         turn = pose.scale * np.array([[cosine, -sine], [sine, cosine]])
@@ -531,11 +546,11 @@ class BookSetting:
         return np.asarray(cv2.warpAffine(self._hand, matrix, SIZE, flags=cv2.INTER_LINEAR))
 
     def surface(self, frame: int) -> BookSurface:
-        """The book in a frame."""
+        """Return the book's surface in a frame."""
         return self.book.surface(self.plan.bendings[frame], self.plan.poses[frame], self.lamp)
 
-    def render_mesh(self, frame: int) -> RenderedMesh:
-        """Return the book as it would be seen without the hand."""
+    def render_book(self, frame: int) -> RenderedMesh:
+        """Render the book without the hand."""
         return self._looked_at(self._mesh, self.surface(frame))
 
     def _looked_at(self, mesh: Mesh, surface: BookSurface) -> RenderedMesh:
@@ -545,8 +560,8 @@ class BookSetting:
 
     @cached_property
     def truth(self) -> tuple[Array, Array, Array]:
-        """Boxes, visibility, and the front's part in its own shadow, in every frame."""
-        # Coverage needs no colours: the room, from which the cloth has its own, is rendered later.
+        """Boxes, visibility, and share of the front in its own shadow, in every frame."""
+        # Coverage needs no colours. The room determines the cloth's colour and is rendered later.
         mesh = self.book.mesh(self.book.blank())
         boxes, visibility, shadow = np.empty((FRAMES, 4)), np.empty(FRAMES), np.empty(FRAMES)
         for frame in range(FRAMES):
@@ -561,7 +576,7 @@ class BookSetting:
 
     @cached_property
     def _mesh(self) -> Mesh:
-        """The book's triangles; in its own shadow the cloth looks like the wall behind it."""
+        """Triangles of the book; the shadowed cloth looks like the wall behind it."""
         wall = _most_frequent(self.room[20:HORIZON, 60:-60].reshape(-1, 3))
         light = np.clip(wall / (SHADOWED * AROUND), 0, 0.8)
         return self.book.mesh(
@@ -580,7 +595,10 @@ def _most_frequent(colours: Floats) -> Array:
 
 
 def _skin(random: np.random.Generator, side: float) -> list[Array]:
-    """Thumb, its ball, the palm's edge, knuckles and wrist; y upwards from the held place."""
+    """Return thumb, its ball, the palm's edge, knuckles and wrist.
+
+    y points upwards from the held point.
+    """
     lean = random.uniform(-3, 3)
     wrist = (side * 14, -46, -6)
     solids = [
@@ -598,20 +616,19 @@ def _sleeve(side: float) -> list[Array]:
     return cuff + chain([(side * 16, -54, -6), (side * 34, -160, -6)], (14, 22), BLEND)
 
 
-# Part of the front in its own shadow from which on a frame counts as `self-shadow`.
-CONSIDERABLE = 0.25
-BEHIND = 70.0  # how far behind the book its shadow falls [pixels]
+CONSIDERABLE = 0.25  # minimum share of the front in its own shadow for the attribute `self-shadow`
+BEHIND = 70.0  # distance from the book to the surface that its shadow falls on [pixels]
 SOFTNESS, DARKNESS = 9.0, 0.7  # of the shadow: see `light_left`
 CAMERA = Camera(SIZE, noise=2.0, fall=(0.05, 0.05))
 
 
 def scene(knobs: SceneKnobs) -> "BookScene":
-    """Renderer and truth; nothing is drawn yet."""
+    """Return the renderer with its ground truth, without rendering."""
     return BookScene(knobs.scene)
 
 
 class BookScene(SyntheticScene):
-    """A book that bends in a hand."""
+    """Book that bends in a hand."""
 
     length, size = FRAMES, SIZE
 
@@ -620,18 +637,18 @@ class BookScene(SyntheticScene):
         self.setting = _setting(seed)
 
     def truth(self) -> SceneTruth:
-        """See `SyntheticScene.truth`.
+        """Return the ground truth of all frames without rendering.
 
-        Boxes are those of the whole book, with what the thumb hides. The attribute is
-        `self-shadow`: at least a quarter of the front, as far as it faces the camera, gets less
-        than half of the lamp's light that it would get if it were flat before the camera.
+        Boxes are those of the whole book, including the part behind the thumb. The attribute is
+        `self-shadow`: at least a quarter of the camera-facing front receives less than half of the
+        lamp's light that it would receive on a flat book facing the camera.
         """
         boxes, visibility, shadow = self.setting.truth
         return SceneTruth(boxes, visibility, {"self-shadow": shadow >= CONSIDERABLE})
 
     def render(self, frame: int) -> Image:
         setting = self.setting
-        book = setting.render_mesh(frame)
+        book = setting.render_book(frame)
         hand = setting.hand(frame)
         covered = np.maximum(hand[..., 3], book.coverage(SIZE))
         shift = -BEHIND * setting.lamp[:2] / setting.lamp[2]
@@ -643,7 +660,7 @@ class BookScene(SyntheticScene):
         return CAMERA.exposed(developed(picture), self._seed, frame)
 
     def mask(self, frame: int) -> Mask:
-        book = self.setting.render_mesh(frame).coverage(SIZE)
+        book = self.setting.render_book(frame).coverage(SIZE)
         return np.asarray(book * (1 - self.setting.hand(frame)[..., 3]) >= 0.5)
 
 

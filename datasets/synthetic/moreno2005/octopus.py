@@ -1,4 +1,16 @@
-"""X."""
+"""`moreno2005/octopus`: an octopus crawls over the sea floor and imitates it.
+
+The paper uses "a real video sequence of an octopus changing its appearance while camouflaging"; its
+"appearance [...] quite similar to the background" at times. All other properties are our choice:
+body and motion, zones of the floor, times of the changes, stones and algae, the water's moving
+light, the sensor's noise. The skin adopts only a part of the floor's look, so the colours of each
+frame still separate most of the body from the floor. The arms are short, webbed and move little,
+because the paper's contours change by affine maps from frame to frame.
+
+The body consists of overlapping balls: mantle, head, eyes and eight arms with skin between them.
+Stones lie and algae grow on the floor; the water above focuses and scatters the light, and tints
+the image.
+"""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -19,31 +31,34 @@ from trackmark.datasets.synthetic.scene import SceneTruth, SyntheticScene, part_
 Array = NDArray[np.float64]
 
 SIDE = 512  # of textures [pixels]
-IMITATION = 0.5  # share of a floor's look that a skin takes on
+IMITATION = 0.5  # share of a floor's look that a skin adopts
 
 
 @dataclass(frozen=True)
 class TextureKind:
-    """Something that a floor or a skin looks like."""
+    """Look of a floor or skin."""
 
     colour: tuple[float, float, float]  # mean, RGB in [0, 1]
-    # texture of shape (SIDE, SIDE, 3), BGR, of any mean
+    # returns a texture of shape (SIDE, SIDE, 3), BGR, of any mean
     paint: Callable[[np.random.Generator], Array]
 
 
 def paint_texture(random: np.random.Generator, kind: TextureKind, colour: Array) -> Array:
-    """Texture of a kind whose mean is a colour, RGB in [0, 1]; BGR, shape (SIDE, SIDE, 3)."""
+    """Return a texture with a mean colour, RGB in [0, 1].
+
+    The texture is BGR, shape (SIDE, SIDE, 3).
+    """
     texture = kind.paint(random)
     return np.asarray(np.clip(texture * (colour[::-1] / texture.mean(axis=(0, 1))), 0, 1.2))
 
 
-def imitate_floor(texture: Array, own: Array) -> Array:
-    """Return a skin's imitation of a floor's texture; a part of the skin's look stays its own."""
-    return np.asarray(IMITATION * texture + (1 - IMITATION) * own)
+def imitate_floor(texture: Array, skin_look: Array) -> Array:
+    """Return a skin's imitation of a floor's texture, mixed with the skin's own look."""
+    return np.asarray(IMITATION * texture + (1 - IMITATION) * skin_look)
 
 
 def _sand(random: np.random.Generator) -> Array:
-    """Ripples, grains, and bits of shell."""
+    """Return ripples, grains, and pieces of shell."""
     rows, columns = np.indices((SIDE, SIDE)) * (2 * np.pi / SIDE)
     bend = 5 * fractal(random, SIDE, 4, 16)
     ripples = np.sin(random.choice([-1, 1]) * 13 * columns + 31 * rows + bend)
@@ -55,7 +70,7 @@ def _sand(random: np.random.Generator) -> Array:
 
 
 def _stones(random: np.random.Generator) -> Array:
-    """Gravel, overgrown in places."""
+    """Return gravel, partly overgrown."""
     large = pebbles(random, SIDE) / 130
     halves = large.reshape(SIDE // 2, 2, SIDE // 2, 2, 3).mean(axis=(1, 3))
     stones = np.tile(halves, (2, 2, 1))
@@ -64,7 +79,7 @@ def _stones(random: np.random.Generator) -> Array:
 
 
 def _turf(random: np.random.Generator) -> Array:
-    """Short algae, thick and thin."""
+    """Return short algae of varying density."""
     blades = grass(random, SIDE) / 90
     dark = 1 + 0.35 * fractal(random, SIDE, 8, 64)
     return np.asarray(blades.mean(axis=2, keepdims=True) * np.clip(dark, 0.3, 2)[..., None]
@@ -72,7 +87,7 @@ def _turf(random: np.random.Generator) -> Array:
 
 
 def _reef(random: np.random.Generator) -> Array:
-    """Rough rock with crusts of other colours."""
+    """Return rough rock with crusts of other colours."""
     height = fractal(random, SIDE, 16, 256, 0.7)
     tones = np.array([[0.35, 0.38, 0.45], [0.7, 0.75, 0.9], [1.0, 1.05, 1.25]])
     rock = ramp(height, tones) * relief(9 * height, 0.35)[..., None]
@@ -81,7 +96,7 @@ def _reef(random: np.random.Generator) -> Array:
 
 
 def _spotted(random: np.random.Generator) -> Array:
-    """Skin at ease: pale spots and dark lines between them."""
+    """Return relaxed skin: pale spots with dark lines between them."""
     cells = fractal(random, SIDE, 32, 64, 0.5)
     tone = 1 + 0.22 * np.clip(2 * cells, -1, 1) + 0.05 * fractal(random, SIDE, 128, 256, 1.0)
     pale = np.clip(4 * fractal(random, SIDE, 32, 32) - 3.4, 0, 1)
@@ -105,13 +120,13 @@ SKINS: Mapping[str, TextureKind] = {
 
 Floats = NDArray[np.float32]
 
-# Where the light comes from: to the right, down, towards the camera.
+# direction to the light: to the right, down, towards the camera
 SUN = np.array([-0.42, -0.5, 0.757], np.float32)
-AMBIENT = 0.55  # light from all around, of what falls on level ground
+AMBIENT = 0.55  # ambient share of the light that falls on level ground
 
 
 def relief_light(height: Floats, soft: float) -> Floats:
-    """Light on a surface, 1 on level ground, shape (rows, columns) as its height [samples].
+    """Return the light on a height map [samples]: 1 on level ground, shape (rows, columns).
 
     `soft` is the standard deviation of the blur that rounds edges [samples].
     """
@@ -125,16 +140,19 @@ def relief_light(height: Floats, soft: float) -> Floats:
 def cast_shadow(
     canvas: Floats, cover: Floats, shift: tuple[int, int], soft: float, darkness: float
 ) -> None:
-    """Darken a canvas, in place, where something that covers a part of it takes the light.
+    """Darken a canvas in place by the shadow of an object above it.
 
-    The shadow lies to the right and below by `shift`, which is not 0; `soft` is the standard
-    deviation of its edge [samples], `darkness` what is taken in full shade.
+    `cover` is the object's coverage. The shadow lies to the right and below by `shift`, which is
+    not 0; `soft` is the standard deviation of its edge [samples], `darkness` the share of light
+    that full shadow removes.
     """
     right, down = shift
     thrown = np.zeros_like(cover)
     thrown[down:, right:] = cover[:-down, :-right]
-    kept = 1 - np.float32(darkness) * np.asarray(cv2.GaussianBlur(thrown, (0, 0), soft), np.float32)
-    canvas *= kept[..., None]
+    remaining = 1 - np.float32(darkness) * np.asarray(
+        cv2.GaussianBlur(thrown, (0, 0), soft), np.float32
+    )
+    canvas *= remaining[..., None]
 
 
 def mould_heights(
@@ -144,7 +162,7 @@ def mould_heights(
     shape: tuple[int, ...],
     ground: float = 0.0,
 ) -> tuple[Floats, NDArray[np.int32]]:
-    """Heights of balls that rise from the ground, and which is seen where (-1: none).
+    """Return the heights of balls on the ground, and the visible ball per sample (-1: none).
 
     `corner` is the left top one of the samples, which are `step` apart; see `mould`.
     """
@@ -164,10 +182,10 @@ def mould(
 ) -> None:
     """Find the highest surface at samples.
 
-    `balls`: Middle (x, y), radius, height of the middle, half height as a part of the radius; shape
-    (k, 5). `left, top, step`: Sample (row i, column j) lies at ``(left + (j + 0.5) * step, top + (i
-    + 0.5) * step)``. `height`: Of what is there already; raised in place; shape (rows, columns).
-    `owner`: Set where a ball is highest, to its number; shape (rows, columns).
+    `balls`: centre (x, y), radius, height of the centre, half height relative to the radius; shape
+    (k, 5). `left, top, step`: sample (row i, column j) lies at ``(left + (j + 0.5) * step, top + (i
+    + 0.5) * step)``. `height`: existing height, raised in place; shape (rows, columns). `owner`:
+    set to the number of the ball that is highest; shape (rows, columns).
     """
     rows, columns = height.shape
     for k in range(len(balls)):
@@ -205,14 +223,14 @@ def colour_skin(
     light: NDArray[np.float32],
     out: NDArray[np.float32],
 ) -> None:
-    """Give samples of a skin the colours of two looks, of each where its time has come.
+    """Colour the samples of a skin during the change from one look to another.
 
-    `owner, left, top, step`: See `mould`. `to_rest`: From the picture to where that part of the
-    skin is in the textures, by ball; shape (k, 2, 3). `before, after`: The looks; they repeat, and
-    `side` is a power of two; shape (side, side, 3). `order`: When a place changes, in [0, 1]; shape
-    (side, side). `share`: How far all has come, in [0, 1]. `soft`: How long a place takes, as a
-    part of the whole change. `light`: That falls on the samples; shape (rows, columns). `out`:
-    Colour with coverage, zeros; written where there is skin; shape (rows, columns, 4).
+    `owner, left, top, step`: see `mould`. `to_rest`: map from the image to the texture position, by
+    ball; shape (k, 2, 3). `before, after`: the periodic looks, whose `side` is a power of two;
+    shape (side, side, 3). `order`: time at which a texel changes, in [0, 1]; shape (side, side).
+    `share`: progress of the whole change, in [0, 1]. `soft`: duration of a texel's change relative
+    to the whole change. `light`: light on the samples; shape (rows, columns). `out`: colour with
+    coverage, initially zeros; written where there is skin; shape (rows, columns, 4).
     """
     rows, columns = owner.shape
     last = order.shape[0] - 1
@@ -242,29 +260,29 @@ def colour_skin(
 
 
 ARMS = 8
-JOINTS = 20  # balls along an arm
-WEBBED = 14  # of these, from the head on: with skin between them and those of the next arm
-WEB = np.array([0.25, 0.5, 0.75])  # where balls of that skin lie, from one arm to the next
-# Along the body and radius of the balls of the mantle, the head being at 0 [pixels].
+JOINTS = 20  # balls per arm
+WEBBED = 14  # number of balls per arm, from the head on, that are joined to the next arm by skin
+WEB = np.array([0.25, 0.5, 0.75])  # positions of the skin's balls between two arms
+# position along the body and radius of the mantle's balls; the head is at 0 [pixels]
 MANTLE = np.array([[-7, 9], [-13, 12.5], [-19, 15.5], [-25, 17], [-31, 17], [-36, 15], [-41, 11]])
 HEAD, EYE = 10.0, 3.6  # radii [pixels]
-EYES = np.array([[2.0, -7.5], [2.0, 7.5]])  # where they are, forwards and to the right [pixels]
-FIRST_ARM = 1.9  # directions of the outermost arms, from straight ahead [radians]
+EYES = np.array([[2.0, -7.5], [2.0, 7.5]])  # positions, forwards and to the right [pixels]
+FIRST_ARM = 1.9  # direction of the outermost arms, from straight ahead [radians]
 ARM_THICKNESS, TIP_THICKNESS = 6.8, 2.2  # radius of an arm at the head and at its tip [pixels]
 FINE = 2  # samples per pixel and axis
-ROUNDED = 2.2  # standard deviation of the blur that joins its parts [samples]
-SKIN_SOFTNESS = 0.35  # how long a place takes to change, as a part of the whole change
+ROUNDED = 2.2  # standard deviation of the blur that merges the parts [samples]
+SKIN_SOFTNESS = 0.35  # duration of a texel's change relative to the whole change
 IRIS, PUPIL = (0.20, 0.52, 0.62), (0.03, 0.03, 0.03)  # colours of the eyes, BGR in [0, 1]
 
 
 @dataclass(frozen=True)
 class OctopusPosture:
-    """Balls as a camera above them sees them."""
+    """Balls of the body as a camera above sees them."""
 
-    # (k, 5): middle (x, y) and radius [pixels], how high its middle is, and its half height as a
-    # part of its radius
+    # (k, 5): centre (x, y) and radius [pixels], height of the centre, half height relative to the
+    # radius
     balls: Array
-    turns: Array  # (k,): how much each is turned [radians]
+    turns: Array  # (k,): rotation of each ball [radians]
 
     @property
     def box(self) -> Array:
@@ -276,18 +294,18 @@ class OctopusPosture:
 
 @dataclass(frozen=True)
 class Body:
-    """Proportions and habits of an animal."""
+    """Proportions and motion pattern of an animal."""
 
     scale: float  # size, about 1
     # (ARMS, 3): direction from straight ahead [radians], length [pixels], curl [radians]
     arms: Array
-    waves: Array  # (ARMS, 3): that run along the arms: size [radians], period [frames], phase
-    # (ARMS, 3): how the arms stretch and curl more and less: size, period [frames], phase
+    waves: Array  # (ARMS, 3): waves along the arms: amplitude [radians], period [frames], phase
+    # (ARMS, 3): oscillation of the arms' stretch and curl: amplitude, period [frames], phase
     reaching: Array
-    breath: Array  # (3,): of the mantle: the same
+    breath: Array  # (3,): oscillation of the mantle: amplitude, period [frames], phase
 
-    def at(self, time: float, place: Array, heading: float) -> OctopusPosture:
-        """Posture at a time [frames], the head at a place [pixels], turned to a heading."""
+    def posture_at(self, time: float, place: Array, heading: float) -> OctopusPosture:
+        """Return the posture at a time [frames] with the head at a place [pixels] and a heading."""
         size, period, phase = self.waves.T[..., None]
         along = (np.arange(JOINTS) + 0.5) / JOINTS
         reach = _wave(self.reaching, time)[:, None]
@@ -302,7 +320,7 @@ class Body:
         return OctopusPosture(balls, posture.turns + heading)
 
     def at_rest(self) -> OctopusPosture:
-        """With straight arms, the head at the origin, turned along x."""
+        """Return the posture with straight arms, the head at the origin, turned along x."""
         return self._posture(np.zeros((ARMS, JOINTS)), np.ones((ARMS, 1)), 1.0)
 
     def _posture(self, bends: Array, stretch: Array, breath: float) -> OctopusPosture:
@@ -341,15 +359,15 @@ def _balls(places: Array, radii: Array, height: float, flat: float) -> Array:
 
 
 def _wave(waves: Array, time: float) -> Array:
-    """Offset of each row: size times the sine of time."""
+    """Return the offset of each row: amplitude times the sine of time."""
     size, period, phase = waves.T
     return np.asarray(size * np.sin(2 * np.pi * time / period + phase))
 
 
 def sample_body(random: np.random.Generator) -> Body:
-    """An animal, drawn at random."""
+    """Sample an animal."""
     directions = np.linspace(-FIRST_ARM, FIRST_ARM, ARMS) + random.uniform(-0.12, 0.12, ARMS)
-    # Left arms curl to the left and right ones to the right, but for some.
+    # Most left arms curl to the left and most right ones to the right.
     curls = np.sign(directions) * random.uniform(0.5, 1.2, ARMS)
     curls *= random.choice([-1, 1], ARMS, p=[0.1, 0.9])
     turns = 2 * np.pi * random.random((3, ARMS))
@@ -369,14 +387,14 @@ def sample_body(random: np.random.Generator) -> Body:
 class Skin:
     """Looks of a body, each of shape (SIDE, SIDE, 3), BGR in [0, 1].
 
-    In which order places change from one to another is drawn at random.
+    The order in which texels change from one look to another is random.
     """
 
     def __init__(self, random: np.random.Generator, body: Body, looks: Sequence[Array]) -> None:
         rest = body.at_rest().balls
         self._rest = rest[:, :2]
         worn = mould_heights(rest, (-SIDE / 2, -SIDE / 2), 1.0, (SIDE, SIDE))[1] >= 0
-        # Of the colour that it stands for, whatever part of a texture lies on the body.
+        # Scaled so that the part of the texture on the body has the mean colour of the look.
         fitted = (look * (look.mean(axis=(0, 1)) / look[worn].mean(axis=0)) for look in looks)
         eyes = body.scale * EYES, body.scale * EYE
         self._looks = np.stack([_with_eyes(look, *eyes) for look in fitted]).astype(np.float32)
@@ -384,7 +402,7 @@ class Skin:
         ranks = order.ravel().argsort().argsort() / order.size
         self._order: Floats = ranks.reshape(order.shape).astype(np.float32)
 
-    def seen(
+    def render(
         self,
         posture: OctopusPosture,
         corner: tuple[int, int],
@@ -393,10 +411,11 @@ class Skin:
         after: int,
         share: float,
     ) -> Floats:
-        """BGR in [0, 1] and coverage in a window of the picture, with `FINE` samples a pixel.
+        """Render a window of the image with `FINE` samples per pixel: BGR in [0, 1] and coverage.
 
-        The window has a left top corner and a width and height [pixels]. A `share` in [0, 1] of
-        the change from one look to another, given by their indices, has come.
+        `corner` and `size`: left top corner, and width and height of the window [pixels]. `before`,
+        `after` and `share`: indices of two looks, and progress of the change between them, in [0,
+        1].
         """
         shape = size[1] * FINE, size[0] * FINE
         left, top, step = float(corner[0]), float(corner[1]), 1 / FINE
@@ -411,7 +430,7 @@ class Skin:
         return colour
 
     def _to_rest(self, posture: OctopusPosture) -> Array:
-        """From the picture to places in the looks, by ball; shape (k, 2, 3)."""
+        """Return the map from the image to texture positions, by ball; shape (k, 2, 3)."""
         cosine, sine = np.cos(posture.turns), np.sin(posture.turns)
         rows = np.stack([cosine, sine], axis=1), np.stack([-sine, cosine], axis=1)
         turn = np.stack(rows, axis=1)
@@ -421,7 +440,7 @@ class Skin:
 
 
 def _with_eyes(look: Array, places: Array, radius: float) -> Array:
-    """A look with irises and slit pupils painted on it."""
+    """Return a look with irises and slit pupils painted on it."""
     result = look.copy()
     rows, columns = np.indices(look.shape[:2]) + 0.5 - SIDE / 2
     for x, y in places:
@@ -433,43 +452,40 @@ def _with_eyes(look: Array, places: Array, radius: float) -> Array:
 
 FRAMES = 100
 SIZE = 320, 240
-# Columns between which the head starts and arrives, or the other way round [pixels].
+# columns between which the head starts and arrives, or vice versa [pixels]
 ENDS = ((74.0, 92.0), (228.0, 246.0))
-LEVELS = 92.0, 148.0  # rows between which it does so [pixels]
-BULGE = 14.0  # how far its way bends out at most [pixels]
-TINT = 0.08  # by what part of it a channel of a colour differs from its kind's at most
-# When the octopus begins to take on the look of the floor on which it starts [frames].
-FIRST_CHANGE = 8.0, 16.0
-# From when it is mostly on another floor until it begins to take on that one's look [frames].
+LEVELS = 92.0, 148.0  # rows between which the head starts and arrives [pixels]
+BULGE = 14.0  # maximum sideways deviation of the path [pixels]
+TINT = 0.08  # maximum relative deviation of a colour channel from its kind's
+FIRST_CHANGE = 8.0, 16.0  # time at which the change to the look of the first floor starts [frames]
+# time from the arrival on another floor to the start of the change to its look [frames]
 DELAY = 3.0, 8.0
-LASTING = 12.0, 20.0  # how long it takes to do so [frames]
-AROUND = 2.0  # how far the floor around the octopus is from its box [pixels]
-# Greatest distance of a camouflaged octopus's mean colour from the floors', RGB of [0, 1].
+LASTING = 12.0, 20.0  # duration of a change [frames]
+AROUND = 2.0  # distance of the surrounding floor from the octopus's box [pixels]
+# maximum distance of a camouflaged octopus's mean colour from the floors', RGB of [0, 1]
 CLOSE = 0.2
-# Least distance of the colour with which it comes from that of the first floor, likewise.
-CONTRAST = 0.25
+CONTRAST = 0.25  # minimum distance of the initial skin colour from the first floor's, RGB of [0, 1]
 
-# Kinds of floor in a scene: that on which the octopus starts, that where it goes, another.
-FLOORS = 3
-OWN = FLOORS  # index of the look with which it comes; those before are those of the floors
-BORDER_SOFTNESS = 4.0  # about how far one floor reaches into another [pixels]
-# Of the borders, in either direction: size and length [pixels].
+FLOORS = 3  # kinds of floor in a scene: start, destination, another
+OWN = FLOORS  # index of the initial look; the looks before it are those of the floors
+BORDER_SOFTNESS = 4.0  # approximate width of the transition between floors [pixels]
+# waves of the borders in either direction: amplitude and length [pixels]
 WAVES = ((9.0, 75.0), (4.0, 31.0), (2.0, 14.0))
-# Least distance of further zones from the way, and from one another [pixels].
+# minimum distance of additional zones from the path, and from one another [pixels]
 ASIDE, APART = 105.0, 80.0
-TRIALS = 60  # places that are tried for them
+TRIALS = 60  # number of positions that are tried for additional zones
 
 
 @dataclass(frozen=True)
 class Zones:
-    """Zones around points, with wavy borders."""
+    """Floor zones around points, with wavy borders."""
 
     points: Array  # (k, 2): [pixels]
     floors: NDArray[np.int64]  # (k,): index of each zone's floor
     phases: Array  # (2, 3): of the waves
 
     def shares(self, places: Array) -> Array:
-        """How much of each floor is at places of shape (..., 2); shape (..., FLOORS)."""
+        """Return the share of each floor at places of shape (..., 2); shape (..., FLOORS)."""
         bent = places.copy()
         for (size, length), phases in zip(WAVES, self.phases.T, strict=True):
             bent += size * np.sin(2 * np.pi * places[..., ::-1] / length + phases)
@@ -481,16 +497,16 @@ class Zones:
         return np.asarray(weights / weights.sum(axis=-1, keepdims=True))
 
 
-def _sample_zones(random: np.random.Generator, way: Array) -> Zones:
-    """Zones in the picture: two that share a way, shape (n, 2), and others beside it."""
-    points = [way[len(way) // 8], way[-len(way) // 8]]
+def _sample_zones(random: np.random.Generator, path: Array) -> Zones:
+    """Sample two zones along a path, shape (n, 2), and others away from it."""
+    points = [path[len(path) // 8], path[-len(path) // 8]]
     for place in random.uniform((-50, -50), np.array(SIZE) + 50, (TRIALS, 2)):
-        far = np.linalg.norm(way - place, axis=1).min() > ASIDE
+        far = np.linalg.norm(path - place, axis=1).min() > ASIDE
         if far and np.linalg.norm(points - place, axis=1).min() > APART:
             points.append(place)
     further = random.permutation(np.arange(len(points) - 2) + 2) % FLOORS
     floors = np.concatenate([[0, 1], further])
-    # What is nowhere else is far away.
+    # A floor without a zone gets one far outside the image.
     points.append(np.full(2, 1e4))
     phases = random.uniform(0, 2 * np.pi, (2, len(WAVES)))
     return Zones(np.array(points), np.append(floors, FLOORS - 1), phases)
@@ -498,19 +514,19 @@ def _sample_zones(random: np.random.Generator, way: Array) -> Zones:
 
 @dataclass(frozen=True)
 class OctopusPlan:
-    """The course of events."""
+    """Motion, floor and changes of look of a scene."""
 
     body: Body
     place: Array  # (FRAMES, 2): of the head [pixels]
     heading: Array  # (FRAMES,): of the body, from x towards y [radians]
     zones: Zones
-    kinds: tuple[str, ...]  # of the floors, and of the skin that is its own
+    kinds: tuple[str, ...]  # of the floors, and of the octopus's own skin
     colours: Array  # (FLOORS + 1, 3): mean of each, RGB in [0, 1]
-    changes: Array  # (2, 2): start and end of that to either floor's look [frames]
+    changes: Array  # (2, 2): start and end of the change to either floor's look [frames]
 
     def posture(self, frame: int) -> OctopusPosture:
-        """How the octopus lies there."""
-        return self.body.at(frame, self.place[frame], float(self.heading[frame]))
+        """Return the posture of the octopus in a frame."""
+        return self.body.posture_at(frame, self.place[frame], float(self.heading[frame]))
 
     @cached_property
     def boxes(self) -> Array:
@@ -518,7 +534,7 @@ class OctopusPlan:
         return np.stack([self.posture(frame).box for frame in range(FRAMES)])
 
     def look(self, frame: int) -> tuple[int, int, float]:
-        """The looks from which to which it changes, and how far it has come, in [0, 1]."""
+        """Return the looks before and after the current change, and its progress in [0, 1]."""
         first, second = (
             float(smooth_step(np.array(float(frame)), *change)) for change in self.changes
         )
@@ -526,9 +542,9 @@ class OctopusPlan:
 
     @cached_property
     def camouflaged(self) -> NDArray[np.bool_]:
-        """Frames in which its colour is close to those of the floors around it."""
-        own = self.colours[OWN]
-        looks = np.vstack([imitate_floor(self.colours[:OWN], own), own])
+        """Frames in which the skin's colour is close to those of the surrounding floors."""
+        own_colour = self.colours[OWN]
+        looks = np.vstack([imitate_floor(self.colours[:OWN], own_colour), own_colour])
         skin = np.empty((FRAMES, 3))
         for frame in range(FRAMES):
             before, after, share = self.look(frame)
@@ -539,7 +555,7 @@ class OctopusPlan:
 
 
 def _surroundings(zones: Zones, boxes: Array) -> Array:
-    """How much of each floor is around boxes of shape (n, 4); shape (n, FLOORS)."""
+    """Return the share of each floor around boxes of shape (n, 4); shape (n, FLOORS)."""
     angles = np.linspace(0, 2 * np.pi, 48, endpoint=False)
     directions = np.stack([np.cos(angles), np.sin(angles)], axis=1)
     middle, half = boxes[:, :2] + boxes[:, 2:] / 2, boxes[:, 2:] / 2 + AROUND
@@ -547,11 +563,11 @@ def _surroundings(zones: Zones, boxes: Array) -> Array:
 
 
 def sample_plan(seed: int) -> OctopusPlan:
-    """Draw a course of events."""
+    """Sample the plan of a scene."""
     random, floors = (
         part_generator(seed, f"moreno2005/octopus {part}") for part in ("way", "floors")
     )
-    place = quantised(_way(random))
+    place = quantised(_head_path(random))
     travel = np.arctan2(*(place[-1] - place[0])[::-1])
     swing, period, phase = random.uniform((0.1, 50, 0), (0.3, 90, 2 * np.pi))
     times = np.arange(FRAMES)
@@ -561,22 +577,24 @@ def sample_plan(seed: int) -> OctopusPlan:
     body = sample_body(part_generator(seed, "moreno2005/octopus body"))
     kinds = floors.permutation(list(FLOOR_KINDS))[:FLOORS].tolist()
     first = np.array(FLOOR_KINDS[kinds[0]].colour)
-    seen = [kind for kind, skin in SKINS.items() if np.linalg.norm(skin.colour - first) > CONTRAST]
-    own = str(floors.choice(seen))
-    means = [*(FLOOR_KINDS[kind].colour for kind in kinds), SKINS[own].colour]
+    contrasting_kinds = [
+        kind for kind, skin in SKINS.items() if np.linalg.norm(skin.colour - first) > CONTRAST
+    ]
+    own_kind = str(floors.choice(contrasting_kinds))
+    means = [*(FLOOR_KINDS[kind].colour for kind in kinds), SKINS[own_kind].colour]
     colours = np.array(means) * floors.uniform(1 - TINT, 1 + TINT, (FLOORS + 1, 3))
     zones = _sample_zones(floors, place)
-    still = OctopusPlan(body, place, heading, zones, (*kinds, own), colours, np.zeros((2, 2)))
-    there = float(np.argmax(_surroundings(zones, still.boxes)[:, 1] > 0.5))
+    still = OctopusPlan(body, place, heading, zones, (*kinds, own_kind), colours, np.zeros((2, 2)))
+    arrival = float(np.argmax(_surroundings(zones, still.boxes)[:, 1] > 0.5))
     start = random.uniform(*FIRST_CHANGE)
     end = start + random.uniform(*LASTING)
-    again = max(there, end) + random.uniform(*DELAY)
+    again = max(arrival, end) + random.uniform(*DELAY)
     changes = np.array([[start, end], [again, again + random.uniform(*LASTING)]])
     return replace(still, changes=changes)
 
 
-def _way(random: np.random.Generator) -> Array:
-    """Way of the head, faster and slower, shape (FRAMES, 2) [pixels]."""
+def _head_path(random: np.random.Generator) -> Array:
+    """Return the path of the head with varying speed, shape (FRAMES, 2) [pixels]."""
     columns = [random.uniform(*end) for end in ENDS]
     if random.random() < 0.5:
         columns.reverse()
@@ -590,22 +608,22 @@ def _way(random: np.random.Generator) -> Array:
     return np.asarray(start + (end - start) * share[:, None] + bulge[:, None] * across)
 
 
-STONES, TUFTS = 34, 26  # how many lie and grow there
-STONE = 2.5, 11.0  # radius of a stone; the smaller, the more of them [pixels]
-BLADES = 10, 26  # of a tuft of algae
-BLADE = 7.0, 17.0  # length of one [pixels]
-# Their colours, RGB in [0, 1].
+STONES, TUFTS = 34, 26  # number of stones and of tufts of algae
+STONE = 2.5, 11.0  # radius of a stone; small ones are more frequent [pixels]
+BLADES = 10, 26  # number of blades in a tuft of algae
+BLADE = 7.0, 17.0  # length of a blade [pixels]
+# colours of algae, RGB in [0, 1]
 ALGAE = np.array([[0.30, 0.42, 0.14], [0.44, 0.30, 0.12], [0.50, 0.14, 0.20], [0.62, 0.58, 0.26]])
-REPEAT = 256  # after which the pattern repeats [pixels]
-DRIFT = 0.35, 0.75  # of the two layers of waves that make the pattern [pixels/frame]
-DARKEST, BRIGHTER = 0.94, 0.8  # light between the bright lines, and what these add
-THROUGH = np.array([0.93, 1.0, 0.80], np.float32)  # what comes through the water, BGR
-HAZE = np.array([0.34, 0.31, 0.16], np.float32)  # what it adds where it is all that is seen, BGR
-HAZE_SHARE = 0.14  # part of what is seen that is the water's own
+REPEAT = 256  # period of the light pattern [pixels]
+DRIFT = 0.35, 0.75  # speed of the two layers of waves that form the light pattern [pixels/frame]
+DARKEST, BRIGHTER = 0.94, 0.8  # light between the bright lines, and the increase within them
+THROUGH = np.array([0.93, 1.0, 0.80], np.float32)  # transmission of the water, BGR
+HAZE = np.array([0.34, 0.31, 0.16], np.float32)  # colour of the water alone, BGR
+HAZE_SHARE = 0.14  # share of the image that is the water's own colour
 
 
 def paint_floor(seed: int, zones: Zones, textures: Sequence[Array]) -> Floats:
-    """Picture of the floor in even light, BGR in [0, 1], shape (height, width, 3).
+    """Return the floor in even light, BGR in [0, 1], shape (height, width, 3).
 
     The textures are those of the floors, shape (SIDE, SIDE, 3).
     """
@@ -630,7 +648,7 @@ def paint_floor(seed: int, zones: Zones, textures: Sequence[Array]) -> Floats:
 
 
 def _lay_stone(random: np.random.Generator, canvas: Floats, grain: Array, place: Array) -> None:
-    """Some balls together, flat and rough; the canvas is changed in place."""
+    """Paint a stone of several flat rough balls over the canvas in place."""
     radius = STONE[0] + (STONE[1] - STONE[0]) * random.random() ** 2
     count = int(random.integers(3, 7))
     middles = place + random.uniform(-0.7, 0.7, (count, 2)) * radius
@@ -649,7 +667,7 @@ def _lay_stone(random: np.random.Generator, canvas: Floats, grain: Array, place:
 
 
 def _plant_tuft(random: np.random.Generator, canvas: Floats, place: Array) -> None:
-    """Bent blades from one place; the canvas is changed in place."""
+    """Paint bent blades from one point over the canvas in place."""
     window, corner = _window(canvas, place, 1.5 * BLADE[1])
     colour = ALGAE[random.integers(len(ALGAE)), ::-1] * random.uniform(0.8, 1.15)
     lean = random.uniform(0, 2 * np.pi)
@@ -664,7 +682,7 @@ def _plant_tuft(random: np.random.Generator, canvas: Floats, place: Array) -> No
     for blade in blades:
         cv2.polylines(shadow, [blade], False, 1.0, 3, cv2.LINE_8, 4)
     cast_shadow(window, shadow, (3, 4), 2.0, 0.4)
-    drawn = window.copy()  # OpenCV draws on arrays of their own only
+    drawn = window.copy()  # OpenCV draws on contiguous arrays only
     for blade in blades:
         tone = (colour * random.uniform(0.6, 1.35)).tolist()
         cv2.polylines(drawn, [blade], False, tone, int(random.integers(1, 4)), cv2.LINE_8, 4)
@@ -672,7 +690,7 @@ def _plant_tuft(random: np.random.Generator, canvas: Floats, place: Array) -> No
 
 
 def _window(canvas: Floats, place: Array, reach: float) -> tuple[Floats, tuple[float, float]]:
-    """Part of a canvas around a place, and its left top corner; all lengths in pixels."""
+    """Return the window of a canvas around a place, and its left top corner [pixels]."""
     left, top = np.maximum(np.floor((place - reach) * FINE), 0).astype(int).tolist()
     right, bottom = np.ceil((place + reach) * FINE).astype(int).tolist()
     return canvas[top:bottom, left:right], (left / FINE, top / FINE)
@@ -685,7 +703,7 @@ class Water:
         self._random = random
 
     def over(self, picture: Floats, frame: int) -> Image:
-        """A picture in even light, BGR in [0, 1], as it is seen through the water."""
+        """Return an image in even light, BGR in [0, 1], as it appears through the water."""
         canvas = np.empty(picture.shape, np.uint8)
         first, second = (self._layer(layer, frame) for layer in range(2))
         _look_through(picture, first, second, THROUGH * (1 - HAZE_SHARE), HAZE * HAZE_SHARE, canvas)
@@ -717,7 +735,7 @@ class Water:
 def _look_through(
     picture: Floats, first: Floats, second: Floats, through: Floats, haze: Floats, out: Image
 ) -> None:
-    """Light a picture where both layers have a bright line, tint it, and count grey levels."""
+    """Light an image where both layers have a bright line, tint it, and convert to grey levels."""
     rows, columns = first.shape
     for i in range(rows):
         for j in range(columns):
@@ -729,17 +747,18 @@ def _look_through(
 
 
 CAMERA = Camera(SIZE, noise=3.0, fall=(0.06, 0.09))
-MARGIN = 14  # around the octopus, for its shadow [pixels]
-SHADOW = (4, 5), 3.0, 0.45  # of the octopus: where it falls, softness [pixels], and what it takes
+MARGIN = 14  # margin around the octopus for its shadow [pixels]
+# of the octopus: offset, softness [pixels], and share of light that it removes
+SHADOW = (4, 5), 3.0, 0.45
 
 
 def scene(knobs: SceneKnobs) -> "OctopusScene":
-    """Renderer and truth; nothing is drawn yet."""
+    """Return the renderer with its ground truth, without rendering."""
     return OctopusScene(knobs.scene)
 
 
 class OctopusScene(SyntheticScene):
-    """An octopus on the sea floor; all that is drawn at random has its seed."""
+    """Octopus on the sea floor."""
 
     length, size = FRAMES, SIZE
 
@@ -748,11 +767,11 @@ class OctopusScene(SyntheticScene):
         self.plan = _plan(seed)
 
     def truth(self) -> SceneTruth:
-        """See `SyntheticScene.truth`.
+        """Return the ground truth of all frames without rendering.
 
-        The attribute is `camouflaged`: the mean colour of the octopus's present look is within
-        0.2 (in RGB of [0, 1], in even light) of those of the floors around it; distances from
-        several floors are averaged, each by its part of the surroundings.
+        The attribute is `camouflaged`: the mean colour of the octopus's present look is within 0.2
+        (in RGB of [0, 1], in even light) of those of the surrounding floors. Distances from several
+        floors are averaged, weighted by their share of the surroundings.
         """
         plan = self.plan
         return SceneTruth(plan.boxes, np.ones(FRAMES), {"camouflaged": plan.camouflaged})
@@ -768,7 +787,7 @@ class OctopusScene(SyntheticScene):
         return np.asarray(mould_heights(balls, (0.0, 0.0), 1.0, SIZE[::-1], ground=-1.0)[1] >= 0)
 
     def _lay_octopus(self, picture: Floats, frame: int) -> None:
-        """Lay the octopus and its shadow over a picture, which is changed in place."""
+        """Paint the octopus and its shadow over an image in place."""
         posture = self.plan.posture(frame)
         x, y, width, height = posture.box
         left, top = max(int(x) - MARGIN, 0), max(int(y) - MARGIN, 0)
@@ -776,7 +795,7 @@ class OctopusScene(SyntheticScene):
         bottom = min(int(y + height) + MARGIN, SIZE[1])
         window = picture[top:bottom, left:right]
         size = right - left, bottom - top
-        coloured = self._skin.seen(posture, (left, top), size, *self.plan.look(frame))
+        coloured = self._skin.render(posture, (left, top), size, *self.plan.look(frame))
         sheet = np.asarray(cv2.resize(coloured, size, interpolation=cv2.INTER_AREA), np.float32)
         cast_shadow(window, sheet[..., 3], *SHADOW)
         window *= 1 - sheet[..., 3:]
@@ -785,10 +804,10 @@ class OctopusScene(SyntheticScene):
     @cached_property
     def _skin(self) -> Skin:
         random, plan = self._random("skin"), self.plan
-        own = paint_texture(random, SKINS[plan.kinds[OWN]], plan.colours[OWN])
-        # Turned round, so that nothing of a floor lies on the same thing on the skin.
-        looks = [imitate_floor(np.rot90(texture), own) for texture in self._textures]
-        return Skin(random, plan.body, [*looks, own])
+        own_look = paint_texture(random, SKINS[plan.kinds[OWN]], plan.colours[OWN])
+        # Rotated, so that the floor's pattern does not continue on the skin.
+        looks = [imitate_floor(np.rot90(texture), own_look) for texture in self._textures]
+        return Skin(random, plan.body, [*looks, own_look])
 
     @cached_property
     def _floor(self) -> Floats:

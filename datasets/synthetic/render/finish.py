@@ -42,12 +42,12 @@ class SceneObject:
 
 
 def shade_objects(
-    finishes: Sequence[Finish], which: NDArray[np.int64], places: Array, lights: Array
+    finishes: Sequence[Finish], owners: NDArray[np.int64], places: Array, lights: Array
 ) -> NDArray[np.uint8]:
     """Picture of what `cast_rays` found, shape (h, w, 4): BGR, and 255 where a thing is."""
-    picture = np.zeros((*which.shape, 4), np.uint8)
+    picture = np.zeros((*owners.shape, 4), np.uint8)
     for k, finish in enumerate(finishes):
-        there = which == k
+        there = owners == k
         bright, shine = np.split(lights[there], 2, axis=1)
         surface = np.asarray(finish.colour, np.float64) * finish.pattern(places[there])
         light = np.clip(surface / 255, 0, 1) ** GAMMA * bright + finish.gloss * shine
@@ -137,7 +137,7 @@ VIEW = ParallelView(PITCH, (0.0, 0.0, 1.0))
 class SurfaceBuffer:
     """Surfaces, sample by sample."""
 
-    which: NDArray[np.int64]  # (h, w), index of the thing that is seen, or `NOTHING`
+    owners: NDArray[np.int64]  # (h, w), index of the thing that is seen, or `NOTHING`
     # (h, w, 3), part of the light that comes back, BGR; zeros where there is nothing, as in
     # `gloss`
     colour: Array
@@ -150,9 +150,9 @@ class SurfaceBuffer:
 
         Shapes are (h // fine, w // fine, 4); both are premultiplied by the coverage.
         """
-        there = (self.which != NOTHING)[..., None]
+        there = (self.owners != NOTHING)[..., None]
         sheets = (self.colour, there), (self.normal * there, self.gloss[..., None])
-        size = self.which.shape[1] // fine, self.which.shape[0] // fine
+        size = self.owners.shape[1] // fine, self.owners.shape[0] // fine
         colour, normal = (
             np.asarray(
                 cv2.resize(np.concatenate(parts, axis=2), size, interpolation=cv2.INTER_AREA),
@@ -168,28 +168,28 @@ def render_surfaces(
 ) -> SurfaceBuffer:
     """Look at things; arguments as of `solids.cast_rays`."""
     solids = [thing.solids for thing in things]
-    which, places, _ = cast_rays(solids, VIEW, corner, size, fine, shaded=False)
-    colour, gloss = np.zeros((*which.shape, 3)), np.zeros(which.shape)
+    owners, places, _ = cast_rays(solids, VIEW, corner, size, fine, shaded=False)
+    colour, gloss = np.zeros((*owners.shape, 3)), np.zeros(owners.shape)
     for k, thing in enumerate(things):
-        there = which == k
+        there = owners == k
         shade_objects = np.asarray(thing.finish.colour) * thing.finish.pattern(places[there])
         colour[there] = np.clip(shade_objects / 255, 0, 1) ** GAMMA
         gloss[there] = thing.finish.gloss
     depth = places[..., 1] * np.sin(PITCH) + places[..., 2] * np.cos(PITCH)
-    return SurfaceBuffer(which, colour, _normals(which, depth, 1 / fine), depth, gloss)
+    return SurfaceBuffer(owners, colour, _normals(owners, depth, 1 / fine), depth, gloss)
 
 
-def _normals(which: NDArray[np.int64], depth: Array, step: float) -> Array:
+def _normals(owners: NDArray[np.int64], depth: Array, step: float) -> Array:
     """From the slopes of the depth, across the gentler side of an edge."""
-    slopes = [_slope(which, depth, axis) / step for axis in (1, 0)]
+    slopes = [_slope(owners, depth, axis) / step for axis in (1, 0)]
     normal = np.stack([-slopes[0], -slopes[1], np.ones(depth.shape)], axis=2)
     return np.asarray(normal / np.sqrt((normal * normal).sum(axis=2, keepdims=True)))
 
 
-def _slope(which: NDArray[np.int64], depth: Array, axis: int) -> Array:
+def _slope(owners: NDArray[np.int64], depth: Array, axis: int) -> Array:
     """Rise of the depth from sample to sample: both sides' mean, but for edges."""
     rise = np.diff(depth, axis=axis)
-    rise[np.diff(which, axis=axis) != 0] = BEYOND
+    rise[np.diff(owners, axis=axis) != 0] = BEYOND
     end = np.full_like(np.take(depth, [0], axis=axis), BEYOND)
     before, after = (np.concatenate(p, axis=axis) for p in ([end, rise], [rise, end]))
     gentler = np.where(np.abs(before) < np.abs(after), before, after)

@@ -327,7 +327,7 @@ def _cast(
     solids: Array, balls: Array, corner: Array, step: float, width: int, height: int,
     pitch: float, light: Array, shaded: bool,
 ) -> tuple[NDArray[np.int64], Array, Array]:  # fmt: skip
-    which = np.full((height, width), NOTHING)
+    owners = np.full((height, width), NOTHING)
     solid_steepest = np.array([_steepest(solid) for solid in solids])
     steepest = np.zeros(len(balls))
     for thing in range(len(balls)):
@@ -371,13 +371,13 @@ def _cast(
                 y, z = y - gap * up, z - gap * on
             if way >= _END:
                 continue
-            which[row, column] = owner
+            owners[row, column] = owner
             places[row, column, 0] = x
             places[row, column, 1] = y
             places[row, column, 2] = z
             if shaded:
                 lights[row, column] = _lit(solids, balls, x, y, z, light, on)
-    return which, places, lights
+    return owners, places, lights
 
 
 def cast_rays(

@@ -1,8 +1,8 @@
-"""The sequences of a paper on an improved CamShift inside a particle filter.
+"""Sequences of a paper on an improved CamShift inside a particle filter.
 
-Analogues of the three videos on which the paper shows its trackers, drawn from its words
-alone: other videos, new in every scene. The paper counts frames from 1; its frame k is ours
-k - 1.
+They imitate the three videos on which the paper shows its trackers. They follow only its text: the
+videos differ from the originals and are new in every scene. The paper counts frames from 1; its
+frame k is frame k - 1 here.
 """
 
 from pathlib import Path

@@ -1,4 +1,13 @@
-"""X."""
+"""`wang2010/cup`: a hand carries a cup past objects of a similar colour.
+
+The paper describes an own recording, 80 frames of 108 x 85 pixels, of a cup. In frame 36 the
+surroundings have almost the target's colour, and an object of almost its colour occludes a part of
+it. Colour is unreliable there; the motion cue stays good. All other properties are our choice.
+
+The paper's frame 36 is `EVENT` here. Before it, the cup descends towards the similar object behind
+it and the box in front of it. After it, the cup rises and leaves both. The kitchen consists of a
+wall, a counter, some objects, the similar objects and the held cup, whose foot is at the origin.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -52,48 +61,46 @@ FRAMES = 80
 SIZE = 108, 85
 EVENT = 35
 
-WALL = -45.0  # where the wall stands [pixels towards the camera, from the cup]
-DOWN, UP = (12.0, 32.0), (45.0, 72.0)  # frames in which the cup comes down and rises again
-# Frames in which the cup goes faster to the side: past the border of the thing behind it.
+WALL = -45.0  # depth of the wall relative to the cup [pixels, towards the camera]
+DOWN, UP = (12.0, 32.0), (45.0, 72.0)  # first and last frame of the cup's descent and of its rise
+# frames in which the cup moves sideways faster, past the border of the object behind it
 HASTE = 12.0, 40.0
 
 
 @dataclass(frozen=True)
 class Cup:
-    """Measures of the cup, upright, with its foot at the origin [pixels]."""
+    """Dimensions of the upright cup with its foot at the origin [pixels]."""
 
     height: float
-    # foot, rim: radii below and above
-    foot: float
-    rim: float
-    handle: float  # how far the handle reaches from the wall
-    hand: int  # on which side the hand is; the handle is on the other
+    foot: float  # radius at the foot
+    rim: float  # radius at the rim
+    handle: float  # reach of the handle from the cup's wall
+    hand: int  # side of the hand (-1 or 1); the handle is on the other side
 
 
 @dataclass(frozen=True)
 class CupPlan:
-    """A kitchen in numbers, and the cup's way through it, from the left to the right."""
+    """Random layout of a kitchen, and the cup's path through it from left to right."""
 
     view: ParallelView
     horizon: float  # row in which the wall meets the counter [pixels]
     cup: Cup
-    mirrored: bool  # whether left and right are exchanged in the pictures
-    pace: float  # of the cup, sideways [pixels/frame]
-    haste: float  # way sideways that it goes in addition in the frames `HASTE` [pixels]
-    unevenness: Array  # (2, 3), of its way and of its tilt: size, period [frames], phase
-    # column, low: where the cup's middle is in frame `EVENT` [pixels]
+    mirrored: bool  # True if images are flipped horizontally
+    pace: float  # sideways speed of the cup [pixels/frame]
+    haste: float  # additional sideways distance in the frames `HASTE` [pixels]
+    # (2, 3): amplitude, period [frames] and phase of the oscillation of path and tilt
+    unevenness: Array
+    # column, low: centre of the cup in frame `EVENT` [pixels]
     column: float
     low: float
-    # fall, rise: how far it comes down before, and rises after [pixels]
-    fall: float
-    rise: float
-    behind: tuple[float, float]  # left and right border of the thing behind [pixels]
-    before: tuple[float, float]  # middle and half the width of the box before [pixels]
-    # how far above the cup's middle, at its lowest, the box's upper edge is seen [pixels]
-    hidden: float
+    fall: float  # vertical distance of the descent before `EVENT` [pixels]
+    rise: float  # vertical distance of the rise after `EVENT` [pixels]
+    behind: tuple[float, float]  # left and right border of the object behind the cup [pixels]
+    before: tuple[float, float]  # centre and half width of the box in front of the cup [pixels]
+    hidden: float  # height of the box's upper edge above the cup's centre at its lowest [pixels]
 
     def middle(self, times: ArrayLike) -> Array:
-        """Where the middle of the cup's axis is seen [pixels], shape `times.shape + (2,)`."""
+        """Return the centre of the cup's axis in the image [pixels], shape `times.shape + (2,)`."""
         t = np.asarray(times, np.float64)
         x = self.column + self._across(t) - self._across(EVENT)
         down, up = smooth_step(t, *DOWN), smooth_step(t, *UP)
@@ -101,7 +108,7 @@ class CupPlan:
         return quantised(np.stack([x, y], axis=-1))
 
     def tilt(self, times: ArrayLike) -> Array:
-        """How far the cup leans to the right [radians]."""
+        """Return the tilt of the cup to the right [radians]."""
         return self._uneven(1, np.asarray(times, np.float64))
 
     def _across(self, times: ArrayLike) -> Array:
@@ -114,7 +121,7 @@ class CupPlan:
 
 
 def sample_plan(random: np.random.Generator) -> CupPlan:
-    """A kitchen, drawn at random."""
+    """Sample the layout of a kitchen."""
     side = random.choice([-1.0, 1.0]) * random.uniform(0.45, 0.8)
     light = np.array([side, random.uniform(0.55, 0.8), 1.0])
     light /= np.sqrt((light * light).sum())
@@ -157,11 +164,11 @@ def sample_plan(random: np.random.Generator) -> CupPlan:
     )
 
 
-BOX_DEPTH = 20.0  # how far before the cup's way the box stands [pixels]
+BOX_DEPTH = 20.0  # depth of the box in front of the cup's path [pixels]
 
 
 def bare_room(random: np.random.Generator, cup: Array, tiled: bool) -> list[SceneObject]:
-    """Wall and counter."""
+    """Return wall and counter."""
     wood = sample_other_hue(random, COUNTERS, cup)
     wall = sample_other_hue(random, NEUTRALS, cup)
     pattern = grain(random, 0.018)
@@ -175,11 +182,8 @@ def bare_room(random: np.random.Generator, cup: Array, tiled: bool) -> list[Scen
     ]
 
 
-def similar_things(plan: CupPlan, random: np.random.Generator, cup: Array) -> list[SceneObject]:
-    """A cutting board at the wall, or a cloth on its rail, of nearly the cup's colour.
-
-    The first thing is of that colour.
-    """
+def similar_objects(plan: CupPlan, random: np.random.Generator, cup: Array) -> list[SceneObject]:
+    """Return a cutting board or a hanging cloth; the first object has nearly the cup's colour."""
     left, right = (border - SIZE[0] / 2 for border in plan.behind)
     middle, half = (left + right) / 2, (right - left) / 2
     colour = vary_slightly(random, cup)
@@ -203,12 +207,12 @@ def similar_things(plan: CupPlan, random: np.random.Generator, cup: Array) -> li
 
 
 def carton(plan: CupPlan, random: np.random.Generator, cup: Array) -> SceneObject:
-    """A box with a lid on the counter, before the cup's way, of nearly the cup's colour."""
+    """Return a box with a lid in front of the cup's path, of nearly the cup's colour."""
     place, half = plan.before
     turn = random.uniform(-0.4, 0.4)
     deep = random.uniform(5.0, 7.0)
     wide = (half - deep * abs(np.sin(turn))) / np.cos(turn)
-    upper = plan.low - plan.hidden  # where the rear edge of its top is to be seen
+    upper = plan.low - plan.hidden  # row in which the rear edge of its top appears
     height = _height(plan, upper, BOX_DEPTH - deep)
     lid, x = random.uniform(0.16, 0.3) * height, place - SIZE[0] / 2
     body = box((x, height / 2, BOX_DEPTH), (wide - 0.6, height / 2, deep - 0.6), 0.5, turn=turn)
@@ -217,14 +221,14 @@ def carton(plan: CupPlan, random: np.random.Generator, cup: Array) -> SceneObjec
 
 
 def _height(plan: CupPlan, row: float, z: float) -> float:
-    """Height above the counter at which a point is seen in a row of the picture [pixels]."""
+    """Return the height above the counter at which a point appears in an image row [pixels]."""
     view = plan.view
     below = row - plan.horizon + float(view.row(0.0, WALL))
     return float((z * np.sin(view.pitch) - below) / np.cos(view.pitch))
 
 
-def stores(plan: CupPlan, random: np.random.Generator, cup: Array) -> list[SceneObject]:
-    """Jars, bottles, bowls on either side of the similar thing, none of the cup's colour."""
+def kitchen_objects(plan: CupPlan, random: np.random.Generator, cup: Array) -> list[SceneObject]:
+    """Return jars, bottles and bowls next to the similar object, with hues unlike the cup's."""
     left, right = (border - SIZE[0] / 2 for border in plan.behind)
     kinds = [_jar, _bottle, _fruit, _holder]
     order = random.permutation(len(kinds)).tolist()
@@ -298,8 +302,8 @@ def _fruit(
     places = ((-0.5, 5.4, 0.1), (0.45, 5.3, 0.2), (0.0, 5.2, -0.5), (0.0, 8.2, 0.0))
     fruits = []
     for u, y, w in places:
-        at = np.array([x + u * wide, y, z + w * wide])
-        fruits.append(limb(at, at + np.array([0.3, 0.2, 0.0]), (0.42 * wide, 0.42 * wide)))
+        centre = np.array([x + u * wide, y, z + w * wide])
+        fruits.append(limb(centre, centre + np.array([0.3, 0.2, 0.0]), (0.42 * wide, 0.42 * wide)))
     return [
         SceneObject(Finish(sample_other_hue(random, NEUTRALS, cup), 0.2), [dish]),
         SceneObject(Finish(kind, 0.12, grain(random, 0.05)), fruits),
@@ -332,11 +336,11 @@ def _holder(
     ]
 
 
-THICK = 1.1  # of the cup [pixels]
+THICK = 1.1  # thickness of the cup's wall [pixels]
 
 
 def held_cup(cup: Cup, colour: Array, random: np.random.Generator) -> list[SceneObject]:
-    """The cup, the hand that holds it, its sleeve; `colour` is the cup's, BGR in [0, 255]."""
+    """Return cup, hand and sleeve; `colour` is the cup's, BGR in [0, 255]."""
     skin = sample_skin(random)
     cloth = sample_other_hue(random, CLOTHES, colour)
     slope = random.uniform(-0.34, 0.02)
@@ -354,26 +358,28 @@ def _cup(cup: Cup) -> list[Array]:
     height = 0.52 * cup.height + 0.31 * cup.height * np.sin(angles)
     wall = cup.foot + (cup.rim - cup.foot) * height / cup.height
     out = wall + (cup.handle - 1.1) * np.cos(angles) ** 0.7
-    turn = 0.3  # towards the camera
+    turn = 0.3  # of the handle towards the camera
     arc = np.stack([-cup.hand * out * np.cos(turn), height, out * np.sin(turn)], axis=1)
     return [body, *chain(arc, np.full(10, 1.1), 0.0)]
 
 
 def _hand(cup: Cup, grip: float, slope: float) -> list[Array]:
-    """Thumb before the cup, fingers behind it, knuckles and palm beside it."""
-    beside = cup.rim
-    wrist = np.array([beside + 14.5, grip + 14.5 * slope, 2.5])
-    knuckles = [np.array([beside + 3.4 - 0.3 * k * k, grip + 5.2 - 3.1 * k, 0.4]) for k in range(4)]
+    """Return thumb in front of the cup, fingers behind it, and knuckles and palm at its side."""
+    cup_side = cup.rim
+    wrist = np.array([cup_side + 14.5, grip + 14.5 * slope, 2.5])
+    knuckles = [
+        np.array([cup_side + 3.4 - 0.3 * k * k, grip + 5.2 - 3.1 * k, 0.4]) for k in range(4)
+    ]
     solids = []
     for k, knuckle in enumerate(knuckles):
         radius = (1.75, 1.8, 1.7, 1.5)[k]
         root = wrist + np.array([-1.0, 2.4 - 1.6 * k, -0.6])
-        around = np.array([0.55 * beside, knuckle[1] - 0.3, -beside - 1.6])
-        tip = np.array([-0.55 * beside, knuckle[1] - 0.9, -beside - 0.9])
+        around = np.array([0.55 * cup_side, knuckle[1] - 0.3, -cup_side - 1.6])
+        tip = np.array([-0.55 * cup_side, knuckle[1] - 0.9, -cup_side - 0.9])
         solids += chain([root, knuckle, around, tip], (2.6, radius, radius, radius - 0.3), 1.2)
-    ball = np.array([beside + 6.0, grip + 0.2 + 4.0 * slope, 3.6])
-    joint = np.array([0.80 * beside, grip + 1.6, 0.72 * beside + 1.6])
-    tip = np.array([0.10 * beside, grip + 2.6, beside + 1.2])
+    ball = np.array([cup_side + 6.0, grip + 0.2 + 4.0 * slope, 3.6])
+    joint = np.array([0.80 * cup_side, grip + 1.6, 0.72 * cup_side + 1.6])
+    tip = np.array([0.10 * cup_side, grip + 2.6, cup_side + 1.2])
     solids += chain([wrist, ball, joint, tip], (3.2, 2.7, 1.9, 1.45), 1.6)
     arm = wrist + np.array([9.0, 9.0 * slope, 1.0])
     solids += chain([wrist, arm], (3.8, 4.6), 2.0)
@@ -398,24 +404,25 @@ def _knitted(random: np.random.Generator, slope: float) -> Pattern:
     return gain
 
 
-FINE = 4  # samples a pixel of the picture, in either direction
+FINE = 4  # samples per pixel and axis
 
 
 class PlacedLayer:
-    """A picture that is carried over others by its `anchor`, a point from its left top [pixels].
+    """Flat layer that can be placed and tilted around an anchor.
 
-    It is a uint8 array of `FINE` samples a pixel with zeros where there is nothing; it need not
-    have the size of what it is laid over.
+    `picture`: uint8 array with `FINE` samples per pixel and axis, 0 where it is empty; it can be
+    smaller than the image. `anchor`: reference point relative to the left top corner [pixels].
     """
 
     def __init__(self, picture: NDArray[np.uint8], anchor: ArrayLike) -> None:
         self._picture = picture
         self._anchor = np.asarray(anchor, np.float64)
 
-    def at(self, place: ArrayLike, tilt: float) -> NDArray[np.float64]:
-        """What is seen of it with its anchor at a place [pixels], tilted to the right [radians].
+    def render_at(self, place: ArrayLike, tilt: float) -> NDArray[np.float64]:
+        """Render the layer with its anchor at a place [pixels], tilted to the right [radians].
 
-        In [0, 1], shape (height, width) or (height, width, channels) of the whole picture.
+        Returns values in [0, 1], shape (height, width) or (height, width, channels) of the whole
+        image.
         """
         turn = np.array([[np.cos(tilt), np.sin(tilt)], [-np.sin(tilt), np.cos(tilt)]])
         middle = FINE * np.asarray(place, np.float64) - 0.5
@@ -428,7 +435,7 @@ class PlacedLayer:
     def extents(
         self, places: NDArray[np.float64], tilts: NDArray[np.float64]
     ) -> NDArray[np.float64]:
-        """Tight boxes around what is there, placed as by `at`, shape (n, 4) [pixels]."""
+        """Return tight boxes around the layer for several placements, shape (n, 4) [pixels]."""
         rows, columns = np.nonzero(self._picture)
         ends = [(columns + u, rows + v) for u in (0, 1) for v in (0, 1)]
         corners = np.concatenate([np.stack(end, axis=1) for end in ends]).astype(np.int32)
@@ -441,7 +448,7 @@ class PlacedLayer:
 
 
 def downsample(picture: NDArray[Any], fine: int = FINE) -> NDArray[np.float64]:
-    """Means over the samples of each pixel, in [0, 1]."""
+    """Return the means over the samples of each pixel, in [0, 1]."""
     height, width = picture.shape[0] // fine, picture.shape[1] // fine
     means = cv2.resize(picture.astype(np.float64), (width, height), interpolation=cv2.INTER_AREA)
     return np.asarray(means / 255)
@@ -449,15 +456,15 @@ def downsample(picture: NDArray[Any], fine: int = FINE) -> NDArray[np.float64]:
 
 Corner: TypeAlias = tuple[float, float]
 
-STILL_FINE = 3  # samples a pixel of what stands still, in either direction
-# What holds the cup: left top from its middle, and size [pixels].
+STILL_FINE = 3  # samples per pixel and axis of the static parts
+# window of the cup: left top corner relative to the cup's centre, and size [pixels]
 CUP_CORNER, CUP_SIZE = (-14, -13), (28, 26)
-# What holds the cup with hand and arm; it begins a little above the cup [pixels].
+# size of the window of cup, hand and arm; it begins slightly above the cup [pixels]
 ARM_SIZE = 112, 66
 
 
 class CupSetting:
-    """A kitchen and a held cup, in numbers (`plan`) and looked at. Nothing in it is mirrored.
+    """Kitchen and held cup: the layout (`plan`) and its renderings, not mirrored.
 
     `colour` is the cup's, BGR in [0, 255].
     """
@@ -470,7 +477,7 @@ class CupSetting:
 
     @cached_property
     def carried(self) -> PlacedLayer:
-        """Cup, hand and arm, by the middle of the cup; BGR and coverage."""
+        """Layer of cup, hand and arm, anchored at the cup's centre; BGR and coverage."""
         left = CUP_CORNER[0] if self.plan.cup.hand > 0 else -CUP_CORNER[0] - ARM_SIZE[0]
         top = CUP_CORNER[1] - 2
         picture, _ = self._look(self._held, (left, top + self._rise), ARM_SIZE, FINE)
@@ -478,7 +485,7 @@ class CupSetting:
 
     @cached_property
     def silhouettes(self) -> tuple[PlacedLayer, PlacedLayer]:
-        """The whole cup, and what the hand leaves of it, by the middle of the cup."""
+        """Layers of the whole cup and of the part in front of the hand, anchored at its centre."""
         corner = CUP_CORNER[0], CUP_CORNER[1] + self._rise
         anchor = -CUP_CORNER[0], -CUP_CORNER[1]
         alone, held = (
@@ -489,37 +496,37 @@ class CupSetting:
 
     @cached_property
     def still(self) -> tuple[Array, Array]:
-        """What is behind the cup, shape (height, width, 3), and the box before it.
+        """Background (height, width, 3) and the box in front of the cup (height, width, 4).
 
-        Both in [0, 1]; the box, shape (height, width, 4), is premultiplied by its coverage.
-        Its shadow is on what is behind.
+        Both are in [0, 1]; the box is premultiplied by its coverage, and the background contains
+        its shadow.
         """
         random = self._random("room")
         room = bare_room(random, self.colour, random.random() < 0.5)
-        room += [*self._similar, *stores(self.plan, self._random("stores"), self.colour)]
-        picture, which = self._look([*room, *self._carton], self._corner, SIZE, STILL_FINE)
-        before = which == len(room)
+        room += [*self._similar, *kitchen_objects(self.plan, self._random("stores"), self.colour)]
+        picture, owners = self._look([*room, *self._carton], self._corner, SIZE, STILL_FINE)
+        before = owners == len(room)
         box = picture * before[..., None]
         rows, columns = (np.flatnonzero(before.any(axis=k)) // STILL_FINE for k in (1, 0))
         left, top = int(columns[0]), int(rows[0])
         size = int(columns[-1]) + 1 - left, int(rows[-1]) + 1 - top
         corner = self._corner[0] + left, self._corner[1] + top
         uncovered, _ = self._look(room, corner, size, STILL_FINE)
-        there = np.ix_(*(
+        window = np.ix_(*(
             np.arange(STILL_FINE * start, STILL_FINE * (start + length))
             for start, length in ((top, size[1]), (left, size[0]))
         ))  # fmt: skip
-        picture[there] = np.where(before[there][..., None], uncovered, picture[there])
+        picture[window] = np.where(before[window][..., None], uncovered, picture[window])
         return downsample(picture[..., :3], STILL_FINE), downsample(box, STILL_FINE)
 
     @cached_property
     def hidden(self) -> Array:
-        """Part of each pixel that the box before the cup covers, shape (height, width)."""
+        """Share of each pixel that the box in front of the cup covers, shape (height, width)."""
         return self._coverage(self._carton)
 
     @cached_property
     def similar(self) -> Array:
-        """Part of each pixel that the thing of nearly the cup's colour covers, as `hidden`."""
+        """Share of each pixel that the object of similar colour covers, shape (height, width)."""
         return self._coverage(self._similar[:1])
 
     @cached_property
@@ -532,16 +539,16 @@ class CupSetting:
 
     @cached_property
     def _similar(self) -> list[SceneObject]:
-        return similar_things(self.plan, self._random("cloth"), self.colour)
+        return similar_objects(self.plan, self._random("cloth"), self.colour)
 
     @property
     def _rise(self) -> float:
-        """Row of the cup's middle where its foot stands at the origin [pixels]."""
+        """Row of the cup's centre relative to its foot [pixels]."""
         return float(self.plan.view.row(self.plan.cup.height / 2, 0.0))
 
     @property
     def _corner(self) -> Corner:
-        """Left top of the picture from the origin [pixels]."""
+        """Left top corner of the image relative to the origin [pixels]."""
         return -SIZE[0] / 2, float(self.plan.view.row(0.0, WALL)) - self.plan.horizon
 
     def _random(self, part: str) -> np.random.Generator:
@@ -554,33 +561,33 @@ class CupSetting:
         self, things: Sequence[SceneObject], corner: Corner, size: tuple[int, int]
     ) -> NDArray[np.int64]:
         solids = [thing.solids for thing in things]
-        which, _, _ = cast_rays(solids, self.plan.view, corner, size, FINE, shaded=False)
-        return which
+        owners, _, _ = cast_rays(solids, self.plan.view, corner, size, FINE, shaded=False)
+        return owners
 
     def _look(
         self, things: Sequence[SceneObject], corner: Corner, size: tuple[int, int], fine: int
     ) -> tuple[NDArray[np.uint8], NDArray[np.int64]]:
         solids = [thing.solids for thing in things]
-        which, places, lights = cast_rays(solids, self.plan.view, corner, size, fine)
-        return shade_objects([thing.finish for thing in things], which, places, lights), which
+        owners, places, lights = cast_rays(solids, self.plan.view, corner, size, fine)
+        return shade_objects([thing.finish for thing in things], owners, places, lights), owners
 
 
-EXPOSURE = 0.5  # part of the time between two frames for which the shutter is open
+EXPOSURE = 0.5  # share of the frame time for which the shutter is open
 CAMERA = Camera(SIZE, noise=2.2)
 
-# How much light the shadow on the wall takes, and its softness [pixels].
+# share of the light that the shadow on the wall removes, and its softness [pixels]
 SHADOW, SOFTNESS = 0.3, 2.2
-# Part of the cup that must be hidden, or before something of its colour, to be worth a word.
+# minimum share of the cup that is occluded, or in front of its colour, for an attribute
 NOTICED = 0.1
 
 
 def scene(knobs: SceneKnobs) -> "CupScene":
-    """Renderer and truth; nothing is drawn yet."""
+    """Return the renderer with its ground truth, without rendering."""
     return CupScene(knobs.scene)
 
 
 class CupScene(SyntheticScene):
-    """A cup in a hand, in a kitchen."""
+    """Cup in a hand in a kitchen."""
 
     length, size = FRAMES, SIZE
 
@@ -590,18 +597,20 @@ class CupScene(SyntheticScene):
         self.plan = self.setting.plan
 
     def truth(self) -> SceneTruth:
-        """See `SyntheticScene.truth`.
+        """Return the ground truth of all frames without rendering.
 
-        Boxes are those of the cup with its handle. Attributes are `occluded` (the box before
-        it hides a tenth of the cup or more) and `similar background` (a tenth or more of it is
-        before the thing of nearly its colour).
+        Boxes are those of the cup with its handle. Attributes are `occluded` (the box occludes at
+        least a tenth of the cup) and `similar background` (at least a tenth of the cup is in front
+        of the object of similar colour).
         """
         return _truth(self._seed)
 
     def render(self, frame: int) -> Image:
         behind, box = self.setting.still
         instants = frame + EXPOSURE * np.array([-0.25, 0.25])
-        carried = np.mean([self.setting.carried.at(*self._pose(t)) for t in instants], axis=0)
+        carried = np.mean(
+            [self.setting.carried.render_at(*self._pose(t)) for t in instants], axis=0
+        )
         picture = behind * (1 - self._shadow(carried[..., 3]))[..., None]
         for layer in (carried, box):
             picture = picture * (1 - layer[..., 3:]) + layer[..., :3]
@@ -615,15 +624,18 @@ class CupScene(SyntheticScene):
         return np.asarray(mask[:, ::-1] if self.plan.mirrored else mask)
 
     def seen(self, frame: int) -> tuple[Array, Array]:
-        """Part of each pixel that the cup covers, and part that shows it; not mirrored."""
-        whole, held = (layer.at(*self._pose(frame)) for layer in self.setting.silhouettes)
+        """Return the share of each pixel that the cup covers, and its visible part.
+
+        The arrays are not mirrored.
+        """
+        whole, held = (layer.render_at(*self._pose(frame)) for layer in self.setting.silhouettes)
         return whole, held * (1 - self.setting.hidden)
 
     def _pose(self, time: float) -> tuple[Array, float]:
         return self.plan.middle(time), float(self.plan.tilt(time))
 
     def _shadow(self, coverage: Array) -> Array:
-        """Light that what is carried takes from the wall."""
+        """Return the share of light that cup, hand and arm remove from the wall."""
         x, y, z = self.plan.view.light
         shift = WALL * x / z, float(self.plan.view.row(WALL * y / z, WALL))
         matrix = np.column_stack([np.eye(2), shift])

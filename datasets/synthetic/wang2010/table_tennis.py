@@ -1,4 +1,18 @@
-"""X."""
+"""`wang2010/table-tennis`: a player bounces a ball on a bat in front of a wall.
+
+The paper uses the CIF sequence "Table Tennis", 50 frames of 115 x 142 pixels. The target is "a fast
+moving table tennis ball"; traditional trackers deviate "as the speed of the upward motion grows in
+frame 12". This sequence shows similar play (see `Play` for the motion). The hall is dim and the
+ball brighter than it, because the paper's motion map of differences of R + G + B shows the ball
+(Fig. 1d).
+
+The wall is speckled plaster of a cool grey with a table in front of it. Trackers by hue alone
+follow the paper's ball until frame 11, so the ball and the wall must differ in colour.
+
+The player swings the forearm about the elbow and keeps the bat level, except when the wrist tips
+it. Player lengths are in millimetres of a usual bat and an adult arm, relative to the centre of the
+bat's upper face.
+"""
 
 from functools import cached_property
 
@@ -30,14 +44,14 @@ def blend_swung(
     tips: Integers,
     tip_shares: Integers,
 ) -> None:
-    """Lay a limb over a canvas in place, averaged over its places during the exposure.
+    """Blend a limb over a canvas in place, averaged over its positions during the exposure.
 
-    `picture`, shape (h + 2, w + 2, 4), is the limb at the canvas' resolution, as a level of
-    `Sprite`. `left` and `top`, shape (2**k,), are the corner of the limb within its border when it
-    does not swing, `swings` how far its end is down from there, all at each instant in 1/64 pixel.
-    `shares`, shape (w + 2,), are the part of the swing that each column goes along with, times 256:
-    the nearer to the joint, the less. `tips` and `tip_shares` are the same of a second joint, which
-    is nearer to the end. Arithmetic is on integers.
+    `picture`, shape (h + 2, w + 2, 4), is the limb at the canvas' resolution, in the format of
+    `Sprite.levels`. `left` and `top`, shape (2**k,), are the corner of the limb within its border
+    without swing, and `swings` the displacement of its end downwards, all at each instant in 1/64
+    pixel. `shares`, shape (w + 2,), are the share of the swing for each column, times 256: it falls
+    towards the joint. `tips` and `tip_shares` are the same for a second joint closer to the end.
+    All arithmetic is on integers.
     """
     height, width = canvas.shape[:2]
     h, w = picture.shape[0] - 2, picture.shape[1] - 2
@@ -73,17 +87,16 @@ def blend_swung(
                 canvas[y, x, c] = (value + 32640) // 65280
 
 
-# Light of the hall on wall, table and player; the ball's paint is brighter than any of them.
-LIGHT = 0.45
-PLAYER_FINE = 4  # painted pixels per pixel of the picture
+LIGHT = 0.45  # light on wall, table and player; the ball's paint is brighter
+PLAYER_FINE = 4  # painted pixels per pixel and axis of the image
 
 
-class Paint:
-    """A transparent sheet on which one thing is painted over the other, lit by one lamp.
+class PaintSheet:
+    """Transparent sheet on which objects are painted over each other, lit by one lamp.
 
-    Places and lengths are in millimetres, counted from `origin`, which lies right and down of the
-    sheet's corner by some pixels; `scale` is in pixels/millimetre, `size` is width and height in
-    pixels. `lamp` is the direction to the light: right, down, to the camera; of length 1.
+    Positions and lengths are in millimetres relative to `origin`, which is given in pixels from the
+    sheet's left top corner. `scale` is in pixels/millimetre, `size` is width and height in pixels.
+    `lamp` is the unit direction to the light: right, down, towards the camera.
     """
 
     def __init__(
@@ -97,22 +110,25 @@ class Paint:
         self._coverage = np.zeros(self.x.shape)
 
     def sprite(self, side: int) -> Sprite:
-        """What was painted, in the light of the hall; mirrored for the side -1."""
+        """Return the painted sheet in the hall's light; `side` -1 mirrors it."""
         return Sprite(LIGHT * self._colour[:, ::side], self._coverage[:, ::side])
 
     def grain(
         self, random: np.random.Generator, coarsest: int, finest: int, stretch: float = 1.0
     ) -> Array:
-        """Noise over the sheet, about in [-1, 1], of so many cells in 512 painted pixels.
+        """Return noise over the sheet, about in [-1, 1]; `stretch` widens it horizontally.
 
-        `stretch` draws it out sideways.
+        `coarsest` and `finest` are numbers of cells in 512 painted pixels.
         """
         noise = fractal(random, 512, coarsest, finest, 0.8)
         rows, columns = np.indices(self.x.shape)
         return np.asarray(noise[rows % 512, (columns / stretch).astype(np.int64) % 512])
 
     def inside(self, distance: Array) -> Array:
-        """Coverage where a distance to the outline is positive [millimetres]."""
+        """Return the coverage for a signed distance to the outline [millimetres].
+
+        The distance is positive inside.
+        """
         return np.asarray(np.clip(distance * self._scale * PLAYER_FINE + 0.5, 0, 1))
 
     def tube(
@@ -124,10 +140,10 @@ class Paint:
         bumps: Array | float = 1.0,
         edge: float = 0.0,
     ) -> None:
-        """A round limb: the hull of balls along a line, their radii linear in between.
+        """Paint a round limb: the hull of balls along a line, with radii interpolated linearly.
 
-        `bumps` are gains of light over the sheet: folds, grain. `edge` is how much darker the
-        outline is, in [0, 1]: it sets off what lies on its like.
+        `bumps` are light gains over the sheet, such as folds and grain. `edge` is the darkening of
+        the outline, in [0, 1]; it separates limbs of one colour.
         """
         points, radii = np.asarray(points, np.float64), np.asarray(radii, np.float64)
         depth, radius = np.full(self.x.shape, np.inf), np.ones_like(self.x)
@@ -138,9 +154,9 @@ class Paint:
             along = np.clip((u * step[0] + v * step[1]) / (step * step).sum(), 0, 1)
             r = radii[k] + along * (radii[k + 1] - radii[k])
             u, v = (u - along * step[0]) / r, (v - along * step[1]) / r
-            here = np.sqrt(u * u + v * v)
-            nearer = here < depth
-            for whole, part in ((depth, here), (right, u), (down, v), (radius, r)):
+            segment_depth = np.sqrt(u * u + v * v)
+            nearer = segment_depth < depth
+            for whole, part in ((depth, segment_depth), (right, u), (down, v), (radius, r)):
                 whole[nearer] = part[nearer]
         forward = np.sqrt(np.clip(1 - depth * depth, 0, 1))
         lit = right * self._lamp[0] + down * self._lamp[1] + forward * self._lamp[2]
@@ -150,7 +166,7 @@ class Paint:
         self.lay(np.asarray(colour, np.float64) * light[..., None], cover)
 
     def lay(self, colour: Array, coverage: Array) -> None:
-        """Lay a thing over what is there."""
+        """Paint a layer over the sheet."""
         below = self._coverage * (1 - coverage)
         total = coverage + below
         mixed = colour * coverage[..., None] + self._colour * below[..., None]
@@ -158,11 +174,11 @@ class Paint:
         self._coverage = total
 
     def shade(self, gain: Array) -> None:
-        """Change the light on what is there."""
+        """Multiply the painted colours by a light gain."""
         self._colour = self._colour * gain[..., None]
 
 
-BLADE = 75.0  # half the width of the blade
+BLADE = 75.0  # half width of the blade
 RUBBERS = ((38, 34, 168), (46, 44, 48), (34, 30, 142))
 SKINS = ((128, 152, 220), (104, 132, 206), (146, 170, 232), (78, 100, 168))
 SLEEVES = (
@@ -171,16 +187,16 @@ SLEEVES = (
 WOOD = np.array((112, 164, 204), np.float64)
 
 SHEET_SIZE = 170, 84  # of the sheet [pixels]
-BAT = 28.0, 24.0  # where the middle of the bat's upper face is on the sheet [pixels]
-WRIST, ELBOW = 186.0, 430.0  # how far they are from the middle of the bat, sideways
-SOFT = 3  # half the width of the edge of his shadow [pixels]
-HALVINGS = PLAYER_FINE.bit_length() - 1  # from the painted resolution to the picture's
+BAT = 28.0, 24.0  # centre of the bat's upper face on the sheet [pixels]
+WRIST, ELBOW = 186.0, 430.0  # horizontal distance of wrist and elbow from the centre of the bat
+SOFT = 3  # half width of the edge of the player's shadow [pixels]
+HALVINGS = PLAYER_FINE.bit_length() - 1  # from the painted resolution to that of the image
 
 
 class Player:
-    """Bat, hand and arm, painted once: rubber, skin, cloth and how the arm is held are random.
+    """Bat, hand and arm, painted once with random rubber, skin, cloth and arm posture.
 
-    `lamp` and `side` are as of `Paint` and `Play`, `scale` is in pixels/millimetre.
+    `lamp`: see `PaintSheet`. `side`: see `Play`. `scale` is in pixels/millimetre.
     """
 
     def __init__(self, random: np.random.Generator, lamp: Array, scale: float, side: int) -> None:
@@ -188,7 +204,7 @@ class Player:
             np.array(colours[int(random.integers(len(colours)))]) * random.uniform(0.92, 1.06)
             for colours in (RUBBERS, SKINS, SLEEVES)
         )
-        paint = Paint(SHEET_SIZE, BAT, scale, lamp * (side, 1, 1))
+        paint = PaintSheet(SHEET_SIZE, BAT, scale, lamp * (side, 1, 1))
         grain = 1 + 0.05 * paint.grain(random, 32, 256)
         elbow = np.array([ELBOW, random.uniform(95, 150)])
         _arm(paint, random, skin, cloth, elbow, grain)
@@ -201,18 +217,18 @@ class Player:
         self._reach = side * scale
 
     def draw(self, canvas: Picture, bat: Array, rest: float, tip: Array) -> None:
-        """Draw him over a canvas, in place.
+        """Draw the player over a canvas in place.
 
-        `bat`, shape (2**k, 2), is where the middle of the bat's upper face is at instants of the
-        exposure, `rest` its row when the arm is as it was painted, and `tip`, shape (2**k,), how
-        far down the wrist has tipped it [pixels].
+        `bat`, shape (2**k, 2), is the centre of the bat's upper face at instants of the exposure,
+        `rest` its row in the painted posture, and `tip`, shape (2**k,), the displacement downwards
+        by the wrist [pixels].
         """
         self._blend(canvas, self._limb, self._bat, bat, rest, tip)
 
     def draw_shadow(
         self, canvas: Picture, bat: Array, rest: float, tip: Array, away: Array
     ) -> None:
-        """Draw his shadow, so far from him [pixels]; else as `draw`."""
+        """Draw the player's shadow at an offset `away` [pixels]; see `draw`."""
         self._blend(canvas, self._shadow, self._bat + SOFT, bat + away, rest + away[1], tip)
 
     def _blend(
@@ -241,7 +257,7 @@ class Player:
 
 
 def _arm(
-    paint: Paint,
+    paint: PaintSheet,
     random: np.random.Generator,
     skin: Array,
     cloth: Array,
@@ -256,7 +272,7 @@ def _arm(
         skin * 0.97,
         bumps=grain,
     )
-    # The sleeve's cuff lies a hand's breadth behind the wrist; its shade falls on the arm.
+    # The cuff of the sleeve is a hand's breadth behind the wrist and casts a shadow on the arm.
     start = random.uniform(0.22, 0.36)
     along = ((paint.x - wrist[0]) * way[0] + (paint.y - wrist[1]) * way[1]) / (way * way).sum()
     paint.shade(1 - 0.35 * np.clip(1 - (start - along) / 0.06, 0, 1) * (along < start + 0.1))
@@ -272,8 +288,8 @@ def _arm(
     )
 
 
-def _bat(paint: Paint, rubber: Array, tilt: float, grain: Array) -> None:
-    """Blade and handle, seen from somewhat above: the blade is an ellipse, `tilt` as high."""
+def _bat(paint: PaintSheet, rubber: Array, tilt: float, grain: Array) -> None:
+    """Paint blade and handle from above; the blade is an ellipse with the aspect ratio `tilt`."""
     paint.tube([(62, 2), (96, 3)], (9, 13), WOOD, bumps=grain)
     paint.tube([(92, 3), (176, 5)], (12.5, 14.5), WOOD * 0.9, bumps=grain, edge=0.3)
     under, above = np.array((40, 38, 42), np.float64), rubber
@@ -284,8 +300,8 @@ def _bat(paint: Paint, rubber: Array, tilt: float, grain: Array) -> None:
         paint.lay(colour * (grain * gloss)[..., None], paint.inside(distance))
 
 
-def _hand(paint: Paint, skin: Array, grain: Array) -> None:
-    """A fist around the handle: the back of the hand, four fingers, thumb and forefinger."""
+def _hand(paint: PaintSheet, skin: Array, grain: Array) -> None:
+    """Paint a fist around the handle: the back of the hand, four fingers, thumb and forefinger."""
     paint.tube([(116, 6), (150, 8), (190, 15)], (27, 31, 25), skin, bumps=grain)
     for x, reach, thick in ((158, 24, 9.0), (142, 28, 10.0), (125, 29, 10.5)):
         paint.tube(
@@ -302,11 +318,11 @@ def _hand(paint: Paint, skin: Array, grain: Array) -> None:
     )
 
 
-BALL_FINE = 8  # painted pixels per pixel of the picture
+BALL_FINE = 8  # painted pixels per pixel and axis of the image
 
 
 def ball(random: np.random.Generator, lamp: Array, diameter: float) -> Sprite:
-    """Paint a ball of orange celluloid, its diameter in pixels of the picture."""
+    """Return an orange celluloid ball; the diameter is in pixels of the image."""
     paint = np.array([random.uniform(36, 56), random.uniform(138, 154), 240.0])
     side = 2 * int(np.ceil(diameter * BALL_FINE / 2)) + 2
     radius = diameter * BALL_FINE / 2
@@ -314,7 +330,7 @@ def ball(random: np.random.Generator, lamp: Array, diameter: float) -> Sprite:
     forward = np.sqrt(np.clip(1 - right * right - down * down, 0, 1))
     facing = right * lamp[0] + down * lamp[1] + forward * lamp[2]
     light = 0.50 + 0.62 * np.clip(0.15 + 0.85 * facing, 0, 1)
-    # Half way between the lamp and the camera the celluloid shines.
+    # Specular highlight: the normal is half way between the lamp and the camera.
     half = (lamp + (0, 0, 1)) / np.sqrt(2 + 2 * lamp[2])
     shine = np.clip(right * half[0] + down * half[1] + forward * half[2], 0, 1)
     for _ in range(5):
@@ -323,13 +339,13 @@ def ball(random: np.random.Generator, lamp: Array, diameter: float) -> Sprite:
     return Sprite(colour, coverage)
 
 
-WALL_FINE = 3  # painted pixels per pixel of the picture
+WALL_FINE = 3  # painted pixels per pixel and axis of the image
 WALL_SIDE = 512  # of the textures [painted pixels]
 TABLES = ((92, 74, 34), (66, 84, 30), (110, 66, 40))
 
 
 def wall(random: np.random.Generator, width: int, height: int) -> NDArray[np.uint8]:
-    """Paint it, shape (height, width, 3): tone, speckles, joints and table are drawn at random."""
+    """Return a wall with random tone, speckles, joints and table, shape (height, width, 3)."""
     shape = height * WALL_FINE, width * WALL_FINE
     cut = slice(shape[0]), slice(shape[1])
     y, x = ((axis[cut] + 0.5) / WALL_FINE for axis in np.indices((WALL_SIDE, WALL_SIDE)))
@@ -349,7 +365,7 @@ def wall(random: np.random.Generator, width: int, height: int) -> NDArray[np.uin
 
 
 def _joints(random: np.random.Generator, x: Array, y: Array) -> Array:
-    """Gain of light in the joints of the wall's panels, and along their lit edges."""
+    """Return the light gain in the joints of the wall's panels and along their lit edges."""
     gain = np.ones(x.shape)
     first, spacing = random.uniform(5, 50), random.uniform(46, 90)
     upright = [(first + spacing * k, x) for k in range(int(random.integers(4)))]
@@ -360,7 +376,7 @@ def _joints(random: np.random.Generator, x: Array, y: Array) -> Array:
 
 
 def _put_table(random: np.random.Generator, picture: Array, y: Array, height: int) -> None:
-    """The table's end, out of focus at the lower border: its top, its white line, its edge."""
+    """Paint the defocused end of a table at the lower border: top, white line, edge."""
     top = height - random.uniform(5, 9)
     paint = np.array(TABLES[int(random.integers(len(TABLES)))], np.float64)
     picture *= (1 - 0.3 * np.clip(1 - (top - y) / 6, 0, 1) * (y < top))[..., None]
@@ -376,15 +392,21 @@ STROKE = 11  # first frame that shows the ball struck: the paper's frame 12
 LIFTED = 7.0  # time at which the bat begins to lift the ball evenly, until the stroke [frames]
 CATCH = 3.0  # deceleration of the ball on the bat [pixels/frame²]
 STEPS = 64  # steps of the integration per frame
-FLICK = 0.2  # time in which the bat loses most of its speed when the ball has left it [frames]
+FLICK = 0.2  # time in which the bat loses most of its speed after the ball has left it [frames]
 
 
 class Play:
-    """Play with bat and ball in an image of `width` and `height` [pixels].
+    """Motion of ball and bat: flights under gravity, soft catches, and one stroke.
 
-    `diameter`: Diameter of the ball [pixels]. `gravity`: Acceleration of the ball in flight
-    [pixels/frame²]. `flights`: Start and end of each flight [frames]; shape (k, 2). `side`: -1 if
-    the arm comes from the left, 1 if it comes from the right.
+    The ball is in free flight or on the bat. The bat catches it by moving down with it, and lifts
+    it with the same deceleration, so the ball's speed changes evenly there. The stroke is the event
+    that the paper names ("the speed of the upward motion grows in frame 12"). Until then the bat
+    lifts the ball evenly; in the paper's frame 11 a flick of the wrist accelerates it upwards.
+    Gravity is that of a ball of 40 mm, filmed at 30 frames per second.
+
+    `width`, `height`: size of the image [pixels]. `diameter`: of the ball [pixels]. `gravity`:
+    acceleration of the ball in flight [pixels/frame²]. `flights`: start and end of each flight
+    [frames]; shape (k, 2). `side`: -1 if the arm comes from the left, 1 if it comes from the right.
     """
 
     def __init__(self, seed: int, width: int, height: int) -> None:
@@ -405,28 +427,31 @@ class Play:
         self._bat, self._tip = self._follow(speed[1:], random.uniform(-3, 3))
 
     def bat(self, times: ArrayLike) -> Array:
-        """Middle of the bat's upper face (x, y) [pixels], shape `times.shape + (2,)`."""
-        return self._at(self._bat, times)
+        """Return the centre (x, y) of the bat's upper face [pixels], shape `times.shape + (2,)`."""
+        return self._interpolate(self._bat, times)
 
     def tip(self, times: ArrayLike) -> Array:
-        """Displacement of that point by the wrist, downwards [pixels], shape `times.shape`."""
+        """Return the displacement of that point by the wrist, downwards [pixels]."""
         return quantised(np.interp(np.asarray(times, np.float64), self._times, self._tip))
 
     def ball(self, times: ArrayLike) -> Array:
-        """Centre of the ball (x, y) [pixels], shape `times.shape + (2,)`."""
-        return self._at(self._ball, times)
+        """Return the centre (x, y) of the ball [pixels], shape `times.shape + (2,)`."""
+        return self._interpolate(self._ball, times)
 
-    def _at(self, way: Array, times: ArrayLike) -> Array:
+    def _interpolate(self, way: Array, times: ArrayLike) -> Array:
         axes = [np.interp(np.asarray(times, np.float64), self._times, axis) for axis in way.T]
         return quantised(np.stack(axes, axis=-1))
 
     def _knots(self, random: np.random.Generator) -> tuple[Array, Array]:
-        """Draw the ball's speed: times [frames] and speeds down, shape (2, k); and its flights."""
+        """Sample the ball's vertical speed as knots, and its flights.
+
+        The knots are times [frames] and downward speeds, shape (2, k).
+        """
         lift, down, start = random.uniform(2.2, 2.6), random.uniform(5, 6), STROKE - 1.0
         landing = LIFTED - (down + lift) / CATCH
         flights = [(-1.0, landing)]
         knots = [(-1.0, down - self.gravity * (landing + 1)), (landing, down)]
-        # Gravity takes half of its speed per frame from the first step of the flight.
+        # Half of the gravity per frame compensates for the first step of the integrated flight.
         up = lift + random.uniform(6.8, 8.4) + self.gravity / 2
         knots += [(LIFTED, -lift), (start, -lift), (start + 1e-6, -up)]
         while start <= FRAMES:
@@ -438,7 +463,7 @@ class Play:
         return np.array(knots).T, np.array(flights)
 
     def _follow(self, speed: Array, aside: float) -> tuple[Array, Array]:
-        """Return the bat's places, and how far the wrist tips it down [pixels]."""
+        """Return the bat's positions, and its displacement by the wrist [pixels]."""
         times, rest = self._times, self._ball[:, 1] + self.diameter / 2
         rows, tip = rest.copy(), np.zeros_like(rest)
         for start, end in self.flights:
@@ -446,7 +471,7 @@ class Play:
             t = times[during]
             share = smooth_step(t, start, end)
             places, speeds = (np.interp((start, end), times, values) for values in (rest, speed))
-            if start == STROKE - 1:  # the wrist strikes, the arm goes on as before
+            if start == STROKE - 1:  # the wrist strikes while the arm continues its motion
                 flick = speed[during][0] - speeds[0]
                 tip[during] = (1 - share) * _eased(t - start, flick)
             leaving = places[0] + _eased(t - start, speeds[0])
@@ -456,25 +481,26 @@ class Play:
 
 
 def _eased(times: Array, speed: float) -> Array:
-    """Way at times since a speed that decays [pixels]."""
+    """Return the distance covered since the start of an exponentially decaying speed [pixels]."""
     return np.asarray(speed * FLICK * (1 - np.exp(-times / FLICK)))
 
 
 SIZE = 142, 115
 
-EXPOSURE = 0.45  # part of the time between two frames for which the shutter is open
-INSTANTS = 8  # of an exposure: things move by at most a pixel and a half between two of them
-WALL_DISTANCE = 16.0  # how far shadows fall from what they belong to [pixels]
+EXPOSURE = 0.45  # share of the frame time for which the shutter is open
+# instants of an exposure: objects move by at most a pixel and a half between two of them
+INSTANTS = 8
+WALL_DISTANCE = 16.0  # distance between objects and their shadows on the wall [pixels]
 CAMERA = Camera(SIZE, noise=3.0, fall=(0.1, 0.1))
 
 
 def scene(knobs: SceneKnobs) -> "TableTennisScene":
-    """Renderer and truth; nothing is painted yet."""
+    """Return the renderer with its ground truth, without rendering."""
     return TableTennisScene(knobs.scene)
 
 
 class TableTennisScene(SyntheticScene):
-    """A player's bat and ball before a wall."""
+    """Bat and ball of a player in front of a wall."""
 
     length, size = FRAMES, SIZE
     fps = FRAMES_PER_SECOND
@@ -484,10 +510,10 @@ class TableTennisScene(SyntheticScene):
         self.play = Play(seed, *SIZE)
 
     def truth(self) -> SceneTruth:
-        """See `SyntheticScene.truth`.
+        """Return the ground truth of all frames without rendering.
 
-        Boxes have the ball's diameter; nothing ever hides it. The attribute is `speed-up`: from
-        the stroke until the ball has risen as far as it does.
+        Boxes have the ball's diameter; nothing occludes it. The attribute is `speed-up`: from the
+        stroke to the highest point of the ball.
         """
         frames = np.arange(FRAMES)
         centre = self.play.ball(frames)

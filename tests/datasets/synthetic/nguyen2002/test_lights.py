@@ -108,7 +108,7 @@ def test_what_passes_has_no_holes(kind):
     for seed in range(3):
         things = passer(kind, np.random.default_rng(seed))
         seen = render_surfaces(things, (-34, -HALF_HEIGHT), (68, 2 * HALF_HEIGHT), 1)
-        assert (seen.which != NOTHING).all()
+        assert (seen.owners != NOTHING).all()
 
 
 def test_brightness_falls_to_two_fifths_at_once_and_unevenly():
