@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 from trackmark.bench.evaluation.run_record import Run, Trace
 from trackmark.bench.exchange import is_layout_of, layout, names
 from trackmark.bench.exchange.result_format import ExchangeError, Said, file_name, some
-from trackmark.bench.protocols import ONCE, TIMING
-from trackmark.bench.protocols import protocol as protocol_of
+from trackmark.bench.protocols import ONE_PASS, TIMING, parse_protocol
 from trackmark.bench.store.index import read_index
 from trackmark.bench.store.layout import cell_of
 from trackmark.bench.store.results import Results
@@ -33,7 +32,7 @@ def export_results(
     origin: int | None = None,
     force: bool = False,
     trace: Trace = "online",
-    protocol: str = ONCE,
+    protocol: str = ONE_PASS,
 ) -> list[Path]:
     """Write the finished runs of an experiment in a layout, and return the files.
 
@@ -51,7 +50,7 @@ def export_results(
     rows = [
         row
         for row in read_index(results)
-        if row["protocol"] == protocol_of(protocol).text
+        if row["protocol"] == parse_protocol(protocol).text
         and fnmatchcase(row["tracker"], tracker)
         and fnmatchcase(row["sequence"], sequence)
     ]

@@ -23,8 +23,7 @@ from trackmark.bench.exchange.first_boxes import FirstBox, check_first_boxes, or
 from trackmark.bench.exchange.result_format import ExchangeError, Layout, On, Said, letters, some
 from trackmark.bench.experiments.experiment import SequenceSource
 from trackmark.bench.experiments.tracker_spec import IMPORTED, Identity
-from trackmark.bench.protocols import STORED_ONCE
-from trackmark.bench.protocols import protocol as protocol_of
+from trackmark.bench.protocols import STORED_ONE_PASS, parse_protocol
 from trackmark.bench.store.asked import Asked
 from trackmark.bench.store.database import connected
 from trackmark.bench.store.index import list_runs
@@ -230,13 +229,13 @@ def _boxes(
 ) -> NDArray[np.float64]:
     """Return boxes in our numbers, by segment from the box at initialisation on."""
     boxes, present = content.boxes.copy(), _present(on)
-    moved = protocol_of("sre").segments(present, {}) if content.protocol == "sre" else None
+    moved = parse_protocol("sre").segments(present, {}) if content.protocol == "sre" else None
     rows, first_boxes, end = [], [], 0
     for number, frames in enumerate(segments):
         first = int(present[frames].argmax())
         row, start, end = end + first, end, end + len(frames)
         expected = on.boxes[frames[first]]
-        expected = moved[number].given(expected) if moved else expected
+        expected = moved[number].perturbed_box(expected) if moved else expected
         place = content.headers[number].place if content.headers else str(file)
         first_boxes.append(FirstBox(place, expected, content.boxes[row]))
         boxes[start:row] = np.nan
@@ -272,11 +271,11 @@ def _stored_protocol(
     others.
     """
     if content.protocol != "tre":
-        return content.protocol or STORED_ONCE
+        return content.protocol or STORED_ONE_PASS
     present = _present(on)
     starts = [int(present.argmax()) if frames[0] == 0 else int(frames[0]) for frames in segments]
     for text in ("tre", f"tre:starts={len(segments)}"):
-        chosen = protocol_of(text).segments(present, {})
+        chosen = parse_protocol(text).segments(present, {})
         if [segment.start or int(present.argmax()) for segment in chosen] == starts:
             return text
     if len(segments) != _STARTS_OF_TRE:

@@ -16,7 +16,7 @@ import pytest
 from trackmark import datasets
 from trackmark.bench.cli import main
 from trackmark.bench.engine import worker
-from trackmark.bench.experiments.tracker_files import answered
+from trackmark.bench.experiments.tracker_files import answer_lines
 from trackmark.bench.numba_compilation import SENTENCE
 from trackmark.trackers.base import catalogue
 
@@ -133,7 +133,7 @@ class Here:
 
 def asked_here(request):
     """Stands for the child that imports trackers of others."""
-    return "", [line.encode() for line in answered(*json.loads(request))]
+    return "", [line.encode() for line in answer_lines(*json.loads(request))]
 
 
 @pytest.fixture(scope="session")

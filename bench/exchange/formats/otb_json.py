@@ -25,7 +25,7 @@ from trackmark.bench.exchange.result_format import (
     letters,
     text_of,
 )
-from trackmark.bench.protocols import protocol as protocol_of
+from trackmark.bench.protocols import parse_protocol
 from trackmark.datasets.decoding import brief
 from trackmark.datasets.readers.otb import SPANS
 
@@ -191,8 +191,8 @@ def segments(protocol: str) -> SegmentWriter | None:
 
     `protocol`: its text.
     """
-    evaluation = {"tre": "TRE", "sre": "SRE"}.get(protocol_of(protocol).name)
-    if evaluation is None or (evaluation == "SRE" and protocol_of(protocol).text != "sre"):
+    evaluation = {"tre": "TRE", "sre": "SRE"}.get(parse_protocol(protocol).name)
+    if evaluation is None or (evaluation == "SRE" and parse_protocol(protocol).text != "sre"):
         return None
 
     def write_segments(

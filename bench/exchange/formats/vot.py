@@ -38,7 +38,7 @@ from trackmark.bench.exchange.result_format import (
     text_of,
 )
 from trackmark.bench.metrics.preset import State
-from trackmark.bench.protocols import protocol as protocol_of
+from trackmark.bench.protocols import parse_protocol
 
 SUPERVISED, LONG_TERM, ONE_PASS = "baseline", "longterm", "unsupervised"
 EXPERIMENTS = (SUPERVISED, ONE_PASS, LONG_TERM, "realtime")
@@ -287,7 +287,7 @@ def write_anchors(
 
 def segments(protocol: str) -> SegmentWriter | None:
     """Return the writer of runs from anchors."""
-    return write_anchors if protocol_of(protocol).name == ANCHORS else None
+    return write_anchors if parse_protocol(protocol).name == ANCHORS else None
 
 
 def _texts(

@@ -19,7 +19,7 @@ from trackmark.bench.execution.executor import Execution, run
 from trackmark.bench.execution.plan import make_plan
 from trackmark.bench.execution.scheduling import left_of
 from trackmark.bench.experiments.experiment import Experiment, ExperimentError, SequenceSource
-from trackmark.bench.experiments.tracker_files import settled
+from trackmark.bench.experiments.tracker_files import resolve_trackers
 from trackmark.bench.store.files import ResultsError
 from trackmark.bench.store.index import read_index
 from trackmark.bench.store.layout import cell_of
@@ -225,7 +225,7 @@ def test_processes_that_a_tracker_or_its_import_starts_are_ended(data, wait_unti
     command = f"sleep 86414.{os.getpid()}"
     start = f"import subprocess\nsubprocess.Popen({command.split()}, start_new_session=True)\n"
     (data / "starts.py").write_text(start + KNOB_TRACKER)
-    settled([f"{data}/starts.py"])
+    resolve_trackers([f"{data}/starts.py"])
     for number in (86413, 86414):
         wait_until(lambda number=number: not running(f"sleep {number}.{os.getpid()}"))
 
