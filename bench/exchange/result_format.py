@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from trackmark.bench.store.files import ResultsError
 from trackmark.datasets import SequenceError
-from trackmark.datasets.decoding import brief
+from trackmark.datasets.decoding import quote
 from trackmark.datasets.truth_file import read_text
 
 
@@ -124,7 +124,7 @@ def numbers_of(line: str, place: str, count: int | None = None) -> list[float]:
     # Python takes 1_0 for ten.
     if not numbers or "_" in line or count not in (None, len(numbers)):
         wanted = {1: "a number", 4: "four numbers, x y width height"}.get(count or 0, "numbers")
-        raise ExchangeError(f"{place}: {brief(line.strip())}; expected: {wanted}.")
+        raise ExchangeError(f"{place}: {quote(line.strip())}; expected: {wanted}.")
     return numbers
 
 
