@@ -41,7 +41,7 @@ def command(options: DescribeOptions) -> None:
     """
     name, truth = options.name, options.truth
     if not name.strip():
-        raise click.UsageError("NAME is empty: give what is to be described (`trackmark list`).")
+        raise click.UsageError("NAME is empty: give what to describe (`trackmark list`).")
     description = _tracker(name) or (_named(name) if truth is None else None)
     data, lines = description or _sequence(name, truth, measure=options.measure)
     as_json = json.dumps(data, indent=1, default=str) if options.as_json else ""
@@ -54,7 +54,7 @@ Description = tuple[dict[str, Any], list[str]]
 
 def _tracker(name: str) -> Description | None:
     from trackmark import trackers
-    from trackmark.bench.experiments.tracker_files import described
+    from trackmark.bench.experiments.tracker_files import describe_tracker
     from trackmark.bench.experiments.tracker_spec import split_text
     from trackmark.trackers.base.catalogue import in_file
 
@@ -62,7 +62,7 @@ def _tracker(name: str) -> Description | None:
         return None
     plain, options = split_text(name)
     try:
-        data = described(plain)
+        data = describe_tracker(plain)
     except trackers.TrackerError as error:
         data = _unusable(plain, error)
         return data, [data["name"], "", data["summary"], "", data["unusable"]]

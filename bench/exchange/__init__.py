@@ -36,7 +36,7 @@ def has_format(name: str, folder: Path) -> bool:
 
 def detect_format(folder: Path) -> str:
     """Return the format of the results in a tracker's folder; raise `ExchangeError` if unknown."""
-    check_folder(folder)
+    require_folder(folder)
     for name in format_names():
         if has_format(name, folder):
             return name
@@ -48,7 +48,7 @@ def detect_format(folder: Path) -> str:
     )
 
 
-def check_folder(folder: Path) -> None:
-    """Raise `ExchangeError` if there is no folder."""
+def require_folder(folder: Path) -> None:
+    """Raise `ExchangeError` if the path does not lead to a folder."""
     if not folder.is_dir():
         raise ExchangeError(f"{folder}: not a folder. Expected: a folder with a tracker's results.")

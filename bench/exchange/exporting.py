@@ -18,8 +18,7 @@ from trackmark.bench.exchange.result_format import (
     abbreviated_list,
     file_name,
 )
-from trackmark.bench.protocols import ONCE, TIMING
-from trackmark.bench.protocols import protocol as parse_protocol
+from trackmark.bench.protocols import ONE_PASS, TIMING, parse_protocol
 from trackmark.bench.store.index import read_index
 from trackmark.bench.store.layout import cell_of
 from trackmark.bench.store.results import Results
@@ -37,7 +36,7 @@ def export_results(
     origin: int | None = None,
     force: bool = False,
     trace: Trace = "online",
-    protocol: str = ONCE,
+    protocol: str = ONE_PASS,
 ) -> list[Path]:
     """Write the finished runs of an experiment in a result format, and return the files.
 

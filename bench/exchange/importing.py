@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from trackmark import datasets
 from trackmark.bench.evaluation.run_record import Run
-from trackmark.bench.exchange import check_folder, detect_format, format_names, load_format
+from trackmark.bench.exchange import detect_format, format_names, load_format, require_folder
 from trackmark.bench.exchange.first_boxes import FirstBox, check_first_boxes, find_origin
 from trackmark.bench.exchange.result_format import (
     ExchangeError,
@@ -30,8 +30,7 @@ from trackmark.bench.exchange.result_format import (
 )
 from trackmark.bench.experiments.experiment import SequenceSource
 from trackmark.bench.experiments.tracker_spec import IMPORTED, Identity
-from trackmark.bench.protocols import STORED_ONCE
-from trackmark.bench.protocols import protocol as parse_protocol
+from trackmark.bench.protocols import STORED_ONE_PASS, parse_protocol
 from trackmark.bench.store.asked import Asked
 from trackmark.bench.store.database import connected
 from trackmark.bench.store.index import list_runs
@@ -58,7 +57,7 @@ def parse_imported_tracker(text: str) -> ImportedTracker:
         raise ExchangeError(f"{text!r}: expected NAME=PATH, a tracker's name and its folder.")
     name, colon, folder = path.partition(":")
     if colon and name in format_names():
-        check_folder(Path(folder))
+        require_folder(Path(folder))
         return ImportedTracker(tracker, name, Path(folder))
     return ImportedTracker(tracker, detect_format(Path(path)), Path(path))
 
@@ -265,7 +264,7 @@ def _convert_boxes(
         first = int(present[frames].argmax())
         row, start, end = end + first, end, end + len(frames)
         expected = sequence.boxes[frames[first]]
-        expected = perturbed[index].given(expected) if is_perturbed else expected
+        expected = perturbed[index].perturbed_box(expected) if is_perturbed else expected
         place = rows.headers[index].place if rows.headers else str(file)
         first_boxes.append(FirstBox(place, expected, rows.boxes[row]))
         boxes[start:row] = np.nan
@@ -302,7 +301,7 @@ def _stored_protocol(
 ) -> str:
     """Return the protocol of a run; plain `tre` if the toolkit selects other starts than we do."""
     if rows.protocol != "tre":
-        return rows.protocol or STORED_ONCE
+        return rows.protocol or STORED_ONE_PASS
     present = _present(sequence)
     starts = [int(present.argmax()) if frames[0] == 0 else int(frames[0]) for frames in segments]
     for text in ("tre", f"tre:starts={len(segments)}"):

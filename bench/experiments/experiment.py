@@ -114,15 +114,15 @@ class Experiment:
         return TIMING if self.timing else self._protocol.text
 
     @property
-    def clocked(self) -> bool:
+    def time_dependent(self) -> bool:
         """Whether runs depend on the time of updates, so that they are executed one by one."""
-        return self.timing or self._protocol.clocked
+        return self.timing or self._protocol.time_dependent
 
     @property
     def _protocol(self) -> "Protocol":
-        from trackmark.bench.protocols import protocol  # imports NumPy
+        from trackmark.bench.protocols import parse_protocol  # imports NumPy
 
-        return protocol(self.protocol)
+        return parse_protocol(self.protocol)
 
     def __post_init__(self) -> None:
         if not self.name or "/" in self.name or self.name.startswith((".", "_")):

@@ -26,7 +26,7 @@ from trackmark.bench.exchange.result_format import (
     normalized_name,
     read_text_file,
 )
-from trackmark.bench.protocols import protocol as protocol_of
+from trackmark.bench.protocols import parse_protocol
 from trackmark.datasets.decoding import brief
 from trackmark.datasets.readers.otb import SPANS
 
@@ -194,8 +194,8 @@ def write(folder: Path, sequence: str, repetition: int, rows: ResultRows) -> Map
 
 def segment_writer(protocol: str) -> SegmentWriter | None:
     """Return the writer of runs by TRE, or by SRE with the default shifts, which have names."""
-    evaluation = {"tre": "TRE", "sre": "SRE"}.get(protocol_of(protocol).name)
-    if evaluation is None or (evaluation == "SRE" and protocol_of(protocol).text != "sre"):
+    evaluation = {"tre": "TRE", "sre": "SRE"}.get(parse_protocol(protocol).name)
+    if evaluation is None or (evaluation == "SRE" and parse_protocol(protocol).text != "sre"):
         return None
 
     def write_segments(

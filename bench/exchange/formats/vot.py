@@ -39,7 +39,7 @@ from trackmark.bench.exchange.result_format import (
     round_to,
 )
 from trackmark.bench.metrics.preset import State
-from trackmark.bench.protocols import protocol as protocol_of
+from trackmark.bench.protocols import parse_protocol
 
 SUPERVISED, LONG_TERM, ONE_PASS = "baseline", "longterm", "unsupervised"
 EXPERIMENTS = (SUPERVISED, ONE_PASS, LONG_TERM, "realtime")
@@ -295,7 +295,7 @@ def write_anchors(
 
 def segment_writer(protocol: str) -> SegmentWriter | None:
     """Return the writer of runs from anchors; None for other protocols."""
-    return write_anchors if protocol_of(protocol).name == ANCHORS else None
+    return write_anchors if parse_protocol(protocol).name == ANCHORS else None
 
 
 def _texts(
