@@ -86,9 +86,9 @@ def read(path: Path, truth: Path | None, chosen: Mapping[str, str] | None = None
         rows = truth_file.GroundTruth(read_boxes(source, origin=1.0))
         if int(files[0].stem) == 0 and len(files) != len(rows.boxes):
             raise SequenceError(
-                f"{files[0]}: {len(rows.boxes)} ground-truth rows for {len(files)} images of {name} "
-                "leave open whether they begin with this one. Remove it, or the images without a "
-                "row."
+                f"{files[0]}: {len(rows.boxes)} ground-truth rows for {len(files)} images of "
+                f"{name} leave open whether they begin with this one. Remove it, or the images "
+                "without a row."
             )
         later = [file for file in files if int(file.stem) >= first]
         if len(later) >= len(rows.boxes):  # else the images were cut out and numbered anew

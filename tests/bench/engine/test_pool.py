@@ -52,16 +52,16 @@ DAEMON = "86413.{os.getpid()}"
 
 
 @pytest.fixture
-def data(here, otb):
+def data(workspace, otb):
     """Two sequences, and the trackers in a file."""
     for name in "AB":
-        otb(here / "data" / name, FRAMES)
+        otb(workspace / "data" / name, FRAMES)
     source = HEAD + KNOB_TRACKER.replace("class Knob(", "class Base(")
     for name, act in ACTS.items():
         source += f"\n\nclass {name}(Base):\n    def update(self, image):\n        {act}\n"
         source += "        return super().update(image)\n"
-    (here / "acts.py").write_text(source)
-    return here
+    (workspace / "acts.py").write_text(source)
+    return workspace
 
 
 def experiment(data, *names, sequences="AB", name="trial", **options):
@@ -281,14 +281,14 @@ def test_worker_that_is_killed_while_it_starts_is_replaced_once(data, monkeypatc
         list(workers.perform([unit]))
 
 
-def test_probe_measures_every_tracker_and_keeps_nothing(here):
-    entries = tuple(Entry(text, 0, "") for text in ("static", f"{here}/knob.py:Knob"))
-    unit = Unit(SequenceSource(str(here / "data" / "Small")), entries, "accuracy", 5)
-    before = sorted(here.rglob("*"))
+def test_probe_measures_every_tracker_and_keeps_nothing(workspace):
+    entries = tuple(Entry(text, 0, "") for text in ("static", f"{workspace}/knob.py:Knob"))
+    unit = Unit(SequenceSource(str(workspace / "data" / "Small")), entries, "accuracy", 5)
+    before = sorted(workspace.rglob("*"))
     probed = probe(unit, 4, Limits())
     assert len(probed.seconds) == 2
     assert np.isfinite([*probed.seconds, probed.frame_seconds]).all()
-    assert [p for p in sorted(here.rglob("*")) if "__pycache__" not in p.parts] == before
+    assert [p for p in sorted(workspace.rglob("*")) if "__pycache__" not in p.parts] == before
 
 
 def test_unknown_engine_is_named_with_the_closest():

@@ -236,8 +236,8 @@ def test_tables_without_masks_have_no_such_columns(stored):
         assert not {"region similarity J", "contour accuracy F"} & set(table.heads)
 
 
-def test_commands_show_scores_of_masks(trackmark, here):
-    (here / "segmenter.py").write_text(SEGMENTER)
+def test_commands_show_scores_of_masks(trackmark, workspace):
+    (workspace / "segmenter.py").write_text(SEGMENTER)
     arguments = ("--trackers", "static,segmenter.py:Segmenter", "--sequences", SEQUENCES[0])
     lines = trackmark("run", *arguments, "--name", "mine", "--json").stdout.splitlines()
     scores = {row["tracker_name"]: row["scores"] for row in map(json.loads, lines)}

@@ -133,12 +133,14 @@ def test_tracker_from_the_child_equals_an_imported_one(calm):
     assert describe_tracker(str(file)) == trackers.describe(str(file))
 
 
-def test_command_survives_files_that_exit_or_print(typed, trackmark, here, one_line):
-    (here / "exits.py").write_text("import sys; sys.exit(0)")
+def test_command_survives_files_that_exit_or_print(
+    trackmark_process, trackmark, workspace, one_line
+):
+    (workspace / "exits.py").write_text("import sys; sys.exit(0)")
     asked = ("--sequences", "data/Small", "--json")
     done = trackmark("run", "--trackers", "exits.py", *asked, status=2)
     assert done.stdout == ""
     assert one_line(done) == "trackmark: exits.py: it can't be imported: SystemExit: 0 (line 1)"
-    (here / "prints.py").write_text(f"import os\nprint('hello')\nos.chdir('/')\n{CALM}")
-    done = typed("run", "--trackers", "prints.py:as=mine", *asked)
+    (workspace / "prints.py").write_text(f"import os\nprint('hello')\nos.chdir('/')\n{CALM}")
+    done = trackmark_process("run", "--trackers", "prints.py:as=mine", *asked)
     assert [json.loads(line)["tracker"] for line in done.stdout.splitlines()] == ["mine"]
