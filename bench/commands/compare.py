@@ -90,14 +90,13 @@ def command(options: CompareOptions) -> int:
     input, or a missing run in --results; 130 interrupted.
     """
     from trackmark.bench.comparing.comparable_runs import AllFailedError
-    from trackmark.bench.protocols import STORED_ONCE
-    from trackmark.bench.protocols import protocol as protocol_of
+    from trackmark.bench.protocols import STORED_ONE_PASS, parse_protocol
 
     if (options.sequences is None) == (options.results is None):
         raise click.UsageError("Give --sequences or --results (one of them).")
     if options.margin is not None and not math.isfinite(options.margin):
         raise click.UsageError("--margin must be a finite number.")
-    filed = STORED_ONCE if options.protocol is None else protocol_of(options.protocol).text
+    filed = STORED_ONE_PASS if options.protocol is None else parse_protocol(options.protocol).text
     measures = {preset: _measure(preset, options) for preset in _presets(options.metrics, filed)}
     guests = guests_of(options.results_of)
     trackers, against = _trackers(options, [guest.tracker for guest in guests])
@@ -131,10 +130,10 @@ def command(options: CompareOptions) -> int:
 def _presets(metrics: Sequence[str], filed: str) -> list[str]:
     """Return the presets; instead of `native`, if it cannot judge the runs, the protocol's own."""
     from trackmark.bench.evaluation.scoring import can_judge
-    from trackmark.bench.protocols import protocol
+    from trackmark.bench.protocols import parse_protocol
     from trackmark.bench.reporting.tables import PRESET
 
-    replaced = {} if can_judge(PRESET, filed) else {PRESET: protocol(filed).preset}
+    replaced = {} if can_judge(PRESET, filed) else {PRESET: parse_protocol(filed).preset}
     return list(dict.fromkeys(replaced.get(name, name) for name in metrics))
 
 
@@ -210,11 +209,11 @@ def _trackers(
 
 def _label(text: str) -> str:
     """Return the label of a tracker; a text that names no tracker is its own label."""
-    from trackmark.bench.experiments.tracker_files import settled
+    from trackmark.bench.experiments.tracker_files import resolve_trackers
     from trackmark.trackers import TrackerError
 
     try:
-        return settled([text])[text].label
+        return resolve_trackers([text])[text].label
     except TrackerError:
         return text  # the results may be stored without the tracker
 

@@ -41,7 +41,7 @@ def command(options: DescribeOptions) -> None:
     """
     name, truth = options.name, options.truth
     if not name.strip():
-        raise click.UsageError("NAME is empty: give what is to be described (`trackmark list`).")
+        raise click.UsageError("NAME is empty: give what to describe (`trackmark list`).")
     description = _tracker(name) or (_named(name) if truth is None else None)
     data, lines = description or _sequence(name, truth, measure=options.measure)
     as_json = json.dumps(data, indent=1, default=str) if options.as_json else ""
@@ -54,7 +54,7 @@ Description = tuple[dict[str, Any], list[str]]
 
 def _tracker(name: str) -> Description | None:
     from trackmark import trackers
-    from trackmark.bench.experiments.tracker_files import described
+    from trackmark.bench.experiments.tracker_files import describe_tracker
     from trackmark.bench.experiments.tracker_spec import split_text
     from trackmark.trackers.base.catalogue import in_file
 
@@ -62,7 +62,7 @@ def _tracker(name: str) -> Description | None:
         return None
     plain, options = split_text(name)
     try:
-        data = described(plain)
+        data = describe_tracker(plain)
     except trackers.TrackerError as error:
         data = _unusable(plain, error)
         return data, [data["name"], "", data["summary"], "", data["unusable"]]
@@ -165,7 +165,7 @@ def _attribute(name: str) -> dict[str, Any]:
 
     if name not in attributes.names():
         return {}
-    attribute = attributes.of_name(name)
+    attribute = attributes.find(name)
     indent = f"\n{'':12}"
     return {
         "name": attribute.name,
@@ -181,13 +181,13 @@ def _several(name: str) -> Description | None:
     from trackmark import datasets
     from trackmark.datasets.catalogue import is_built_in
 
-    if is_built_in(name) or datasets.taken_for(name):
+    if is_built_in(name) or datasets.path_format(name):
         return None
     with patience("Looking for sequences"):
         names = datasets.matching(name)
     if names == [name]:
         return None
-    formats = dict.fromkeys(filter(None, map(datasets.taken_for, names)))
+    formats = dict.fromkeys(filter(None, map(datasets.path_format, names)))
     data = {
         "name": name,
         "sequences": len(names),
@@ -203,7 +203,7 @@ def _sequence(name: str, truth: Path | None, *, measure: bool) -> Description:
 
     try:
         with patience(f"Opening {name}"):
-            outline = datasets.outline(name, truth)
+            outline = datasets.describe(name, truth)
     except datasets.SequenceError as error:
         close = closest(name.partition(":")[0], trackers.names())
         if not close or Path(name).expanduser().exists():
@@ -253,7 +253,7 @@ def _measured(name: str, truth: Path | None) -> dict[str, Any]:
         return value if isfinite(value) else None
 
     with progress_bar(None, "frame") as progress:
-        series = attributes.measured(datasets.load(name, truth), progress)
+        series = attributes.measure(datasets.load(name, truth), progress)
     overall = attributes.overall(series)
     return {
         attribute.name: {
@@ -262,5 +262,5 @@ def _measured(name: str, truth: Path | None) -> dict[str, Any]:
             "over": attribute.over,
             "frames": [finite(value) for value in series[attribute.name].tolist()],
         }
-        for attribute in map(attributes.of_name, attributes.names())
+        for attribute in map(attributes.find, attributes.names())
     }

@@ -100,12 +100,12 @@ def _kernel_folders() -> set[Path]:
 def _trackers() -> dict[str, str]:
     """Return the state of every tracker: ready, or what it needs."""
     from trackmark import trackers
-    from trackmark.bench.experiments.tracker_files import described
+    from trackmark.bench.experiments.tracker_files import describe_tracker
 
     states = {}
     for name in trackers.names():
         try:
-            described(name)
+            describe_tracker(name)
             states[name] = "ready"
         except (trackers.TrackerError, RuntimeError) as error:  # the latter is Numba's
             states[name] = str(error)

@@ -69,14 +69,14 @@ def command(options: StressOptions) -> int:
         tables,
         write_curves,
     )
-    from trackmark.bench.experiments.tracker_files import settled
+    from trackmark.bench.experiments.tracker_files import resolve_trackers
     from trackmark.reports.renderers import to_text
     from trackmark.reports.table_width import on_terminal
     from trackmark.reports.write import what_was_written, write_tables
 
     if not (knob_texts := split_list(options.knobs)):
         raise click.UsageError("--knob names none.")
-    specs = settled(
+    specs = resolve_trackers(
         text for texts in (*options.trackers, options.against) for text in split_list(texts)
     )
     texts = {spec.label: text for text, spec in specs.items()}

@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from trackmark.bench.protocols import STORED_ONCE, TIMING, title
+from trackmark.bench.protocols import STORED_ONE_PASS, TIMING, title
 from trackmark.bench.store.files import ResultsError
 from trackmark.bench.store.results import Results
 from trackmark.reports.tables import Measure
@@ -41,12 +41,12 @@ def of_protocol(runs: pd.DataFrame, stored: str, measure: Measure) -> tuple[pd.D
     if stored not in protocols.unique():
         remedy = f" Stored are runs by {', '.join(others)}; choose with --protocol." * bool(others)
         raise ComparisonError(f"no stored run is by the protocol {title(stored)}.{remedy}")
-    if others or stored != STORED_ONCE:
+    if others or stored != STORED_ONE_PASS:
         measure = replace(measure, title=f"{measure.title}, protocol {title(stored)}")
-    if stored == STORED_ONCE:
+    if stored == STORED_ONE_PASS:
         return runs, measure
     selected = protocols.isin([stored, TIMING])
-    renamed = protocols[selected].replace(stored, STORED_ONCE)
+    renamed = protocols[selected].replace(stored, STORED_ONE_PASS)
     return runs[selected].assign(protocol=renamed, first_loss=nan), measure
 
 
@@ -112,7 +112,7 @@ def _place(row: "pd.Series[str]") -> str:
 
 
 def same_boxes(
-    folder: Path, runs: pd.DataFrame, stored: str = STORED_ONCE
+    folder: Path, runs: pd.DataFrame, stored: str = STORED_ONE_PASS
 ) -> Counter[tuple[str, str]]:
     """Return the number of sequences on which two trackers gave the same boxes in all runs.
 
@@ -166,7 +166,7 @@ def with_published(
     published = published.assign(
         tracker=published["tracker"] + " (published)",
         repetition=0,
-        protocol=STORED_ONCE,
+        protocol=STORED_ONE_PASS,
         status="finished",
     )
     plain = runs.astype(dict.fromkeys(runs.columns[runs.dtypes == "category"], object))

@@ -15,7 +15,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from trackmark.bench.comparing.comparable_runs import AllFailedError, check_runs, selected_trackers
-from trackmark.bench.protocols import STORED_ONCE, TIMING
+from trackmark.bench.protocols import STORED_ONE_PASS, TIMING
 from trackmark.bench.reporting.failed_runs import failed_runs
 from trackmark.bench.reporting.tables import own_times, uncertainty_of
 from trackmark.bench.statistics.intervals import Interval
@@ -193,7 +193,7 @@ def compare(
 
     Raises `ComparisonError` for runs that cannot be compared, `AllFailedError` if all failed.
     """
-    scored = runs[runs["protocol"] == STORED_ONCE]
+    scored = runs[runs["protocol"] == STORED_ONE_PASS]
     chosen = selected_trackers(scored, trackers, against)
     scored = scored[scored["tracker"].isin(chosen)]
     failures = failed_runs(scored, "0" if measure.direction == "higher" else "the worst score")
@@ -292,5 +292,5 @@ def _times(runs: pd.DataFrame, clock: str) -> tuple[float, bool]:
         if len(timed):
             by_sequence = timed.groupby("sequence", observed=True)[f"{clock}_median"].mean()
             return 1e3 * float(by_sequence.mean()), True
-    scored = runs[(runs["protocol"] == STORED_ONCE) & runs["seconds"].notna()]
+    scored = runs[(runs["protocol"] == STORED_ONE_PASS) & runs["seconds"].notna()]
     return 1e3 * float(own_times(scored).mean()) if len(scored) else nan, False

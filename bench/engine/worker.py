@@ -43,7 +43,12 @@ from trackmark.bench.evaluation.recorder import (
     frames_of_segments,
 )
 from trackmark.bench.evaluation.run_record import Run
-from trackmark.bench.experiments.tracker_spec import Contestant, Identity, contestants, identify
+from trackmark.bench.experiments.tracker_spec import (
+    Identity,
+    TrackerSpec,
+    parse_trackers,
+    run_identity,
+)
 from trackmark.bench.numba_compilation import attend
 from trackmark.bench.protocols import TIMING
 from trackmark.datasets import Sequence, SequenceError
@@ -188,7 +193,7 @@ def record_failure(unit: Unit, failure: Failure) -> Outcome:
 def probe(unit: Unit, frames: int, observer: Observer = UNOBSERVED) -> Probed:
     """Time a unit's trackers on the first `frames` frames of its sequence, at least 3."""
     sequence = datasets.load(unit.source.text, truth=unit.source.truth)
-    chosen = contestants(entry.tracker for entry in unit.entries)
+    chosen = parse_trackers(entry.tracker for entry in unit.entries)
     entries = [(chosen[entry.tracker], entry.repetition) for entry in unit.entries]
     first = sequence.first_frame
     # The first pass compiles kernels and fills caches; the second measures the initialisation.
@@ -225,7 +230,7 @@ class _Clock:
         )
 
 
-def _open(unit: Unit) -> tuple[Sequence, list[Contestant], list[Identity]]:
+def _open(unit: Unit) -> tuple[Sequence, list[TrackerSpec], list[Identity]]:
     """Return the sequence of a unit, and tracker and identity by entry.
 
     Raises `SequenceError` if the sequence can't be opened, or if anything is not as planned.
@@ -233,13 +238,13 @@ def _open(unit: Unit) -> tuple[Sequence, list[Contestant], list[Identity]]:
     sequence = datasets.load(unit.source.text, truth=unit.source.truth)
     texts = [entry.tracker for entry in unit.entries]
     try:
-        chosen = contestants(texts)
+        chosen = parse_trackers(texts)
     except (TrackerError, OSError):
         raise _changed(", ".join(dict.fromkeys(texts)), sequence) from None
     trackers = [chosen[text] for text in texts]
     identities = []
     for entry, tracker in zip(unit.entries, trackers, strict=True):
-        identities.append(identify(tracker, sequence, entry.repetition, unit.protocol))
+        identities.append(run_identity(tracker, sequence, entry.repetition, unit.protocol))
         if identities[-1].version != entry.version:
             raise _changed(entry.tracker, sequence)
     return sequence, trackers, identities
@@ -252,7 +257,7 @@ def _changed(tracker: str, sequence: Sequence) -> SequenceError:
     )
 
 
-def _check_state(runs: list[Run], before: ProcessState, trackers: list[Contestant]) -> list[Run]:
+def _check_state(runs: list[Run], before: ProcessState, trackers: list[TrackerSpec]) -> list[Run]:
     """Restore the state of the process; return the runs, failed if one drew global numbers.
 
     Raises `NotAttributableError` if one of several trackers changed the state: runs of the others

@@ -22,9 +22,14 @@ from trackmark import datasets
 from trackmark.bench.evaluation.interleaved_timing import one_thread, reference_seconds
 from trackmark.bench.evaluation.recorder import Recorder, blank_rows
 from trackmark.bench.evaluation.run_record import Run
-from trackmark.bench.experiments.tracker_spec import Contestant, TrackerMaker, contestant
-from trackmark.bench.protocols import ONCE, STORED_ONCE, TIMING, stored_protocol
-from trackmark.bench.protocols import protocol as protocol_of
+from trackmark.bench.experiments.tracker_spec import TrackerFactory, TrackerSpec, parse_tracker
+from trackmark.bench.protocols import (
+    ONE_PASS,
+    STORED_ONE_PASS,
+    TIMING,
+    parse_protocol,
+    stored_protocol,
+)
 from trackmark.datasets import Sequence
 from trackmark.datasets.interface import Frames, Image
 from trackmark.trackers.base.sharing import SharedFrame
@@ -77,11 +82,11 @@ class Pass:
 
 
 def evaluate(
-    tracker: str | TrackerMaker,
+    tracker: str | TrackerFactory,
     sequence: str | Sequence,
     repetition: int = 0,
     *,
-    protocol: str = ONCE,
+    protocol: str = ONE_PASS,
     keep_arrays: bool = False,
 ) -> Run:
     """Run one tracker through one sequence, once.
@@ -116,15 +121,15 @@ def evaluate(
         For what can't be run: unknown names or parameters, no ground truth, an unreadable image.
     """
     loaded = datasets.load(sequence) if isinstance(sequence, str) else sequence
-    stored = protocol_of(protocol).text
-    entries = [(contestant(tracker), repetition)]
+    stored = parse_protocol(protocol).text
+    entries = [(parse_tracker(tracker), repetition)]
     return run_protocol(entries, loaded, stored, keep_arrays=keep_arrays).runs[0]
 
 
 def run_protocol(
-    entries: Iterable[tuple[Contestant, int]],
+    entries: Iterable[tuple[TrackerSpec, int]],
     sequence: Sequence,
-    protocol: str = STORED_ONCE,
+    protocol: str = STORED_ONE_PASS,
     *,
     keep_arrays: bool = False,
     run_seconds: float = inf,
@@ -156,7 +161,7 @@ def run_protocol(
             with one_thread():
                 _Walk(make(), sequence, observer).run(warm_up, to_the_end=False)
                 return Pass([_time(recorder, warm, sequence, observer)], nan, nan)
-        if stored_protocol(protocol).clocked:  # compile before the clock runs
+        if stored_protocol(protocol).time_dependent:  # compile before the clock runs
             _Walk(make(), sequence, observer).run(warm_up, to_the_end=False)
         if any(len(recorder.segments) > 1 for recorder in recorders):
             sequence.frames = _Remembered(frames, MAX_SEGMENT_BYTES)
@@ -175,7 +180,7 @@ def run_protocol(
 
 
 def _make_recorders(
-    entries: Sized[tuple[Contestant, int]],
+    entries: Sized[tuple[TrackerSpec, int]],
     sequence: Sequence,
     protocol: str,
     shared_rows: Callable[[tuple[int, int]], NDArray[np.float64]] = blank_rows,

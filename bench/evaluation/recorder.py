@@ -22,10 +22,17 @@ from trackmark.bench.evaluation.estimates import (
 )
 from trackmark.bench.evaluation.ground_truth import reference
 from trackmark.bench.evaluation.run_record import RESERVED_COLUMNS, Run
-from trackmark.bench.experiments.tracker_spec import Contestant, identify, run_seed
+from trackmark.bench.experiments.tracker_spec import TrackerSpec, run_identity, run_seed
 from trackmark.bench.metrics.regions import Segmentation, contour_accuracy, region_similarity
 from trackmark.bench.metrics.times import Times
-from trackmark.bench.protocols import STORED_ONCE, TIMING, Conduct, Segment, Step, stored_protocol
+from trackmark.bench.protocols import (
+    STORED_ONE_PASS,
+    TIMING,
+    Action,
+    Controller,
+    Segment,
+    stored_protocol,
+)
 from trackmark.datasets import Sequence
 from trackmark.trackers import Box, Estimate, Finisher, Mapper, Mask, Tracker, Watcher
 from trackmark.trackers.base.sharing import SharedFrame, SharingTracker
@@ -71,7 +78,7 @@ class Recorder:
     def __init__(
         self,
         entry: int,
-        chosen: Contestant,
+        chosen: TrackerSpec,
         repetition: int,
         sequence: Sequence,
         protocol: str,
@@ -84,7 +91,7 @@ class Recorder:
         if repetition < 0:
             raise ValueError(f"repetition is {repetition}; they count from 0.")
         # Settled before the tracker runs: later changes are not part of the run.
-        self.identity = identify(chosen, sequence, repetition, protocol)
+        self.identity = run_identity(chosen, sequence, repetition, protocol)
         self.entry = entry
         self.failure = ""
         self.seconds = 0.0
@@ -94,8 +101,8 @@ class Recorder:
         self._frames = frames_of_segments(protocol, sequence, chosen.init)
         self._chosen, self._run_seconds, self._alone = chosen, run_seconds, alone
         # Only one-pass runs store masks, arrays and the boxes of `finish`.
-        self._complete = protocol == STORED_ONCE
-        self._revises = protocol in (STORED_ONCE, TIMING)
+        self._complete = protocol == STORED_ONE_PASS
+        self._revises = protocol in (STORED_ONE_PASS, TIMING)
         self._shares = protocol != TIMING
         self._keep_arrays = keep_arrays and self._complete
         n = sum(len(segment.frames(len(sequence))) for segment in self.segments)
@@ -112,7 +119,7 @@ class Recorder:
         self._revisions: dict[int, Box] = {}
         self._estimates: dict[int, NDArray[np.float64]] = {}  # only if rows repeat older ones
         self._first_seen = 0
-        self._conduct = Conduct()
+        self._controller = Controller()
         self._update: Callable[[Any], Estimate]
 
     def begin_segment(self, segment: Segment, view: Sequence) -> None:
@@ -122,7 +129,7 @@ class Recorder:
         self._rows = self._all_rows[self._start : self._stop]
         truth = reference(view, self._chosen.init, view.name)
         self._truth_boxes = truth.boxes
-        self._conduct = self._protocol.conduct(truth, view.first_frame, view.image_size)
+        self._controller = self._protocol.controller(truth, view.first_frame, view.image_size)
         self._made: Tracker | None = None
 
     def watches(self, first: int) -> bool:
@@ -138,8 +145,8 @@ class Recorder:
     def start(self, shown: SharedFrame, frame: int, mask: Mask | None) -> None:
         """Make the tracker and initialise it."""
         box = self._truth_boxes[frame]
-        if any(self._segment.moved):
-            box, mask = self._segment.given(box), None  # the mask would reveal the true box
+        if any(self._segment.perturbation):
+            box, mask = self._segment.perturbed_box(box), None  # the mask would reveal the true box
         self._rows[frame] = (*box, True, nan)
         self._estimates[frame] = self._rows[frame].copy()
         if not self.failure:
@@ -151,16 +158,16 @@ class Recorder:
     def follow(self, shown: SharedFrame, frame: int) -> float:
         """Handle a frame as the protocol requires; return the seconds that the tracker took."""
         seconds = 0.0
-        step = self._conduct.step(frame)
-        if step is Step.ASK:
+        step = self._controller.action(frame)
+        if step is Action.UPDATE:
             seconds = self._ask(shown, frame)
-        elif step is Step.BEGIN:
+        elif step is Action.RESTART:
             self._made = None
             before = self.seconds
             self.start(shown, frame, self._sequence.mask(frame))
             seconds = self.seconds - before
-        if (answered := self._conduct.answered) is not None and not self.failure:
-            if step is Step.ASK:
+        if (answered := self._controller.source_frames) is not None and not self.failure:
+            if step is Action.UPDATE:
                 self._estimates[frame] = self._rows[frame].copy()
             self._rows[frame] = self._estimates[answered[frame]]
         return seconds
@@ -203,8 +210,8 @@ class Recorder:
             revised=revised,
             arrays=self._arrays,
             segmentation=self._segmentation,
-            states=self._conduct.states,
-            answered=self._conduct.answered,
+            states=self._controller.states,
+            answered=self._controller.source_frames,
             segments=self._frames,
             circumstances=circumstances,
         )
@@ -280,7 +287,7 @@ class Recorder:
             return seconds
         if self.seconds > self._run_seconds:
             self.fail(frame, f"the run took longer than its limit of {self._run_seconds:g} s")
-        elif reason := self._conduct.told(frame, self._rows[frame], seconds):
+        elif reason := self._controller.on_estimate(frame, self._rows[frame], seconds):
             self.fail(frame, reason)
         return seconds
 

@@ -15,9 +15,8 @@ from trackmark.bench.metrics.native import Truth
 from trackmark.bench.metrics.preset import Answer, Judged, Target
 from trackmark.bench.metrics.regions import segmentation_scores
 from trackmark.bench.metrics.times import time_scores
-from trackmark.bench.protocols import ProtocolError, stored_protocol, title
+from trackmark.bench.protocols import ProtocolError, parse_protocol, stored_protocol, title
 from trackmark.bench.protocols import names as protocol_names
-from trackmark.bench.protocols import protocol as protocol_of
 
 REVISED = "revised_"
 """Prefix of the names of scores of revised boxes."""
@@ -43,7 +42,9 @@ def judge(
     init = reference(scored, run.identity.init, run.identity.sequence)
     chosen = metrics_preset(preset)
     if not can_judge(preset, run.identity.protocol):
-        names = [name for name in protocol_names() if chosen.protocol in protocol_of(name).judged]
+        names = [
+            name for name in protocol_names() if chosen.protocol in parse_protocol(name).judged
+        ]
         raise ValueError(
             f"{canonical(preset)} judges no runs by the protocol {title(run.identity.protocol)}, "
             f"but those by {', '.join(names)}."

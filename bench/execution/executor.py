@@ -111,7 +111,7 @@ class Execution:
     @cached_property
     def performer(self) -> Engine:
         """Engine; runs that depend on the time of updates are executed one by one."""
-        jobs = 1 if self.experiment.clocked else self.jobs
+        jobs = 1 if self.experiment.time_dependent else self.jobs
         return engine(self.engine, jobs=jobs, address=self.address)
 
     @cached_property

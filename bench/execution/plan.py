@@ -15,9 +15,9 @@ from trackmark import datasets
 from trackmark.bench.evaluation.ground_truth import reference
 from trackmark.bench.evaluation.recorder import frames_of_segments
 from trackmark.bench.experiments.experiment import Experiment, ExperimentError, SequenceSource
-from trackmark.bench.experiments.tracker_files import settled
-from trackmark.bench.experiments.tracker_spec import BOXES, Contestant, identify
-from trackmark.bench.protocols import STORED_ONCE
+from trackmark.bench.experiments.tracker_files import resolve_trackers
+from trackmark.bench.experiments.tracker_spec import BOXES, TrackerSpec, run_identity
+from trackmark.bench.protocols import STORED_ONE_PASS
 from trackmark.bench.store.asked import Asked
 from trackmark.bench.store.index import list_runs
 from trackmark.bench.store.layout import Cell, cell_of
@@ -57,7 +57,7 @@ class PlannedSequence:
     images_beyond_truth: int  # images that nobody reads
     starts: frozenset[str]  # truths that a run can start from; see `bench.evaluation.reference`
     opening_seconds: float  # how long it took to open it
-    protocol: str = STORED_ONCE  # by which `frames` are those of a run, in all its segments
+    protocol: str = STORED_ONE_PASS  # by which `frames` are those of a run, in all its segments
 
 
 KnownSequences = dict[SequenceSource, PlannedSequence]
@@ -72,7 +72,7 @@ class Plan:
     """
 
     experiment: Experiment
-    trackers: dict[str, Contestant]  # by their texts; all are different
+    trackers: dict[str, TrackerSpec]  # by their texts; all are different
     repetitions: NDArray[np.int64]  # number of runs on a sequence, shape (trackers,)
     sequences: list[PlannedSequence]
     versions: list[list[str]]  # `Identity.version` by sequence and tracker
@@ -184,7 +184,9 @@ def make_plan(
             if entry.init not in found.starts:  # then this says why
                 reference(_opened(found.source), entry.init, found.name)
         sequences.append(found)
-        versions.append([identify(one, found, 0, protocol).version for one in trackers.values()])
+        versions.append(
+            [run_identity(one, found, 0, protocol).version for one in trackers.values()]
+        )
     number = len(sequences) * sum(repetitions)
     if number > MAX_RUNS:
         raise ExperimentError(
@@ -198,10 +200,10 @@ def make_plan(
     return plan
 
 
-def _distinct_trackers(experiment: Experiment) -> dict[str, Contestant]:
+def _distinct_trackers(experiment: Experiment) -> dict[str, TrackerSpec]:
     """Trackers by text: what is the same but for its spelling runs once."""
-    found: dict[str, tuple[str, Contestant]] = {}
-    for text, entry in settled(experiment.trackers).items():
+    found: dict[str, tuple[str, TrackerSpec]] = {}
+    for text, entry in resolve_trackers(experiment.trackers).items():
         other = found.setdefault(entry.label, (text, entry))[1]
         if (other.file, other.version) != (entry.file, entry.version):
             raise ExperimentError(
@@ -232,7 +234,7 @@ def _distinct_sequences(
 
 def _frames_by(experiment: Experiment) -> str:
     """The protocol that says how many frames a run has; timing runs have those of one pass."""
-    return STORED_ONCE if experiment.timing else experiment.filed_under
+    return STORED_ONE_PASS if experiment.timing else experiment.filed_under
 
 
 def _forget_others(known: KnownSequences, experiment: Experiment) -> None:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from trackmark.bench.engine.work_unit import Entry, Unit
 from trackmark.bench.execution.plan import Plan, State
-from trackmark.bench.experiments.tracker_spec import PACKAGE, Contestant
+from trackmark.bench.experiments.tracker_spec import PACKAGE, TrackerSpec
 from trackmark.trackers import Randomness
 
 
@@ -66,11 +66,11 @@ class Units:
     @cached_property
     def _groups(self) -> list[_Group]:
         """Runs that may share a process; those of the package's trackers come last."""
-        clocked = self.plan.experiment.clocked
+        time_dependent = self.plan.experiment.time_dependent
         keys = [
             (
-                spec.label if clocked else owner_of(spec),
-                clocked or spec.randomness is Randomness.PROCESS,
+                spec.label if time_dependent else owner_of(spec),
+                time_dependent or spec.randomness is Randomness.PROCESS,
             )
             for spec in self.plan.trackers.values()
         ]
@@ -107,7 +107,7 @@ class Units:
         return Unit(planned.source, tuple(entries), plan.protocol, frames, owner, arrays, truth)
 
 
-def owner_of(spec: Contestant) -> str:
+def owner_of(spec: TrackerSpec) -> str:
     """Return the name of a tracker outside the package, which shares its process with no other.
 
     It is empty for the package's trackers, which leave the state of the process unchanged.

@@ -26,7 +26,7 @@ from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from trackmark.datasets.decoding import brief, check_name
+from trackmark.datasets.decoding import check_name, quote
 from trackmark.datasets.spec_string import close_match, format_text
 
 if TYPE_CHECKING:
@@ -114,15 +114,15 @@ class Experiment:
         return TIMING if self.timing else self._protocol.text
 
     @property
-    def clocked(self) -> bool:
+    def time_dependent(self) -> bool:
         """Whether runs depend on the time of updates, so that they are executed one by one."""
-        return self.timing or self._protocol.clocked
+        return self.timing or self._protocol.time_dependent
 
     @property
     def _protocol(self) -> "Protocol":
-        from trackmark.bench.protocols import protocol  # imports NumPy
+        from trackmark.bench.protocols import parse_protocol  # imports NumPy
 
-        return protocol(self.protocol)
+        return parse_protocol(self.protocol)
 
     def __post_init__(self) -> None:
         if not self.name or "/" in self.name or self.name.startswith((".", "_")):
@@ -136,7 +136,7 @@ class Experiment:
         for texts in (self.trackers, [source.text for source in self.sequences]):
             ((text, number),) = Counter(texts).most_common(1)
             if number > 1:
-                raise ExperimentError(f"{self.name}: {brief(text)} is named twice.")
+                raise ExperimentError(f"{self.name}: {quote(text)} is named twice.")
         try:
             one_pass = self.protocol == Experiment.protocol
             one_pass = one_pass or self._protocol.name == Experiment.protocol

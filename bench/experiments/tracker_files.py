@@ -21,10 +21,10 @@ import numpy as np
 
 from trackmark import trackers
 from trackmark.bench.experiments.tracker_spec import (
-    Contestant,
     KnownVersions,
-    contestant,
-    contestants,
+    TrackerSpec,
+    parse_tracker,
+    parse_trackers,
     split_text,
 )
 from trackmark.bench.process_tree import Offspring
@@ -38,8 +38,8 @@ _SECONDS = 300.0
 _MAX_BYTES = 1 << 26  # of the child's answer
 
 
-def settled(texts: Iterable[str]) -> dict[str, Contestant]:
-    """Return trackers by their specifications, as `contestants` does; outside ones from a child.
+def resolve_trackers(texts: Iterable[str]) -> dict[str, TrackerSpec]:
+    """Return trackers by their specifications, as `parse_trackers` does; outside ones from a child.
 
     Raises `TrackerError`, which names the file, also for a file that cannot be imported.
     """
@@ -47,28 +47,28 @@ def settled(texts: Iterable[str]) -> dict[str, Contestant]:
     names = {text: split_text(text)[0] for text in texts}
     outside = {name: is_outside(name) for name in set(names.values())}
     answers = _ask_child("settle", [text for text in texts if outside[names[text]]])
-    own = contestants(text for text in texts if text not in answers)
+    own = parse_trackers(text for text in texts if text not in answers)
     return {text: own[text] if text in own else _spec(text, answers[text]) for text in texts}
 
 
-def described(name: str) -> dict[str, Any]:
-    """Return the description of a tracker, as `trackers.describe` does; see `settled`."""
+def describe_tracker(name: str) -> dict[str, Any]:
+    """Return the description of a tracker, as `trackers.describe` does; see `resolve_trackers`."""
     return _ask_child("describe", [name])[name] if is_outside(name) else trackers.describe(name)
 
 
-def _spec(text: str, answer: dict[str, Any]) -> Contestant:
+def _spec(text: str, answer: dict[str, Any]) -> TrackerSpec:
     """Return the tracker of a child's answer; it is imported here only when it is created."""
     version = answer.pop("version")
     file = Path(answer.pop("file"))
     randomness = Randomness(answer.pop("randomness"))
     warn_of_former_imports(file)
-    spec = Contestant(**answer, randomness=randomness, make=partial(_make, text), file=file)
+    spec = TrackerSpec(**answer, randomness=randomness, make=partial(_make, text), file=file)
     vars(spec)["version"] = version  # where `cached_property` keeps it
     return spec
 
 
 def _make(text: str, seed: np.random.SeedSequence) -> Tracker:
-    return contestant(text).make(seed)
+    return parse_tracker(text).make(seed)
 
 
 def _ask_child(question: str, texts: list[str]) -> dict[str, Any]:
@@ -116,13 +116,13 @@ def main() -> None:
     """Write the child's answers: a line with text, error and answer for each text."""
     with os.fdopen(int(sys.argv[1]), "w", encoding="ascii") as file:
         question, texts = json.load(sys.stdin)
-        for line in answered(question, texts):
+        for line in answer_lines(question, texts):
             file.write(f"{line}\n")
             file.flush()
     os._exit(0)  # skips exit handlers and threads of imported files
 
 
-def answered(question: str, texts: Iterable[str]) -> Iterator[str]:
+def answer_lines(question: str, texts: Iterable[str]) -> Iterator[str]:
     """Yield the lines of the child."""
     answer = partial(_settle, {}) if question == "settle" else trackers.describe
     for text in texts:
@@ -136,7 +136,7 @@ def answered(question: str, texts: Iterable[str]) -> Iterator[str]:
 
 
 def _settle(known: KnownVersions, text: str) -> dict[str, Any]:
-    spec = contestants([text], known)[text]
+    spec = parse_trackers([text], known)[text]
     json.dumps(spec.parameters)  # raises for values that an identity cannot hold
     data = {field.name: getattr(spec, field.name) for field in fields(spec)}
     del data["make"]

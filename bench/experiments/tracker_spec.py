@@ -6,7 +6,7 @@ import json
 import typing
 import zlib
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field, fields
 from functools import cached_property
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -14,14 +14,14 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from trackmark import trackers
-from trackmark.bench.protocols import STORED_ONCE
+from trackmark.bench.protocols import STORED_ONE_PASS
 from trackmark.datasets.source_digest import library_versions, source_digest
 from trackmark.datasets.spec_string import format_text, parse_text
-from trackmark.datasets.versioning import seal_of
+from trackmark.datasets.versioning import find_version
 from trackmark.trackers import Randomness, Tracker, TrackerError
 from trackmark.trackers.base.catalogue import DEFAULT_PRESET, in_file
 
-TrackerMaker: TypeAlias = Callable[[np.random.SeedSequence], Tracker]
+TrackerFactory: TypeAlias = Callable[[np.random.SeedSequence], Tracker]
 
 PACKAGE = Path(str(trackers.__file__)).parent
 GOLDEN = PACKAGE / "golden.json"
@@ -61,12 +61,17 @@ class Identity:
     @cached_property
     def digest(self) -> str:
         """Digest of all fields."""
-        return _digest(asdict(self))
+        return _digest(self._determining())
 
     @cached_property
     def version(self) -> str:
         """Digest of all fields but the repetition; runs of one version may be averaged."""
-        return _digest({key: value for key, value in asdict(self).items() if key != "repetition"})
+        return _digest(self._determining("repetition"))
+
+    def _determining(self, *excluded: str) -> dict[str, Any]:
+        """Return the values by field, not copied: an experiment has thousands of identities."""
+        names = (entry.name for entry in fields(self))
+        return {name: getattr(self, name) for name in names if name not in excluded}
 
     @cached_property
     def tracker_digest(self) -> str:
@@ -81,7 +86,7 @@ def _digest(determining: Mapping[str, Any]) -> str:
 
 
 @dataclass(frozen=True)
-class Contestant:
+class TrackerSpec:
     """A tracker with settled parameters."""
 
     label: str  # canonical specification without defaults; `init` stands last
@@ -89,7 +94,7 @@ class Contestant:
     preset: str  # as in `Identity`
     parameters: Mapping[str, Any]
     randomness: Randomness  # source of its random numbers
-    make: TrackerMaker  # creates a tracker from a seed sequence
+    make: TrackerFactory  # creates a tracker from a seed sequence
     file: Path | None  # source file; None for a callable without one
     init: str = BOXES  # as in `Identity`
     class_name: str = ""  # class within its file, if the name does not contain it
@@ -106,9 +111,9 @@ def tracker_version(name: str, file: Path | None, class_name: str = "") -> dict[
     if file is None:
         return {"source": "unknown", "libraries": {}}
     source, libraries = source_digest(file, PACKAGE)
-    seal = seal_of(name, GOLDEN) if file.parent == PACKAGE else None
+    seal = find_version(name, GOLDEN) if file.parent == PACKAGE else None
     if seal is not None:
-        source = "-".join(map(str, seal.named(source)))
+        source = "-".join(map(str, seal.identity(source)))
         libraries = library_versions(set(seal.libraries))
     source = f"{source}-{class_name}" if class_name else source
     return {"source": source, "libraries": libraries}
@@ -123,7 +128,7 @@ def built_in_digest(name: str) -> str | None:
     return _digest(tracker_version(name, file)) if file.is_file() else None
 
 
-def contestant(tracker: str | TrackerMaker) -> Contestant:
+def parse_tracker(tracker: str | TrackerFactory) -> TrackerSpec:
     """Return a tracker from its specification, or from a callable that creates it.
 
     `tracker`: `name:key=value:…`, with `preset` and `init` among the keys;
@@ -145,7 +150,7 @@ def contestant(tracker: str | TrackerMaker) -> Contestant:
         source = inspect.getsourcefile(inspect.unwrap(tracker))
     except (TypeError, OSError):  # no source of its own: functools.partial, a prompt's lambda
         source = None
-    return Contestant(
+    return TrackerSpec(
         label=name,
         name=name,
         preset="",
@@ -160,14 +165,16 @@ KnownVersions: TypeAlias = dict[tuple[Path | None, str], dict[str, Any]]
 """Versions of trackers by file and `class_name`."""
 
 
-def contestants(texts: Iterable[str], known: KnownVersions | None = None) -> dict[str, Contestant]:
-    """Return trackers by their specifications; see `contestant`.
+def parse_trackers(
+    texts: Iterable[str], known: KnownVersions | None = None
+) -> dict[str, TrackerSpec]:
+    """Return trackers by their specifications; see `parse_tracker`.
 
     The version of a file is computed once, as it takes the most time. `known`: versions that were
     computed before; others are added.
     """
     known = {} if known is None else known
-    chosen = {text: contestant(text) for text in dict.fromkeys(texts)}
+    chosen = {text: parse_tracker(text) for text in dict.fromkeys(texts)}
     for entry in chosen.values():
         place = entry.file, entry.class_name
         if place not in known:
@@ -196,8 +203,8 @@ class Known(typing.Protocol):
     def fingerprint(self) -> str: ...  # noqa: D102  # digest of pixels and ground truth
 
 
-def identify(
-    chosen: Contestant, sequence: Known, repetition: int, protocol: str = STORED_ONCE
+def run_identity(
+    chosen: TrackerSpec, sequence: Known, repetition: int, protocol: str = STORED_ONE_PASS
 ) -> Identity:
     """Return the identity of a run of a tracker on a sequence."""
     return Identity(
@@ -216,7 +223,7 @@ def identify(
     )
 
 
-def _from_text(text: str) -> Contestant:
+def _from_text(text: str) -> TrackerSpec:
     name, options = split_text(text)
     # The initialisation is a choice of the harness, not a parameter of the tracker.
     init = options.pop("init", BOXES)
@@ -225,7 +232,7 @@ def _from_text(text: str) -> Contestant:
     shown = {} if init == BOXES else {"init": init}
     class_name = specification.plugin.__name__
     named = in_file(name) is None or specification.name.endswith(f".py:{class_name}")
-    return Contestant(
+    return TrackerSpec(
         label=format_text(specification.name, {**specification.options, **shown}),
         name=specification.name,
         preset=specification.options.get("preset", DEFAULT_PRESET),

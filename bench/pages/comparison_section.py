@@ -14,7 +14,7 @@ from trackmark.bench.comparing.comparison import Comparison, compare, means_in_p
 from trackmark.bench.comparing.tables import files as comparison_tables
 from trackmark.bench.comparing.tables import paragraph
 from trackmark.bench.pages.player_runs import PageRuns
-from trackmark.bench.protocols import STORED_ONCE
+from trackmark.bench.protocols import STORED_ONE_PASS
 from trackmark.bench.reporting.tables import SUMMARY, not_repeatable
 from trackmark.bench.statistics.rules import MIN_UNITS, interval_or_none
 from trackmark.bench.statistics.units import Units, units_of
@@ -41,7 +41,7 @@ def answers(
     section again.
     """
     title, measure = "Which is better", SUMMARY[0]
-    if not (runs["protocol"] == STORED_ONCE).any():
+    if not (runs["protocol"] == STORED_ONE_PASS).any():
         return Section("answers", title, ["No comparison: nothing was run in one pass."]), []
     try:
         comparison = compare(

@@ -21,7 +21,7 @@ from trackmark.bench.metrics.overlap import overlap
 from trackmark.bench.metrics.preset import State
 from trackmark.bench.pages.page_frames import THUMBNAIL, Filmed, Keep, Watch, film_all
 from trackmark.bench.pages.player_layers import maps, numbers, shapes, true_shapes
-from trackmark.bench.protocols import STORED_ONCE
+from trackmark.bench.protocols import STORED_ONE_PASS
 from trackmark.bench.reporting.outlines import is_round
 from trackmark.bench.reporting.stored_runs import StoredRun, judged_runs
 from trackmark.bench.store.truth import StoredTruth
@@ -129,7 +129,7 @@ class PageRuns:
 
 def name_on_page(tracker: str, protocol: str) -> str:
     """Return the name of a tracker in runs by a protocol."""
-    return tracker if protocol == STORED_ONCE else f"{tracker} ({protocol})"
+    return tracker if protocol == STORED_ONE_PASS else f"{tracker} ({protocol})"
 
 
 def read_runs(
@@ -155,7 +155,7 @@ def collect_runs(
         stage = stages.setdefault(row["sequence"], SequenceRuns(row, stored, truth))
         if row["fingerprint"] != stage.row["fingerprint"]:
             continue  # of another version of the sequence: the run is stale, and tables say so
-        if row["protocol"] == STORED_ONCE:
+        if row["protocol"] == STORED_ONE_PASS:
             if row["tracker"] not in names:
                 names.append(row["tracker"])
             number = names.index(row["tracker"])

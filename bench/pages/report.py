@@ -22,7 +22,7 @@ from trackmark.bench.pages.charts import (
 from trackmark.bench.pages.comparison_section import answers, parts, repetitions
 from trackmark.bench.pages.page_frames import Watch
 from trackmark.bench.pages.player_runs import Layers, name_on_page, read_runs, scenes
-from trackmark.bench.protocols import STORED_ONCE, TIMING
+from trackmark.bench.protocols import STORED_ONE_PASS, TIMING
 from trackmark.bench.reporting.by_preset import table_prefix
 from trackmark.bench.reporting.failed_runs import with_worst_scores
 from trackmark.bench.store.loading import load_results
@@ -111,7 +111,7 @@ class _Content:
     ) -> None:
         self.experiment, self.tables, self.commands = experiment, tables, commands
         self.all_runs = with_worst_scores(experiment, load_results(experiment))
-        self.scored = complete(self.all_runs[self.all_runs["protocol"] == STORED_ONCE])
+        self.scored = complete(self.all_runs[self.all_runs["protocol"] == STORED_ONE_PASS])
         trackers = [str(name) for name in self.scored["tracker"].unique()]
         self.runs = read_runs(experiment, trackers, layers)
         unfinished = self.scored[self.scored["status"] != "finished"]
@@ -121,7 +121,7 @@ class _Content:
     @cached_property
     def protocols(self) -> list[str]:
         """Names that runs by other protocols than one-pass are filed under, longest first."""
-        stored = {*map(str, self.all_runs["protocol"])} - {STORED_ONCE, TIMING}
+        stored = {*map(str, self.all_runs["protocol"])} - {STORED_ONE_PASS, TIMING}
         return sorted(stored, key=len, reverse=True)
 
     def sections(self, *, charts: bool) -> list[Section]:
@@ -251,7 +251,7 @@ class _Content:
         for row in data[::columns].to_dict("records"):
             sequence = row.get("sequence")
             sequence = sequence if sequence in names else None
-            tracker = name_on_page(row["tracker"], [*protocols, STORED_ONCE][0])
+            tracker = name_on_page(row["tracker"], [*protocols, STORED_ONE_PASS][0])
             places.append([self.runs.place(tracker, sequence, kind, trace) for kind in kinds])
         return Sheet(table, values.tolist(), places)
 

@@ -6,7 +6,7 @@ from functools import cache
 from pathlib import Path
 
 from trackmark import datasets
-from trackmark.bench.experiments.tracker_spec import contestant
+from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.bench.pages.page_frames import Watch
 from trackmark.bench.pages.player_runs import PageRuns, collect_runs, scenes
 from trackmark.bench.papers.context import Context
@@ -74,7 +74,7 @@ def _stored(places: Iterable[tuple[Path, Cell]]) -> Iterator[StoredRun]:
 
 
 def _place(run: ShownRun, reading: PageRuns, context: Context) -> Place | None:
-    names = [contestant(text).label for text in (run.tracker, *run.beside)]
+    names = [parse_tracker(text).label for text in (run.tracker, *run.beside)]
     sequence, _ = datasets.identity(run.sequence)
     place = reading.place(names[0], sequence, run.kind, context.description.trace)
     trackers = sorted({reading.trackers.index(name) for name in names if name in reading.trackers})

@@ -11,7 +11,7 @@ import pandas as pd
 
 from trackmark import datasets
 from trackmark.bench.evaluation.ground_truth import reference
-from trackmark.bench.experiments.tracker_spec import contestant
+from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.bench.papers.description import Description
 from trackmark.bench.papers.measures import Course, Measure
 from trackmark.bench.papers.plan import scene_names
@@ -71,7 +71,7 @@ class StoredRuns:
 
     def files(self, tracker: str, sequence: str) -> list[StoredPlace]:
         """Return the places of a tracker's runs on a sequence (text forms), by repetition."""
-        key = contestant(tracker).label, datasets.identity(sequence)[0]
+        key = parse_tracker(tracker).label, datasets.identity(sequence)[0]
         return self._files.get(key, [])
 
     def _courses(self, tracker: str, sequence: str) -> list[Course]:

@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 from trackmark import datasets, trackers
 from trackmark.bench.evaluation.ground_truth import reference
 from trackmark.bench.evaluation.interleaved_timing import Reference, one_thread, take_turns
-from trackmark.bench.experiments.tracker_spec import BOXES, contestant
+from trackmark.bench.experiments.tracker_spec import BOXES, parse_tracker
 from trackmark.bench.metrics.times import DISTURBED_RATIO
 from trackmark.bench.papers.context import Context
 from trackmark.bench.papers.plan import scene_names, tracker_text
@@ -61,7 +61,7 @@ Clip = tuple[str, Sequence[Image], Box]
 def tracker_methods(texts: Mapping[str, str]) -> Methods:
     """Return trackers, given as text forms, as methods of the same names."""
     seed = np.random.SeedSequence(0)
-    return {name: partial(contestant(text).make, seed) for name, text in texts.items()}
+    return {name: partial(parse_tracker(text).make, seed) for name, text in texts.items()}
 
 
 def open_clips(
@@ -152,7 +152,7 @@ def kept_times(
     """
     texts = {name: tracker_text(context.description, name, setting) for name in names}
     scenes = {name: scene_names(context.description, name, 1)[0][0] for name in sequences}
-    versions = [contestant(text).version for text in texts.values()]
+    versions = [parse_tracker(text).version for text in texts.values()]
     scene_versions = [(name, *datasets.identity(scene)) for name, scene in scenes.items()]
     source = source_digest(Path(inspect.getfile(methods)), PACKAGE)
     identity: list[Any] = [methods.__name__, texts, versions, scene_versions, frames, stretches]
@@ -182,7 +182,7 @@ def measure_scenes(
     stretches: int,
 ) -> Times:
     """Time methods on scenes, given as text forms by name of the sequence."""
-    region = contestant(next(iter(texts.values()))).init
+    region = parse_tracker(next(iter(texts.values()))).init
     return turn_times(
         methods(texts),
         [clip for one in scenes.items() for clip in open_clips(*one, frames, stretches, region)],

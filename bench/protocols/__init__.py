@@ -1,9 +1,9 @@
 """Protocols: start frames of a tracker, repetitions, and restarts after a failure.
 
-A protocol is a file here. Its docstring is the definition with its source, and it exports a
-subclass of `Protocol`, as `PROTOCOL`, whose fields are its knobs. A protocol lists segments, for
-each of which a tracker is initialised. It may conduct a run: decide frame by frame whether the
-tracker is updated, initialised again or skipped.
+Each file of this folder defines one protocol. Its docstring is the definition with its source. It
+exports a subclass of `Protocol`, named `PROTOCOL`, whose fields are the parameters. A protocol
+divides a run into segments; a tracker is initialised for each. Its controller decides frame by
+frame whether the tracker is updated, restarted or not shown the frame.
 """
 
 from collections.abc import Mapping
@@ -22,14 +22,14 @@ from trackmark.bench.metrics.native import Truth
 from trackmark.datasets.spec_string import close_match, format_text, parse_text
 from trackmark.trackers.base.parameters import Parameters, TrackerError
 
-ONCE = "one-pass"
+ONE_PASS = "one-pass"  # noqa: S105  # not a password
 """Name of the default protocol."""
 
-STORED_ONCE = "accuracy"
-"""Name under which its runs are stored, from the time when there was no other protocol."""
+STORED_ONE_PASS = "accuracy"  # noqa: S105  # not a password
+"""Stored name of one-pass runs. It dates from the time when there was no other protocol."""
 
 TIMING = "timing"
-"""Name under which timing runs are stored: one pass with times."""
+"""Stored name of timing runs, which are one-pass runs with measured times."""
 
 _FOLDER = Path(__file__).parent
 
@@ -40,16 +40,17 @@ class ProtocolError(ValueError):
 
 @dataclass(frozen=True)
 class Segment:
-    """Stretch of a run: a tracker is initialised at its start, and goes on to an end.
+    """Part of a run for which a tracker is initialised: from a frame to an end of the sequence.
 
-    With start 0 and step 1 it is the whole sequence: the tracker is initialised in the first frame
-    with a target. `moved` is the difference of the init box from the ground truth, in widths and
-    heights of that: of the corner to the right and down, of width and height.
+    With start 0 and step 1 it is the whole sequence. The tracker is then initialised in the first
+    frame with a target.
     """
 
     start: int = 0
-    step: int = 1  # -1 for a tracker that goes backwards
-    moved: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
+    step: int = 1  # -1: backwards to the first frame
+    # Offset of the init box from the ground truth (x, y, width, height), in multiples of the width
+    # and height of the ground-truth box.
+    perturbation: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
 
     @property
     def slice(self) -> slice:
@@ -57,35 +58,35 @@ class Segment:
         return slice(self.start, None, self.step)
 
     def frames(self, n: int) -> range:
-        """Return the numbers of its frames in a sequence of n."""
+        """Return the frame numbers of the segment in a sequence of n frames."""
         return range(n)[self.slice]
 
-    def given(self, box: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the init box `[x, y, width, height]` by the box of the ground truth."""
+    def perturbed_box(self, box: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the init box `[x, y, width, height]` for a ground-truth box."""
         width, height = box[2:]
-        return np.asarray(box + np.array(self.moved) * (width, height, width, height))
+        return np.asarray(box + np.array(self.perturbation) * (width, height, width, height))
 
 
-class Step(Enum):
+class Action(Enum):
     """Action on a tracker at a frame."""
 
-    ASK = "update"
-    BEGIN = "initialise a new one with the ground truth"
+    UPDATE = "update"
+    RESTART = "initialise a new one with the ground truth"
     SKIP = "do not show the frame"
 
 
-class Conduct:
-    """Actions on one tracker, frame by frame after its first; this one always updates it."""
+class Controller:
+    """Decisions on one tracker, frame by frame after its first; this class always updates it."""
 
     states: NDArray[np.int32] | None = None  # (n,): a `bench.metrics.preset.State` per frame
-    answered: NDArray[np.int32] | None = None  # (n,): frame of the estimate in each frame's row
+    source_frames: NDArray[np.int32] | None = None  # (n,): frame on which each estimate was made
 
-    def step(self, frame: int) -> Step:
+    def action(self, frame: int) -> Action:
         """Return the action at a frame; called once per frame, in order."""
-        return Step.ASK
+        return Action.UPDATE
 
-    def told(self, frame: int, row: NDArray[np.float64], seconds: float) -> str:
-        """Receive an estimate; return the reason if the run fails with it, otherwise "".
+    def on_estimate(self, frame: int, row: NDArray[np.float64], seconds: float) -> str:
+        """Receive an estimate; return the reason if the run fails because of it, otherwise "".
 
         `row`: x, y, width, height [px], visible (1 or 0), confidence (NaN if missing). `seconds`:
         time of the update.
@@ -94,10 +95,10 @@ class Conduct:
 
 
 class Protocol(Parameters):
-    """Base of every protocol. Its fields are the knobs, with type, bounds and meaning."""
+    """Base class of protocols. The fields are the parameters, with type, bounds and meaning."""
 
     judged: ClassVar[tuple[str, ...]] = ("one pass",)
-    """Kinds of presets that judge its runs, see `bench.metrics.preset.Preset.protocol`."""
+    """Kinds of metrics presets that judge its runs; see `bench.metrics.preset.Preset.protocol`."""
 
     preset: ClassVar[str] = "native"
     """Default metrics preset of its tables."""
@@ -106,7 +107,7 @@ class Protocol(Parameters):
     """True if runs store their frames by segment, even if there is only one."""
 
     by_values: ClassVar[bool] = False
-    """True if its segments depend on numbers of the data, see `segments`."""
+    """True if the segments depend on values of the data; see `segments`."""
 
     @property
     def name(self) -> str:
@@ -115,15 +116,15 @@ class Protocol(Parameters):
 
     @property
     def text(self) -> str:
-        """Canonical text, under which runs are stored: the name and knobs that are not default."""
+        """Canonical text, under which runs are stored: name and parameters that are not default."""
         fields = type(self).model_fields
         return format_text(
             self.name, {key: value for key, value in self if value != fields[key].default}
         )
 
     @property
-    def clocked(self) -> bool:
-        """True if runs depend on the time of updates, so that nothing else may run meanwhile."""
+    def time_dependent(self) -> bool:
+        """True if runs depend on the time of updates; such runs are executed one by one."""
         return False
 
     def segments(
@@ -131,71 +132,71 @@ class Protocol(Parameters):
     ) -> list[Segment]:
         """Return the segments of a run; by default one, the whole sequence.
 
-        `present`: frames with a target, shape (n,), at least one. `values`: numbers of the data, by
-        name and frame.
+        `present`: frames with a target, shape (n,), at least one. `values`: values of the data by
+        name, one per frame.
         """
         return [Segment()]
 
-    def conduct(self, truth: Truth, first: int, size: tuple[int, int]) -> Conduct:
-        """Return the conduct of one segment; by default the tracker is asked at every frame.
+    def controller(self, truth: Truth, first: int, size: tuple[int, int]) -> Controller:
+        """Return the controller of one segment; by default the tracker is updated at every frame.
 
         `truth`: ground truth of the init box. `first`: frame of initialisation. `size`: width and
         height of the images [px].
         """
-        return Conduct()
+        return Controller()
 
 
 @cache
 def names() -> list[str]:
-    """Return the sorted names of the protocols, which are those of their files."""
+    """Return the sorted names of the protocols, which are the names of their files."""
     return sorted(file.stem.replace("_", "-") for file in _FOLDER.glob("[a-z]*.py"))
 
 
-def protocol(text: str) -> Protocol:
-    """Return the protocol of a text `name:knob=value:…`, or of the stored name of one-pass runs.
+def parse_protocol(text: str) -> Protocol:
+    """Return the protocol of a text `name:parameter=value:…`, or of a stored name.
 
-    Raises `ProtocolError` for an unknown name or knob, or an invalid value.
+    Raises `ProtocolError` for an unknown name or parameter, or an invalid value.
     """
     try:
         name, options = parse_text(text)
     except ValueError as error:
         raise ProtocolError(f"protocol {error}") from None
-    name = ONCE if name == STORED_ONCE else name
+    name = ONE_PASS if name == STORED_ONE_PASS else name
     if name not in names():
         hint = close_match(name, names())
         raise ProtocolError(f"unknown protocol {name!r}.{hint} Known: {', '.join(names())}.")
-    made: type[Protocol] = _module(name).PROTOCOL
+    protocol_class: type[Protocol] = _module(name).PROTOCOL
     try:
-        return made.checked(f"protocol {name}", options)
+        return protocol_class.checked(f"protocol {name}", options)
     except TrackerError as error:
         raise ProtocolError(str(error)) from None
 
 
 def stored_protocol(stored: str) -> Protocol:
-    """Return the protocol that stored runs were made by; timing runs are one-pass."""
-    return protocol(STORED_ONCE if stored == TIMING else stored)
+    """Return the protocol of stored runs; timing runs are one-pass."""
+    return parse_protocol(STORED_ONE_PASS if stored == TIMING else stored)
 
 
 def title(stored: str) -> str:
     """Return the title of stored runs in tables: `one-pass`, or the text of their protocol."""
-    return ONCE if stored == STORED_ONCE else stored
+    return ONE_PASS if stored == STORED_ONE_PASS else stored
 
 
 def definition(name: str) -> dict[str, Any]:
-    """Return the fields by which `describe` shows a protocol."""
-    one = protocol(name)
-    summary, _, rest = (_module(one.name).__doc__ or "").strip().partition("\n\n")
-    knobs = [
+    """Return the description of a protocol, as `trackmark describe --json` prints it."""
+    protocol = parse_protocol(name)
+    summary, _, rest = (_module(protocol.name).__doc__ or "").strip().partition("\n\n")
+    parameters = [
         {"name": key, "default": field.default, "meaning": field.description}
-        for key, field in type(one).model_fields.items()
+        for key, field in type(protocol).model_fields.items()
     ]
     return {
-        "name": one.name,
+        "name": protocol.name,
         "summary": summary,
         "definition": rest,
-        "preset": one.preset,
-        "judged": list(one.judged),
-        "knobs": knobs,
+        "preset": protocol.preset,
+        "judged": list(protocol.judged),
+        "knobs": parameters,
     }
 
 

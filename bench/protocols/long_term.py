@@ -13,14 +13,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackmark.bench.metrics.native import Truth
-from trackmark.bench.protocols import Conduct, Protocol
+from trackmark.bench.protocols import Controller, Protocol
 
 
-class _Sure(Conduct):
+class _Sure(Controller):
     """Fails a run at a box without confidence."""
 
-    def told(self, frame: int, row: NDArray[np.float64], seconds: float) -> str:
-        """See `Conduct.told`."""
+    def on_estimate(self, frame: int, row: NDArray[np.float64], seconds: float) -> str:
+        """See `Controller.on_estimate`."""
         _, _, _, _, visible, confidence = row.tolist()
         if visible and isnan(confidence):
             return (
@@ -34,8 +34,8 @@ class LongTerm(Protocol):
 
     preset: ClassVar[str] = "long-term"
 
-    def conduct(self, truth: Truth, first: int, size: tuple[int, int]) -> Conduct:
-        """See `Protocol.conduct`."""
+    def controller(self, truth: Truth, first: int, size: tuple[int, int]) -> Controller:
+        """See `Protocol.controller`."""
         return _Sure()
 
 

@@ -7,7 +7,7 @@ Wu, Lim and Yang, "Online object tracking: a benchmark", CVPR 2013.
 
 from typing import ClassVar
 
-from trackmark.bench.protocols import STORED_ONCE, Protocol
+from trackmark.bench.protocols import STORED_ONE_PASS, Protocol
 
 
 class OnePass(Protocol):
@@ -18,7 +18,7 @@ class OnePass(Protocol):
     @property
     def text(self) -> str:
         """Name under which its runs were stored before there were other protocols."""
-        return STORED_ONCE
+        return STORED_ONE_PASS
 
 
 PROTOCOL = OnePass

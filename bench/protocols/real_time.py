@@ -20,39 +20,39 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from trackmark.bench.metrics.native import Truth
-from trackmark.bench.protocols import Conduct, Protocol, Step
+from trackmark.bench.protocols import Action, Controller, Protocol
 
 
-class _Clock(Conduct):
+class _Clock(Controller):
     """Time at which a tracker is free, and its newest estimate; times are in frames."""
 
-    answered: NDArray[np.int32]
+    source_frames: NDArray[np.int32]
 
     def __init__(self, frames: int, first: int, fps: float, seconds: list[float]) -> None:
-        self.answered = np.full(frames, -1, np.int32)
-        self.answered[first] = first
+        self.source_frames = np.full(frames, -1, np.int32)
+        self.source_frames[first] = first
         self._first, self._fps, self._seconds = first, fps, seconds
         self._free = 0.0  # when the tracker is free
         self._there, self._coming = first, first  # frames of the newest answer, and of the next one
         self._asked = 0
 
-    def step(self, frame: int) -> Step:
-        """See `Conduct.step`."""
+    def action(self, frame: int) -> Action:
+        """See `Controller.action`."""
         now = frame - self._first
         if self._free <= now + 1:
             self._there = self._coming
-        self.answered[frame] = self._there
-        return Step.ASK if self._free < now + 1 else Step.SKIP
+        self.source_frames[frame] = self._there
+        return Action.UPDATE if self._free < now + 1 else Action.SKIP
 
-    def told(self, frame: int, row: NDArray[np.float64], seconds: float) -> str:
-        """See `Conduct.told`."""
+    def on_estimate(self, frame: int, row: NDArray[np.float64], seconds: float) -> str:
+        """See `Controller.on_estimate`."""
         now = frame - self._first
         took = self._seconds[self._asked % len(self._seconds)] if self._seconds else seconds
         self._asked += 1
         self._free = max(self._free, float(now)) + took * self._fps
         self._coming = frame
         if self._free <= now + 1:
-            self._there = self.answered[frame] = frame
+            self._there = self.source_frames[frame] = frame
         return ""
 
 
@@ -70,12 +70,12 @@ class RealTime(Protocol):
         return self
 
     @property
-    def clocked(self) -> bool:
-        """See `Protocol.clocked`."""
+    def time_dependent(self) -> bool:
+        """See `Protocol.time_dependent`."""
         return not self.seconds
 
-    def conduct(self, truth: Truth, first: int, size: tuple[int, int]) -> Conduct:
-        """See `Protocol.conduct`."""
+    def controller(self, truth: Truth, first: int, size: tuple[int, int]) -> Controller:
+        """See `Protocol.controller`."""
         return _Clock(len(truth.boxes), first, self.fps, self._given())
 
     def _given(self) -> list[float]:

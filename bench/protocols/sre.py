@@ -37,7 +37,7 @@ class SpatialRobustness(Protocol):
         moved = [(x, y, 0.0, 0.0) for x, y in sides]
         moved += corners
         moved += [(-g / 2, -g / 2, g, g) for g in grown]
-        return [Segment(moved=each) for each in moved]
+        return [Segment(perturbation=each) for each in moved]
 
 
 PROTOCOL = SpatialRobustness

@@ -20,11 +20,11 @@ from pydantic import Field
 from trackmark.bench.metrics.native import Truth
 from trackmark.bench.metrics.preset import State
 from trackmark.bench.metrics.region_overlap import raster_overlap
-from trackmark.bench.protocols import Conduct, Protocol, Step
+from trackmark.bench.protocols import Action, Controller, Protocol
 from trackmark.trackers.base.parameters import whole
 
 
-class _Supervision(Conduct):
+class _Supervision(Controller):
     """Looks at every answer, and has another tracker begun after one that has failed."""
 
     states: NDArray[np.int32]
@@ -40,18 +40,18 @@ class _Supervision(Conduct):
         self._again = 0  # frame from which a new tracker may be begun
         self._failed = False
 
-    def step(self, frame: int) -> Step:
-        """See `Conduct.step`."""
+    def action(self, frame: int) -> Action:
+        """See `Controller.action`."""
         if not self._failed:
-            return Step.ASK
+            return Action.UPDATE
         if frame < self._again or not self._present[frame]:
-            return Step.SKIP
+            return Action.SKIP
         self._failed = False
         self.states[frame] = State.INITIALISED
-        return Step.BEGIN
+        return Action.RESTART
 
-    def told(self, frame: int, row: NDArray[np.float64], seconds: float) -> str:
-        """See `Conduct.told`."""
+    def on_estimate(self, frame: int, row: NDArray[np.float64], seconds: float) -> str:
+        """See `Controller.on_estimate`."""
         self.states[frame] = State.TRACKED
         if self._present[frame]:
             shape = None if self._shapes is None else [self._shapes[frame]]
@@ -73,8 +73,8 @@ class Supervised(Protocol):
         0.0, ge=0, lt=1, description="overlap at or below which a tracker has failed"
     )
 
-    def conduct(self, truth: Truth, first: int, size: tuple[int, int]) -> Conduct:
-        """See `Protocol.conduct`."""
+    def controller(self, truth: Truth, first: int, size: tuple[int, int]) -> Controller:
+        """See `Protocol.controller`."""
         return _Supervision(truth, first, size, self.skip, self.threshold)
 
 

@@ -20,7 +20,7 @@ from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.evaluation.scoring import can_judge, judge
 from trackmark.bench.metrics import preset as metrics_preset
 from trackmark.bench.metrics.preset import Column, Judged, Preset, heading, mean_of_sequences
-from trackmark.bench.protocols import STORED_ONCE, TIMING, ProtocolError, protocol
+from trackmark.bench.protocols import STORED_ONE_PASS, TIMING, ProtocolError, parse_protocol
 from trackmark.bench.protocols import title as title_of_protocol
 from trackmark.bench.reporting.failed_runs import failed_runs, judge_failed
 from trackmark.bench.reporting.tables import (
@@ -99,20 +99,20 @@ def preset_report(
     runs = load_results(folder, cells)
     stored_names = sorted(
         set(map(str, runs["protocol"].unique())) - {TIMING},
-        key=lambda name: (name != STORED_ONCE, name),
+        key=lambda name: (name != STORED_ONE_PASS, name),
     )
     title = title or title_of(folder)
-    named = not set(stored_names) <= {STORED_ONCE}  # captions name the protocol
+    named = not set(stored_names) <= {STORED_ONE_PASS}  # captions name the protocol
     scored: list[Scored] = []
     for stored in stored_names:
         presets = presets_for(names, stored)
-        if stored == STORED_ONCE:
+        if stored == STORED_ONE_PASS:
             presets = [name for name in presets if name != PRESET]
         scored += score_runs(folder, presets, runs, _headed(title, stored, named), stored)
     made = [one.table for one in scored]
     if PRESET in names:
-        place = names.index(PRESET) if STORED_ONCE in stored_names else 0
-        made[place:place] = tables(folder, cells, _headed(title, STORED_ONCE, named))
+        place = names.index(PRESET) if STORED_ONE_PASS in stored_names else 0
+        made[place:place] = tables(folder, cells, _headed(title, STORED_ONE_PASS, named))
     return PresetReport(made, scored)
 
 
@@ -125,10 +125,10 @@ def presets_for(names: Sequence[str], stored: str) -> list[str]:
 
     The protocol's own preset replaces `native`, which is kept if it can judge such runs.
     """
-    if stored in (STORED_ONCE, TIMING):
+    if stored in (STORED_ONE_PASS, TIMING):
         return list(names)
     try:
-        own = [protocol(stored).preset]
+        own = [parse_protocol(stored).preset]
     except ProtocolError:  # protocol of a later version of trackmark
         return list(names)
     own += [PRESET] if can_judge(PRESET, stored) else []
@@ -137,11 +137,15 @@ def presets_for(names: Sequence[str], stored: str) -> list[str]:
 
 def table_prefix(stored: str) -> str:
     """Return the start of the names of tables of runs by another protocol than one-pass."""
-    return "" if stored == STORED_ONCE else re.sub(r"[^a-z0-9.]+", "-", stored) + "-"
+    return "" if stored == STORED_ONE_PASS else re.sub(r"[^a-z0-9.]+", "-", stored) + "-"
 
 
 def score_runs(
-    folder: Path, names: Sequence[str], runs: pd.DataFrame, title: str, stored: str = STORED_ONCE
+    folder: Path,
+    names: Sequence[str],
+    runs: pd.DataFrame,
+    title: str,
+    stored: str = STORED_ONE_PASS,
 ) -> list[Scored]:
     """Score the runs by the protocol `stored` with presets.
 
@@ -156,7 +160,9 @@ def score_runs(
     return [_PresetTable(name, own, verdicts[name], title).scored(prefix) for name in names]
 
 
-def runs_by(folder: Path, name: str, runs: pd.DataFrame, stored: str = STORED_ONCE) -> pd.DataFrame:
+def runs_by(
+    folder: Path, name: str, runs: pd.DataFrame, stored: str = STORED_ONE_PASS
+) -> pd.DataFrame:
     """Return runs with a preset's scores as columns, which replace those of the same name.
 
     `runs`: as `load_results` returns them, of which those by one protocol are scored. Also raises

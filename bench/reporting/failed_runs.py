@@ -23,7 +23,7 @@ from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.evaluation.scoring import judge
 from trackmark.bench.metrics import preset as metrics_preset
 from trackmark.bench.metrics.preset import Judged, State, mean_of_sequences
-from trackmark.bench.protocols import TIMING, protocol
+from trackmark.bench.protocols import TIMING, parse_protocol
 from trackmark.bench.store.layout import cell_of
 from trackmark.bench.store.results import Results
 from trackmark.bench.store.truth import StoredTruth, read_truth
@@ -111,7 +111,7 @@ def _lost_run(run: Run) -> Run:
     n = len(run.boxes)
     states: NDArray[np.int32] | None = None
     if run.states is not None:
-        skipped = max(getattr(protocol(run.identity.protocol), "skip", 1), 1) - 1
+        skipped = max(getattr(parse_protocol(run.identity.protocol), "skip", 1), 1) - 1
         cycle = [State.INITIALISED, State.FAILED] + [State.SKIPPED] * skipped
         first = int(np.argmax(run.states == State.INITIALISED))
         states = np.full(n, State.SKIPPED, np.int32)

@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, cast
 
 from trackmark.datasets.interface import Sequence, Summary
-from trackmark.datasets.metadata import Outline, outlined
+from trackmark.datasets.metadata import SequenceMetadata, sequence_metadata
 from trackmark.datasets.source_digest import tree_digest
 from trackmark.datasets.synthetic.knobs import Knobs
-from trackmark.datasets.versioning import seal_of
+from trackmark.datasets.versioning import find_version
 
 if TYPE_CHECKING:
     from trackmark.datasets.synthetic.scene import SceneTruth, SyntheticScene
@@ -80,13 +80,13 @@ class Suite:
         """Return length and image size of a sequence with default parameters."""
         return Summary(self.entries[name].length, self.entries[name].size)
 
-    def outline(self, name: str) -> Outline:
+    def describe(self, name: str) -> SequenceMetadata:
         """Return the description of a sequence: the stored one while its source is unchanged."""
-        entry, seal = self.entries[name], seal_of(name, self.golden)
+        entry, seal = self.entries[name], find_version(name, self.golden)
         if seal is None or seal.tree != self.tree(name) or name not in seal.known:
-            return outlined(self.load(name, {}), entry.size)
+            return sequence_metadata(self.load(name, {}), entry.size)
         knobs = entry.knobs.checked(name, {})
-        return Outline(
+        return SequenceMetadata(
             name=knobs.canonical_name(name),
             length=entry.length,
             size=entry.size,
@@ -138,8 +138,8 @@ class Suite:
 
     def _fingerprint(self, entry: Entry, knobs: Knobs) -> str:
         tree = self.tree(entry.name)
-        seal = seal_of(entry.name, self.golden)
-        version = [tree] if seal is None else seal.named(tree)
+        seal = find_version(entry.name, self.golden)
+        version = [tree] if seal is None else seal.identity(tree)
         identity = [entry.name, _identity(knobs), *version]
         return hashlib.sha256(json.dumps(identity, sort_keys=True).encode()).hexdigest()[:16]
 

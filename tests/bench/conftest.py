@@ -16,7 +16,7 @@ import pytest
 from trackmark import datasets
 from trackmark.bench.cli import main
 from trackmark.bench.engine import worker
-from trackmark.bench.experiments.tracker_files import answered
+from trackmark.bench.experiments.tracker_files import answer_lines
 from trackmark.bench.numba_compilation import SENTENCE
 from trackmark.trackers.base import catalogue
 
@@ -96,7 +96,7 @@ def otb():
 
 
 @pytest.fixture
-def here(tmp_path, otb):
+def workspace(tmp_path, otb):
     """A folder with an OTB sequence and a tracker in a file."""
     otb(tmp_path / "data" / "Small", 5)
     (tmp_path / "knob.py").write_text(KNOB_TRACKER)
@@ -133,7 +133,7 @@ class Here:
 
 def asked_here(request):
     """Stands for the child that imports trackers of others."""
-    return "", [line.encode() for line in answered(*json.loads(request))]
+    return "", [line.encode() for line in answer_lines(*json.loads(request))]
 
 
 @pytest.fixture(scope="session")
@@ -158,10 +158,10 @@ def in_this_process(without_processes):
 
 
 @pytest.fixture
-def trackmark(here, in_this_process, monkeypatch, capsys):
+def trackmark(workspace, in_this_process, monkeypatch, capsys):
     """The command line as a user types it, in a folder with data; no process is started for it."""
-    monkeypatch.chdir(here)
-    monkeypatch.setenv("TRACKMARK_CACHE", str(here / "cache"))
+    monkeypatch.chdir(workspace)
+    monkeypatch.setenv("TRACKMARK_CACHE", str(workspace / "cache"))
     monkeypatch.setattr("trackmark.bench.cli.attend", lambda tell: None)
     monkeypatch.setattr(
         "trackmark.bench.commands._progress.PATIENCE", 1e6
@@ -180,7 +180,7 @@ def trackmark(here, in_this_process, monkeypatch, capsys):
 
 
 @pytest.fixture
-def typed(here):
+def trackmark_process(workspace):
     """Run the command in a process of its own, which starts others for its trackers.
 
     `status`: expected exit status; None accepts any.
@@ -190,11 +190,11 @@ def typed(here):
     def call(*arguments, status=0, **options):
         done = subprocess.run(
             [script, *map(str, arguments)],
-            cwd=here,
+            cwd=workspace,
             capture_output=True,
             text=True,
             timeout=900,
-            env=os.environ | {"TRACKMARK_CACHE": str(here / "cache")},
+            env=os.environ | {"TRACKMARK_CACHE": str(workspace / "cache")},
             **options,
         )
         said = done.stderr.splitlines(keepends=True)
@@ -220,11 +220,11 @@ def one_line():
 
 
 @pytest.fixture
-def spoil(here):
-    """Have the tracker in the file do something else than answer."""
+def break_tracker(workspace):
+    """Replace the return statement of the tracker in knob.py; by default it raises."""
 
-    def spoiled(act="raise ValueError('no idea')"):
-        file = here / "knob.py"
-        file.write_text(file.read_text().replace("return Estimate", f"{act}  #"))
+    def replace_return(statement="raise ValueError('no idea')"):
+        file = workspace / "knob.py"
+        file.write_text(file.read_text().replace("return Estimate", f"{statement}  #"))
 
-    return spoiled
+    return replace_return

@@ -25,9 +25,11 @@ class Compiles(Knob):
 """
 
 
-def test_compiling_is_said_once_a_command_and_not_again(typed, here, monkeypatch):
-    monkeypatch.setenv("NUMBA_CACHE_DIR", str(here / "kernels"))
-    (here / "compiles.py").write_text("import numba\n" + (here / "knob.py").read_text() + KERNEL)
+def test_compiling_is_said_once_a_command_and_not_again(trackmark_process, workspace, monkeypatch):
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(workspace / "kernels"))
+    (workspace / "compiles.py").write_text(
+        "import numba\n" + (workspace / "knob.py").read_text() + KERNEL
+    )
     chosen = (
         "run",
         "--trackers",
@@ -38,16 +40,18 @@ def test_compiling_is_said_once_a_command_and_not_again(typed, here, monkeypatch
         "--jobs",
         1,
     )
-    first = typed(*chosen, "--seeds", 3)
+    first = trackmark_process(*chosen, "--seeds", 3)
     assert first.stderr.splitlines().count(SENTENCE) == 1
     assert [json.loads(line)["status"] for line in first.stdout.splitlines()] == ["finished"] * 3
-    assert SENTENCE not in typed(*chosen, "--seeds", 4).stderr
+    assert SENTENCE not in trackmark_process(*chosen, "--seeds", 4).stderr
 
 
 @pytest.mark.slow
-def test_what_the_command_itself_compiles_is_said_too(typed, here, monkeypatch):
-    monkeypatch.setenv("NUMBA_CACHE_DIR", str(here / "kernels"))
-    done = typed("show", "plain/target:length=10", "--frames", 1, "--output", "strip.png")
+def test_what_the_command_itself_compiles_is_said_too(trackmark_process, workspace, monkeypatch):
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(workspace / "kernels"))
+    done = trackmark_process(
+        "show", "plain/target:length=10", "--frames", 1, "--output", "strip.png"
+    )
     assert done.stderr.splitlines().count(SENTENCE) == 1
 
 

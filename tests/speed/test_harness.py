@@ -11,7 +11,7 @@ import pytest
 from tests.speed.rivals import MeanShift, seconds_of
 from trackmark import datasets
 from trackmark.bench.evaluation.loop import run_protocol
-from trackmark.bench.experiments.tracker_spec import contestant
+from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.bench.store.results import Results
 from trackmark.trackers import Estimate
 
@@ -60,7 +60,7 @@ def still():
 @pytest.mark.parametrize("maker", [Idle, Talking])
 @pytest.mark.parametrize("trackers", [1, 20])
 def test_overhead_per_frame_and_tracker(benchmark, still, maker, trackers):
-    entries = [(contestant(maker), repetition) for repetition in range(trackers)]
+    entries = [(parse_tracker(maker), repetition) for repetition in range(trackers)]
 
     def go():
         return run_protocol(entries, still).overhead
@@ -72,7 +72,7 @@ def test_overhead_per_frame_and_tracker(benchmark, still, maker, trackers):
 
 def test_the_harness_costs_little_beside_opencvs_mean_shift(still):
     # 20 microseconds where mean shift with its back-projection takes 740: 2.7 %.
-    entries = [(contestant(Talking), repetition) for repetition in range(4)]
+    entries = [(parse_tracker(Talking), repetition) for repetition in range(4)]
     image = np.random.default_rng(0).integers(0, 256, (480, 640, 3), dtype=np.uint8)
     mean_shift = MeanShift()
     mean_shift.init(image, np.array([100, 100, 60, 140]))
@@ -93,6 +93,6 @@ def test_the_command_answers(benchmark, arguments):
 
 
 def test_writing_a_run(benchmark, still, tmp_path):
-    (run,) = run_protocol([(contestant(Talking), 0)], still).runs
+    (run,) = run_protocol([(parse_tracker(Talking), 0)], still).runs
     results = Results(tmp_path)
     benchmark.pedantic(results.write, args=(run,), rounds=5)

@@ -7,7 +7,7 @@ import pytest
 
 from tests.trackers import plain_nguyen2002 as plain
 from tests.trackers.template_clip import clip, made, texture, track
-from trackmark.bench.experiments.tracker_spec import contestant
+from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.trackers.base.parameters import TrackerError
 from trackmark.trackers.templates.appearance import Appearance, features_of
 
@@ -28,8 +28,8 @@ def test_the_gate_is_the_99_percent_quantile_of_chi_square(features, limit, fact
 
 def test_a_trimmed_first_covariance_is_not_named_so_that_runs_from_before_are_found():
     for text in ("nguyen2002", "nguyen2002:preset=robust"):
-        assert "first_covariance" not in contestant(text).parameters
-    assert contestant("nguyen2002:preset=as-written").parameters["first_covariance"] == "all"
+        assert "first_covariance" not in parse_tracker(text).parameters
+    assert parse_tracker("nguyen2002:preset=as-written").parameters["first_covariance"] == "all"
 
 
 @pytest.mark.parametrize(("width", "height"), [(18, 16), (17, 15), (18, 15)])

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from trackmark import datasets
 from trackmark.bench.claims.row_verdicts import SETTINGS
 from trackmark.bench.evaluation.loop import run_protocol
-from trackmark.bench.experiments.tracker_spec import contestant
+from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.bench.papers.context import Context
 from trackmark.bench.papers.moreno2005.example import (
     COLOUR,
@@ -159,7 +159,7 @@ def _strip(figure: int, scene: str, texts: Mapping[str, str]) -> Strip:
     sequence = datasets.load(scene)
     frames = evenly_spaced(sequence.first_frame, len(sequence) - 1, FRAMES)
     truth = {frame: true_contour(sequence, frame) for frame in frames}
-    entries = [(contestant(text), 0) for text in texts.values()]
+    entries = [(parse_tracker(text), 0) for text in texts.values()]
     runs = run_protocol(entries, sequence, keep_arrays=True).runs
     rows = []
     for label, run in zip(texts, runs, strict=True):

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from trackmark import datasets
 from trackmark.bench.evaluation.loop import run_protocol
-from trackmark.bench.experiments.tracker_spec import contestant
+from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.bench.metrics.regions import contour_accuracy, region_similarity
 from trackmark.bench.papers.description import read_description
 from trackmark.bench.papers.measures import measure
@@ -45,7 +45,7 @@ def contour_gain(scene: str, setting: str) -> float:
     """
     sequence = datasets.load(scene)
     text = tracker_text(read_description("moreno2005"), "full", setting)
-    (run,) = run_protocol([(contestant(text), 0)], sequence, keep_arrays=True).runs
+    (run,) = run_protocol([(parse_tracker(text), 0)], sequence, keep_arrays=True).runs
     if run.failure:
         raise datasets.SequenceError(f"{scene}: {text} failed: {run.failure.splitlines()[0]}")
     rows = []

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from trackmark import datasets
-from trackmark.bench.experiments.tracker_spec import contestant, run_seed
+from trackmark.bench.experiments.tracker_spec import parse_tracker, run_seed
 from trackmark.bench.metrics.regions import region_similarity
 from trackmark.bench.papers.moreno2005.colour_plots import (
     ColourModel,
@@ -147,7 +147,7 @@ def model_of(sequence: datasets.Sequence) -> ColourModel:
 
 def _begun(text: str, sequence: datasets.Sequence) -> Moreno2005:
     """The tracker of a run's repetition 0, shown the first frame."""
-    chosen = contestant(text)
+    chosen = parse_tracker(text)
     tracker = chosen.make(run_seed(chosen.name, sequence.name, 0))
     assert isinstance(tracker, Moreno2005)
     first = sequence.first_frame

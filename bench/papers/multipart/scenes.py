@@ -1,7 +1,7 @@
 """The choice of Eq. 7 in the first frame of each scene; no tracker runs."""
 
 from trackmark import datasets
-from trackmark.bench.experiments.tracker_spec import contestant
+from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.bench.papers.context import Context
 from trackmark.bench.papers.criteria.margins import right_choice as share_of_right_choices
 from trackmark.bench.papers.description import read_description
@@ -35,7 +35,7 @@ def right_choice(scene: str, setting: str) -> float:
 def bins_of(setting: str) -> LuvBins:
     """Return the histogram bins of a setting."""
     text = tracker_text(read_description("multipart"), "proposed", setting)
-    parameters = contestant(text).parameters
+    parameters = parse_tracker(text).parameters
     return LuvBins(parameters["binning"], parameters["uv_range"])
 
 

@@ -6,7 +6,7 @@ from functools import partial
 import numpy as np
 
 from trackmark.bench.claims.row_verdicts import SETTINGS
-from trackmark.bench.experiments.tracker_spec import contestant
+from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.bench.papers.context import Context
 from trackmark.bench.papers.measures import measure
 from trackmark.bench.papers.timing import Methods, Pairs, kept_times, milliseconds
@@ -48,7 +48,7 @@ class _Histograms:
 def histograms(texts: Mapping[str, str]) -> Methods:
     """Return the histograms of a tracker in both representations."""
     (text,) = texts.values()
-    parameters = MultipartParameters(**contestant(text).parameters)
+    parameters = MultipartParameters(**parse_tracker(text).parameters)
     return {name: partial(_Histograms, parameters, n) for name, n in (("single", 1), ("multi", 2))}
 
 

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from trackmark import datasets
 from trackmark.bench.evaluation.loop import run_protocol
-from trackmark.bench.experiments.tracker_spec import contestant
+from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.bench.papers.description import read_description
 from trackmark.bench.papers.measures import measure
 from trackmark.bench.papers.plan import tracker_text
@@ -76,7 +76,7 @@ def surfaces(scene: str, setting: str, most: int) -> list[Surface]:
     first = sequence.first_frame
     part = sequence[: first + RUN]
     text = tracker_text(read_description("nummiaro2003"), "no model update", setting)
-    (run,) = run_protocol([(contestant(text), 0)], part, keep_arrays=True).runs
+    (run,) = run_protocol([(parse_tracker(text), 0)], part, keep_arrays=True).runs
     if run.failure:
         raise datasets.SequenceError(f"{scene}: {text} failed: {run.failure.splitlines()[0]}")
     ellipses = Ellipses(JointBins(), "isotropic")

@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 
 from trackmark.bench.claims.row_verdicts import SETTINGS
-from trackmark.bench.experiments.tracker_spec import contestant
+from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.bench.papers.context import Context
 from trackmark.bench.papers.measures import measure
 from trackmark.bench.papers.nummiaro2003.plain import PlainFilter
@@ -42,7 +42,7 @@ class _Weighting:
     """The tracker with its particles observed and weighted twice in every frame."""
 
     def __init__(self, text: str) -> None:
-        self._tracker: Any = contestant(text).make(np.random.SeedSequence(0))
+        self._tracker: Any = parse_tracker(text).make(np.random.SeedSequence(0))
 
     def init(self, image: Image, box: Box) -> None:
         self._tracker.init(image, box)
@@ -90,7 +90,7 @@ def _chain(state: Any, steps: int) -> Any:
 def plain(texts: Mapping[str, str]) -> Methods:
     """Return the plain filter with a tracker's values, once and twice, and the chain."""
     (text,) = texts.values()
-    options = {name: contestant(text).parameters[name] for name in PLAIN}
+    options = {name: parse_tracker(text).parameters[name] for name in PLAIN}
     filters = {"once": PlainFilter, "twice": _PlainWeighting}
     seed = np.random.SeedSequence(0)
     return {k: partial(kind, seed, **options) for k, kind in filters.items()} | {"clock": _Clock}
@@ -99,7 +99,7 @@ def plain(texts: Mapping[str, str]) -> Methods:
 def compiled(texts: Mapping[str, str]) -> Methods:
     """Return the tracker, once as it is and once with its particles weighted twice."""
     (text,) = texts.values()
-    make = partial(contestant(text).make, np.random.SeedSequence(0))
+    make = partial(parse_tracker(text).make, np.random.SeedSequence(0))
     return {"once": make, "twice": partial(_Weighting, text)}
 
 

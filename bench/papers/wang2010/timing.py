@@ -5,7 +5,7 @@ from functools import partial
 
 import numpy as np
 
-from trackmark.bench.experiments.tracker_spec import contestant
+from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.bench.papers.context import Context
 from trackmark.bench.papers.measures import measure
 from trackmark.bench.papers.timing import Methods, Pairs, kept_times, milliseconds, tracker_methods
@@ -29,7 +29,7 @@ def plain_methods(texts: Mapping[str, str]) -> Methods:
     """Return the plain versions of trackers, with their parameters."""
     kinds = {"camshift": plain.PlainCamShift, "camshift-improved": plain.PlainImprovedCamShift}
     kinds |= {"wang2010": plain.PlainWang2010, "particle-filter": plain.PlainParticleFilter}
-    chosen = {name: contestant(text) for name, text in texts.items()}
+    chosen = {name: parse_tracker(text) for name, text in texts.items()}
     return {
         name: partial(kinds[one.name], np.random.SeedSequence(0), **one.parameters)
         for name, one in chosen.items()

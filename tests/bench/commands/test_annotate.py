@@ -21,19 +21,19 @@ from trackmark.bench.commands import _box_picker
 BOTH = ("--box", "0:4,5,10,12", "--box", "4:8,5,10,12")
 
 
-def test_annotate_writes_a_ground_truth_that_runs(trackmark, here):
-    source = here / "data" / "Small" / "img"
+def test_annotate_writes_a_ground_truth_that_runs(trackmark, workspace):
+    source = workspace / "data" / "Small" / "img"
     text = trackmark("annotate", source, *BOTH, "--output", "truth.csv").stdout
     assert "truth.csv" in text
-    assert "interpolated" in (here / "truth.csv").read_text()
+    assert "interpolated" in (workspace / "truth.csv").read_text()
     trackmark("run", "--trackers", "static", "--sequences", source, "--truth", "truth.csv")
-    scores = bench.load_results(here / "results").iloc[0]
+    scores = bench.load_results(workspace / "results").iloc[0]
     assert scores["centre_error"] == pytest.approx(statistics.mean([1, 2, 3, 4]))
-    assert (here / "truth-check.png").is_file()
+    assert (workspace / "truth-check.png").is_file()
 
 
-def test_annotating_again_reads_images_after_the_last_row(trackmark, one_line, here):
-    source = here / "data" / "Small" / "img"
+def test_annotating_again_reads_images_after_the_last_row(trackmark, one_line, workspace):
+    source = workspace / "data" / "Small" / "img"
     trackmark("annotate", source, "--box", "0:4,5,10,12", "--box", "2:8,5,10,12")
     assert len((source / "truth.csv").read_text().splitlines()) > 3
     again = ("annotate", source, *BOTH)
@@ -43,12 +43,12 @@ def test_annotating_again_reads_images_after_the_last_row(trackmark, one_line, h
     assert (source.parent / "img-check.png").is_file()
 
 
-def test_image_of_another_size_is_refused_before_writing(trackmark, one_line, here):
-    source = here / "data" / "Small" / "img"
+def test_image_of_another_size_is_refused_before_writing(trackmark, one_line, workspace):
+    source = workspace / "data" / "Small" / "img"
     cv2.imwrite(str(source / "0003.png"), np.zeros((20, 30, 3), np.uint8))
     line = one_line(trackmark("annotate", source, *BOTH, "--output", "truth.csv", status=2))
     assert "frame 2 has 30x20 pixels, others have 50x40" in line
-    assert not list(here.glob("truth*"))
+    assert not list(workspace.glob("truth*"))
 
 
 @pytest.fixture
@@ -93,8 +93,8 @@ def ask(url, data=None):
             return error.code, error.read()
 
 
-def test_boxes_drawn_on_the_page_become_the_ground_truth(trackmark, here, user):
-    source = here / "data" / "Small" / "img"
+def test_boxes_drawn_on_the_page_become_the_ground_truth(trackmark, workspace, user):
+    source = workspace / "data" / "Small" / "img"
     seen = {}
 
     def act(url):
@@ -127,7 +127,7 @@ def test_boxes_drawn_on_the_page_become_the_ground_truth(trackmark, here, user):
     for words in (b"two frames or more", b"frame 4: [90.0", b"[x, y, width, height] by frame"):
         assert words in messages
     assert seen["kept"] == 200
-    rows = (here / "truth.csv").read_text().splitlines()
+    rows = (workspace / "truth.csv").read_text().splitlines()
     assert rows[-5:] == [
         "0,4,5,10,12,marked",
         "1,5,5,10,12.125,interpolated",
@@ -137,7 +137,7 @@ def test_boxes_drawn_on_the_page_become_the_ground_truth(trackmark, here, user):
     ]
 
 
-def test_page_is_opened_if_there_is_a_display(trackmark, here, user, monkeypatch):
+def test_page_is_opened_if_there_is_a_display(trackmark, workspace, user, monkeypatch):
     opened = queue.Queue()
     monkeypatch.setenv("DISPLAY", ":0")
     monkeypatch.setattr(_box_picker.webbrowser, "open", opened.put)
@@ -147,8 +147,8 @@ def test_page_is_opened_if_there_is_a_display(trackmark, here, user, monkeypatch
         assert ask(url + "done", b'{"0": [4, 5, 10, 12], "4": [8, 5, 10, 12]}')[0] == 200
 
     user(act)
-    trackmark("annotate", here / "data" / "Small" / "img", "--pick", "--output", "truth.csv")
-    assert (here / "truth.csv").is_file()
+    trackmark("annotate", workspace / "data" / "Small" / "img", "--pick", "--output", "truth.csv")
+    assert (workspace / "truth.csv").is_file()
 
 
 DRAG = """
@@ -178,14 +178,19 @@ async function drag(from, to) {
 """
 
 
-def test_browser_draws_boxes_by_dragging(trackmark, here, user, monkeypatch):
+def test_browser_draws_boxes_by_dragging(trackmark, workspace, user, monkeypatch):
     browser = shutil.which("chromium") or shutil.which("google-chrome")
     if browser is None:
         pytest.skip("no browser (chromium) is installed")
-    page = here / "page.html"
+    page = workspace / "page.html"
     page.write_text(_box_picker.PAGE.read_text() + DRAG)
     monkeypatch.setattr(_box_picker, "PAGE", page)
-    options = ("--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={here / 'profile'}")
+    options = (
+        "--headless",
+        "--no-sandbox",
+        "--disable-gpu",
+        f"--user-data-dir={workspace / 'profile'}",
+    )
 
     def act(url):
         output = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
@@ -193,6 +198,6 @@ def test_browser_draws_boxes_by_dragging(trackmark, here, user, monkeypatch):
         subprocess.run(call, timeout=300, check=True, **output)
 
     user(act)
-    trackmark("annotate", here / "data" / "Small" / "img", "--pick", "--output", "truth.csv")
-    rows = (here / "truth.csv").read_text().splitlines()
+    trackmark("annotate", workspace / "data" / "Small" / "img", "--pick", "--output", "truth.csv")
+    rows = (workspace / "truth.csv").read_text().splitlines()
     assert [rows[-5], rows[-1]] == ["0,4,5,10,12,marked", "4,8,5,10,12,marked"]

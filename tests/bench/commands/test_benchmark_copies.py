@@ -25,32 +25,32 @@ def write_sequence(folder, digits, images=".", **files):
 
 
 @pytest.fixture
-def vot2016(here):
+def vot2016(workspace):
     """Write sequences with images next to the ground truth, and polygons."""
     for name, shift in (("bolt", 0), ("racing", 3)):
         polygon = ",".join(map(str, (CORNERS + shift).ravel().tolist()))
         labels = {"groundtruth__txt": [polygon] * N, "occlusion__label": [0, 1] + [0] * 9}
-        write_sequence(here / "vot2016" / name, 8, **labels)
-    (here / "vot2016" / "list.txt").write_text("bolt\nracing\n")
-    return here / "vot2016"
+        write_sequence(workspace / "vot2016" / name, 8, **labels)
+    (workspace / "vot2016" / "list.txt").write_text("bolt\nracing\n")
+    return workspace / "vot2016"
 
 
 @pytest.fixture
-def vot2020(here):
+def vot2020(workspace):
     """Write a sequence with images in their own folder, and masks."""
     mask = ",".join(map(str, ["m20", 15, 10, 10, *RUNS]))
     settings = ["channels.color=color/%08d.jpg", "format=default", "name=agility"]
     files = {"groundtruth__txt": [mask] * N, "anchor__value": [1] + [0] * (N - 1)}
-    folder = here / "workspace" / "sequences"
+    folder = workspace / "workspace" / "sequences"
     write_sequence(folder / "agility", 8, "color", sequence=settings, **files)
     (folder / "list.txt").write_text("agility\n")
     return folder
 
 
 @pytest.fixture
-def got10k(here):
+def got10k(workspace):
     """Write two sequences of the validation set; the second target is absent for two frames."""
-    folder = here / "GOT-10k" / "val"
+    folder = workspace / "GOT-10k" / "val"
     for number, absent in ((1, ()), (2, (5, 6))):
         write_sequence(
             folder / f"GOT-10k_Val_{number:06}",
@@ -66,9 +66,9 @@ def got10k(here):
 
 
 @pytest.fixture
-def otb100(here):
+def otb100(workspace):
     """Write a sequence with one target, and one with two."""
-    folder = here / "OTB100"
+    folder = workspace / "OTB100"
     write_sequence(folder / "Walking", 4, "img", groundtruth_rect__txt=["21\t16\t10\t10"] * N)
     boxes = {f"groundtruth_rect__{k}__txt": [f"{10 * k},16,10,10"] * N for k in (1, 2)}
     write_sequence(folder / "Jogging", 4, "img", **boxes)
@@ -76,7 +76,7 @@ def otb100(here):
 
 
 @pytest.fixture
-def scores(trackmark, here):
+def scores(trackmark, workspace):
     """Run a tracker on a path; return the printed text and the scores of all sequences.
 
     Scores come from the report, after the sequences were removed.
@@ -89,7 +89,7 @@ def scores(trackmark, here):
             shutil.rmtree(remove)
         report = ("report", "results/copy", "--metrics", metrics, "--folder", "report")
         trackmark(*report, "--no-pictures")
-        with (here / "report" / f"metrics-{preset}.csv").open() as file:
+        with (workspace / "report" / f"metrics-{preset}.csv").open() as file:
             rows = [row for row in csv.DictReader(file) if row["mean"]]
         overall = [row for row in rows if row["sequence"] == "all sequences"] or rows
         return text, {row["measure"]: float(row["mean"]) for row in overall}
@@ -139,7 +139,7 @@ def test_incomplete_copy_is_one_message(trackmark, one_line, vot2016, got10k):
     assert "there is 'groundtruth.txt, occlusion.label'" in message("vot2016/bolt")
     assert "(VOT)" in message("vot2016/bolt")
     (got10k / "GOT-10k_Val_000001" / "groundtruth.txt").unlink()
-    assert "there is no truth" in message("GOT-10k/val/GOT-10k_Val_000001")
+    assert "there is no ground truth" in message("GOT-10k/val/GOT-10k_Val_000001")
     (vot2016 / "racing" / "groundtruth.txt").rename(vot2016 / "racing" / "truth.txt")
     assert "truth.txt is of a format that isn't read" in message("vot2016/racing")
     assert "Did you mean 'GOT-10k/val'?" in message("GOT-10k/vale")

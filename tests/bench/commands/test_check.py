@@ -22,17 +22,17 @@ CRASH = """if __import__('os').environ.get('PYTHONHASHSEED') == '1': raise KeyEr
 
 
 @pytest.fixture
-def kept(trackmark, here):
+def kept(trackmark, workspace):
     trackmark(*BASELINE)
-    return here / "baselines" / "own.toml"
+    return workspace / "baselines" / "own.toml"
 
 
 @pytest.fixture
-def edit(here):
+def edit(workspace):
     """Replace texts in the tracker's file."""
 
     def edited(*changes):
-        file = here / "knob.py"
+        file = workspace / "knob.py"
         for old, new in changes:
             source = file.read_text()
             assert old in source
@@ -46,12 +46,12 @@ def words(text):
     return " ".join(text.split())
 
 
-def test_baseline_has_one_score_and_digest_per_run(trackmark, here):
+def test_baseline_has_one_score_and_digest_per_run(trackmark, workspace):
     printed = trackmark(*BASELINE, "--detect", 0.001)
     last = printed.stdout.splitlines()[-1]
     assert last.startswith("6 seeds find a drop of 0.0")
     assert "in 80 % of cases; for 0.001 on one sequence use --seeds " in last
-    file = here / "baselines" / "own.toml"
+    file = workspace / "baselines" / "own.toml"
     content = file.read_bytes()
     table = tomllib.loads(content.decode())
     assert (table["format"], table["seeds"], table["detect"]) == (2, 6, 0.001)
@@ -93,14 +93,14 @@ def test_check_selects_sequences_by_any_of_their_names(trackmark, kept, texts, n
     assert [cell["tracker"] for cell in data["cells"]] == ["mine"] * number
 
 
-def test_worse_tracker_is_reported_and_accepted(trackmark, here, kept, edit):
+def test_worse_tracker_is_reported_and_accepted(trackmark, workspace, kept, edit):
     edit(SHRUNK)
     files = ("--markdown", "pull.md", "--junit", "check.xml")
     printed = trackmark("check", "own", *files, status=1)
     assert "REGRESSION: mine is worse on " in printed.stdout
     assert "0 of 6 runs" in printed.stdout
-    assert "REGRESSION" in (here / "pull.md").read_text()
-    assert "failure" in (here / "check.xml").read_text()
+    assert "REGRESSION" in (workspace / "pull.md").read_text()
+    assert "failure" in (workspace / "check.xml").read_text()
     trackmark("check", "own", "--accept", "mine", "--because", "smaller boxes\x7f")
     (accepted,) = tomllib.loads(kept.read_text())["accepted"]
     assert accepted["because"] == "smaller boxes\x7f"
@@ -123,32 +123,32 @@ def test_run_that_fails_in_one_of_twenty_seeds_is_a_regression(trackmark, edit):
     assert trackmark("check", "own", "--seeds", 6).stdout.startswith("identical")
 
 
-def test_baseline_with_failed_runs_is_not_written(trackmark, here, edit):
+def test_baseline_with_failed_runs_is_not_written(trackmark, workspace, edit):
     failing = "if self.seed.entropy == 3: raise ValueError('empty box')\n        self.box = box"
     edit(("self.box = box", failing))
     printed = trackmark(*BASELINE, status=1)
     assert "mine failed in 2 of 12 runs." in printed.stderr
     assert "ValueError: empty box" in printed.stderr
-    assert not (here / "baselines").exists()
+    assert not (workspace / "baselines").exists()
     stored = trackmark("results", "list", "results/baseline-own", "--json").stdout
     assert len(stored.splitlines()) == 14
 
 
 @pytest.mark.parametrize("generator", [UNSEEDED, CLOCK])
-def test_undeclared_randomness_is_refused(trackmark, here, edit, generator):
+def test_undeclared_randomness_is_refused(trackmark, workspace, edit, generator):
     edit(DETERMINISTIC, (SEEDED, generator))
     printed = trackmark(*BASELINE, status=2)
     assert NOT_REPEATABLE in printed.stderr
     assert "`randomness = Randomness.GENERATOR`" in printed.stderr
-    assert not (here / "baselines").exists()
+    assert not (workspace / "baselines").exists()
 
 
-def test_hash_order_is_refused_as_undeclared_randomness(typed, here, edit):
+def test_hash_order_is_refused_as_undeclared_randomness(trackmark_process, workspace, edit):
     """Only a fresh process hashes texts in another order."""
     order = "int(next(iter(set(map(str, range(50)))))) / 50"
     edit(DETERMINISTIC, ("self.random.random()", order))
-    assert NOT_REPEATABLE in typed(*BASELINE, status=2).stderr
-    assert not (here / "baselines").exists()
+    assert NOT_REPEATABLE in trackmark_process(*BASELINE, status=2).stderr
+    assert not (workspace / "baselines").exists()
 
 
 def test_declared_randomness_that_ignores_the_seed_is_reported(trackmark, edit):
@@ -170,7 +170,7 @@ def test_hidden_randomness_is_inconclusive_and_a_failure_a_regression(trackmark,
     assert "REGRESSION: mine failed in 1 of 2 runs" in printed
 
 
-def test_crash_in_repeated_run_is_a_regression(trackmark, edit, here, monkeypatch):
+def test_crash_in_repeated_run_is_a_regression(trackmark, edit, workspace, monkeypatch):
     monkeypatch.delenv("PYTHONHASHSEED", raising=False)
     edit(DETERMINISTIC, ("self.random.random()", "0.2"))
     trackmark(*BASELINE)
@@ -183,7 +183,7 @@ def test_crash_in_repeated_run_is_a_regression(trackmark, edit, here, monkeypatc
     assert "not repeatable" not in printed
     data = json.loads(trackmark("check", "own", "--json", status=1).stdout)
     assert [cell["failed"] for cell in data["cells"] if cell["tracker"] == "mine"] == [1, 1]
-    file = here / "baselines" / "own.toml"
+    file = workspace / "baselines" / "own.toml"
     before = file.read_bytes()
     assert "is not changed: runs failed" in trackmark("check", "own", *ACCEPT, status=1).stderr
     assert file.read_bytes() == before
@@ -191,7 +191,7 @@ def test_crash_in_repeated_run_is_a_regression(trackmark, edit, here, monkeypatc
 
 @pytest.mark.parametrize("changes", [(), (DETERMINISTIC, NO_DRAW)])
 def test_baseline_is_not_written_after_crash_in_repetition(
-    trackmark, here, edit, monkeypatch, changes
+    trackmark, workspace, edit, monkeypatch, changes
 ):
     monkeypatch.delenv("PYTHONHASHSEED", raising=False)
     edit(*changes, ("self.box = box", CRASH))
@@ -200,7 +200,7 @@ def test_baseline_is_not_written_after_crash_in_repetition(
     assert "KeyError: 'hash' (repeated run)" in message
     assert "own.toml is not written: runs failed." in message
     assert "different boxes" not in message
-    assert not (here / "baselines").exists()
+    assert not (workspace / "baselines").exists()
 
 
 def test_tracker_that_draws_now_is_run_with_all_seeds(trackmark, edit):
@@ -231,27 +231,27 @@ def test_wrong_usage_or_format_of_check_exits_with_2(trackmark, kept):
     assert "`trackmark baseline --force`" in message
 
 
-def test_changed_sequence_is_refused_before_anything_is_run(trackmark, here, kept, edit):
+def test_changed_sequence_is_refused_before_anything_is_run(trackmark, workspace, kept, edit):
     edit(SHRUNK)
-    truth = next((here / "data" / "Small").glob("groundtruth*"))
+    truth = next((workspace / "data" / "Small").glob("groundtruth*"))
     truth.write_text(truth.read_text().replace("5,6,10,12\n", "5,6,10,13\n", 1))
     message = trackmark("check", "own", status=2).stderr
     assert "Small: the pixels or the ground truth have changed" in message
-    assert not (here / "results" / "check-own").exists()
+    assert not (workspace / "results" / "check-own").exists()
 
 
-def test_tracker_with_another_name_is_refused(trackmark, here, edit):
+def test_tracker_with_another_name_is_refused(trackmark, workspace, edit):
     trackmark("baseline", "own", "--trackers", "knob.py", *SEQUENCES, "--seeds", 6)
     edit(("class Knob(", "class Other("))
     message = trackmark("check", "own", status=2).stderr
     assert "are now called knob.py:Other" in message
 
 
-def test_tracker_that_cannot_be_loaded_outweighs_a_regression(trackmark, here, edit):
-    (here / "other.py").write_text((here / "knob.py").read_text())
+def test_tracker_that_cannot_be_loaded_outweighs_a_regression(trackmark, workspace, edit):
+    (workspace / "other.py").write_text((workspace / "knob.py").read_text())
     both = ("--trackers", "knob.py:as=mine,other.py:as=other", *SEQUENCES, "--seeds", 6)
     trackmark("baseline", "own", *both)
     edit(SHRUNK)
     trackmark("check", "own", status=1)
-    (here / "other.py").unlink()
+    (workspace / "other.py").unlink()
     assert "other.py" in trackmark("check", "own", status=2).stderr

@@ -28,18 +28,18 @@ def restricted(baseline, first):
     return replace(baseline, cells=cells, seeds=SEEDS)
 
 
-def test_unchanged_stochastic_trackers_pass_check(typed, here):
+def test_unchanged_stochastic_trackers_pass_check(trackmark_process, workspace):
     """Equal seeds give equal boxes; scores of other seeds may be called worse once in five sets."""
-    typed("baseline", "many", *BASELINE, "--seeds", N_SETS * SEEDS)
-    many = read_baseline(here / "baselines" / "many.toml")
-    path = here / "baselines" / "own.toml"
+    trackmark_process("baseline", "many", *BASELINE, "--seeds", N_SETS * SEEDS)
+    many = read_baseline(workspace / "baselines" / "many.toml")
+    path = workspace / "baselines" / "own.toml"
     write_baseline(restricted(many, 0), path)
     names = "; ".join(f"{tracker}  {len(SEQUENCES)} sequences" for tracker in TRACKERS)
-    assert typed("check", "own").stdout == f"identical  {names}\n"
+    assert trackmark_process("check", "own").stdout == f"identical  {names}\n"
     statuses = []
     for first in range(SEEDS, N_SETS * SEEDS, SEEDS):
         write_baseline(restricted(many, first), path)
-        checked = typed("check", "own", status=None)
+        checked = trackmark_process("check", "own", status=None)
         assert "not repeatable" not in checked.stdout
         assert f"0 of {SEEDS} runs" in checked.stdout
         statuses.append(checked.returncode)

@@ -30,10 +30,10 @@ AGAINST = ("--time", "--against", "HEAD")
 
 
 @pytest.fixture
-def git(here):
+def git(workspace):
     def call(*arguments):
         who = ("-c", "user.name=a", "-c", "user.email=a@b")
-        subprocess.run(["git", *who, *map(str, arguments)], cwd=here, check=True, timeout=300)
+        subprocess.run(["git", *who, *map(str, arguments)], cwd=workspace, check=True, timeout=300)
 
     return call
 
@@ -58,9 +58,9 @@ def clocked(monkeypatch):
 
 
 @pytest.fixture
-def kept(trackmark, here, clocked, git, monkeypatch):
+def kept(trackmark, workspace, clocked, git, monkeypatch):
     """A baseline of two trackers, which are committed."""
-    own = here / "trackers"
+    own = workspace / "trackers"
     own.mkdir()
     (own / "static.py").write_text("# as it was\n")
     monkeypatch.setattr("trackmark.bench.comparing.speed_check._PACKAGE", own)
@@ -69,13 +69,13 @@ def kept(trackmark, here, clocked, git, monkeypatch):
     git("commit", "--quiet", "--message", "before")
     arguments = ("--trackers", "static,knob.py:as=mine", "--sequences", "data/Small", "--seeds", 6)
     trackmark("baseline", "own", *arguments)
-    return here / "baselines" / "own.toml"
+    return workspace / "baselines" / "own.toml"
 
 
 @pytest.fixture
-def written(here):
+def written(workspace):
     """A baseline of which nothing is run."""
-    path = here / "baselines" / "own.toml"
+    path = workspace / "baselines" / "own.toml"
     path.parent.mkdir()
     path.write_text(WRITTEN)
     return path
@@ -85,15 +85,15 @@ def slowed(file):
     file.write_text(file.read_text() + SLOW)
 
 
-def test_slower_tracker_is_reported(trackmark, here, kept):
+def test_slower_tracker_is_reported(trackmark, workspace, kept):
     assert trackmark("check", "own", *AGAINST).stdout.count("as fast") == 2
-    slowed(here / "knob.py")
+    slowed(workspace / "knob.py")
     files = ("--markdown", "pull.md", "--junit", "check.xml")
     printed = trackmark("check", "own", *AGAINST, *files, status=1).stdout
     assert "mine" in next(line for line in printed.splitlines() if "slower" in line)
     assert "identical  " in printed  # the boxes are
-    assert "slower" in (here / "pull.md").read_text()
-    failed = ElementTree.parse(here / "check.xml").find("testcase/failure/..")
+    assert "slower" in (workspace / "pull.md").read_text()
+    failed = ElementTree.parse(workspace / "check.xml").find("testcase/failure/..")
     assert failed.attrib == {"classname": "mine", "name": "time"}
     data = json.loads(trackmark("check", "own", *AGAINST, "--json", status=1).stdout)
     assert data["verdict"] == "regression"
@@ -102,9 +102,9 @@ def test_slower_tracker_is_reported(trackmark, here, kept):
     assert first["low"] < first["change"] < first["high"]
 
 
-def test_old_trackers_come_from_the_revision(trackmark, here, kept, git, clocked):
-    slowed(here / "knob.py")
-    slowed(here / "trackers" / "static.py")
+def test_old_trackers_come_from_the_revision(trackmark, workspace, kept, git, clocked):
+    slowed(workspace / "knob.py")
+    slowed(workspace / "trackers" / "static.py")
     clocked.clear()
     printed = trackmark("check", "own", *AGAINST, "--json", status=1).stdout
     states = {entry["tracker"]: entry["state"] for entry in json.loads(printed)["times"]}
@@ -115,7 +115,7 @@ def test_old_trackers_come_from_the_revision(trackmark, here, kept, git, clocked
     assert "slower" not in trackmark("check", "own", *AGAINST).stdout
     git("mv", "knob.py", "other.py")
     git("commit", "--quiet", "--message", "moved")
-    (here / "knob.py").write_text((here / "other.py").read_text())
+    (workspace / "knob.py").write_text((workspace / "other.py").read_text())
     message = trackmark("check", "own", *AGAINST, status=2).stderr
     assert "HEAD has no knob.py" in message
 

@@ -11,17 +11,17 @@ SCENES = "plain/target:length=12,plain/target:length=12:scene=1"
 SIX_SCENES = ",".join(f"plain/target:length=12:scene={scene}" for scene in range(6))
 
 
-def test_compare_runs_missing_runs_and_writes_files(trackmark, here):
+def test_compare_runs_missing_runs_and_writes_files(trackmark, workspace):
     names = ("static", "camshift", "knob.py:Knob")
     done = trackmark("compare", *names, "--sequences", SIX_SCENES, "--folder", "paper")
     printed = done.stdout
-    (results,) = (here / "results").iterdir()
+    (results,) = (workspace / "results").iterdir()
     assert f"Runs are in results/{results.name}." in done.stderr.splitlines()
     assert "6 scenes, 1 run each; the 3 intervals hold together at 95 %" in printed
     assert max(map(len, printed.splitlines())) <= 100
-    assert (here / "paper" / "comparison.tex").is_file()
-    assert (here / "paper" / "differences.png").is_file()
-    assert "camshift" in (here / "paper" / "paragraph.txt").read_text()
+    assert (workspace / "paper" / "comparison.tex").is_file()
+    assert (workspace / "paper" / "differences.png").is_file()
+    assert "camshift" in (workspace / "paper" / "paragraph.txt").read_text()
     data = json.loads(trackmark("compare", "--results", results, "--json").stdout)
     assert [row["tracker"] for row in data["trackers"]] == ["static", "camshift", "knob.py:Knob"]
     assert (data["unit"], data["comparisons"], data["parts"]) == ("scene", 3, [])
@@ -31,14 +31,14 @@ def test_compare_runs_missing_runs_and_writes_files(trackmark, here):
         assert (pair["first"], pair["second"]) == ("static", "camshift")
 
 
-def test_pair_is_the_same_without_a_tracker_that_is_not_named(trackmark, here):
+def test_pair_is_the_same_without_a_tracker_that_is_not_named(trackmark, workspace):
     where = ("--sequences", SIX_SCENES, "--name", "stored")
     pair = ("compare", "static", "camshift", "--json")
     alone = trackmark(*pair, *where).stdout
     trackmark("run", "--trackers", "knob.py:Knob", *where, "--seeds", 2)
     stored = (*pair, "--results", "results/stored")
     assert trackmark(*pair, *where).stdout == trackmark(*stored).stdout == alone
-    with (here / "knob.py").open("a") as file:
+    with (workspace / "knob.py").open("a") as file:
         file.write("CHANGED = True\n")
     assert trackmark(*stored).stdout == alone
 
@@ -50,15 +50,15 @@ def test_single_sequence_has_a_difference_without_interval(trackmark):
     assert "Differences of mean overlap by sequence" in printed
 
 
-def test_failed_runs_are_counted_and_named(trackmark, here, otb):
-    otb(here / "data" / "Long", 9)
+def test_failed_runs_are_counted_and_named(trackmark, workspace, otb):
+    otb(workspace / "data" / "Long", 9)
     late = "self.n = getattr(self, 'n', 0) + 1\n        if self.n > LATE: raise ValueError('lost')"
     update = "return Estimate(self.box + [self.random.random(), 0, 0, 0])"
-    text = (here / "knob.py").read_text()
+    text = (workspace / "knob.py").read_text()
     # Sources of different lengths: Python's bytecode cache compares sizes and whole seconds.
     for limit, status in ((6, 0), (1.5, 1)):
         body = f"{late.replace('LATE', str(limit))}\n        {update}"
-        (here / "knob.py").write_text(text.replace(update, body))
+        (workspace / "knob.py").write_text(text.replace(update, body))
         where = ("--sequences", "data/Small,data/Long", "--name", f"limit{limit}")
         run = trackmark("compare", "static", "knob.py:Knob", *where, status=status)
         treatment = "counted as 0" if status == 0 else "left out"
@@ -70,9 +70,9 @@ def test_failed_runs_are_counted_and_named(trackmark, here, otb):
         assert len(trackers["trackers"]) == 2 - status
 
 
-def test_missing_run_is_executed_with_sequences_but_refused_in_results(trackmark, here):
+def test_missing_run_is_executed_with_sequences_but_refused_in_results(trackmark, workspace):
     trackmark("compare", "static", "camshift", "--sequences", SCENES, "--name", "gap")
-    results = Results(here / "results/gap")
+    results = Results(workspace / "results/gap")
     asked = results.asked()
     results.remove([next(cell for cell in results.cells() if cell[0] == "camshift")])
     results.prepare(asked)
@@ -84,9 +84,9 @@ def test_missing_run_is_executed_with_sequences_but_refused_in_results(trackmark
     trackmark(*results)
 
 
-def test_tracker_with_other_boxes_in_a_timing_run_is_not_repeatable(trackmark, here):
-    text = (here / "knob.py").read_text()
-    (here / "knob.py").write_text(text.replace("default_rng(self.seed)", "default_rng()"))
+def test_tracker_with_other_boxes_in_a_timing_run_is_not_repeatable(trackmark, workspace):
+    text = (workspace / "knob.py").read_text()
+    (workspace / "knob.py").write_text(text.replace("default_rng(self.seed)", "default_rng()"))
     where = ("static", "knob.py:Knob", "--sequences", SCENES, "--name", "timed")
     assert "not repeatable" not in trackmark("compare", *where).stdout
     run = ("run", "--trackers", "static,knob.py:Knob", *where[2:], "--timing")
@@ -115,15 +115,15 @@ class Right(Left):
 """
 
 
-def test_sequences_with_the_same_boxes_are_counted(trackmark, here, otb):
+def test_sequences_with_the_same_boxes_are_counted(trackmark, workspace, otb):
     for name in ("Moving", "Short", "Still"):
-        otb(here / "data" / name, 4)
+        otb(workspace / "data" / name, 4)
     for name in ("Small", "Still"):
-        for image in (here / "data" / name / "img").iterdir():
-            image.write_bytes((here / "data/Small/img/0001.png").read_bytes())
-    truth = here / "data" / "Moving" / "groundtruth_rect.txt"
+        for image in (workspace / "data" / name / "img").iterdir():
+            image.write_bytes((workspace / "data/Small/img/0001.png").read_bytes())
+    truth = workspace / "data" / "Moving" / "groundtruth_rect.txt"
     truth.write_text("".join(f"{5 + frame},6,10,12\n" for frame in range(4)))
-    (here / "shift.py").write_text(SHIFT_TRACKERS)
+    (workspace / "shift.py").write_text(SHIFT_TRACKERS)
     trackers = ("shift.py:Left", "shift.py:Right")
     where = ("--sequences", "data/Small,data/Moving,data/Short,data/Still", "--name", "stored")
     assert "same boxes on 2 of 4 sequences" in trackmark("compare", *trackers, *where).stdout
@@ -135,12 +135,14 @@ def test_sequences_with_the_same_boxes_are_counted(trackmark, here, otb):
     assert differing == [False, True, False, False]
 
 
-def test_score_that_a_benchmark_averages_otherwise_is_called_mean_of_sequences(trackmark, here):
+def test_score_that_a_benchmark_averages_otherwise_is_called_mean_of_sequences(
+    trackmark, workspace
+):
     asked = ("compare", "static", "camshift", "--sequences", SCENES, "--metrics")
     said = trackmark(*asked, "got10k", "--folder", "paper").stdout
     title = "mean of sequences' AO (got10k)"
     assert title in said
-    assert title in (here / "paper/paragraph.txt").read_text()
+    assert title in (workspace / "paper/paragraph.txt").read_text()
     assert json.loads(trackmark(*asked, "got10k", "--json").stdout)["title"] == title
     assert json.loads(trackmark(*asked, "otb", "--json").stdout)["title"] == "success AUC (otb)"
 

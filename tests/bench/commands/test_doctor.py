@@ -52,11 +52,13 @@ def test_doctor_reports_that_no_kernel_can_be_stored(copied_doctor, tmp_path):
     assert about["caches"]["compiled kernels"].startswith("not available (")
 
 
-def test_doctor_counts_kernels_in_the_cache_folder_of_numba(typed, tmp_path, monkeypatch):
+def test_doctor_counts_kernels_in_the_cache_folder_of_numba(
+    trackmark_process, tmp_path, monkeypatch
+):
     folder = tmp_path / "kernels"
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(folder))
     subprocess.run([sys.executable, "-c", COMPILE], check=True)
-    kernels = json.loads(typed("doctor", "--json").stdout)["caches"]["compiled kernels"]
+    kernels = json.loads(trackmark_process("doctor", "--json").stdout)["caches"]["compiled kernels"]
     assert kernels == f"1 in {folder}"
 
 

@@ -17,17 +17,17 @@ STATIC = ("run", "--trackers", "static", "--sequences")
 
 
 @pytest.fixture
-def imported(here, otb):
+def imported(workspace, otb):
     """Write results on two sequences: boxes one pixel to the right of the target."""
-    otb(here / "data" / "Other", 5)
-    (here / "imported").mkdir()
+    otb(workspace / "data" / "Other", 5)
+    (workspace / "imported").mkdir()
     for name in ("Small", "Other", "Unused"):
-        (here / "imported" / f"{name}.txt").write_text("5,6,10,12\n" + "6,6,10,12\n" * 4)
+        (workspace / "imported" / f"{name}.txt").write_text("5,6,10,12\n" + "6,6,10,12\n" * 4)
     return "imported"
 
 
-def scores(here, preset, score, protocol=""):
-    with (here / "report" / f"{protocol}metrics-{preset}.csv").open() as file:
+def scores(workspace, preset, score, protocol=""):
+    with (workspace / "report" / f"{protocol}metrics-{preset}.csv").open() as file:
         rows = [row for row in csv.DictReader(file) if row["measure"] == score]
     return {(row["tracker"], row["sequence"]): float(row["mean"]) for row in rows}
 
@@ -37,13 +37,13 @@ def rows(done):
 
 
 @pytest.mark.skipif(not PUBLISHED.is_dir(), reason="published boxes lie beside the project alone")
-def test_published_boxes_give_the_published_scores(trackmark, here):
+def test_published_boxes_give_the_published_scores(trackmark, workspace):
     trackers = [f"{name}={PUBLISHED}/boxes/{name}" for name in ("STRUCK", "MEEM", "MUSTer")]
     options = [part for text in trackers for part in ("--results-of", text)]
     where = ("--sequences", f"{SHARED}/sequences/otb/*", "--metrics", "otb")
     trackmark("report", *options, *where, "--folder", "report", "--no-pictures")
-    overlaps = scores(here, "otb", "mean_overlap")
-    successes = scores(here, "otb", "success_published")
+    overlaps = scores(workspace, "otb", "mean_overlap")
+    successes = scores(workspace, "otb", "success_published")
     with (PUBLISHED / "otb-per-sequence.csv").open() as file:
         table = {(row["tracker"], row["sequence"]): row for row in csv.DictReader(file)}
     keys = overlaps.keys() & table.keys()
@@ -55,19 +55,21 @@ def test_published_boxes_give_the_published_scores(trackmark, here):
         assert successes[key] == pytest.approx(published, abs=1e-6)
 
 
-def test_report_adds_imported_results_and_leaves_stored_ones_as_they_are(trackmark, here, imported):
+def test_report_adds_imported_results_and_leaves_stored_ones_as_they_are(
+    trackmark, workspace, imported
+):
     trackmark(*STATIC, TWO, "--name", "ours")
-    before = sorted(path.name for path in (here / "results" / "ours").rglob("*"))
+    before = sorted(path.name for path in (workspace / "results" / "ours").rglob("*"))
     options = ("--results-of", f"MINE={imported}", "--metrics", "native,otb", "--folder", "report")
     done = trackmark("report", "results/ours", *options)
-    assert "not asked for: Unused" in done.stderr
-    overlaps = scores(here, "otb", "mean_overlap")
+    assert "not requested are not imported: Unused" in done.stderr
+    overlaps = scores(workspace, "otb", "mean_overlap")
     assert overlaps["static", "Small"] == 1
     assert overlaps["MINE", "Small"] == pytest.approx((1 + 4 * 9 / 11) / 5)
-    assert (here / "report" / "strip-Small.png").is_file()
-    assert sorted(path.name for path in (here / "results" / "ours").rglob("*")) == before
+    assert (workspace / "report" / "strip-Small.png").is_file()
+    assert sorted(path.name for path in (workspace / "results" / "ours").rglob("*")) == before
     refused = trackmark("report", "results/ours", "--results-of", f"static={imported}", status=2)
-    assert "has runs of static already" in refused.stderr
+    assert "already has runs of static" in refused.stderr
 
 
 def test_compare_takes_imported_results_by_any_preset(trackmark, imported):
@@ -85,8 +87,8 @@ def test_compare_takes_imported_results_by_any_preset(trackmark, imported):
     assert "MINE" in results.stdout
 
 
-def test_damaged_imported_file_is_one_message(trackmark, here, imported, one_line):
-    (here / imported / "Small.txt").write_text("5,6,10,12\n" * 4)
+def test_damaged_imported_file_is_one_message(trackmark, workspace, imported, one_line):
+    (workspace / imported / "Small.txt").write_text("5,6,10,12\n" * 4)
     report = ("report", "--results-of", f"MINE={imported}", "--sequences", TWO)
     message = one_line(trackmark(*report, status=2))
     assert message.endswith("Small.txt: 4 rows for the 5 frames of Small: ends after line 4.")
@@ -96,7 +98,7 @@ def test_damaged_imported_file_is_one_message(trackmark, here, imported, one_lin
 def test_exported_results_are_imported_with_equal_scores(trackmark, imported, form):
     trackmark("results", "import", f"MINE={imported}", "--sequences", TWO, "--name", "first")
     done = trackmark("results", "export", "results/first", "there", "--as", form)
-    assert done.stderr.startswith(f"{form} keeps ")
+    assert done.stderr.startswith(f"{form} contains ")
     again = f"MINE={form}:there/MINE"
     trackmark("results", "import", again, "--sequences", TWO, "--name", "second")
     first, second = (
@@ -108,15 +110,15 @@ def test_exported_results_are_imported_with_equal_scores(trackmark, imported, fo
     assert np.isfinite([row["mean_overlap"] for row in first]).all()
 
 
-def test_restarted_imported_runs_are_judged_by_presets_of_their_protocol(trackmark, here, otb):
-    otb(here / "data" / "Other", 12)
-    file = here / "theirs" / "baseline" / "Other" / "Other_001.txt"
+def test_restarted_imported_runs_are_judged_by_presets_of_their_protocol(trackmark, workspace, otb):
+    otb(workspace / "data" / "Other", 12)
+    file = workspace / "theirs" / "baseline" / "Other" / "Other_001.txt"
     file.parent.mkdir(parents=True)
     lines = ["1", "4,5,10,12", "2", *["0"] * 4, "1", *["4,5,10,12"] * 4]
     file.write_text("".join(f"{line}\n" for line in lines))
     report = ("report", "--results-of", "MINE=theirs", "--sequences", "data/Other")
     done = trackmark(*report, "--metrics", "native,vot,otb", "--folder", "report", "--no-pictures")
-    assert scores(here, "vot-supervised", "failures", "supervised-") == {("MINE", "Other"): 1}
+    assert scores(workspace, "vot-supervised", "failures", "supervised-") == {("MINE", "Other"): 1}
     assert "otb judges no runs by the protocol supervised" in done.stdout
     assert "nan" not in done.stdout
 
@@ -135,16 +137,16 @@ def test_commands_give_scores_by_presets(trackmark):
     assert "metrics preset" not in trackmark("check", "mine").stdout
 
 
-def test_exported_times_are_those_of_updates(trackmark, here):
+def test_exported_times_are_those_of_updates(trackmark, workspace):
     run = (*STATIC, "data/Small", "--name", "ours")
     trackmark(*run)
-    stored = Results(here / "results/ours")
+    stored = Results(workspace / "results/ours")
     (row,) = rows(trackmark("results", "list", "results/ours", "--json"))
     update = stored.read(cell_of(row)).circumstances["update_seconds"]
 
     def exported(form, name):
         trackmark("results", "export", "results/ours", f"there-{form}", "--as", form, "--force")
-        return (here / f"there-{form}" / "static" / name).read_text()
+        return (workspace / f"there-{form}" / "static" / name).read_text()
 
     times = exported("got10k", "Small/Small_time.txt").split()
     assert times == ["nan"] + [f"{update:.8f}"] * 4
@@ -157,21 +159,21 @@ def test_exported_times_are_those_of_updates(trackmark, here):
     np.testing.assert_allclose(timed, expected, rtol=0, atol=1e-8)
 
 
-def test_export_refuses_existing_files_and_wrong_selections(trackmark, one_line, here):
+def test_export_refuses_existing_files_and_wrong_selections(trackmark, one_line, workspace):
     trackmark("run", "--trackers", "static,knob.py:Knob", "--sequences", "data/Small")
-    (folder,) = (here / "results").iterdir()
+    (folder,) = (workspace / "results").iterdir()
     export = ("results", "export", folder, "exported", "--as", "otb")
-    existing = here / "exported" / "static" / "Small.txt"
+    existing = workspace / "exported" / "static" / "Small.txt"
     existing.parent.mkdir(parents=True)
     existing.write_text("by hand")
     message = one_line(trackmark(*export, status=2))
     assert "exported/static/Small.txt: the file exists (1 of 2 files do)" in message
     assert "--force" in message
-    assert [file for file in (here / "exported").rglob("*") if file.is_file()] == [existing]
+    assert [file for file in (workspace / "exported").rglob("*") if file.is_file()] == [existing]
     assert existing.read_text() == "by hand"
     trackmark(*export, "--force")
     assert existing.read_text().startswith("5")
-    assert (here / "exported" / "knob.py_Knob" / "Small.txt").is_file()
+    assert (workspace / "exported" / "knob.py_Knob" / "Small.txt").is_file()
     assert "Did you mean 'vot'?" in trackmark(*export[:-1], "vott", status=2).stderr
     nothing = trackmark(*export, "--tracker", "x", status=2)
     assert "no finished run by one-pass matches" in nothing.stderr

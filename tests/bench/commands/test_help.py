@@ -116,14 +116,14 @@ def test_closed_pipe_is_no_error():
 
 
 @pytest.mark.slow
-def test_demo_runs_and_draws_its_pictures(typed, here):
+def test_demo_runs_and_draws_its_pictures(trackmark_process, workspace):
     import cv2
 
-    text = typed("demo", "--output", "out").stdout
+    text = trackmark_process("demo", "--output", "out").stdout
     for tracker in ("static", "camshift", "camshift:window=adaptive", "opencv-mil"):
         assert f"{tracker} " in text
     assert "18 of 18 runs" in text
-    folder = here / "out" / "demo"
+    folder = workspace / "out" / "demo"
     assert f"Open {Path('out', 'demo', 'report.html')}" in text
     assert "camshift:window=adaptive" in (folder / "report.html").read_text()
     pictures = [cv2.imread(str(path)) for path in folder.glob("*.png")]

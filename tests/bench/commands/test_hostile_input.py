@@ -20,30 +20,32 @@ RED = "\x1b[31mred\x07\x9b\u202e"
 
 
 @pytest.fixture
-def two(here, otb):
-    otb(here / "data" / "Other", 5)
+def two(workspace, otb):
+    otb(workspace / "data" / "Other", 5)
 
 
-def test_closed_pipe_ends_the_output_and_not_the_work(trackmark, here, monkeypatch):
+def test_closed_pipe_ends_the_output_and_not_the_work(trackmark, workspace, monkeypatch):
     reader, writer = os.pipe()
     os.close(reader)
     with os.fdopen(writer, "w", buffering=1) as pipe:
         monkeypatch.setattr(sys, "stdout", pipe)
         errors = trackmark(*KNOB, "--json").stderr
     assert errors == "4 of 4 runs are in results/mine.\n"
-    assert len(bench.load_results(here / "results")) == 4
+    assert len(bench.load_results(workspace / "results")) == 4
 
 
 @pytest.mark.skipif(not FULL.exists(), reason="the system has no /dev/full")
 @pytest.mark.parametrize("options", [(), ("--json",)])
-def test_full_disk_is_one_message_and_the_work_continues(trackmark, here, monkeypatch, options):
+def test_full_disk_is_one_message_and_the_work_continues(
+    trackmark, workspace, monkeypatch, options
+):
     with FULL.open("w") as full:
         monkeypatch.setattr(sys, "stdout", full)
         lines = trackmark(*KNOB, *options, status=2).stderr.splitlines()
     message = "trackmark: the output cannot be written: No space left on device."
     assert lines[0] == message
     assert len(lines) == 1 + bool(options)  # --json prints the folder on standard error
-    assert len(bench.load_results(here / "results")) == 4
+    assert len(bench.load_results(workspace / "results")) == 4
 
 
 INTERRUPTED = """
@@ -86,7 +88,7 @@ def test_ctrl_c_during_an_import_gives_no_traceback(module):
         assert done.stderr.strip() == ""
 
 
-def test_ctrl_c_during_runs_prints_how_many_are_stored(trackmark, here, monkeypatch):
+def test_ctrl_c_during_runs_prints_how_many_are_stored(trackmark, workspace, monkeypatch):
     from trackmark.bench.execution.executor import Execution
 
     rows = Execution.rows
@@ -103,9 +105,9 @@ def test_ctrl_c_during_runs_prints_how_many_are_stored(trackmark, here, monkeypa
         assert f"runs are in results/{command[command.index('--name') + 1]}" in message
 
 
-def test_control_characters_do_not_reach_the_terminal(trackmark, spoil, otb, here):
-    spoil(f"raise ValueError({RED!r} + chr(10) + 'second line')")
-    otb(here / "data" / f"{RED}\nline", 3)
+def test_control_characters_do_not_reach_the_terminal(trackmark, break_tracker, otb, workspace):
+    break_tracker(f"raise ValueError({RED!r} + chr(10) + 'second line')")
+    otb(workspace / "data" / f"{RED}\nline", 3)
     run = ("run", "--trackers", "knob.py:Knob", "--sequences", f"data/{RED}\nline")
     table = trackmark(*run, status=1)
     failures = trackmark("results", "failures")
@@ -113,7 +115,7 @@ def test_control_characters_do_not_reach_the_terminal(trackmark, spoil, otb, her
     files = trackmark("report", "results", "--folder", "report", "--no-pictures", status=1)
     outputs = (table, failures, log, files)
     texts = [text for done in outputs for text in (done.stdout, done.stderr)]
-    texts += [file.read_text() for file in (here / "report").iterdir()]
+    texts += [file.read_text() for file in (workspace / "report").iterdir()]
     for text in texts:
         assert not {*RED} & {*text} - {*"[31mred"}
     assert "ValueError: \\u001b[31mred\\u0007\\u009b\\u202e" in table.stdout
@@ -123,9 +125,9 @@ def test_control_characters_do_not_reach_the_terminal(trackmark, spoil, otb, her
     assert RED in json.loads(row)["failure"]
 
 
-def test_files_of_check_hold_any_text_or_refuse_it(trackmark, here, spoil):
+def test_files_of_check_hold_any_text_or_refuse_it(trackmark, workspace, break_tracker):
     trackmark("baseline", "own", "--trackers", "knob.py:Knob", *SMALL)
-    file = here / "baselines" / "own.toml"
+    file = workspace / "baselines" / "own.toml"
     before = file.read_bytes()
     accept = ("check", "own", "--accept", "knob.py:Knob", "--because")
     message = trackmark(*accept, "\udcff", status=2).stderr
@@ -134,25 +136,25 @@ def test_files_of_check_hold_any_text_or_refuse_it(trackmark, here, spoil):
     assert file.read_bytes() == before
     trackmark(*accept, "delete \x7f and escape \x1b")
     trackmark("check", "own")
-    (here / "loop").symlink_to("loop")
+    (workspace / "loop").symlink_to("loop")
     for option in ("--junit", "--markdown"):
         for path in ("knob.py/out", "x" * 300, "loop"):
             message = trackmark("check", "own", option, path, status=2).stderr
             assert f"{path}: cannot write (" in message
-    spoil("raise ValueError('red' + chr(27) + chr(0) + chr(0xFFFE) + chr(0xD800))")
+    break_tracker("raise ValueError('red' + chr(27) + chr(0) + chr(0xFFFE) + chr(0xD800))")
     files = ("--junit", "check.xml", "--markdown", "check.md")
     trackmark("check", "own", *files, status=1)
-    failure, _mean = ElementTree.parse(here / "check.xml").iter("failure")
+    failure, _mean = ElementTree.parse(workspace / "check.xml").iter("failure")
     assert "red\\u001b\\u0000\\ufffe\\ud800" in failure.get("message")
-    assert "ValueError: red" in (here / "check.md").read_text()
+    assert "ValueError: red" in (workspace / "check.md").read_text()
 
 
-def test_published_trackers_may_have_names_that_pandas_takes_for_gaps(trackmark, here, two):
+def test_published_trackers_may_have_names_that_pandas_takes_for_gaps(trackmark, workspace, two):
     trackmark("run", "--trackers", "static", *BOTH, "--name", "ours")
     compare = ("compare", "--results", "results/ours", "--published", "published.csv")
     for name in ("NA", "nan", "None", "null"):
         rows = f"tracker,sequence,mean_overlap\n{name},Small,0.5\n{name},Other,0.6\n"
-        (here / "published.csv").write_text(rows)
+        (workspace / "published.csv").write_text(rows)
         assert f"{name} (published)" in trackmark(*compare).stdout
     message = trackmark(*compare, "--folder", "knob.py/out", status=2).stderr
     assert "knob.py/out/comparison.txt: cannot write (Not a directory)." in message
@@ -167,8 +169,8 @@ HUGE = """self.count = getattr(self, "count", 0) + 1
         ][self.count % 4]))"""
 
 
-def test_boxes_of_1e308_are_scored_without_a_warning(trackmark, here, two):
-    file = here / "knob.py"
+def test_boxes_of_1e308_are_scored_without_a_warning(trackmark, workspace, two):
+    file = workspace / "knob.py"
     source = file.read_text()
     update = "return Estimate(self.box + [self.random.random(), 0, 0, 0])"
     assert update in source
@@ -185,13 +187,13 @@ def test_boxes_of_1e308_are_scored_without_a_warning(trackmark, here, two):
     trackmark("show", "data/Small", "--results", "results/ours", "--output", "shown.mp4")
 
 
-def test_image_that_is_a_loop_of_links_is_one_message(trackmark, one_line, here):
-    image = here / "data" / "Small" / "img" / "0003.png"
+def test_image_that_is_a_loop_of_links_is_one_message(trackmark, one_line, workspace):
+    image = workspace / "data" / "Small" / "img" / "0003.png"
     image.unlink()
     image.symlink_to("0003.png")
     assert "0003.png" in one_line(trackmark("run", "--trackers", "static", *SMALL, status=2))
 
 
-def test_live_page_may_have_a_name_that_is_not_utf8(trackmark, here):
+def test_live_page_may_have_a_name_that_is_not_utf8(trackmark, workspace):
     trackmark("show", "data/Small", "--live", "static", "--output", "\udcff.html")
-    assert "%FF" in (here / "\udcff.html").read_text()
+    assert "%FF" in (workspace / "\udcff.html").read_text()

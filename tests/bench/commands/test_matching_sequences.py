@@ -11,16 +11,18 @@ from trackmark.bench.execution import plan
 
 
 @pytest.fixture
-def places(here, otb, monkeypatch):
+def places(workspace, otb, monkeypatch):
     """Folders with sequences of OTB, of images and of DAVIS, and with another file."""
-    monkeypatch.chdir(here)
+    monkeypatch.chdir(workspace)
     for number in (10, 2):
-        otb(here / "data" / f"walk{number}", 2)
-        shutil.copytree(here / "data" / f"walk{number}" / "img", here / f"shots/day{number}")
-    (here / "data" / "notes.txt").write_text("walk2 is the best")
+        otb(workspace / "data" / f"walk{number}", 2)
+        shutil.copytree(
+            workspace / "data" / f"walk{number}" / "img", workspace / f"shots/day{number}"
+        )
+    (workspace / "data" / "notes.txt").write_text("walk2 is the best")
     for kind in ("JPEGImages", "Annotations"):
-        shutil.copytree(here / "shots" / "day2", here / "davis" / kind / "480p" / "bear")
-    return here
+        shutil.copytree(workspace / "shots" / "day2", workspace / "davis" / kind / "480p" / "bear")
+    return workspace
 
 
 DATA = ["data/Small", "data/walk2", "data/walk10"]

@@ -24,13 +24,13 @@ def both(trackmark):
     return trackmark(*RUN).stdout, trackmark(*SUPERVISED).stdout
 
 
-def test_runs_by_several_protocols_are_stored_and_tabled_apart(both, trackmark, here):
+def test_runs_by_several_protocols_are_stored_and_tabled_apart(both, trackmark, workspace):
     one_pass, supervised = both
     assert "protocol" not in one_pass
     assert "protocol supervised:skip=2" in supervised
     assert "metrics preset vot-supervised" in supervised
     assert "metrics preset native" not in supervised
-    folder = here / "results" / "trial"
+    folder = workspace / "results" / "trial"
     stored = {(cell[0], cell[3]) for cell in Results(folder).cells()}
     assert stored == {
         (tracker, protocol)
@@ -59,14 +59,14 @@ def test_stored_runs_of_a_protocol_are_not_repeated(both, trackmark):
         assert (plan["runs"], plan["to_run"]) == (2, number)
 
 
-def test_report_on_one_protocol_names_its_files(trackmark, here):
+def test_report_on_one_protocol_names_its_files(trackmark, workspace):
     trackmark(*RUN, "--protocol", "anchors:spacing=4")
     trackmark("report", "results/trial", "--folder", "paper")
-    with (here / "paper" / "anchors-spacing-4-metrics-vot-anchor.csv").open() as file:
+    with (workspace / "paper" / "anchors-spacing-4-metrics-vot-anchor.csv").open() as file:
         rows = {(row["tracker"], row["measure"]): row["mean"] for row in csv.DictReader(file)}
     assert float(rows["static", "robustness"]) == 1
-    assert (here / "paper" / "anchors-spacing-4-metrics-vot-anchor-eao.png").is_file()
-    assert (here / "paper" / "anchors-spacing-4-metrics-native.md").is_file()
+    assert (workspace / "paper" / "anchors-spacing-4-metrics-vot-anchor-eao.png").is_file()
+    assert (workspace / "paper" / "anchors-spacing-4-metrics-native.md").is_file()
 
 
 def test_trackers_are_compared_by_one_protocol(trackmark):
@@ -93,36 +93,36 @@ def test_trackers_are_compared_by_one_protocol(trackmark):
     assert "otb judges no runs by the protocol supervised" in refused
 
 
-def test_changed_tracker_is_run_again_by_its_protocol(both, trackmark, here):
-    with (here / "knob.py").open("a") as file:
+def test_changed_tracker_is_run_again_by_its_protocol(both, trackmark, workspace):
+    with (workspace / "knob.py").open("a") as file:
         file.write("CHANGED = True\n")
     message = trackmark(*SUPERVISED).stderr
     assert "1 stored run was made with another version" in message
     assert "What became of the scores of 1 run" in message
 
 
-def test_experiment_file_sets_its_protocol(trackmark, here):
-    (here / "mine.toml").write_text(
+def test_experiment_file_sets_its_protocol(trackmark, workspace):
+    (workspace / "mine.toml").write_text(
         'version = 1\nprotocol = "sre:shift=0.2"\ntrackers = ["static"]\nsequences = ["data/Small"]'
     )
     assert "protocol sre:shift=0.2" in trackmark("run", "mine.toml").stdout
     assert "protocol tre" in trackmark("run", "mine.toml", "--protocol", "tre").stdout
     assert "protocol" not in trackmark("run", "mine.toml", "--protocol", "one-pass").stdout
-    (run,) = bench.load_results(here / "results/mine").query("protocol == 'tre'").itertuples()
+    (run,) = bench.load_results(workspace / "results/mine").query("protocol == 'tre'").itertuples()
     assert run.mean_overlap == 1
 
 
-def test_supervised_runs_are_exported_and_imported_with_equal_scores(trackmark, here, otb):
-    otb(here / "data" / "Other", 12)
-    knob = (here / "knob.py").read_text()
+def test_supervised_runs_are_exported_and_imported_with_equal_scores(trackmark, workspace, otb):
+    otb(workspace / "data" / "Other", 12)
+    knob = (workspace / "knob.py").read_text()
     drifting = "self.box = self.box + [4, 0, 0, 0]; return Estimate("
-    (here / "knob.py").write_text(knob.replace("return Estimate(", drifting))
+    (workspace / "knob.py").write_text(knob.replace("return Estimate(", drifting))
     run = ("run", "--trackers", "knob.py:Knob", "--sequences", "data/Other", "--name", "trial")
     trackmark(*run, "--protocol", "supervised")
     export = ("results", "export", "results/trial", "there", "--as", "vot")
     trackmark(*export, status=2)  # there are no one-pass runs
     trackmark(*export, "--protocol", "supervised")
-    (folder,) = (here / "there").iterdir()
+    (folder,) = (workspace / "there").iterdir()
     trackmark("results", "import", f"THEIRS={folder}", "--sequences", "data/Other")
     ours, theirs = (
         {
@@ -139,4 +139,4 @@ def test_supervised_runs_are_exported_and_imported_with_equal_scores(trackmark, 
     assert theirs == pytest.approx(ours, abs=1e-3, nan_ok=True)
     trackmark(*run, "--protocol", "sre")
     message = trackmark(*export, "--protocol", "sre", status=2).stderr
-    assert "vot has no room for runs by 'sre'" in message
+    assert "vot: the format cannot represent runs by 'sre'" in message

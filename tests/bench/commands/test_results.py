@@ -21,14 +21,14 @@ def rows(done):
     return [json.loads(line) for line in done.stdout.splitlines()]
 
 
-def test_results_are_listed_merged_and_removed(trackmark, here):
+def test_results_are_listed_merged_and_removed(trackmark, workspace):
     trackmark(*STATIC, "data/Small", "--name", "a")
     trackmark("run", "--trackers", "camshift", *SMALL, "--name", "b")
     assert "static on Small: 1" in trackmark("results", "list").stdout
     merged = trackmark("results", "merge", "results/a", "results/b", "results/c").stdout
     assert "Copied 2 runs" in merged
     assert "Copied 0 runs" in trackmark("results", "merge", "results/a", "results/c").stdout
-    assert len(bench.load_results(here / "results" / "c")) == 2
+    assert len(bench.load_results(workspace / "results" / "c")) == 2
     removed = trackmark("results", "remove", "results/c", "--tracker", "cam*", "--yes")
     assert "Removed 1 runs" in removed.stdout
     left = rows(trackmark("results", "list", "results/c", "--json"))
@@ -37,27 +37,27 @@ def test_results_are_listed_merged_and_removed(trackmark, here):
     assert nothing == "No run matches; nothing was removed.\n"
 
 
-def test_merge_refuses_runs_of_other_versions_and_other_data(trackmark, here, otb):
+def test_merge_refuses_runs_of_other_versions_and_other_data(trackmark, workspace, otb):
     trackmark("run", "--trackers", "knob.py:Knob", *SMALL, "--name", "old")
-    with (here / "knob.py").open("a") as file:
+    with (workspace / "knob.py").open("a") as file:
         file.write("CHANGED = True\n")
     trackmark(*KNOB, "--name", "new")
     done = trackmark("results", "merge", "results/new", "results/old", status=1)
     assert "conflict: knob.py" in done.stderr
-    assert bench.load_results(here / "results" / "old")["tracker"].tolist() == ["knob.py:Knob"]
+    assert bench.load_results(workspace / "results" / "old")["tracker"].tolist() == ["knob.py:Knob"]
     for number, name in enumerate("ab"):
-        otb(here / name / "clip", 4 + number)
+        otb(workspace / name / "clip", 4 + number)
         trackmark(*STATIC, f"{name}/clip", "--name", name)
     trackmark("run", "--trackers", "camshift", "--sequences", "a/clip", "--name", "c")
     assert "Copied 2 runs" in trackmark("results", "merge", "results/a", "results/c", "all").stdout
     message = trackmark("results", "merge", "results/c", "results/b", "both", status=1).stderr
-    assert str(here / "a" / "clip") in message
-    assert str(here / "b" / "clip") in message
-    assert not (here / "both").exists()
+    assert str(workspace / "a" / "clip") in message
+    assert str(workspace / "b" / "clip") in message
+    assert not (workspace / "both").exists()
 
 
-def test_log_has_start_units_failures_and_end(trackmark, one_line, here, spoil):
-    spoil()
+def test_log_has_start_units_failures_and_end(trackmark, one_line, workspace, break_tracker):
+    break_tracker()
     trackmark(*KNOB, status=1)
     text = trackmark("results", "log").stdout
     assert "start of mine: 2 runs (0 done, 0 failed, 0 stale, 2 left)" in text
@@ -68,38 +68,38 @@ def test_log_has_start_units_failures_and_end(trackmark, one_line, here, spoil):
     assert [event["event"] for event in events] == ["start", *["unit"] * len(units), "end"]
     assert sum(len(runs) for unit in units for runs in unit["runs"].values()) == 2
     assert all(unit["peak_memory"] > 1e6 and unit["seconds"] > 0 for unit in units)
-    file = here / "results" / "mine" / "runs.db"
+    file = workspace / "results" / "mine" / "runs.db"
     file.write_bytes(file.read_bytes().replace(b'"peak_memory"', b'"leak_memory"'))
     assert "is damaged" in one_line(trackmark("results", "log", status=2))
 
 
-def test_list_names_failed_runs(trackmark, spoil):
-    spoil()
+def test_list_names_failed_runs(trackmark, break_tracker):
+    break_tracker()
     trackmark(*KNOB, status=1)
     assert "knob.py:Knob on Small: 1, 1 failed" in trackmark("results", "list").stdout
 
 
-def test_report_writes_tables_in_every_format_and_plots(trackmark, here):
+def test_report_writes_tables_in_every_format_and_plots(trackmark, workspace):
     trackmark(*MINE, "static,camshift,knob.py:Knob", *SMALL)
     done = trackmark("report", "results/mine", "--folder", "report", "--format", "svg")
     page, others = done.stderr.splitlines()[-2:]
     assert page == "report/report.html"
     pictures = "5 pictures (.svg), 5 pictures (.pdf), 1 picture (.png), report.md, report.tex."
     assert others == f"Beside it: 7 tables as .txt, .md, .csv and .tex, {pictures}"
-    suffixes = {file.suffix for file in (here / "report").rglob("*") if file.is_file()}
+    suffixes = {file.suffix for file in (workspace / "report").rglob("*") if file.is_file()}
     assert {".txt", ".md", ".csv", ".tex", ".svg", ".html"} <= suffixes
-    assert {file.stem for file in (here / "report").glob("*.png")} == {"strip-Small"}
-    figures = {file.stem for file in (here / "report").glob("*.svg")}
+    assert {file.stem for file in (workspace / "report").glob("*.png")} == {"strip-Small"}
+    figures = {file.stem for file in (workspace / "report").glob("*.svg")}
     assert {"success", "precision", "frames-Small", "survival", "heat"} <= figures
-    assert "](success.svg)" in (here / "report" / "report.md").read_text()
+    assert "](success.svg)" in (workspace / "report" / "report.md").read_text()
     assert "camshift" in done.stdout
     markdown = trackmark("report", "results/mine", "--format", "markdown").stdout
     assert markdown.count("|") > 10
 
 
-def test_report_writes_its_page_unless_it_prints_for_a_script(trackmark, here):
+def test_report_writes_its_page_unless_it_prints_for_a_script(trackmark, workspace):
     trackmark(*STATIC, "data/Small")
-    page = here / "results" / "mine" / "report.html"
+    page = workspace / "results" / "mine" / "report.html"
     for options in (["--json"], ["--format", "csv"], ["--no-pictures"]):
         trackmark("report", "results", *options)
         assert not page.exists()
@@ -110,8 +110,8 @@ def test_report_writes_its_page_unless_it_prints_for_a_script(trackmark, here):
     trackmark("results", "check", "results")
 
 
-def test_report_on_several_experiments_names_each(trackmark, here):
-    (here / "trial.toml").write_text(
+def test_report_on_several_experiments_names_each(trackmark, workspace):
+    (workspace / "trial.toml").write_text(
         'version = 1\ntitle = "Mine"\nsequences = ["data/Small"]\ntrackers = ["static"]\n'
     )
     for name in "ab":
@@ -122,38 +122,43 @@ def test_report_on_several_experiments_names_each(trackmark, here):
     assert trackmark("report", "results/a").stdout.startswith("Mine: every sequence")
 
 
-def test_report_of_tables_opens_no_sequence_and_no_run(trackmark, monkeypatch, here):
+def test_report_of_tables_opens_no_sequence_and_no_run(trackmark, monkeypatch, workspace):
     trackmark(*STATIC, "data/Small,samples/face")
     for name in ("datasets.load", "bench.store.results.Results.read"):
         monkeypatch.setattr(f"trackmark.{name}", lambda *_, **__: pytest.fail("it was opened"))
     trackmark("report", "results/mine", "--folder", "report", "--no-pictures")
-    assert {file.suffix for file in (here / "report").iterdir()} == {".txt", ".md", ".csv", ".tex"}
+    assert {file.suffix for file in (workspace / "report").iterdir()} == {
+        ".txt",
+        ".md",
+        ".csv",
+        ".tex",
+    }
 
 
-def test_film_strips_are_drawn_of_unchanged_data_only(trackmark, one_line, here, monkeypatch):
+def test_film_strips_are_drawn_of_unchanged_data_only(trackmark, one_line, workspace, monkeypatch):
     for name in ("a|b", "a-b"):
-        shutil.copytree(here / "data" / "Small", here / "data" / name)
+        shutil.copytree(workspace / "data" / "Small", workspace / "data" / name)
     trackmark(*STATIC, "data/Small,samples/face,data/a|b,data/a-b")
     trackmark("report", "results/mine", "--folder", "first")
-    assert len(list((here / "first").glob("strip-a-b-*.png"))) == 2
-    assert len(list((here / "first").glob("frames-a-b-*.png"))) == 2
-    assert (here / "first" / "strip-Small.png").is_file()
-    assert (here / "first" / "strip-samples-face.png").is_file()
-    truth = here / "data" / "Small" / "groundtruth_rect.txt"
+    assert len(list((workspace / "first").glob("strip-a-b-*.png"))) == 2
+    assert len(list((workspace / "first").glob("frames-a-b-*.png"))) == 2
+    assert (workspace / "first" / "strip-Small.png").is_file()
+    assert (workspace / "first" / "strip-samples-face.png").is_file()
+    truth = workspace / "data" / "Small" / "groundtruth_rect.txt"
     truth.write_text(truth.read_text().replace("5,6,10,12", "5,6,10,13", 1))
     monkeypatch.setattr("trackmark.bench.pages.report_figures.write_for_papers", lambda *_: [])
     errors = trackmark("report", "results/mine", "--folder", "second").stderr
     assert "Small: no film strip" in errors
-    assert not (here / "second" / "strip-Small.png").exists()
+    assert not (workspace / "second" / "strip-Small.png").exists()
     done = trackmark("show", "data/Small", "--results", "results", "--output", "a.png", status=2)
     assert "another version" in one_line(done)
 
 
-def test_report_exits_with_1_if_every_run_of_a_tracker_failed(trackmark, spoil):
+def test_report_exits_with_1_if_every_run_of_a_tracker_failed(trackmark, break_tracker):
     knob = (*MINE, "knob.py:Knob", *SMALL)
     trackmark(*knob)
     assert not trackmark("report", "results/mine", "--no-pictures").stderr
-    spoil()
+    break_tracker()
     trackmark(*knob, status=1)
     done = trackmark("report", "results/mine", "--no-pictures", status=1)
     line = "knob.py:Knob: 1 of 1 runs failed (left out): sequence Small, ValueError: no idea"
@@ -164,8 +169,10 @@ def test_report_exits_with_1_if_every_run_of_a_tracker_failed(trackmark, spoil):
     assert "1 of 1 failed" in trackmark(*report, status=1).stdout
 
 
-def test_report_names_trackers_that_are_not_repeatable(trackmark, spoil):
-    spoil("self.box = self.box + __import__('os').urandom(4)[0] / 99; return Estimate(self.box)")
+def test_report_names_trackers_that_are_not_repeatable(trackmark, break_tracker):
+    break_tracker(
+        "self.box = self.box + __import__('os').urandom(4)[0] / 99; return Estimate(self.box)"
+    )
     trackmark(*KNOB)
     trackmark(*KNOB, "--timing")
     text = " ".join(trackmark("report", "results/mine", "--no-pictures").stdout.split())
@@ -173,29 +180,29 @@ def test_report_names_trackers_that_are_not_repeatable(trackmark, spoil):
     assert "static is not" not in text
 
 
-def test_show_draws_a_film_strip_and_an_h264_video(trackmark, here):
+def test_show_draws_a_film_strip_and_an_h264_video(trackmark, workspace):
     trackmark(*STATIC, "samples/face")
     show = ("show", "samples/face", "--results", "results/mine", "--output")
     trackmark(*show, "strip.png")
-    assert cv2.imread(str(here / "strip.png")).shape[1] > 800
+    assert cv2.imread(str(workspace / "strip.png")).shape[1] > 800
     trackmark(*show, "video.mp4", "--last", 29)
-    with av.open(str(here / "video.mp4")) as video:
+    with av.open(str(workspace / "video.mp4")) as video:
         assert video.streams.video[0].codec_context.name == "h264"
         assert sum(1 for _ in video.decode(video=0)) == 30
 
 
-def test_show_never_overwrites_its_sequence(trackmark, here):
+def test_show_never_overwrites_its_sequence(trackmark, workspace):
     trackmark("show", "data/Small/img", "--output", "mine.mp4")
-    content = (here / "mine.mp4").read_bytes()
+    content = (workspace / "mine.mp4").read_bytes()
     for sequence, output in (("mine.mp4", "mine.mp4"), ("data/Small", "data/Small/img/0001.png")):
         message = trackmark("show", sequence, "--output", output, status=2).stderr
         assert "overwritten" in message
-    assert (here / "mine.mp4").read_bytes() == content
+    assert (workspace / "mine.mp4").read_bytes() == content
 
 
 @pytest.mark.parametrize("command", [("report", "--by-attribute"), ("compare", "--results")])
-def test_command_reads_each_run_once(trackmark, here, monkeypatch, command):
-    stored = here / "results" / "stored"
+def test_command_reads_each_run_once(trackmark, workspace, monkeypatch, command):
+    stored = workspace / "results" / "stored"
     where = (*SMALL, "--seeds", 2, "--name", "stored")
     trackmark("run", "--trackers", "static,camshift,knob.py:Knob", *where)
     monkeypatch.setattr(index, "_scorer_version", lambda: "another")
@@ -211,29 +218,29 @@ def test_command_reads_each_run_once(trackmark, here, monkeypatch, command):
     assert min(reads.values()) > 1
 
 
-def test_report_by_attribute_measures_each_sequence_once(trackmark, here, otb):
+def test_report_by_attribute_measures_each_sequence_once(trackmark, workspace, otb):
     for speed in range(12):
-        folder = otb(here / "twelve" / f"s{speed}", 4)
+        folder = otb(workspace / "twelve" / f"s{speed}", 4)
         boxes = [f"{5 + speed * frame},6,10,12\n" for frame in range(4)]
         (folder / "groundtruth_rect.txt").write_text("".join(boxes))
     trackmark("run", "--trackers", "static,camshift", "--sequences", "twelve", "--name", "twelve")
     report = ("report", "results/twelve", "--by-attribute", "--metrics", "native,otb")
     first = trackmark(*report, "--folder", "paper").stdout
     assert first.count("against attributes of the sequences") == 2
-    assert (here / "paper" / "attributes.png").is_file()
-    assert (here / "paper" / "attributes-otb.md").is_file()
-    cache = here / "cache" / "attributes"
+    assert (workspace / "paper" / "attributes.png").is_file()
+    assert (workspace / "paper" / "attributes-otb.md").is_file()
+    cache = workspace / "cache" / "attributes"
     times = sorted(file.stat().st_mtime_ns for file in cache.iterdir())
     assert len(times) == 12
     assert trackmark(*report).stdout == first
     assert sorted(file.stat().st_mtime_ns for file in cache.iterdir()) == times
-    frame = bench.by_attribute(here / "results" / "twelve")
+    frame = bench.by_attribute(workspace / "results" / "twelve")
     assert set(frame["tracker"]) == {"static", "camshift"}
     assert set(frame["bin_sequences"].dropna()) == {6}
 
 
-def test_report_by_attribute_names_a_missing_sequence(trackmark, here, otb):
-    folders = [otb(here / name, frames) for name, frames in (("one", 4), ("two", 5))]
+def test_report_by_attribute_names_a_missing_sequence(trackmark, workspace, otb):
+    folders = [otb(workspace / name, frames) for name, frames in (("one", 4), ("two", 5))]
     trackmark("run", "--trackers", "static", "--sequences", "one,two", "--name", "gone")
     shutil.rmtree(folders[1])
     done = trackmark("report", "results/gone", "--by-attribute")

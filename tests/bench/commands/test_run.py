@@ -31,19 +31,19 @@ def rows(done):
     return [json.loads(line, parse_constant=refuse) for line in done.stdout.splitlines()]
 
 
-def test_run_prints_a_table_and_the_results_folder(trackmark, here):
+def test_run_prints_a_table_and_the_results_folder(trackmark, workspace):
     text = trackmark(*MINE, "static,camshift", *SMALL).stdout
     for part in ("camshift", "native", "2 of 2 runs are in results/mine", "µs per frame and"):
         assert part in text
-    assert len(bench.load_results(here / "results")) == 2
+    assert len(bench.load_results(workspace / "results")) == 2
 
 
-def test_default_name_depends_on_trackers_sequences_and_truth(trackmark, here, otb):
+def test_default_name_depends_on_trackers_sequences_and_truth(trackmark, workspace, otb):
     def folder_of(done):
         return re.search(r"uns (?:are in|go to) ([^ ]+?)\.\s", done.stdout + done.stderr)[1]
 
-    otb(here / "b" / "Small", 7)
-    (here / "truth.csv").write_text("frame,x,y,width,height\n0,5,6,10,12\n4,5,6,10,12\n")
+    otb(workspace / "b" / "Small", 7)
+    (workspace / "truth.csv").write_text("frame,x,y,width,height\n0,5,6,10,12\n4,5,6,10,12\n")
     run = ("run", "--trackers", "static,knob.py:Knob", "--sequences")
     cases = [
         (("data/Small",), "knob.py-Knob+1-on-Small"),
@@ -60,7 +60,7 @@ def test_default_name_depends_on_trackers_sequences_and_truth(trackmark, here, o
     reversed_ = ("run", "--trackers", "knob.py:Knob,static", *SMALL, "--seeds", 2, "--json")
     assert folder_of(trackmark(*reversed_)) == folders[0]
     trackmark(*run, "b/Small", "--output", "elsewhere", "--name", "mine")
-    assert [file.name for file in (here / "elsewhere").iterdir()] == ["mine"]
+    assert [file.name for file in (workspace / "elsewhere").iterdir()] == ["mine"]
 
 
 def test_json_has_one_line_per_run_with_its_scores(trackmark):
@@ -77,22 +77,22 @@ def test_json_has_one_line_per_run_with_its_scores(trackmark):
     assert rows(trackmark(*RUN, "data/Small", "--json")) == [static]
 
 
-def test_experiment_file_sets_trackers_and_repetitions(trackmark, here):
-    (here / "trial.toml").write_text(
+def test_experiment_file_sets_trackers_and_repetitions(trackmark, workspace):
+    (workspace / "trial.toml").write_text(
         'version = 1\ntitle = "Mine"\nrepetitions = 3\nsequences = ["data/Small"]\n'
         'trackers = [{name = "camshift", window = ["fixed", "adaptive"]},\n'
         '  { name = "knob.py:Knob", repetitions = 2 }]\n',
         encoding="utf-8-sig",  # as editors on Windows write it
     )
     assert "Mine" in trackmark("run", "trial.toml").stdout
-    assert len(bench.load_results(here / "results" / "trial")) == 4
+    assert len(bench.load_results(workspace / "results" / "trial")) == 4
     (plan,) = rows(trackmark("run", "trial.toml", "--seeds", 4, "--dry-run", "--json"))
     assert (plan["runs"], plan["to_run"]) == (6, 2)
 
 
-def test_timing_runs_store_times(trackmark, here):
+def test_timing_runs_store_times(trackmark, workspace):
     trackmark("run", "--trackers", "static,camshift", *SMALL, "--timing")
-    table = bench.load_results(here / "results")
+    table = bench.load_results(workspace / "results")
     assert (table["protocol"] == "timing").all()
     steady = table[table["disturbed"] == 0]
     assert len(table) == 2
@@ -101,11 +101,13 @@ def test_timing_runs_store_times(trackmark, here):
     assert table[table["disturbed"] == 1]["cpu_seconds_median"].isna().all()
 
 
-def test_failed_runs_are_listed_by_the_printed_command(typed, trackmark, here, spoil):
+def test_failed_runs_are_listed_by_the_printed_command(
+    trackmark_process, trackmark, workspace, break_tracker
+):
     """In processes of their own: output of a tracker is shown with its failure only."""
-    spoil("print('last words'); raise ValueError('no idea')")
+    break_tracker("print('last words'); raise ValueError('no idea')")
     name = '=evil"<b>'
-    done = typed(*KNOB, "--name", name, status=1)
+    done = trackmark_process(*KNOB, "--name", name, status=1)
     assert "1 of 1 runs failed (left out): sequence Small, ValueError: no idea" in done.stdout
     assert "last words" not in done.stdout + done.stderr
     command = shlex.split(re.search("`trackmark (.*)` lists", done.stdout)[1])
@@ -119,73 +121,75 @@ def test_failed_runs_are_listed_by_the_printed_command(typed, trackmark, here, s
     assert "1 of 1 failed" in trackmark("report", f"results/{name}", status=1).stdout
 
 
-def test_stored_failure_gives_exit_status_1_again(trackmark, spoil):
-    spoil()
+def test_stored_failure_gives_exit_status_1_again(trackmark, break_tracker):
+    break_tracker()
     for options in ((), (), ("--retry-failed",)):
         text = trackmark(*KNOB, *options, status=1).stdout
         assert "1 of 2 runs are in results/mine, 1 failed." in text
 
 
-def test_sequence_without_ground_truth_is_shown_but_not_run(trackmark, one_line, here):
-    images = here / "data" / "Small" / "img"
+def test_sequence_without_ground_truth_is_shown_but_not_run(trackmark, one_line, workspace):
+    images = workspace / "data" / "Small" / "img"
     trackmark("show", images, "--output", "shown.png")
-    assert cv2.imread(str(here / "shown.png")) is not None
+    assert cv2.imread(str(workspace / "shown.png")) is not None
     message = one_line(trackmark(*RUN, images, status=2))
-    assert "there is no truth" in message
+    assert "there is no ground truth" in message
     assert "--truth" in message
 
 
 @pytest.mark.parametrize(
     ("name", "truth", "words"),
     [
-        ("TooMany", "5,6,10,12\n" * 7, "7 truth rows for 5 images"),
+        ("TooMany", "5,6,10,12\n" * 7, "7 ground-truth rows for 5 images"),
         ("NoSize", "5,6,0,12\n" * 5, "groundtruth_rect.txt"),
         ("Outside", "500,600,10,12\n" * 5, "outside"),
     ],
 )
-def test_bad_ground_truth_is_named_with_its_file(trackmark, one_line, here, name, truth, words):
-    folder = here / "data" / name
-    shutil.copytree(here / "data" / "Small", folder)
+def test_bad_ground_truth_is_named_with_its_file(
+    trackmark, one_line, workspace, name, truth, words
+):
+    folder = workspace / "data" / name
+    shutil.copytree(workspace / "data" / "Small", folder)
     (folder / "groundtruth_rect.txt").write_text(truth)
     message = one_line(trackmark(*RUN, f"data/{name}", status=2))
     assert words in message
     assert name in message
 
 
-def test_damaged_image_is_one_message_and_other_sequences_are_run(trackmark, here, otb):
-    file = otb(here / "data" / "Broken", 6) / "img" / "0004.png"
+def test_damaged_image_is_one_message_and_other_sequences_are_run(trackmark, workspace, otb):
+    file = otb(workspace / "data" / "Broken", 6) / "img" / "0004.png"
     content = file.read_bytes()
     file.write_bytes(content[:90])
     both = (*MINE, "static,knob.py:Knob", "--seeds", 3, "--sequences", "data/Broken,data/Small")
     done = trackmark(*both, status=2)
     (message,) = [line for line in done.stderr.splitlines() if line.startswith("trackmark: ")]
     assert "0004.png" in message
-    stored = bench.load_results(here / "results").query("status == 'finished'")
+    stored = bench.load_results(workspace / "results").query("status == 'finished'")
     assert set(stored["sequence"]) == {"Small"}
     file.write_bytes(content)
     trackmark(*both)
 
 
 @pytest.mark.parametrize("number", [1, 4])
-def test_image_with_a_huge_size_is_refused_by_its_header(trackmark, one_line, here, number):
-    image = here / "data" / "Small" / "img" / f"{number:04}.png"
+def test_image_with_a_huge_size_is_refused_by_its_header(trackmark, one_line, workspace, number):
+    image = workspace / "data" / "Small" / "img" / f"{number:04}.png"
     head = b"IHDR" + (60000).to_bytes(4, "big") * 2 + image.read_bytes()[24:29]
     check = zlib.crc32(head).to_bytes(4, "big")
     image.write_bytes(image.read_bytes()[:12] + head + check + image.read_bytes()[33:])
     message = one_line(trackmark(*RUN, "data/Small", status=2))
     assert f"{number:04}.png: frame {number - 1} can't be read (it claims 60000x60000" in message
-    assert not [cell for file in here.glob("results/*") for cell in Results(file).cells()]
+    assert not [cell for file in workspace.glob("results/*") for cell in Results(file).cells()]
 
 
-def test_damaged_result_is_named(trackmark, one_line, here):
+def test_damaged_result_is_named(trackmark, one_line, workspace):
     trackmark(*RUN, "data/Small")
-    (file,) = (here / "results").rglob("runs.db")
+    (file,) = (workspace / "results").rglob("runs.db")
     file.write_bytes(file.read_bytes()[: file.stat().st_size // 2])
     assert "runs.db is damaged" in one_line(trackmark(*RUN, "data/Small", status=2))
 
 
-def test_table_shows_requested_runs_and_report_all_of_them(trackmark, here):
-    shutil.copytree(here / "data" / "Small", here / "data" / "Other")
+def test_table_shows_requested_runs_and_report_all_of_them(trackmark, workspace):
+    shutil.copytree(workspace / "data" / "Small", workspace / "data" / "Other")
     trackmark(*RUN, "data/Small")
     text = trackmark(*MINE, "camshift", "--sequences", "data/Other").stdout
     assert "static" not in text
@@ -195,10 +199,10 @@ def test_table_shows_requested_runs_and_report_all_of_them(trackmark, here):
     assert "not run: camshift" in text
 
 
-def test_stale_runs_are_announced_replaced_and_never_averaged(trackmark, here):
+def test_stale_runs_are_announced_replaced_and_never_averaged(trackmark, workspace):
     knob = (*MINE, "knob.py:Knob", *SMALL, "--seeds")
     trackmark(*knob, 3)
-    file = here / "knob.py"
+    file = workspace / "knob.py"
     file.write_text(file.read_text().replace("self.random.random()", "2"))
     done = trackmark(*knob, 2)
     announced, _, change = done.stderr.partition("What became of the scores of 2 runs")
@@ -208,18 +212,20 @@ def test_stale_runs_are_announced_replaced_and_never_averaged(trackmark, here):
         for text, stage in ((announced, "before"), (change, "before"), (change, "after"))
     )
     assert first.split() == before.replace("*", "").split()
-    scores = bench.load_results(here / "results").query("status == 'finished'")
+    scores = bench.load_results(workspace / "results").query("status == 'finished'")
     assert f"{scores['mean_overlap'].mean():.3f}" in after
     assert f"{scores['mean_overlap'].mean():.3f}" not in before
     assert "2 of 2 runs" in done.stdout
     assert "1 of 3 stale" in trackmark("report", "results/mine").stdout
 
 
-def test_failures_of_replaced_runs_are_printed_once_before_and_after(trackmark, spoil, here):
+def test_failures_of_replaced_runs_are_printed_once_before_and_after(
+    trackmark, break_tracker, workspace
+):
     knob = (*MINE, "knob.py:Knob", *SMALL)
-    spoil()
+    break_tracker()
     trackmark(*knob, status=1)
-    file = here / "knob.py"
+    file = workspace / "knob.py"
     file.write_text(file.read_text().replace("no idea", "still none"))
     done = trackmark(*knob, status=1)
     assert [text in done.stderr for text in ("no idea", "still none")] == [True, False]
@@ -227,40 +233,42 @@ def test_failures_of_replaced_runs_are_printed_once_before_and_after(trackmark, 
     assert "of the scores of 1 run that was replaced" in done.stderr
 
 
-def test_keep_stores_runs_of_each_version(trackmark, here):
+def test_keep_stores_runs_of_each_version(trackmark, workspace):
     knob = (*MINE, "knob.py:Knob", *SMALL, "--keep")
-    file = here / "knob.py"
+    file = workspace / "knob.py"
     for change in ("2", "2", "3"):
         file.write_text(re.sub(r"\[[^,]*, 0, 0, 0", f"[{change}, 0, 0, 0", file.read_text()))
         done = trackmark(*knob)
         assert "will be repeated" not in done.stderr
     assert "results/mine-2" in done.stdout
-    runs = bench.load_results(here / "results")
+    runs = bench.load_results(workspace / "results")
     assert runs["experiment"].tolist() == ["mine", "mine-2"]
     assert runs["mean_overlap"].is_monotonic_decreasing
 
 
-def test_other_data_of_the_same_name_replace_no_run(trackmark, one_line, here, otb):
+def test_other_data_of_the_same_name_replace_no_run(trackmark, one_line, workspace, otb):
     for number, name in enumerate("ab"):
-        otb(here / name / "clip", 4 + number)
-    shutil.copytree(here / "a", here / "copy of a")
+        otb(workspace / name / "clip", 4 + number)
+    shutil.copytree(workspace / "a", workspace / "copy of a")
     trackmark(*RUN, "a/clip")
     message = one_line(trackmark(*RUN, "b/clip", status=2))
-    assert str(here / "a" / "clip") in message
+    assert str(workspace / "a" / "clip") in message
     assert "--name" in message
-    assert bench.load_results(here / "results")["frames"].tolist() == [4]
+    assert bench.load_results(workspace / "results")["frames"].tolist() == [4]
     assert "will be repeated" not in trackmark(*RUN, "copy of a/clip").stderr
-    (here / "a" / "clip" / "groundtruth_rect.txt").write_text("5,6,10,11\n" * 4)
+    (workspace / "a" / "clip" / "groundtruth_rect.txt").write_text("5,6,10,11\n" * 4)
     assert "1 stored run was" in trackmark(*RUN, "a/clip").stderr  # the same data, changed
 
 
-def test_dry_run_prints_the_plan_and_writes_nothing(trackmark, here):
-    shutil.copy(here / "knob.py", here / "_knob.py")  # as a run's folder is, this is not hidden
+def test_dry_run_prints_the_plan_and_writes_nothing(trackmark, workspace):
+    shutil.copy(
+        workspace / "knob.py", workspace / "_knob.py"
+    )  # as a run's folder is, this is not hidden
     knob = (*MINE, "static,_knob.py:Knob", *SMALL, "--seeds")
     text = trackmark(*knob, 3, "--dry-run").stdout
     assert "4 of 4 runs on 1 sequences are to be run" in text
     assert "first frames on the shortest sequence" in text
-    assert not (here / "results").exists()
+    assert not (workspace / "results").exists()
     trackmark(*knob, 2)
     (plan,) = rows(trackmark(*knob, 3, "--dry-run", "--json"))
     assert plan["trackers"]["_knob.py:Knob"] == {"done": 2, "failed": 0, "stale": 0, "left": 1}
@@ -269,11 +277,11 @@ def test_dry_run_prints_the_plan_and_writes_nothing(trackmark, here):
     assert plan["estimated_from"] == {"sequence": 1}
 
 
-def test_limits_apply_and_their_defaults_are_documented(trackmark, spoil):
+def test_limits_apply_and_their_defaults_are_documented(trackmark, break_tracker):
     text = " ".join(trackmark("run", "--help").stdout.split())
     assert f"[default: {Limits.frame_seconds:g}]" in text
     assert f"[default: {Limits.run_seconds:g}]" in text
-    spoil("__import__('time').sleep(0.1); return Estimate(self.box)")
+    break_tracker("__import__('time').sleep(0.1); return Estimate(self.box)")
     slow = ("run", "--trackers", "knob.py:Knob", *SMALL)
     done = trackmark(*slow, "--run-limit", "0.25", status=1)
     assert "the run took longer than its limit of 0.25 s" in " ".join(done.stdout.split())
@@ -286,11 +294,11 @@ SHARED = Path(__file__).parents[3].parent / "shared" / "sequences"
 
 @pytest.mark.slow
 @pytest.mark.skipif(not SHARED.is_dir(), reason="needs the recorded sequences beside the checkout")
-def test_recorded_sequences_and_a_video_run(typed, here):
+def test_recorded_sequences_and_a_video_run(trackmark_process, workspace):
     names = ",".join(str(SHARED / "otb" / name) for name in ("Crossing", "Couple"))
     trackers = "static,camshift,opencv-mil"
-    typed("run", "--trackers", trackers, "--sequences", names, "--seeds", 5)
-    table = bench.load_results(here / "results")
+    trackmark_process("run", "--trackers", trackers, "--sequences", names, "--seeds", 5)
+    table = bench.load_results(workspace / "results")
     assert len(table) == 2 * (1 + 1 + 5)
     frames = table[table["tracker"] == "static"].set_index("sequence")["evaluated_frames"]
     assert frames.to_dict() == {"Crossing": 119, "Couple": 139}
@@ -301,9 +309,9 @@ def test_recorded_sequences_and_a_video_run(typed, here):
         ",".join(map(str, [i, *(a - 1), *(b - a)]))
         for i, (a, b) in enumerate(zip(low, high, strict=True))
     ]
-    (here / "bag.csv").write_text("\n".join(lines) + "\n")
+    (workspace / "bag.csv").write_text("\n".join(lines) + "\n")
     video = SHARED / "video" / "bag.avi"
     arguments = ("--sequences", video, "--truth", "bag.csv", "--name", "bag")
-    typed("run", "--trackers", "static,camshift", *arguments)
-    table = bench.load_results(here / "results" / "bag")
+    trackmark_process("run", "--trackers", "static,camshift", *arguments)
+    table = bench.load_results(workspace / "results" / "bag")
     assert (table["evaluated_frames"] == 195).all()

@@ -10,25 +10,25 @@ SMALL = "plain/target:length=20:width=64:height=64"
 STRESS = ("--sequences", SMALL, "--runs", "20", "--knob")
 
 
-def test_breaking_points_are_found_and_no_run_is_repeated(trackmark, here):
+def test_breaking_points_are_found_and_no_run_is_repeated(trackmark, workspace):
     command = ("stress", "static", "--against", "camshift", *STRESS, "noise")
     text = trackmark(*command, "--folder", "out").stdout
     assert "Breaking points" in text
     assert "ten visible frames" in text
     assert max(map(len, text.splitlines())) <= 100
     for name in ("breaking-points.tex", "severity.csv", "runs.csv", "curve-noise.png"):
-        assert (here / "out" / name).is_file()
-    logs = read_logs(here / "results/stress")
+        assert (workspace / "out" / name).is_file()
+    logs = read_logs(workspace / "results/stress")
     data = json.loads(trackmark(*command, "--json").stdout)
-    assert read_logs(here / "results/stress") == logs
+    assert read_logs(workspace / "results/stress") == logs
     assert [series["tracker"] for series in data["series"]] == ["static", "camshift"]
     assert all(len(series["runs"]) == 20 for series in data["series"])
     assert data["baseline"] == "camshift"
 
 
 @pytest.mark.slow
-def test_failing_tracker_breaks_and_scores_are_correlated(trackmark, here, spoil):
-    spoil("raise ValueError('too fragile')")
+def test_failing_tracker_breaks_and_scores_are_correlated(trackmark, workspace, break_tracker):
+    break_tracker("raise ValueError('too fragile')")
     command = ("stress", "knob.py", "--against", "static", *STRESS, "noise=0..9")
     text = trackmark(*command, "--recorded", f"{SMALL}:scene=1").stdout
     text = " ".join(text.split())

@@ -55,7 +55,7 @@ describe nonsense | nonsense
 describe camshit | Did you mean the tracker 'camshift'?
 describe kcf:preset=as-written | Did you mean the tracker 'opencv-kcf'?
 describe '' | empty
-describe data/Small/img --attributes | there is no truth
+describe data/Small/img --attributes | there is no ground truth
 report nowhere | nowhere
 report data --metrics '' | one preset at least
 report data --metrics otbb | Did you mean 'otb'?
@@ -135,16 +135,16 @@ def message_of(done):
 
 
 @pytest.mark.parametrize("command", sorted({line.split()[0] for line in MESSAGES}))
-def test_wrong_input_is_one_message_and_exit_status_2(trackmark, here, command):
+def test_wrong_input_is_one_message_and_exit_status_2(trackmark, workspace, command):
     for name, text in FILES.items():
-        (here / name).write_text(text)
-    (here / "theirs").mkdir()
-    (here / "theirs" / "Small.txt").write_text("5,6,10,12\n" * 5)
+        (workspace / name).write_text(text)
+    (workspace / "theirs").mkdir()
+    (workspace / "theirs" / "Small.txt").write_text("5,6,10,12\n" * 5)
     for line in MESSAGES:
         arguments, _, words = line.rpartition(" | ")
         if arguments.split()[0] == command:
             assert words in message_of(trackmark(*shlex.split(arguments), status=2)), line
-    assert not (here / "results").exists()
+    assert not (workspace / "results").exists()
 
 
 LONG = "x" * 5000
@@ -179,9 +179,9 @@ results check NAME
 
 
 @pytest.mark.parametrize("name", [LONG, "loop"], ids=["long", "loop"])
-def test_name_that_cannot_be_a_file_is_one_short_message(trackmark, one_line, here, name):
+def test_name_that_cannot_be_a_file_is_one_short_message(trackmark, one_line, workspace, name):
     for file in LOOPS:
-        (here / file).symlink_to(file)
+        (workspace / file).symlink_to(file)
     for line in [*NAMES, *(LONG_NAMES if name == LONG else ())]:
         message = one_line(trackmark(*shlex.split(line.replace("NAME", name)), status=2))
         assert message.startswith("trackmark: "), line
@@ -193,15 +193,15 @@ def test_name_that_cannot_be_a_file_is_one_short_message(trackmark, one_line, he
         assert max(map(len, message.splitlines())) < 1000
 
 
-def test_argument_that_is_not_utf8_is_one_message(trackmark, one_line, here):
-    (here / "knob.py").rename(here / "\udcff.py")
+def test_argument_that_is_not_utf8_is_one_message(trackmark, one_line, workspace):
+    (workspace / "knob.py").rename(workspace / "\udcff.py")
     for options in (("static", "--name", "\udcff"), ("\udcff.py",)):
         message = one_line(
             trackmark("run", "--sequences", "data/Small", "--trackers", *options, status=2)
         )
         assert "\\udcff" in message
         assert "UTF-8" in message
-    assert not (here / "results").exists()
+    assert not (workspace / "results").exists()
 
 
 def test_oserror_without_a_file_name_is_one_message(trackmark, one_line, monkeypatch):

@@ -33,15 +33,15 @@ ACTS = {
 
 
 @pytest.fixture
-def data(here, otb):
+def data(workspace, otb):
     """Create four sequences of 12 frames, and trackers in files."""
     pytest.importorskip("distributed", reason="the extra 'dask' is not installed")
     for name in "ABCD":
-        otb(here / "data" / name, 12)
+        otb(workspace / "data" / name, 12)
     for name, act in ACTS.items():
-        source = (here / "knob.py").read_text().replace("return Estimate", f"{act}\n        #")
-        (here / f"{name}.py").write_text(source.replace("#(", "return Estimate("))
-    return here
+        source = (workspace / "knob.py").read_text().replace("return Estimate", f"{act}\n        #")
+        (workspace / f"{name}.py").write_text(source.replace("#(", "return Estimate("))
+    return workspace
 
 
 @pytest.fixture

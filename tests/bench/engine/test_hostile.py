@@ -17,7 +17,7 @@ from trackmark.bench.engine.pool import Pool
 from trackmark.bench.engine.work_unit import Entry, Limits, Unit
 from trackmark.bench.evaluation.loop import run_protocol
 from trackmark.bench.experiments.experiment import SequenceSource
-from trackmark.bench.experiments.tracker_spec import contestants, identify
+from trackmark.bench.experiments.tracker_spec import parse_trackers, run_identity
 
 FRAMES = 12
 LIMITS = Limits(frame_seconds=2, memory_bytes=1 << 30)
@@ -58,9 +58,9 @@ def lock_step(ground):
 
     def make(*names):
         texts = ["static", *(f"{ground}/hostile.py:{name}" for name in ("Calm", *names))]
-        chosen = contestants(texts)
+        chosen = parse_trackers(texts)
         entries = tuple(
-            Entry(text, 0, identify(chosen[text], sequence, 0).version) for text in texts
+            Entry(text, 0, run_identity(chosen[text], sequence, 0).version) for text in texts
         )
         source = SequenceSource(str(ground / "A"))
         return Unit(source, entries, "accuracy", FRAMES, owner="hostile.py")
@@ -132,7 +132,7 @@ def test_errors_and_malformed_estimates_cost_one_run(tmp_path, ground):
     """In one pass over a sequence, next to calm trackers."""
     (tmp_path / "answers.py").write_text(hostile_answers.source())
     classes = runpy.run_path(str(tmp_path / "answers.py"))
-    first, *others = contestants([f"{ground}/hostile.py:Calm", "static"]).values()
+    first, *others = parse_trackers([f"{ground}/hostile.py:Calm", "static"]).values()
 
     def hostile_tracker(name):
         kind = classes[name]

@@ -19,7 +19,7 @@ from trackmark.bench.execution.executor import Execution, run
 from trackmark.bench.execution.plan import make_plan
 from trackmark.bench.execution.scheduling import left_of
 from trackmark.bench.experiments.experiment import Experiment, ExperimentError, SequenceSource
-from trackmark.bench.experiments.tracker_files import settled
+from trackmark.bench.experiments.tracker_files import resolve_trackers
 from trackmark.bench.store.files import ResultsError
 from trackmark.bench.store.index import read_index
 from trackmark.bench.store.layout import cell_of
@@ -52,16 +52,16 @@ DAEMON = "86413.{os.getpid()}"
 
 
 @pytest.fixture
-def data(here, otb):
+def data(workspace, otb):
     """Two sequences, and the trackers in a file."""
     for name in "AB":
-        otb(here / "data" / name, FRAMES)
+        otb(workspace / "data" / name, FRAMES)
     source = HEAD + KNOB_TRACKER.replace("class Knob(", "class Base(")
     for name, act in ACTS.items():
         source += f"\n\nclass {name}(Base):\n    def update(self, image):\n        {act}\n"
         source += "        return super().update(image)\n"
-    (here / "acts.py").write_text(source)
-    return here
+    (workspace / "acts.py").write_text(source)
+    return workspace
 
 
 def experiment(data, *names, sequences="AB", name="trial", **options):
@@ -225,7 +225,7 @@ def test_processes_that_a_tracker_or_its_import_starts_are_ended(data, wait_unti
     command = f"sleep 86414.{os.getpid()}"
     start = f"import subprocess\nsubprocess.Popen({command.split()}, start_new_session=True)\n"
     (data / "starts.py").write_text(start + KNOB_TRACKER)
-    settled([f"{data}/starts.py"])
+    resolve_trackers([f"{data}/starts.py"])
     for number in (86413, 86414):
         wait_until(lambda number=number: not running(f"sleep {number}.{os.getpid()}"))
 
@@ -281,14 +281,14 @@ def test_worker_that_is_killed_while_it_starts_is_replaced_once(data, monkeypatc
         list(workers.perform([unit]))
 
 
-def test_probe_measures_every_tracker_and_keeps_nothing(here):
-    entries = tuple(Entry(text, 0, "") for text in ("static", f"{here}/knob.py:Knob"))
-    unit = Unit(SequenceSource(str(here / "data" / "Small")), entries, "accuracy", 5)
-    before = sorted(here.rglob("*"))
+def test_probe_measures_every_tracker_and_keeps_nothing(workspace):
+    entries = tuple(Entry(text, 0, "") for text in ("static", f"{workspace}/knob.py:Knob"))
+    unit = Unit(SequenceSource(str(workspace / "data" / "Small")), entries, "accuracy", 5)
+    before = sorted(workspace.rglob("*"))
     probed = probe(unit, 4, Limits())
     assert len(probed.seconds) == 2
     assert np.isfinite([*probed.seconds, probed.frame_seconds]).all()
-    assert [p for p in sorted(here.rglob("*")) if "__pycache__" not in p.parts] == before
+    assert [p for p in sorted(workspace.rglob("*")) if "__pycache__" not in p.parts] == before
 
 
 def test_unknown_engine_is_named_with_the_closest():

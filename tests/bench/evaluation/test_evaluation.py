@@ -8,8 +8,8 @@ import pytest
 from tests.bench.evaluation.walkers import Walker, misbehaving
 from trackmark import bench
 from trackmark.bench.evaluation.loop import run_protocol
-from trackmark.bench.experiments.tracker_spec import contestant
-from trackmark.bench.protocols import STORED_ONCE, TIMING
+from trackmark.bench.experiments.tracker_spec import parse_tracker
+from trackmark.bench.protocols import STORED_ONE_PASS, TIMING
 from trackmark.datasets import SequenceError
 from trackmark.trackers import Estimate
 from trackmark.trackers.base.sharing import SharingTracker
@@ -64,7 +64,7 @@ def test_seed_depends_on_tracker_sequence_and_repetition(make_sequence):
 
 def test_lock_step_does_not_change_boxes(make_sequence):
     sequence = make_sequence()
-    entries = [(contestant(Walker), r) for r in range(3)] + [(contestant("static"), 0)]
+    entries = [(parse_tracker(Walker), r) for r in range(3)] + [(parse_tracker("static"), 0)]
     together = run_protocol(entries, sequence).runs
     for (entry, repetition), run in zip(entries, together, strict=True):
         (alone,) = run_protocol([(entry, repetition)], sequence).runs
@@ -76,7 +76,7 @@ def test_frame_is_read_once_for_all_trackers(make_sequence):
     frames = sequence.frames
     sequence.check_runnable()
     frames.asked.clear()
-    run_protocol([(contestant(Walker), r) for r in range(4)], sequence)
+    run_protocol([(parse_tracker(Walker), r) for r in range(4)], sequence)
     fetched = [frame for frame in frames.asked if frame > 0]
     assert fetched == [1, 2, 3, 4, 5]
 
@@ -106,7 +106,7 @@ def make_sharer(seed):
 
 def test_shared_work_is_done_once_per_frame(make_sequence):
     sequence = make_sequence(n=5)
-    entry = contestant(make_sharer)
+    entry = parse_tracker(make_sharer)
     computed.clear()
     runs = run_protocol([(entry, 0), (entry, 1)], sequence).runs
     assert len(computed) == 4
@@ -124,7 +124,7 @@ def test_shared_frame_has_the_number_of_trackers(make_sequence, n):
             told.add(frame.sharers)
             return Estimate(self.box)
 
-    entry = contestant(lambda seed: Asker(Asker.Parameters(), seed))
+    entry = parse_tracker(lambda seed: Asker(Asker.Parameters(), seed))
     run_protocol([(entry, repetition) for repetition in range(n)], make_sequence(4))
     assert told == {n}
 
@@ -164,10 +164,10 @@ def test_identity_is_that_before_the_run(make_sequence, tmp_path):
         "        Path(__file__).write_text(Path(__file__).read_text() + '0\\n')\n"
         "        return Estimate(self.box)\n"
     )
-    before = contestant(f"{file}:Editing").version
+    before = parse_tracker(f"{file}:Editing").version
     run = bench.evaluate(f"{file}:Editing", make_sequence())
     assert run.identity.tracker_version == before
-    assert contestant(f"{file}:Editing").version != before
+    assert parse_tracker(f"{file}:Editing").version != before
 
 
 def test_tracker_that_can_not_be_made_is_a_failed_run(make_sequence):
@@ -181,12 +181,12 @@ def test_tracker_that_can_not_be_made_is_a_failed_run(make_sequence):
         bench.score(run, make_sequence())
 
 
-@pytest.mark.parametrize("protocol", [STORED_ONCE, TIMING])
+@pytest.mark.parametrize("protocol", [STORED_ONE_PASS, TIMING])
 def test_frame_of_another_size_is_an_error(make_sequence, protocol):
     sequence = make_sequence(n=8)
     sequence.frames = [np.zeros((24, 32 + (frame == 5), 3), np.uint8) for frame in range(8)]
     with pytest.raises(SequenceError, match="line: frame 5 has 33x24 pixels, others have 32x24"):
-        run_protocol([(contestant("static"), 0)], sequence, protocol)
+        run_protocol([(parse_tracker("static"), 0)], sequence, protocol)
 
 
 def test_arrays_and_masks_are_kept_on_request(make_sequence):
@@ -227,7 +227,7 @@ def test_overhead_excludes_trackers_and_images(make_sequence, monkeypatch):
     now = partial(next, ticks)
     monkeypatch.setattr("trackmark.bench.evaluation.loop.perf_counter", now)
     monkeypatch.setattr("trackmark.bench.evaluation.recorder.perf_counter", now)
-    (entry,) = [contestant(Walker)]
+    (entry,) = [parse_tracker(Walker)]
     for n_trackers in (1, 4):
         entries = [(entry, repetition) for repetition in range(n_trackers)]
         overhead = run_protocol(entries, make_sequence(n=9)).overhead
@@ -239,6 +239,6 @@ def test_overhead_counts_running_trackers_only(make_sequence, monkeypatch):
     clock = iter(range(10**6))
     monkeypatch.setattr("trackmark.bench.evaluation.loop.perf_counter", lambda: next(clock))
     monkeypatch.setattr("trackmark.bench.evaluation.recorder.perf_counter", lambda: 0.0)
-    failing = contestant(misbehaving(raise_error, at=1))
-    entries = [(contestant(Walker), 0)] + [(failing, i) for i in range(9)]
+    failing = parse_tracker(misbehaving(raise_error, at=1))
+    entries = [(parse_tracker(Walker), 0)] + [(failing, i) for i in range(9)]
     assert run_protocol(entries, make_sequence(n=9)).overhead == 1.0

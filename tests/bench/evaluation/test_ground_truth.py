@@ -5,7 +5,7 @@ import pytest
 
 from trackmark import bench
 from trackmark.bench.evaluation.loop import run_protocol
-from trackmark.bench.experiments.tracker_spec import contestant
+from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.bench.pages.player_runs import read_runs
 from trackmark.bench.protocols import TIMING
 from trackmark.bench.store.loading import load_results
@@ -48,11 +48,11 @@ def test_it_is_scored_by_the_region_that_it_started_from(sequence):
 
 
 def test_the_region_is_part_of_the_identity_but_never_of_the_random_numbers(sequence):
-    plain, full = contestant("static"), contestant("static:init=full")
+    plain, full = parse_tracker("static"), parse_tracker("static:init=full")
     runs = run_protocol([(plain, 0), (full, 0)], sequence).runs
     assert runs[0].identity.digest != runs[1].identity.digest
     assert plain.name == full.name == "static"
-    assert contestant("static:init=boxes").label == "static"
+    assert parse_tracker("static:init=boxes").label == "static"
 
 
 def test_a_region_that_is_not_there_is_named_with_those_that_are(sequence):
@@ -67,7 +67,7 @@ def test_a_region_that_is_absent_where_the_target_appears_is_refused(sequence):
 
 
 def test_a_timing_run_starts_from_the_region_too(sequence):
-    (run,) = run_protocol([(contestant("static:init=full"), 0)], sequence, TIMING).runs
+    (run,) = run_protocol([(parse_tracker("static:init=full"), 0)], sequence, TIMING).runs
     np.testing.assert_array_equal(run.boxes[-1], sequence.regions["full"][0])
 
 

@@ -6,7 +6,7 @@ import pytest
 from tests.bench.evaluation.walkers import Walker, misbehaving
 from trackmark import bench
 from trackmark.bench.evaluation.loop import run_protocol
-from trackmark.bench.experiments.tracker_spec import contestant
+from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.trackers import Estimate
 
 
@@ -73,7 +73,7 @@ def test_final_corrections_are_revised_boxes(make_sequence):
     ],
 )
 def test_malformed_final_correction_fails_its_run(make_sequence, last_word, reason):
-    entries = [(contestant(finishing(last_word)), 0), (contestant("static"), 0)]
+    entries = [(parse_tracker(finishing(last_word)), 0), (parse_tracker("static"), 0)]
     bad, other = run_protocol(entries, make_sequence(n=6)).runs
     assert bad.failure.startswith("frame 5: ")
     assert reason in bad.failure
@@ -126,7 +126,9 @@ def test_error_of_a_watcher_fails_its_run(late):
         def watch(self, image):
             raise RuntimeError("too dark")
 
-    failed, fine = run_protocol([(contestant(Raising), 0), (contestant(Walker), 0)], late).runs
+    failed, fine = run_protocol(
+        [(parse_tracker(Raising), 0), (parse_tracker(Walker), 0)], late
+    ).runs
     assert "frame 0" in failed.failure
     assert "too dark" in failed.failure
     assert not fine.failure

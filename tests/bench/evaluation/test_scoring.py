@@ -9,7 +9,7 @@ import pytest
 from trackmark import bench, datasets
 from trackmark.bench.evaluation import loop
 from trackmark.bench.evaluation.loop import WARM_UP_FRAMES, run_protocol
-from trackmark.bench.experiments.tracker_spec import contestant
+from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.bench.metrics.times import DISTURBED_RATIO, Times, is_disturbed, time_scores
 from trackmark.bench.protocols import TIMING
 from trackmark.trackers import Estimate
@@ -17,7 +17,7 @@ from trackmark.trackers.base.sharing import SharingTracker
 
 
 def time_run(tracker, sequence):
-    (run,) = run_protocol([(contestant(tracker), 0)], sequence, TIMING).runs
+    (run,) = run_protocol([(parse_tracker(tracker), 0)], sequence, TIMING).runs
     return run
 
 

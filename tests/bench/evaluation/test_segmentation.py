@@ -9,7 +9,7 @@ import pytest
 from trackmark import bench, datasets
 from trackmark.bench.evaluation.loop import run_protocol
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
-from trackmark.bench.experiments.tracker_spec import contestant
+from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.bench.metrics.regions import (
     Segmentation,
     contour_accuracy,
@@ -99,8 +99,8 @@ def test_true_mask_is_read_once_and_only_if_needed(make):
     bench.evaluate("static", sequence)
     assert masks.asked == [0]
     masks.asked.clear()
-    entries = [(contestant("static"), 0)]
-    entries += [(contestant(segmenting(lambda call: square(4))), r) for r in range(3)]
+    entries = [(parse_tracker("static"), 0)]
+    entries += [(parse_tracker(segmenting(lambda call: square(4))), r) for r in range(3)]
     runs = run_protocol(entries, sequence).runs
     assert masks.asked == [0, 1, 2, 3]
     assert [run.segmentation is None for run in runs] == [True, False, False, False]
@@ -133,7 +133,7 @@ def test_empty_mask_is_right_if_the_target_is_absent(make):
 
 def test_masks_are_never_compared_in_timing_runs(make):
     sequence, masks = make(n=16)
-    entries = [(contestant(segmenting(lambda call: square(4))), 0)]
+    entries = [(parse_tracker(segmenting(lambda call: square(4))), 0)]
     (run,) = run_protocol(entries, sequence, TIMING).runs
     assert run.failure == ""
     assert run.segmentation is None
@@ -236,8 +236,8 @@ def test_tables_without_masks_have_no_such_columns(stored):
         assert not {"region similarity J", "contour accuracy F"} & set(table.heads)
 
 
-def test_commands_show_scores_of_masks(trackmark, here):
-    (here / "segmenter.py").write_text(SEGMENTER)
+def test_commands_show_scores_of_masks(trackmark, workspace):
+    (workspace / "segmenter.py").write_text(SEGMENTER)
     arguments = ("--trackers", "static,segmenter.py:Segmenter", "--sequences", SEQUENCES[0])
     lines = trackmark("run", *arguments, "--name", "mine", "--json").stdout.splitlines()
     scores = {row["tracker_name"]: row["scores"] for row in map(json.loads, lines)}

@@ -39,10 +39,10 @@ class Sleeper(TrackerPlugin):
 
 
 @pytest.fixture
-def ground(here):
-    (here / "sleeper.py").write_text(SLEEPER)
-    shutil.copytree(here / "data" / "Small", here / "data" / "Other")
-    return here
+def ground(workspace):
+    (workspace / "sleeper.py").write_text(SLEEPER)
+    shutil.copytree(workspace / "data" / "Small", workspace / "data" / "Other")
+    return workspace
 
 
 def asked(ground, milliseconds, sequences=("Small",), name="trial"):

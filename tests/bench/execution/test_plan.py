@@ -22,19 +22,19 @@ def append(file, text):
     file.write_text(file.read_text() + text)
 
 
-def experiment(here, **changes):
+def experiment(workspace, **changes):
     settings = {
         "name": "trial",
-        "trackers": ("static", f"{here / 'knob.py'}:Knob"),
-        "sequences": (SequenceSource(str(here / "data" / "Small")),),
+        "trackers": ("static", f"{workspace / 'knob.py'}:Knob"),
+        "sequences": (SequenceSource(str(workspace / "data" / "Small")),),
         "repetitions": 3,
     } | changes
     return Experiment(**settings)
 
 
-def states(here, **changes):
-    chosen = experiment(here, **changes)
-    plan = make_plan(chosen, Results(here / "results" / chosen.name))
+def states(workspace, **changes):
+    chosen = experiment(workspace, **changes)
+    plan = make_plan(chosen, Results(workspace / "results" / chosen.name))
     found = zip(plan.asked().cells, plan.states.ravel(), strict=True)
     return {
         (tracker, repetition): State(state).name.lower()
@@ -43,27 +43,27 @@ def states(here, **changes):
 
 
 @pytest.fixture
-def finished(here):
-    run(experiment(here), here / "results", jobs=1)
-    assert set(states(here).values()) == {"done"}
-    return here
+def finished(workspace):
+    run(experiment(workspace), workspace / "results", jobs=1)
+    assert set(states(workspace).values()) == {"done"}
+    return workspace
 
 
-def test_a_tracker_that_never_draws_runs_once_and_the_others_as_often_as_asked(here):
-    assert states(here) == {
+def test_a_tracker_that_never_draws_runs_once_and_the_others_as_often_as_asked(workspace):
+    assert states(workspace) == {
         ("static", 0): "left",
         **{("knob.py:Knob", repetition): "left" for repetition in range(3)},
     }
 
 
-def test_a_tracker_can_have_a_number_of_repetitions_of_its_own(here):
-    knob = f"{here / 'knob.py'}:Knob"
-    assert len(states(here, repeated={knob: 1})) == 2
+def test_a_tracker_can_have_a_number_of_repetitions_of_its_own(workspace):
+    knob = f"{workspace / 'knob.py'}:Knob"
+    assert len(states(workspace, repeated={knob: 1})) == 2
 
 
-def test_a_region_that_a_sequence_has_not_is_refused_before_anything_runs(here):
+def test_a_region_that_a_sequence_has_not_is_refused_before_anything_runs(workspace):
     with pytest.raises(SequenceError, match="no region 'full' to initialise with"):
-        states(here, trackers=("static:init=full",))
+        states(workspace, trackers=("static:init=full",))
 
 
 def test_more_repetitions_leave_the_old_ones_done(finished):
@@ -132,9 +132,9 @@ def test_timing_runs_are_runs_of_their_own(finished, in_this_process):
     assert set(states(finished).values()) == {"done"}
 
 
-def test_a_unit_is_a_sequence_with_all_trackers_that_may_share_a_process(here):
-    chosen = experiment(here, trackers=("static", "camshift", "opencv-mil"), repetitions=2)
-    plan = make_plan(chosen, Results(here / "none"))
+def test_a_unit_is_a_sequence_with_all_trackers_that_may_share_a_process(workspace):
+    chosen = experiment(workspace, trackers=("static", "camshift", "opencv-mil"), repetitions=2)
+    plan = make_plan(chosen, Results(workspace / "none"))
     entries = [tuple(entry[:2] for entry in unit.entries) for unit in left_of(plan)]
     assert entries == [
         (("opencv-mil", 0),),
@@ -143,72 +143,82 @@ def test_a_unit_is_a_sequence_with_all_trackers_that_may_share_a_process(here):
     ]
 
 
-def test_a_tracker_from_outside_shares_no_process_and_no_tracker_that_is_timed_does(here):
+def test_a_tracker_from_outside_shares_no_process_and_no_tracker_that_is_timed_does(workspace):
     """Its own runs follow one another, so that it has use for its process."""
-    (here / "Twin.py").write_text((here / "knob.py").read_text())
-    texts = ("static", f"{here}/knob.py:Knob", "camshift", f"{here}/Twin.py:Knob", "opencv-mil")
-    plan = small_plan(here, 2, trackers=texts, repetitions=1)
+    (workspace / "Twin.py").write_text((workspace / "knob.py").read_text())
+    texts = (
+        "static",
+        f"{workspace}/knob.py:Knob",
+        "camshift",
+        f"{workspace}/Twin.py:Knob",
+        "opencv-mil",
+    )
+    plan = small_plan(workspace, 2, trackers=texts, repetitions=1)
     units = [(unit.owner, *(entry.tracker for entry in unit.entries)) for unit in left_of(plan)]
     knob, twin = ((f"{text.partition(':')[0]}:{Path(text).name}", text) for text in texts[1:4:2])
     mil, shared = ("", texts[4]), ("", texts[0], texts[2])
     assert units == [knob, knob, twin, twin, mil, mil, shared, shared]
-    timed = small_plan(here, trackers=texts, repetitions=2, timing=True)
+    timed = small_plan(workspace, trackers=texts, repetitions=2, timing=True)
     owners = [unit.owner for unit in left_of(timed)]
     assert len(owners) == 5 * 2 * 2
     assert [own for own, _ in groupby(owners)] == list(dict.fromkeys(owners))
     assert len(set(owners)) == 5
 
 
-def test_what_is_the_same_tracker_is_planned_once(here):
+def test_what_is_the_same_tracker_is_planned_once(workspace):
     chosen = ("camshift", "camshift:window=fixed", "camshift:hue_bins=32")
-    assert list(states(here, trackers=chosen)) == [("camshift", 0)]
+    assert list(states(workspace, trackers=chosen)) == [("camshift", 0)]
 
 
-def test_two_sequences_of_one_name_are_refused(here):
-    other = here / "other" / "Small"
-    shutil.copytree(here / "data" / "Small", other)
-    sources = tuple(SequenceSource(str(path)) for path in (here / "data" / "Small", other))
-    assert len(states(here, sequences=sources)) == 4
+def test_two_sequences_of_one_name_are_refused(workspace):
+    other = workspace / "other" / "Small"
+    shutil.copytree(workspace / "data" / "Small", other)
+    sources = tuple(SequenceSource(str(path)) for path in (workspace / "data" / "Small", other))
+    assert len(states(workspace, sequences=sources)) == 4
     (other / "groundtruth_rect.txt").write_text("6,6,10,12\n" * 5)
     with pytest.raises(ExperimentError, match="two different sequences are called 'Small'") as told:
-        states(here, sequences=sources)
-    assert f"{here / 'data' / 'Small'} and {other}. " in str(told.value)
+        states(workspace, sequences=sources)
+    assert f"{workspace / 'data' / 'Small'} and {other}. " in str(told.value)
 
 
-def test_two_trackers_of_one_name_are_refused(here):
-    (here / "elsewhere").mkdir()
-    shutil.copy(here / "knob.py", here / "elsewhere")
-    both = tuple(f"{here / place / 'knob.py'}:Knob" for place in ("", "elsewhere"))
+def test_two_trackers_of_one_name_are_refused(workspace):
+    (workspace / "elsewhere").mkdir()
+    shutil.copy(workspace / "knob.py", workspace / "elsewhere")
+    both = tuple(f"{workspace / place / 'knob.py'}:Knob" for place in ("", "elsewhere"))
     with pytest.raises(ExperimentError, match=r"two trackers are called 'knob\.py:Knob'"):
-        states(here, trackers=both)
+        states(workspace, trackers=both)
 
 
-def test_failed_runs_are_repeated_only_when_asked_for(here):
-    file = here / "knob.py"
+def test_failed_runs_are_repeated_only_when_asked_for(workspace):
+    file = workspace / "knob.py"
     file.write_text(file.read_text().replace("return Estimate", "raise ValueError  #"))
-    run(experiment(here), here / "results")
-    found = states(here)
+    run(experiment(workspace), workspace / "results")
+    found = states(workspace)
     assert found["static", 0] == "done"
     assert found["knob.py:Knob", 1] == "failed"
-    plan = make_plan(experiment(here), Results(here / "results" / "trial"))
+    plan = make_plan(experiment(workspace), Results(workspace / "results" / "trial"))
     assert list(left_of(plan)) == []
     (unit,) = left_of(plan, retry_failed=True)
     assert len(unit.entries) == 3
     assert plan.count(State.FAILED) == 3
 
 
-def small_plan(here, sequences=1, **changes):
+def small_plan(workspace, sequences=1, **changes):
     """A plan of 1 + 3 runs on each of some sequences of five frames."""
     for i in range(1, sequences):
-        shutil.copytree(here / "data" / "Small", here / "data" / f"Other{i}")
-    sources = tuple(SequenceSource(str(path)) for path in sorted((here / "data").iterdir()))
-    return make_plan(experiment(here, sequences=sources, **changes), Results(here / "none"))
+        shutil.copytree(workspace / "data" / "Small", workspace / "data" / f"Other{i}")
+    sources = tuple(SequenceSource(str(path)) for path in sorted((workspace / "data").iterdir()))
+    return make_plan(
+        experiment(workspace, sequences=sources, **changes), Results(workspace / "none")
+    )
 
 
 @pytest.mark.parametrize("sequences", [1, 3])
 @pytest.mark.parametrize("workers", [1, 2, 3, 5, 50])
-def test_no_unit_is_larger_than_a_workers_share_and_every_run_is_in_one(here, sequences, workers):
-    plan = small_plan(here, sequences)
+def test_no_unit_is_larger_than_a_workers_share_and_every_run_is_in_one(
+    workspace, sequences, workers
+):
+    plan = small_plan(workspace, sequences)
     units = left_of(plan, workers=workers)
     made = list(units)
     assert len(units) == len(made)
@@ -227,9 +237,9 @@ def test_no_unit_is_larger_than_a_workers_share_and_every_run_is_in_one(here, se
     assert max(busy) <= units.work / workers + 5
 
 
-def test_the_longest_sequences_come_first(here):
+def test_the_longest_sequences_come_first(workspace):
     sources = tuple(SequenceSource(name) for name in ("samples/bow-tie", "stress/twin"))
-    plan = make_plan(experiment(here, sequences=sources), Results(here / "none"))
+    plan = make_plan(experiment(workspace, sequences=sources), Results(workspace / "none"))
     work = [unit.work for unit in left_of(plan)]
     assert work == sorted(work, reverse=True)
 
@@ -245,13 +255,13 @@ def test_a_unit_says_which_version_each_of_its_runs_replaces(finished):
     assert all(entry.version == plan.versions[0][1] != old for entry in unit.entries)
 
 
-def test_a_sequence_that_was_opened_for_one_plan_is_not_opened_for_the_next(here, monkeypatch):
+def test_a_sequence_that_was_opened_for_one_plan_is_not_opened_for_the_next(workspace, monkeypatch):
     known = {}
-    first = make_plan(experiment(here), Results(here / "none"), known)
+    first = make_plan(experiment(workspace), Results(workspace / "none"), known)
     monkeypatch.setattr(
         "trackmark.datasets.load", lambda *_, **__: pytest.fail("a sequence was opened")
     )
-    second = make_plan(experiment(here), Results(here / "none"), known)
+    second = make_plan(experiment(workspace), Results(workspace / "none"), known)
     assert first.versions == second.versions
 
 
@@ -266,12 +276,12 @@ def test_versions_and_cells_are_those_of_the_runs(finished):
     assert plan.counts().tolist() == [[0, 0, 0, 1], [0, 0, 0, 3]]
 
 
-def test_workers_open_the_sequences_of_a_large_plan_as_this_process_does(here, monkeypatch):
+def test_workers_open_the_sequences_of_a_large_plan_as_this_process_does(workspace, monkeypatch):
     names = ["plain/target", *(f"plain/target:scene={scene}" for scene in range(1, 4))]
     large = Experiment(
         name="large", trackers=("static",), sequences=tuple(map(SequenceSource, names))
     )
-    results, told = Results(here / "results" / "large"), []
+    results, told = Results(workspace / "results" / "large"), []
     alone = make_plan(large, results)
     monkeypatch.setattr("trackmark.bench.execution.plan.WORTH_WORKERS", 4)
     shared = make_plan(large, results, opened=lambda *number: told.append(number), jobs=2)
@@ -287,7 +297,7 @@ def test_workers_open_the_sequences_of_a_large_plan_as_this_process_does(here, m
         make_plan(broken, results, jobs=2)
 
 
-def test_a_sequence_that_workers_cannot_open_is_told_alone(here, monkeypatch):
+def test_a_sequence_that_workers_cannot_open_is_told_alone(workspace, monkeypatch):
     told = []
     monkeypatch.setattr(
         "loky.process_executor.LOGGER.critical", lambda *words, **_: told.append(words)
@@ -297,5 +307,5 @@ def test_a_sequence_that_workers_cannot_open_is_told_alone(here, monkeypatch):
         name="broken", trackers=("static",), sequences=tuple(map(SequenceSource, names))
     )
     with pytest.raises(SequenceError, match="no/where"):
-        make_plan(broken, Results(here / "results"), jobs=2)
+        make_plan(broken, Results(workspace / "results"), jobs=2)
     assert not told

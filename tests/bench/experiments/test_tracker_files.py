@@ -8,8 +8,8 @@ import pytest
 
 from trackmark import trackers
 from trackmark.bench.experiments import tracker_files
-from trackmark.bench.experiments.tracker_files import described, settled
-from trackmark.bench.experiments.tracker_spec import contestant
+from trackmark.bench.experiments.tracker_files import describe_tracker, resolve_trackers
+from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.trackers import TrackerError
 
 CALM = """
@@ -98,7 +98,7 @@ def test_error_of_an_import_is_one_line_with_the_file(calm):
 def test_import_changes_nothing_in_this_process(calm, capfd):
     threads, folder = threading.active_count(), Path.cwd()
     files = [str(calm(name, before)) for name, before in TAKEN.items()]
-    found = settled(["static", *files])
+    found = resolve_trackers(["static", *files])
     assert list(found) == ["static", *files]
     assert capfd.readouterr() == ("", "")
     assert (threading.active_count(), Path.cwd()) == (threads, folder)
@@ -109,7 +109,7 @@ def test_file_that_ends_the_child_is_named(calm, case):
     act, words = ENDS[case]
     good, bad = str(calm("good")), str(calm("bad", act))
     with pytest.raises(TrackerError, match=rf"bad\.py: while it is imported, {words}\."):
-        settled([good, bad])
+        resolve_trackers([good, bad])
 
 
 def test_import_that_never_ends_is_stopped(calm, monkeypatch):
@@ -117,28 +117,30 @@ def test_import_that_never_ends_is_stopped(calm, monkeypatch):
     with pytest.raises(
         TrackerError, match=r"file\.py: while it is imported, nothing happens for 2 s"
     ):
-        described(str(calm("file", "while True: pass")))
+        describe_tracker(str(calm("file", "while True: pass")))
 
 
 def test_tracker_from_the_child_equals_an_imported_one(calm):
     file = calm("file", after="    presets = {'a': {}}\n    name = 'mine'")
     texts = [f"{file}:Calm:preset=a", f"{file}:as=other:init=full", "camshift:window=adaptive"]
-    for text, told in settled(texts).items():
-        own = contestant(text)
+    for text, told in resolve_trackers(texts).items():
+        own = parse_tracker(text)
         assert told.label == own.label
         assert told.version == own.version
         for name in ("name", "preset", "parameters", "randomness", "file", "init"):
             assert getattr(told, name) == getattr(own, name)
         assert type(told.make(0)).__name__ == type(own.make(0)).__name__
-    assert described(str(file)) == trackers.describe(str(file))
+    assert describe_tracker(str(file)) == trackers.describe(str(file))
 
 
-def test_command_survives_files_that_exit_or_print(typed, trackmark, here, one_line):
-    (here / "exits.py").write_text("import sys; sys.exit(0)")
+def test_command_survives_files_that_exit_or_print(
+    trackmark_process, trackmark, workspace, one_line
+):
+    (workspace / "exits.py").write_text("import sys; sys.exit(0)")
     asked = ("--sequences", "data/Small", "--json")
     done = trackmark("run", "--trackers", "exits.py", *asked, status=2)
     assert done.stdout == ""
     assert one_line(done) == "trackmark: exits.py: it can't be imported: SystemExit: 0 (line 1)"
-    (here / "prints.py").write_text(f"import os\nprint('hello')\nos.chdir('/')\n{CALM}")
-    done = typed("run", "--trackers", "prints.py:as=mine", *asked)
+    (workspace / "prints.py").write_text(f"import os\nprint('hello')\nos.chdir('/')\n{CALM}")
+    done = trackmark_process("run", "--trackers", "prints.py:as=mine", *asked)
     assert [json.loads(line)["tracker"] for line in done.stdout.splitlines()] == ["mine"]

@@ -9,17 +9,17 @@ import pytest
 
 from tests.trackers.tiny_models import write_models
 from trackmark.bench.experiments import tracker_spec as module
-from trackmark.bench.experiments.tracker_files import settled
+from trackmark.bench.experiments.tracker_files import resolve_trackers
 from trackmark.bench.experiments.tracker_spec import (
     PACKAGE,
     built_in_digest,
-    contestant,
-    contestants,
-    identify,
+    parse_tracker,
+    parse_trackers,
+    run_identity,
     run_seed,
 )
 from trackmark.datasets.source_digest import source_digest
-from trackmark.datasets.versioning import Seal
+from trackmark.datasets.versioning import VersionEntry
 from trackmark.trackers import TrackerError
 
 TREE = "0123456789abcdef"
@@ -68,10 +68,10 @@ def own(tmp_path):
     ],
 )
 def test_equal_trackers_have_equal_labels(text, label):
-    spec = contestant(text)
+    spec = parse_tracker(text)
     assert spec.label == label
-    assert contestant(spec.label).label == label
-    assert contestant(spec.label).parameters == spec.parameters
+    assert parse_tracker(spec.label).label == label
+    assert parse_tracker(spec.label).parameters == spec.parameters
 
 
 @pytest.mark.parametrize(
@@ -85,7 +85,7 @@ def test_equal_trackers_have_equal_labels(text, label):
 )
 def test_malformed_specification_is_refused(text, message):
     with pytest.raises(TrackerError, match=message):
-        contestant(text)
+        parse_tracker(text)
 
 
 def test_seed_depends_on_names_and_repetition_only():
@@ -93,7 +93,7 @@ def test_seed_depends_on_names_and_repetition_only():
         return run_seed(*arguments).generate_state(4).tolist()
 
     base = state("a", "s", 0)
-    assert contestant("camshift:hue_bins=8").name == "camshift"
+    assert parse_tracker("camshift:hue_bins=8").name == "camshift"
     assert base == state("a", "s", 0)
     for other in (("b", "s", 0), ("a", "t", 0), ("a", "s", 1)):
         assert state(*other) != base
@@ -114,7 +114,7 @@ def test_seed_depends_on_names_and_repetition_only():
     ],
 )
 def test_tracker_in_a_file_has_a_label_of_file_class_and_name(own, options, label):
-    spec = contestant(f"{own}{options}")
+    spec = parse_tracker(f"{own}{options}")
     assert spec.label == label
     assert spec.name == label.partition(":init")[0].partition(":step")[0]
     assert spec.file == own
@@ -122,41 +122,43 @@ def test_tracker_in_a_file_has_a_label_of_file_class_and_name(own, options, labe
 
 def test_classes_of_one_file_under_one_name_have_different_versions(own):
     own.write_text(PLUGIN + PLUGIN.replace("class Own", "class Other"))
-    first, second = contestants([f"{own}:Own:as=mine", f"{own}:Other:as=mine"]).values()
+    first, second = parse_trackers([f"{own}:Own:as=mine", f"{own}:Other:as=mine"]).values()
     assert first.label == second.label == "mine"
     assert first.version != second.version
-    assert contestant(f"{own}:Own").version["source"] == source_digest(own, PACKAGE)[0]
+    assert parse_tracker(f"{own}:Own").version["source"] == source_digest(own, PACKAGE)[0]
 
 
 def test_version_changes_with_the_source_of_the_tracker(own):
-    before = contestant(f"{own}:Own").version
+    before = parse_tracker(f"{own}:Own").version
     own.write_text(PLUGIN + "\n# a comment\n")
-    assert contestant(f"{own}:Own").version == before
+    assert parse_tracker(f"{own}:Own").version == before
     own.write_text(PLUGIN + "\nchanged = True\n")
-    after = contestant(f"{own}:Own").version
+    after = parse_tracker(f"{own}:Own").version
     assert before["source"] != after["source"]
     assert before["libraries"] == after["libraries"]
     assert "numpy" in before["libraries"]
 
 
 def test_sealed_tracker_has_its_sealed_version_until_its_source_changes(monkeypatch):
-    monkeypatch.setattr(module, "seal_of", lambda name, file: Seal(["first"], TREE, {}, ["numpy"]))
+    monkeypatch.setattr(
+        module, "find_version", lambda name, file: VersionEntry(["first"], TREE, {}, ["numpy"])
+    )
     monkeypatch.setattr(module, "source_digest", lambda file, package: (TREE, {"scipy": "1"}))
     numpy = {"numpy": metadata.version("numpy")}
-    assert contestant("camshift").version == {"source": "first", "libraries": numpy}
+    assert parse_tracker("camshift").version == {"source": "first", "libraries": numpy}
     monkeypatch.setattr(module, "source_digest", lambda file, package: ("edited", {}))
-    assert contestant("camshift").version == {"source": "first-edited", "libraries": numpy}
+    assert parse_tracker("camshift").version == {"source": "first-edited", "libraries": numpy}
 
 
 def test_built_in_digest_is_that_of_the_imported_tracker():
     for name in ("static", "opencv-mil"):
-        assert built_in_digest(name) == identify(contestant(name), Data, 0).tracker_digest
+        assert built_in_digest(name) == run_identity(parse_tracker(name), Data, 0).tracker_digest
     assert built_in_digest("knob.py:Knob") is None
 
 
 def test_tracker_in_a_file_has_no_seal_under_a_built_in_name(own):
     file = own.rename(own.with_name("static.py"))
-    version = contestant(f"{file}:Own").version["source"]
+    version = parse_tracker(f"{file}:Own").version["source"]
     assert version == source_digest(file, PACKAGE)[0]
 
 
@@ -191,9 +193,9 @@ def test_callable_has_its_qualified_name_as_label():
     def maker(seed):
         raise NotImplementedError
 
-    assert contestant(maker).label.endswith("<locals>.maker")
-    assert contestant(maker).version["source"] != "unknown"
-    assert contestant(functools.partial(maker)).label == "partial"
+    assert parse_tracker(maker).label.endswith("<locals>.maker")
+    assert parse_tracker(maker).version["source"] != "unknown"
+    assert parse_tracker(functools.partial(maker)).label == "partial"
 
 
 LATE = """
@@ -220,15 +222,15 @@ def test_implied_parameters_are_not_part_of_an_identity(tmp_path):
     file = tmp_path / "late.py"
     file.write_text(LATE)
     texts = [f"{file}", f"{file}:preset=usual", f"{file}:threshold=0.5"]
-    for spec in [*map(contestant, texts), *settled(texts).values()]:
+    for spec in [*map(parse_tracker, texts), *resolve_trackers(texts).values()]:
         assert spec.label == "late.py:Late"
         assert spec.parameters == {"threshold": 0.5}
-        identity = identify(spec, Data, 0)
+        identity = run_identity(spec, Data, 0)
         # As before it had parameters, or another preset.
         assert (identity.preset, identity.parameters) == ("recommended", {})
-    other = contestant(f"{file}:preset=recommended")
+    other = parse_tracker(f"{file}:preset=recommended")
     assert other.label == "late.py:Late:preset=recommended"
-    assert identify(other, Data, 0).parameters == {"threshold": 0.0}
+    assert run_identity(other, Data, 0).parameters == {"threshold": 0.0}
 
 
 def test_identity_changes_with_the_content_of_a_model_file(tmp_path):
@@ -236,7 +238,7 @@ def test_identity_changes_with_the_content_of_a_model_file(tmp_path):
     content = model.read_bytes()
 
     def version():
-        return identify(contestant(f"opencv-vit:net={model}"), Data, 0).version
+        return run_identity(parse_tracker(f"opencv-vit:net={model}"), Data, 0).version
 
     first = version()
     model.write_bytes(content + b"\0")

@@ -131,7 +131,7 @@ def test_player_shows_layers_maps_and_numbers(player):
     player.wait("!state.has('map') && paintedMap === null")
     assert player.run("byId('whose').textContent") == ""
     player.key("o")
-    assert "No run here was revised" in player.run("byId('said').textContent")
+    assert "No run workspace was revised" in player.run("byId('said').textContent")
     player.run("choose({show: 'none', hide: 'boxes'}); 0")
     drawn = player.run(pixels)
     player.key("k")  # the mask of the ground truth
@@ -159,20 +159,20 @@ def first_box(text):
     return (steps[1, :3].sum(axis=0) / 10).tolist()
 
 
-def test_show_live_runs_the_requested_repetition(trackmark, here):
+def test_show_live_runs_the_requested_repetition(trackmark, workspace):
     trackers = "knob.py:Knob,static"
     run = ("run", "--trackers", trackers, "--sequences", "data/Small", "--name", "mine")
     trackmark(*run, "--seeds", 3)
     stored = {
         row["repetition"]: run.boxes[2].tolist()
-        for row, run, _ in one_pass_runs(here / "results" / "mine")
+        for row, run, _ in one_pass_runs(workspace / "results" / "mine")
         if row["tracker"] == "knob.py:Knob"
     }
     assert stored[0] != stored[2]
     command = "show", "--live", trackers, "data/Small"
     for repetition, options in ((0, ()), (2, ("--repetition", 2))):
         trackmark(*command, *options)
-        text = (here / "live.html").read_text()
+        text = (workspace / "live.html").read_text()
         takes = data_of(text)["scenes"][0]["takes"]
         assert [take[1] for take in takes] == [repetition, 0]  # a deterministic tracker has one
         assert first_box(text) == pytest.approx(stored[repetition], abs=0.051)
@@ -181,15 +181,15 @@ def test_show_live_runs_the_requested_repetition(trackmark, here):
         assert f"on Small{ending}</title>" in text
         assert ("repetition=2" in data_of(text)["start"]) == bool(repetition)
     trackmark("show", "--live", "static", "data/Small", "--repetition", 2)
-    text = (here / "live.html").read_text()
-    assert "No tracker here draws random numbers: every repetition is the same." in text
+    text = (workspace / "live.html").read_text()
+    assert "No tracker workspace draws random numbers: every repetition is the same." in text
 
 
-def test_show_live_writes_a_page_of_a_failed_run(trackmark, spoil, here):
-    spoil()
+def test_show_live_writes_a_page_of_a_failed_run(trackmark, break_tracker, workspace):
+    break_tracker()
     run = ("show", "--live", "knob.py:Knob", "data/Small", "--output", "bad.html")
     assert "no idea" in trackmark(*run, status=1).stderr
-    assert "no idea" in (here / "bad.html").read_text()
+    assert "no idea" in (workspace / "bad.html").read_text()
 
 
 @pytest.mark.parametrize(
@@ -208,16 +208,16 @@ def test_show_live_refuses_wrong_arguments(trackmark, arguments, message):
     assert message in trackmark("show", *arguments, status=2).stderr
 
 
-def test_arrays_are_stored_for_new_one_pass_runs(here, trackmark, monkeypatch):
-    (here / "seeing.py").write_text(SEEING)
+def test_arrays_are_stored_for_new_one_pass_runs(workspace, trackmark, monkeypatch):
+    (workspace / "seeing.py").write_text(SEEING)
     run = ("run", "--trackers", "seeing.py:Seeing", "--sequences", "data/Small", "--name", "mine")
     trackmark(*run, "--arrays")
     trackmark("report", "results/mine")
-    assert '"left"' in (here / "results" / "mine" / "report.html").read_text()
+    assert '"left"' in (workspace / "results" / "mine" / "report.html").read_text()
     drawn, read, strips = ("show", "data/Small", "--frames", 2, "--output"), show._stored, []
     for name in ("outlined.png", "boxes.png"):
         trackmark(*drawn, name, "--results", "results/mine")
-        strips.append(cv2.imread(str(here / name)))
+        strips.append(cv2.imread(str(workspace / name)))
         monkeypatch.setattr(show, "_stored", lambda *given: (read(*given)[0], {}))
     assert (strips[0] != strips[1]).any(axis=2).sum() > 50  # the contour's pixels
     with pytest.raises(ExperimentError, match="one pass"):

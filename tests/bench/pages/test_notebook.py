@@ -33,11 +33,11 @@ class Tags(HTMLParser):
 
 
 @pytest.fixture
-def results(trackmark, here, otb):
-    otb(here / "data" / NAME, 4)
+def results(trackmark, workspace, otb):
+    otb(workspace / "data" / NAME, 4)
     where = f"data/{NAME},data/Small"
     trackmark("run", "--trackers", "static,knob.py:Knob", "--sequences", where, "--name", "mine")
-    return here / "results"
+    return workspace / "results"
 
 
 def test_results_are_a_data_frame_that_a_notebook_shows_as_tables(results):

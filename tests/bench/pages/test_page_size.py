@@ -8,7 +8,7 @@ from tests.bench.pages.reading import seen, written
 from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.execution.plan import make_plan
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
-from trackmark.bench.experiments.tracker_spec import identify
+from trackmark.bench.experiments.tracker_spec import run_identity
 from trackmark.bench.store.results import Results
 from trackmark.bench.store.truth import write_truth
 from trackmark.datasets import load
@@ -37,7 +37,9 @@ def stored(folder, sequences, repetitions):
                 boxes[:, 2:] = boxes[:, 2:].clip(2)
                 fields = {"visible": np.ones(n, bool), "confidence": np.full(n, np.nan)}
                 fields["circumstances"] = {"source": sequences[number]}
-                assert results.write(Run(identify(tracker, sequence, repetition), boxes, **fields))
+                assert results.write(
+                    Run(run_identity(tracker, sequence, repetition), boxes, **fields)
+                )
     return results.folder
 
 

@@ -29,23 +29,23 @@ def without_figures(monkeypatch):
     monkeypatch.setattr("trackmark.bench.pages.report_figures.write_figures", lambda *_: [])
 
 
-def test_numbers_are_those_of_csv_and_json(trackmark, here):
+def test_numbers_are_those_of_csv_and_json(trackmark, workspace):
     where = ",".join(f"plain/target:length=12:noise={10 * (1 + n % 2)}:scene={n}" for n in range(6))
     run = ("run", "--trackers", "static,camshift,knob.py:Knob", "--sequences", where)
     trackmark(*run, "--seeds", 2, "--name", "mine")
     lines = trackmark("report", "results/mine", "--folder", "report", "--metrics", "native,otb")
     assert lines.stderr.splitlines()[-2] == "report/report.html"
-    count = len([*(here / "report").glob("*.csv")])
+    count = len([*(workspace / "report").glob("*.csv")])
     assert f"Beside it: {count} tables as .txt, .md, .csv and .tex" in lines.stderr
     told = trackmark("report", "results/mine", "--json", "--metrics", "native,otb").stdout
     tables = {one["table"]: one["rows"] for one in map(json.loads, told.splitlines())}
-    page = (here / "report" / "report.html").read_text()
+    page = (workspace / "report" / "report.html").read_text()
     shown = Cells(page).tables
     assert tables.keys() == shown.keys()
     assert {"summary", "sequences", "metrics-otb", "heat", "comparison", "comparison-pairs",
             "parts", "comparison-parts", "trackers", "circumstances"} <= tables.keys()  # fmt: skip
     for name, rows in tables.items():
-        with (here / "report" / f"{name}.csv").open() as file:
+        with (workspace / "report" / f"{name}.csv").open() as file:
             in_csv = [*csv.DictReader(file)]
         for row, line in zip(rows, in_csv, strict=True):
             assert {key: as_in_json(value, line[key]) for key, value in row.items()} == row
@@ -55,7 +55,7 @@ def test_numbers_are_those_of_csv_and_json(trackmark, here):
             assert on_page == [row["mean"] for row in rows]
         numbers = {value for row in rows for value in row.values() if type(value) in (int, float)}
         assert numbers >= set(on_page)
-        texts = (here / "report" / f"{name}.txt").read_text()
+        texts = (workspace / "report" / f"{name}.txt").read_text()
         assert all(cell["text"] in texts for cell in cells)
     overlaps = {r["tracker"]: r for r in tables["summary"] if r["measure"] == "mean_overlap"}
     for cells, (tracker, row) in zip(shown["summary"][1:], overlaps.items(), strict=True):
@@ -130,14 +130,14 @@ def test_page_without_parts_says_what_there_would_be(without_processes, tmp_path
     assert "parts" not in Cells(text).tables
 
 
-def test_names_and_messages_cannot_inject_markup(trackmark, here, spoil, otb):
-    spoil(f"raise ValueError({HOSTILE!r} + chr(10) + '=1+1')")
+def test_names_and_messages_cannot_inject_markup(trackmark, workspace, break_tracker, otb):
+    break_tracker(f"raise ValueError({HOSTILE!r} + chr(10) + '=1+1')")
     name = HOSTILE.replace("/", "⁄")  # a folder has no slash
-    otb(here / "data" / name, 4)
+    otb(workspace / "data" / name, 4)
     run = ("run", "--trackers", "static,knob.py:Knob", "--sequences", f"data/{name}")
     trackmark(*run, "--name", "mine", status=1)
     trackmark("report", "results/mine", "--folder", "report", status=1)
-    text = (here / "report" / "report.html").read_text()
+    text = (workspace / "report" / "report.html").read_text()
     found = Cells(text)
     main = re.search(r"<main>.*</main>", text, re.S)[0]
     assert "alert('x')" not in re.sub(r"\\u[0-9a-f]{4}", "", main)
@@ -148,14 +148,14 @@ def test_names_and_messages_cannot_inject_markup(trackmark, here, spoil, otb):
     assert data_of(text)["scenes"][0]["name"] == name
 
 
-def test_failures_come_first_and_open_the_last_box(trackmark, here, spoil):
-    spoil(
+def test_failures_come_first_and_open_the_last_box(trackmark, workspace, break_tracker):
+    break_tracker(
         "self.n = getattr(self, 'n', 0) + 1\n"
         "        if self.n > 2: raise ValueError('lost')\n        return Estimate(self.box)"
     )
     trackmark("run", "--trackers", "static,knob.py:Knob", "--sequences", "data/Small", status=1)
     trackmark("report", "results", "--folder", "report", status=1)
-    text = (here / "report" / "report.html").read_text()
+    text = (workspace / "report" / "report.html").read_text()
     assert text.index("Runs not finished: ") < text.index('id="sequences"')
     # In a row, with its boxes, in the note, and in the table and the paragraph of the comparison.
     assert text.count("ValueError: lost") == 5
@@ -164,13 +164,13 @@ def test_failures_come_first_and_open_the_last_box(trackmark, here, spoil):
         assert "frame=2" in row[3]["link"]
 
 
-def test_sequences_that_are_gone_or_changed_have_numbers(trackmark, here, otb):
-    otb(here / "data" / "Other", 4)
+def test_sequences_that_are_gone_or_changed_have_numbers(trackmark, workspace, otb):
+    otb(workspace / "data" / "Other", 4)
     trackmark("run", "--trackers", "static", "--sequences", "data/Small,data/Other", "--name", "m")
-    shutil.rmtree(here / "data" / "Small")
-    (here / "data" / "Other" / "groundtruth_rect.txt").write_text("5,6,10,13\n" * 4)
+    shutil.rmtree(workspace / "data" / "Small")
+    (workspace / "data" / "Other" / "groundtruth_rect.txt").write_text("5,6,10,13\n" * 4)
     trackmark("report", "results/m")
-    text = (here / "results" / "m" / "report.html").read_text()
+    text = (workspace / "results" / "m" / "report.html").read_text()
     why = {scene["name"]: scene["why"] for scene in data_of(text)["scenes"]}
     assert re.match("No frames: Small can't be opened at .*/data/Small any more.", why["Small"])
     assert re.match("No frames: Other at .*/data/Other has changed since it was run.", why["Other"])

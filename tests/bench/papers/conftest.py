@@ -12,7 +12,7 @@ from trackmark import datasets
 from trackmark.bench import papers as papers_package
 from trackmark.bench.claims import claims_file
 from trackmark.bench.evaluation.loop import run_protocol
-from trackmark.bench.experiments.tracker_spec import contestant
+from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.bench.papers import Effort, description, plan, reproduction, scene_check
 from trackmark.bench.papers.measures import find_measure
 from trackmark.bench.store.asked import Asked
@@ -165,7 +165,7 @@ sentence = "a moving target"
 def stored_runs(folder, trackers, sequences):
     """Run trackers in this process, store their runs as an experiment and return their cells."""
     results, versions = Results(folder), {}
-    entries = [(contestant(text), 0) for text in trackers]
+    entries = [(parse_tracker(text), 0) for text in trackers]
     for sequence in map(datasets.load, sequences):
         write_truth(folder, sequence)
         for run in run_protocol(entries, sequence).runs:

@@ -17,8 +17,8 @@ from trackmark.bench.evaluation.scoring import can_judge, judge
 from trackmark.bench.execution.plan import State, make_plan
 from trackmark.bench.execution.scheduling import left_of
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
-from trackmark.bench.experiments.tracker_spec import contestant
-from trackmark.bench.protocols import STORED_ONCE, ProtocolError, protocol
+from trackmark.bench.experiments.tracker_spec import parse_tracker
+from trackmark.bench.protocols import STORED_ONE_PASS, ProtocolError, parse_protocol
 from trackmark.bench.reporting.by_preset import preset_report
 from trackmark.bench.store.asked import Asked
 from trackmark.bench.store.index import read_index
@@ -57,8 +57,8 @@ def text_of(name):
 
 
 def by(name, sequence, *makers):
-    entries = [(contestant(maker), 0) for maker in makers]
-    return run_protocol(entries, sequence, protocol(text_of(name)).text).runs
+    entries = [(parse_tracker(maker), 0) for maker in makers]
+    return run_protocol(entries, sequence, parse_protocol(text_of(name)).text).runs
 
 
 @pytest.fixture
@@ -69,7 +69,7 @@ def sequence(make_sequence):
 def test_a_protocol_is_found_by_its_file_and_defaults_stay():
     files = {path.stem for path in Path(protocols.__file__).parent.glob("*.py")} - {"__init__"}
     assert {name.replace("-", "_") for name in protocols.names()} == files
-    assert {name: dict(protocol(name)) for name in protocols.names()} == DEFAULTS
+    assert {name: dict(parse_protocol(name)) for name in protocols.names()} == DEFAULTS
 
 
 @every_protocol
@@ -80,19 +80,19 @@ def test_a_protocol_says_what_it_is(name):
     assert len(told["summary"]) < 80
     assert len(told["definition"]) > 200
     assert all(knob["meaning"] for knob in told["knobs"])
-    assert can_judge(told["preset"], protocol(name).text)
+    assert can_judge(told["preset"], parse_protocol(name).text)
 
 
 @every_protocol
 def test_its_text_gives_it_again_and_names_what_differs_from_the_defaults(name):
-    one = protocol(name)
-    assert one.text == (STORED_ONCE if name == "one-pass" else name)
-    assert protocol(one.text) == one
+    one = parse_protocol(name)
+    assert one.text == (STORED_ONE_PASS if name == "one-pass" else name)
+    assert parse_protocol(one.text) == one
     assert protocols.title(one.text) == name
 
 
 def test_knobs_are_read_checked_and_named():
-    one = protocol(" supervised:threshold=0.10:skip=5")
+    one = parse_protocol(" supervised:threshold=0.10:skip=5")
     assert (one.skip, one.threshold, one.text) == (5, 0.1, "supervised:threshold=0.1")
     for text, words in {
         "supervise": r"Did you mean 'supervised'\? Known: anchors, ",
@@ -104,14 +104,14 @@ def test_knobs_are_read_checked_and_named():
         "real-time:fps=nan": "fps",
     }.items():
         with pytest.raises(ProtocolError, match=words):
-            protocol(text)
+            parse_protocol(text)
 
 
 @every_protocol
 def test_rows_are_those_of_the_segments_and_each_begins_with_a_given_box(name, sequence):
     (run,) = by(name, sequence, Sure)
     assert run.status == "finished"
-    segments = frames_of_segments(protocol(text_of(name)).text, sequence, "boxes")
+    segments = frames_of_segments(parse_protocol(text_of(name)).text, sequence, "boxes")
     assert [of.tolist() for of in run.segments] == [of.tolist() for of in segments]
     assert len(run.boxes) == (sum(map(len, segments)) or len(sequence))
     at = 0

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from tests.bench.evaluation.walkers import Walker
 from trackmark import bench
-from trackmark.bench.protocols import Step, protocol
+from trackmark.bench.protocols import Action, parse_protocol
 from trackmark.trackers import Estimate
 
 
@@ -42,13 +42,13 @@ def conducted(n, times, first=0):
     """The same by the protocol, at four frames a second."""
     truth = type("Truth", (), {"boxes": np.zeros((n + first, 4))})
     text = "/".join(str(float(time / 4)) for time in times)
-    conduct = protocol(f"real-time:fps=4:seconds={text}").conduct(truth, first, (9, 9))
+    controller = parse_protocol(f"real-time:fps=4:seconds={text}").controller(truth, first, (9, 9))
     seen = []
     for frame in range(first + 1, first + n):
-        if conduct.step(frame) is Step.ASK:
+        if controller.action(frame) is Action.UPDATE:
             seen.append(frame)
-            assert conduct.told(frame, np.zeros(6), 7.0) == ""
-    return conduct.answered, seen
+            assert controller.on_estimate(frame, np.zeros(6), 7.0) == ""
+    return controller.source_frames, seen
 
 
 quarters = st.integers(0, 24).map(lambda quarter: Fraction(quarter, 8))
@@ -107,9 +107,9 @@ def test_a_tracker_with_time_enough_has_the_run_in_one_pass(make_sequence):
 
 
 def test_without_given_times_it_goes_by_the_clock_and_nothing_runs_beside(make_sequence):
-    one = protocol("real-time:fps=0.001")
-    assert one.clocked
-    assert not protocol("real-time:seconds=0.1").clocked
+    one = parse_protocol("real-time:fps=0.001")
+    assert one.time_dependent
+    assert not parse_protocol("real-time:seconds=0.1").time_dependent
     sequence = make_sequence(n=8)
     run = bench.evaluate(Walker, sequence, protocol=one.text)  # 1000 seconds a frame will do
     np.testing.assert_array_equal(run.boxes, bench.evaluate(Walker, sequence).boxes)

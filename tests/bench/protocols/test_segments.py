@@ -12,7 +12,7 @@ from trackmark import bench
 from trackmark.bench import metrics
 from trackmark.bench.evaluation.scoring import judge
 from trackmark.bench.metrics.preset import Answer, Target
-from trackmark.bench.protocols import Segment, protocol
+from trackmark.bench.protocols import Segment, parse_protocol
 from trackmark.bench.store.asked import Asked
 from trackmark.bench.store.files import ResultsError
 from trackmark.bench.store.index import read_index
@@ -23,7 +23,7 @@ presences = st.lists(st.booleans(), min_size=1, max_size=120).filter(any).map(np
 
 
 def starts_of(text, present, **values):
-    return [(one.start, one.step) for one in protocol(text).segments(present, values)]
+    return [(one.start, one.step) for one in parse_protocol(text).segments(present, values)]
 
 
 def test_tre_starts_at_equal_distances_and_leaves_room_for_the_last():
@@ -39,7 +39,7 @@ def test_tre_starts_at_equal_distances_and_leaves_room_for_the_last():
 
 @given(presences, st.integers(1, 30), st.integers(2, 40))
 def test_tre_starts_with_a_target_no_frame_twice_and_the_first_is_the_whole(present, n, least):
-    segments = protocol(f"tre:starts={n}:least={least}").segments(present, {})
+    segments = parse_protocol(f"tre:starts={n}:least={least}").segments(present, {})
     assert segments[0] == Segment()
     starts = [one.start for one in segments[1:]]
     assert starts == sorted(set(starts))
@@ -68,8 +68,8 @@ def test_segments_have_random_numbers_of_their_own(make_sequence):
 
 def test_sre_gives_these_twelve_boxes():
     truth = np.array([100.0, 50.0, 40.0, 20.0])  # right side at 140, lower one at 70
-    segments = protocol("sre").segments(np.ones(3, bool), {})
-    boxes = np.array([one.given(truth) for one in segments])
+    segments = parse_protocol("sre").segments(np.ones(3, bool), {})
+    boxes = np.array([one.perturbed_box(truth) for one in segments])
     expected = [
         [96, 50, 40, 20],  # left
         [104, 50, 40, 20],  # right

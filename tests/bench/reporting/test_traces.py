@@ -94,17 +94,17 @@ def test_tables_say_which_trace_they_show_where_a_tracker_revised(
 
 
 @pytest.fixture
-def ran(trackmark, here):
+def ran(trackmark, workspace):
     """A folder in which a tracker that revises and one that does not have run."""
-    (here / "second_thoughts.py").write_text(SECOND_THOUGHTS)
+    (workspace / "second_thoughts.py").write_text(SECOND_THOUGHTS)
     chosen = "static,second_thoughts.py:SecondThoughts"
     trackmark("run", "--trackers", chosen, "--sequences", "data/Small", "--name", "mine")
-    return here
+    return workspace
 
 
-def pictured(here, words, steps, **options):
+def pictured(workspace, words, steps, **options):
     """The strip of both trackers, the one's legend ending in `words`, its boxes `steps` aside."""
-    sequence = datasets.load(str(here / "data" / "Small"))
+    sequence = datasets.load(str(workspace / "data" / "Small"))
     moved = sequence.boxes + [[step, 0, 0, 0] for step in steps]
     boxes = {TRUTH: sequence.boxes, "static": sequence.boxes}
     boxes |= {f"second_thoughts.py:SecondThoughts, {words}": moved}

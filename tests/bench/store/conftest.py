@@ -7,7 +7,7 @@ import pytest
 
 from trackmark import bench
 from trackmark.bench.evaluation.run_record import Run
-from trackmark.bench.experiments.tracker_spec import contestant, identify
+from trackmark.bench.experiments.tracker_spec import parse_tracker, run_identity
 from trackmark.bench.metrics.times import Times
 from trackmark.bench.store.asked import Asked
 from trackmark.bench.store.layout import cell_of
@@ -26,7 +26,7 @@ def full_run(sequence, repetition=2):
     n = len(sequence)
     rng = np.random.default_rng(3)
     return Run(
-        identity=identify(contestant("static"), sequence, repetition, "timing"),
+        identity=run_identity(parse_tracker("static"), sequence, repetition, "timing"),
         boxes=rng.normal(size=(n, 4)),
         visible=rng.random(n) > 0.5,
         confidence=rng.random(n),

@@ -23,7 +23,7 @@ from trackmark import bench
 from trackmark.bench.engine.worker import perform
 from trackmark.bench.execution.executor import Execution
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
-from trackmark.bench.experiments.tracker_spec import contestant, identify
+from trackmark.bench.experiments.tracker_spec import parse_tracker, run_identity
 from trackmark.bench.reporting.tables import tables
 from trackmark.bench.store.database import Database
 from trackmark.bench.store.layout import cell_of
@@ -153,7 +153,7 @@ class Experimenter(RuleBasedStateMachine):
 
     @rule(tracker=st.sampled_from(TRACKERS), killed_at=st.none() | st.integers(0, 20))
     def remove(self, tracker, killed_at):
-        label = contestant(self._text(tracker)).label
+        label = parse_tracker(self._text(tracker)).label
         cells = [cell for cell in self.results.cells() if cell[0] == label]
         goal = {cell: run for cell, run in self.runs.items() if cell not in cells}
         asked = {cell: version for cell, version in self.asked.items() if cell not in cells}
@@ -239,9 +239,9 @@ class Experimenter(RuleBasedStateMachine):
         for source in chosen.sequences:
             sequence = load(source.text)
             for text in chosen.trackers:
-                entry = contestant(text)
+                entry = parse_tracker(text)
                 for repetition in range(chosen.repetitions if entry.name != "static" else 1):
-                    key = identify(entry, sequence, repetition)
+                    key = run_identity(entry, sequence, repetition)
                     asked[key.tracker, key.sequence, repetition, "accuracy"] = key.version
                     version, status, _ = self.runs.get(cell_of(key), ("", "", ""))
                     if version != key.version or (retry_failed and status == "failed"):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from trackmark import datasets
-from trackmark.bench.experiments.tracker_spec import contestant
+from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.bench.papers.description import read_description
 from trackmark.bench.papers.nummiaro2003.plain import PlainFilter
 from trackmark.bench.papers.nummiaro2003.timing import PLAIN
@@ -23,7 +23,7 @@ def assert_equal_estimates(images, box, setting="as-written", **options):
     """Compare box, threshold and count of samples; return the number of model updates."""
     text = tracker_text(DESCRIPTION, "no re-initialisation", setting)
     text += "".join(f":{key}={value}" for key, value in options.items())
-    chosen = contestant(text)
+    chosen = parse_tracker(text)
     tracker = chosen.make(np.random.SeedSequence(5))
     values = {name: chosen.parameters[name] for name in PLAIN}
     plain = PlainFilter(np.random.SeedSequence(5), **values)
