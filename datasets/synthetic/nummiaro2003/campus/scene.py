@@ -24,17 +24,17 @@ UNLIKE = 40
 
 def target(random: np.random.Generator, course: WalkingPath) -> Person:
     """Someone in a shirt and trousers that differ clearly, without a bag."""
-    return casting.dressed(random, course, wardrobe.street_clothes(random))
+    return casting.sample_person(random, course, wardrobe.sample_street_clothes(random))
 
 
 def bystander(random: np.random.Generator, course: WalkingPath, other: WalkerLook) -> Person:
     """Someone dressed in clearly other colours than another person; half of them carry a bag."""
     worn = other.shirt, other.trousers
-    clothes = wardrobe.other_clothes(random, worn)
-    bag = wardrobe.bag(random) if random.random() < 0.5 else None
+    clothes = wardrobe.sample_other_clothes(random, worn)
+    bag = wardrobe.sample_bag(random) if random.random() < 0.5 else None
     while bag is not None and any(np.abs(np.subtract(bag, c)).max() < UNLIKE for c in worn):
-        bag = wardrobe.bag(random)
-    return casting.dressed(random, course, clothes, bag=bag)
+        bag = wardrobe.sample_bag(random)
+    return casting.sample_person(random, course, clothes, bag=bag)
 
 
 class VisitPlan(WalkPlan):

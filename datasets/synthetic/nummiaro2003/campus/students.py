@@ -62,7 +62,7 @@ def _plan(seed: int) -> VisitPlan:
     for i in range(OTHERS_BEHIND):
         random = _generator(seed, f"way behind {i}")
         nearest = float(target.z.max()) + CLEAR
-        others.append(routes.behind_the_target(random, views, target, others, nearest))
+        others.append(routes.sample_path_behind_target(random, views, target, others, nearest))
     there = [first]
     for i, course in enumerate(others):
         person = bystander(_generator(seed, f"person {i}"), course, first.look)

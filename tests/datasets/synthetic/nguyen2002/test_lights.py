@@ -6,15 +6,17 @@ import numpy as np
 import pytest
 
 from tests.datasets.synthetic.scenes import grown, runs, scenes_of
-from trackmark.datasets.synthetic.nguyen2002.lights.plan import KINDS
+from trackmark.datasets.synthetic.nguyen2002.lights.objects import HALF_HEIGHT, occluder_objects
 from trackmark.datasets.synthetic.nguyen2002.lights.scene import (
+    OCCLUDERS,
+    CardPose,
+    FlatCard,
     LightsScene,
+    LightsSetting,
     _lighting,
     _passing,
     _pose,
 )
-from trackmark.datasets.synthetic.nguyen2002.lights.setting import CardPose, FlatCard, LightsSetting
-from trackmark.datasets.synthetic.nguyen2002.lights.things import HALF_HEIGHT, passer
 from trackmark.datasets.synthetic.render.finish import SceneObject, render_surfaces
 from trackmark.datasets.synthetic.render.solids import NOTHING
 
@@ -103,10 +105,10 @@ def test_what_changes_with_the_objects_print_is_the_mask():
         assert changed[~near].mean() < 1e-3
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", OCCLUDERS)
 def test_what_passes_has_no_holes(kind):
     for seed in range(3):
-        things = passer(kind, np.random.default_rng(seed))
+        things = occluder_objects(kind, np.random.default_rng(seed))
         seen = render_surfaces(things, (-34, -HALF_HEIGHT), (68, 2 * HALF_HEIGHT), 1)
         assert (seen.owners != NOTHING).all()
 
