@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from trackmark.datasets.synthetic.multipart.look import WalkerLook
 from trackmark.datasets.synthetic.multipart.walker import GaitPose, Walker
 from trackmark.datasets.synthetic.render.path import quantised
-from trackmark.datasets.synthetic.render.prop import Coverage, Prop, extents, visible
+from trackmark.datasets.synthetic.render.prop import Coverage, Prop, coverage_extents, visible_part
 from trackmark.datasets.synthetic.render.street.ground import Light
 from trackmark.datasets.synthetic.render.street.street import Reach, Street
 from trackmark.datasets.synthetic.render.views import SIZE, Views, WalkingPath
@@ -106,7 +106,7 @@ class WalkPlan:
 
     def seen(self, frame: int) -> Coverage:
         """Return the visible part of the target's silhouette."""
-        return visible(self.coverage(0, frame), self._nearer(frame))
+        return visible_part(self.coverage(0, frame), self._nearer(frame))
 
     @cached_property
     def measured(self) -> tuple[Array, Array]:
@@ -114,7 +114,7 @@ class WalkPlan:
         boxes, fractions = np.empty((len(self), 4)), np.empty(len(self))
         for frame in range(len(self)):
             whole = self.coverage(0, frame)
-            boxes[frame] = extents(whole)
+            boxes[frame] = coverage_extents(whole)
             fractions[frame] = self.seen(frame)[2].sum() / whole[2].sum()
         return boxes, fractions
 

@@ -79,7 +79,7 @@ def sample_followed_path(random: np.random.Generator, design: Design) -> Walking
 
 
 def sample_path_in_view(random: np.random.Generator, design: Design, views: Views) -> WalkingPath:
-    """Sample the path of a target in front of a fixed camera, from side to side in varying depth."""
+    """Sample a target's path in front of a fixed camera, from side to side in varying depth."""
     still = views.still
 
     def points() -> Iterator[tuple[float, float]]:

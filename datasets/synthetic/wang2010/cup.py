@@ -51,7 +51,7 @@ from trackmark.datasets.synthetic.render.solids import (
     chain,
     half_space,
     limb,
-    mirrored,
+    mirror_limbs,
 )
 from trackmark.datasets.synthetic.scene import SceneTruth, SyntheticScene, part_generator
 
@@ -85,7 +85,7 @@ class CupPlan:
     view: ParallelView
     horizon: float  # row in which the wall meets the counter [pixels]
     cup: Cup
-    mirrored: bool  # True if images are flipped horizontally
+    mirror_limbs: bool  # True if images are flipped horizontally
     pace: float  # sideways speed of the cup [pixels/frame]
     haste: float  # additional sideways distance in the frames `HASTE` [pixels]
     # (2, 3): amplitude, period [frames] and phase of the oscillation of path and tilt
@@ -145,7 +145,7 @@ def sample_plan(random: np.random.Generator) -> CupPlan:
         view=view,
         horizon=random.uniform(59, 63),
         cup=cup,
-        mirrored=bool(random.integers(2)),
+        mirror_limbs=bool(random.integers(2)),
         pace=pace,
         haste=haste,
         unevenness=np.array(
@@ -383,7 +383,7 @@ def _hand(cup: Cup, grip: float, slope: float) -> list[Array]:
     solids += chain([wrist, ball, joint, tip], (3.2, 2.7, 1.9, 1.45), 1.6)
     arm = wrist + np.array([9.0, 9.0 * slope, 1.0])
     solids += chain([wrist, arm], (3.8, 4.6), 2.0)
-    return mirrored(solids, cup.hand)
+    return mirror_limbs(solids, cup.hand)
 
 
 def _sleeve(cup: Cup, grip: float, slope: float) -> list[Array]:
@@ -391,7 +391,7 @@ def _sleeve(cup: Cup, grip: float, slope: float) -> list[Array]:
     way = np.array([1.0, slope, 0.10])
     cuff = chain([start, start + 2.6 * way], (5.4, 5.5), 0.0)
     arm = chain([start + 1.5 * way, start + 30 * way, start + 110 * way], (5.0, 6.6, 9.5), 1.0)
-    return mirrored([*cuff, *arm], cup.hand)
+    return mirror_limbs([*cuff, *arm], cup.hand)
 
 
 def _knitted(random: np.random.Generator, slope: float) -> Pattern:
@@ -615,13 +615,13 @@ class CupScene(SyntheticScene):
         for layer in (carried, box):
             picture = picture * (1 - layer[..., 3:]) + layer[..., :3]
         canvas = np.round(255 * np.clip(picture, 0, 1)).astype(np.uint8)
-        if self.plan.mirrored:
+        if self.plan.mirror_limbs:
             canvas = np.ascontiguousarray(canvas[:, ::-1])
         return CAMERA.exposed(canvas, self._seed, frame)
 
     def mask(self, frame: int) -> Mask:
         mask = self.seen(frame)[1] >= 0.5
-        return np.asarray(mask[:, ::-1] if self.plan.mirrored else mask)
+        return np.asarray(mask[:, ::-1] if self.plan.mirror_limbs else mask)
 
     def seen(self, frame: int) -> tuple[Array, Array]:
         """Return the share of each pixel that the cup covers, and its visible part.
@@ -652,7 +652,7 @@ def _truth(seed: int) -> SceneTruth:
     setting, plan = scene.setting, scene.plan
     times = np.arange(FRAMES)
     boxes = setting.silhouettes[0].extents(plan.middle(times), plan.tilt(times))
-    if plan.mirrored:
+    if plan.mirror_limbs:
         boxes[:, 0] = SIZE[0] - boxes[:, 0] - boxes[:, 2]
     shares = np.empty((FRAMES, 3))
     for frame in range(FRAMES):

@@ -23,8 +23,8 @@ from trackmark.datasets.synthetic.render.finish import (
     picture_on,
     staggered,
 )
-from trackmark.datasets.synthetic.render.prints import KINDS, printed
-from trackmark.datasets.synthetic.render.solids import box, chain, limb, mirrored
+from trackmark.datasets.synthetic.render.prints import KINDS, print_picture
+from trackmark.datasets.synthetic.render.solids import box, chain, limb, mirror_limbs
 from trackmark.datasets.synthetic.render.texture import fractal
 
 Array = NDArray[np.float64]
@@ -43,7 +43,9 @@ def held_objects(random: np.random.Generator) -> list[SceneObject]:
     half = np.array([wide, wide * random.uniform(1.28, 1.36), DEPTHS[kind]])
     lean = random.uniform(0.06, 0.2)
     width, height = (round(2 * PRINT_FINE * side) for side in half[:2])
-    face = picture_on(_faded(printed(random, kind, width, height)), (0.0, 0.0), half[:2], lean)
+    face = picture_on(
+        _faded(print_picture(random, kind, width, height)), (0.0, 0.0), half[:2], lean
+    )
     skin, cloth = sample_skin(random), sample_similar(random, CLOTHES, 0.06)
     side, slope = float(random.choice([-1, 1])), random.uniform(-0.1, 0.4)
     solid = box(np.zeros(3), half, 0.8, lean=-lean)
@@ -77,7 +79,7 @@ def _hand(half: Array, side: float, slope: float) -> list[Array]:
     solids += chain([wrist, ball, joint, tip], (9.0, 7.4, 4.6, 3.4), 4.0)
     arm = wrist + np.array([22 * slope, -24.0, 0.0])
     solids += chain([wrist, arm], (10.5, 12.5), 5.0)
-    return mirrored(solids, side)
+    return mirror_limbs(solids, side)
 
 
 def _sleeve(high: float, side: float, slope: float) -> list[Array]:
@@ -85,7 +87,7 @@ def _sleeve(high: float, side: float, slope: float) -> list[Array]:
     way = np.array([0.9 * slope, -1.0, 0.0])
     cuff = chain([start, start + 7 * way], (15.5, 16.0), 0.0)
     arm = chain([start + 4 * way, start + 60 * way, start + 200 * way], (14.5, 17.5, 25), 2.0)
-    return mirrored([*cuff, *arm], side)
+    return mirror_limbs([*cuff, *arm], side)
 
 
 def _knitted(random: np.random.Generator) -> Pattern:

@@ -22,7 +22,7 @@ from trackmark.datasets.synthetic.nguyen2002.lights.objects import (
     occluder_objects,
 )
 from trackmark.datasets.synthetic.render.camera import LENS, Camera
-from trackmark.datasets.synthetic.render.desk import seen_room
+from trackmark.datasets.synthetic.render.desk import render_room
 from trackmark.datasets.synthetic.render.finish import (
     GAMMA,
     VIEW,
@@ -33,11 +33,11 @@ from trackmark.datasets.synthetic.render.finish import (
 from trackmark.datasets.synthetic.render.lamp import (
     AMBIENT,
     Lamp,
-    crossing,
-    lay_lit,
-    light_on,
-    softness,
-    unshaded,
+    blend_lit_card,
+    lamp_visibility,
+    plane_crossings,
+    shadow_softness,
+    surface_light,
 )
 from trackmark.datasets.synthetic.render.path import Loop, quantised, random_loop
 from trackmark.datasets.synthetic.render.solids import cast_rays
@@ -76,7 +76,7 @@ class LightsPlan:
 
     def place(self, times: ArrayLike) -> Array:
         """Return the centre of the object [pixels], shape `times.shape + (2,)`."""
-        return quantised(self.loop.at(times))
+        return quantised(self.loop.positions(times))
 
     def scale(self, times: ArrayLike) -> Array:
         """Return the scale of the object, about 1."""
@@ -186,13 +186,13 @@ class FlatCard:
         places = pose.onto_picture(corners / self._fine - self._anchor)
         return bool((places.max(axis=0) > 0).all() and (places.min(axis=0) < SIZE).all())
 
-    def shade(self, softness: float = 0.0) -> "ShadowMask":
+    def shade(self, shadow_softness: float = 0.0) -> "ShadowMask":
         """Return its coverage as a shadow mask, with edges of a softness [pixels]."""
         coverage = self._sheets[0][..., 3]
-        if not softness:
+        if not shadow_softness:
             return ShadowMask(coverage, self._anchor, self._fine)
-        margin = round(3 * softness) * self._fine
-        soft = cv2.GaussianBlur(np.pad(coverage, margin), (0, 0), softness * self._fine)
+        margin = round(3 * shadow_softness) * self._fine
+        soft = cv2.GaussianBlur(np.pad(coverage, margin), (0, 0), shadow_softness * self._fine)
         return ShadowMask(np.asarray(soft), self._anchor + margin / self._fine, self._fine)
 
 
@@ -263,7 +263,7 @@ class LightsSetting:
     @cached_property
     def room(self) -> SurfaceBuffer:
         """Static background with `ROOM_FINE` samples per pixel."""
-        return seen_room(self._random("room"), SIZE, HORIZON, ROOM_FINE)
+        return render_room(self._random("room"), SIZE, HORIZON, ROOM_FINE)
 
     @cached_property
     def _things(self) -> list[SceneObject]:
@@ -367,7 +367,7 @@ class Lighting:
         """Render a card at a depth over an image; `left` is the unshaded share of each lamp."""
         places = np.stack([self._lamps[k].place for k in on])
         powers = np.stack([self._lamps[k].colour for k in on])
-        lay_lit(picture, sheets[0], sheets[1], depth, turn, places, powers, left)
+        blend_lit_card(picture, sheets[0], sheets[1], depth, turn, places, powers, left)
 
     @cached_property
     def _returned(self) -> list[tuple[Floats, Floats]]:
@@ -376,8 +376,8 @@ class Lighting:
         colour = room.reduced(ROOM_FINE)[0][..., :3]
         pairs = []
         for lamp in self._lamps:
-            light, shine = light_on(lamp.place, room.depth, room.normal, ROOM_FINE)
-            seen = unshaded(room.depth, lamp.place, ROOM_FINE)
+            light, shine = surface_light(lamp.place, room.depth, room.normal, ROOM_FINE)
+            seen = lamp_visibility(room.depth, lamp.place, ROOM_FINE)
             back = (room.colour * light[..., None] + (room.gloss * shine)[..., None]) * seen
             direct = cv2.resize(back, SIZE, interpolation=cv2.INTER_AREA)
             ambient = (AMBIENT * lamp.colour * colour).astype(np.float32)
@@ -390,18 +390,21 @@ class Lighting:
         depth = cv2.resize(self._setting.room.depth, SIZE, interpolation=cv2.INTER_AREA)
         points = _pixel_centres(np.asarray(depth))
         return [
-            (crossing(lamp, points, HELD), crossing(lamp, points, PASSING)) for lamp in self._lamps
+            (plane_crossings(lamp, points, HELD), plane_crossings(lamp, points, PASSING))
+            for lamp in self._lamps
         ]
 
     @cached_property
     def _near_ways(self) -> list[Floats]:
         """Points at which each lamp's rays to the held object cross the plane of the occluders."""
         points = _pixel_centres(np.full(SIZE[::-1], HELD))
-        return [crossing(lamp, points, PASSING) for lamp in self._lamps]
+        return [plane_crossings(lamp, points, PASSING) for lamp in self._lamps]
 
     @cached_property
     def _held_shades(self) -> list[ShadowMask]:
-        return [self._setting.carried.shade(softness(lamp, HELD, AFAR)) for lamp in self._lamps]
+        return [
+            self._setting.carried.shade(shadow_softness(lamp, HELD, AFAR)) for lamp in self._lamps
+        ]
 
     @cached_property
     def _far_shades(self) -> list[list[ShadowMask]]:
@@ -414,7 +417,7 @@ class Lighting:
     def _passers_shades(self, depth: float) -> list[list[ShadowMask]]:
         """Return the shadow masks of every occluder and lamp on surfaces at a depth."""
         return [
-            [card.shade(softness(lamp, PASSING, depth)) for card in self._setting.passers]
+            [card.shade(shadow_softness(lamp, PASSING, depth)) for card in self._setting.passers]
             for lamp in self._lamps
         ]
 

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from trackmark.datasets.synthetic.render.colours import BGR
-from trackmark.datasets.synthetic.render.path import smooth_step, spaced
+from trackmark.datasets.synthetic.render.path import random_positions, smooth_step
 from trackmark.datasets.synthetic.render.prop import Prop
 from trackmark.datasets.synthetic.render.street.furniture import car
 from trackmark.datasets.synthetic.render.street.ground import SIDE, Band, asphalt, kerbstones
@@ -64,7 +64,7 @@ def parked_cars(random: np.random.Generator, camera: Viewpoint, door: float) -> 
     z = sum(BAYS) / 2
     cars = []
     for side in (-1, 1):
-        for x in spaced(random, KEPT_FREE + random.uniform(2.5, 2.9), REACH, (5.1, 5.8)):
+        for x in random_positions(random, KEPT_FREE + random.uniform(2.5, 2.9), REACH, (5.1, 5.8)):
             one = car(random, door + side * x, z, float(camera.scale(z)))
             if random.random() < 0.85:
                 cars.append(one)

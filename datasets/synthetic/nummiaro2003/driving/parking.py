@@ -32,7 +32,7 @@ from trackmark.datasets.synthetic.nummiaro2003.driving.world import (
     any_house,
     dashes,
 )
-from trackmark.datasets.synthetic.render.path import spaced
+from trackmark.datasets.synthetic.render.path import random_positions
 from trackmark.datasets.synthetic.scene import part_generator
 
 FRAMES = 400
@@ -201,10 +201,10 @@ def _houses(random: np.random.Generator) -> list[House]:
 def _plants(random: np.random.Generator) -> list[Plant]:
     plants = []
     for side in (-1, 1):
-        for z in spaced(random, 8.0, LAST + 4, (4, 10)):
+        for z in random_positions(random, 8.0, LAST + 4, (4, 10)):
             kind = "tree" if random.random() < 0.7 else "bush"
             plants.append(Plant(kind, side * (LANES + 9.6), z, random.uniform(0.8, 1.15)))
-    for x in spaced(random, -40.0, 40, (4, 9)):
+    for x in random_positions(random, -40.0, 40, (4, 9)):
         kind = ("tree", "tree", "bush", "post")[random.integers(4)]
         plants.append(Plant(kind, x, LAST + 10 + random.uniform(0, 3), random.uniform(0.8, 1.2)))
     return plants

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from trackmark.datasets.synthetic.nummiaro2003.driving.car import Car, CarAt
 from trackmark.datasets.synthetic.nummiaro2003.driving.view import PerspectiveView, meet
 from trackmark.datasets.synthetic.nummiaro2003.driving.world import Layout
-from trackmark.datasets.synthetic.render.prop import Coverage, visible
+from trackmark.datasets.synthetic.render.prop import Coverage, visible_part
 from trackmark.datasets.synthetic.render.sprite import instants
 
 Array = NDArray[np.float64]
@@ -162,7 +162,7 @@ class DrivingPlan:
         """Silhouette of the target where it is in the picture and behind nothing."""
         view = self.views[frame]
         hiding = (car.coverage(view, SIZE) for car in self._hiding(frame))
-        return visible(self.car(0, frame).coverage(view, SIZE), hiding)
+        return visible_part(self.car(0, frame).coverage(view, SIZE), hiding)
 
     @cached_property
     def visibility(self) -> Array:

@@ -33,7 +33,7 @@ from trackmark.datasets.synthetic.nummiaro2003.driving.world import (
     any_house,
     dashes,
 )
-from trackmark.datasets.synthetic.render.path import smooth_step, spaced
+from trackmark.datasets.synthetic.render.path import random_positions, smooth_step
 from trackmark.datasets.synthetic.render.views import QUICK, SLOW, random_wander
 from trackmark.datasets.synthetic.scene import part_generator
 
@@ -219,12 +219,12 @@ def _plants(random: np.random.Generator, crossing: float) -> list[Plant]:
     plants = []
     kinds = ("tree", "tree", "tree", "post", "bush", "sign")
     for side in (-1, 1):
-        for z in spaced(random, random.uniform(5, 12), crossing + 80, (9, 17)):
+        for z in random_positions(random, random.uniform(5, 12), crossing + 80, (9, 17)):
             if abs(z - crossing) > PAVED + 2:
                 x = side * (PAVED + random.uniform(1.2, 2.8))
                 plants.append(Plant(kinds[random.integers(6)], x, z, random.uniform(0.8, 1.2)))
         for across in (-1, 1):
-            for x in spaced(random, PAVED + random.uniform(4, 10), 110, (9, 17)):
+            for x in random_positions(random, PAVED + random.uniform(4, 10), 110, (9, 17)):
                 z = crossing + across * (PAVED + random.uniform(1.2, 2.8))
                 plants.append(
                     Plant(kinds[random.integers(6)], side * x, z, random.uniform(0.8, 1.2))
@@ -237,13 +237,13 @@ def _parked(random: np.random.Generator, paints: tuple[BGR, ...], crossing: floa
     cars = []
     kerb = EDGE + 0.15
     for side in (-1, 1):
-        for z in spaced(random, random.uniform(8, 20), crossing + 60, (7, 13)):
+        for z in random_positions(random, random.uniform(8, 20), crossing + 60, (7, 13)):
             car = any_car(random, paints)
             heading = 0.0 if side > 0 else np.pi
             if abs(z - crossing) > 16 and random.random() < 0.45:
                 cars.append(CarAt(car, side * kerb, z, heading))
         for across in (-1, 1):
-            for x in spaced(random, random.uniform(20, 30), 90, (8, 14)):
+            for x in random_positions(random, random.uniform(20, 30), 90, (8, 14)):
                 car = any_car(random, paints)
                 heading = np.pi / 2 if across < 0 else -np.pi / 2
                 if random.random() < 0.4:
