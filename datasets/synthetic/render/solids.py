@@ -175,7 +175,10 @@ def _distance_to(s: Array, i: int, x: float, y: float, z: float) -> float:
 
 @njit(cache=True, error_model="numpy")
 def _distance(solids: Array, balls: Array, x: float, y: float, z: float) -> tuple[float, int]:
-    """Return the distance of a point to the nearest object [pixels] and its index; see `pack_objects`."""
+    """Return the distance of a point to the nearest object [pixels] and its index.
+
+    `solids` and `balls`: see `pack_objects`.
+    """
     nearest, owner = 1e9, NOTHING
     for thing in range(len(balls)):
         u, v, w = x - balls[thing, 0], y - balls[thing, 1], z - balls[thing, 2]
@@ -225,7 +228,10 @@ def _select_near_objects(
     balls: Array, things: NDArray[np.int64], n: int,
     x: float, below: float, up: float, on: float, limit: float,
 ) -> int:  # fmt: skip
-    """Move the objects that a ray may approach within `limit` to the front; return their number."""
+    """Move objects that a ray may approach within `limit` to the front.
+
+    Returns their number.
+    """
     count = 0
     for k in range(n):
         thing = things[k]

@@ -118,28 +118,28 @@ def _owners(
     nearest = np.full(owners.shape, -1e30, np.float32)
     for t in range(len(triangles)):
         a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
-        ax, ay, az = points[a, 0], points[a, 1], points[a, 2]
-        bx, by, bz = points[b, 0], points[b, 1], points[b, 2]
-        cx, cy, cz = points[c, 0], points[c, 1], points[c, 2]
-        area = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
+        a_x, a_y, a_z = points[a, 0], points[a, 1], points[a, 2]
+        b_x, b_y, b_z = points[b, 0], points[b, 1], points[b, 2]
+        c_x, c_y, c_z = points[c, 0], points[c, 1], points[c, 2]
+        area = (b_x - a_x) * (c_y - a_y) - (b_y - a_y) * (c_x - a_x)
         if area == 0.0 or (closed and area < 0.0):
             continue
         if area < 0.0:
-            bx, by, bz, cx, cy, cz = cx, cy, cz, bx, by, bz
+            b_x, b_y, b_z, c_x, c_y, c_z = c_x, c_y, c_z, b_x, b_y, b_z
             area = -area
-        slope_x = ((bz - az) * (cy - ay) - (cz - az) * (by - ay)) / area
-        slope_y = ((cz - az) * (bx - ax) - (bz - az) * (cx - ax)) / area
-        first_x = max(int(np.ceil(min(ax, bx, cx))), 0)
-        last_x = min(int(np.floor(max(ax, bx, cx))), owners.shape[1] - 1)
-        first_y = max(int(np.ceil(min(ay, by, cy))), 0)
-        last_y = min(int(np.floor(max(ay, by, cy))), owners.shape[0] - 1)
+        slope_x = ((b_z - a_z) * (c_y - a_y) - (c_z - a_z) * (b_y - a_y)) / area
+        slope_y = ((c_z - a_z) * (b_x - a_x) - (b_z - a_z) * (c_x - a_x)) / area
+        first_x = max(int(np.ceil(min(a_x, b_x, c_x))), 0)
+        last_x = min(int(np.floor(max(a_x, b_x, c_x))), owners.shape[1] - 1)
+        first_y = max(int(np.ceil(min(a_y, b_y, c_y))), 0)
+        last_y = min(int(np.floor(max(a_y, b_y, c_y))), owners.shape[0] - 1)
         for y in range(first_y, last_y + 1):
-            near = az + slope_y * (y - ay) - slope_x * ax
+            near = a_z + slope_y * (y - a_y) - slope_x * a_x
             for x in range(first_x, last_x + 1):
                 if (
-                    (cx - bx) * (y - by) >= (cy - by) * (x - bx)
-                    and (ax - cx) * (y - cy) >= (ay - cy) * (x - cx)
-                    and (bx - ax) * (y - ay) >= (by - ay) * (x - ax)
+                    (c_x - b_x) * (y - b_y) >= (c_y - b_y) * (x - b_x)
+                    and (a_x - c_x) * (y - c_y) >= (a_y - c_y) * (x - c_x)
+                    and (b_x - a_x) * (y - a_y) >= (b_y - a_y) * (x - a_x)
                 ):
                     depth = np.float32(near + slope_x * x)
                     if depth > nearest[y, x]:
@@ -174,12 +174,12 @@ def _shade_samples(
             if covered == 0:
                 continue
             i, j, k = triangles[owners[y, x]]
-            ax, ay = points[i, 0], points[i, 1]
-            bx, by = points[j, 0] - ax, points[j, 1] - ay
-            cx, cy = points[k, 0] - ax, points[k, 1] - ay
-            area = bx * cy - by * cx
-            b = ((x - ax) * cy - (y - ay) * cx) / area
-            c = (bx * (y - ay) - by * (x - ax)) / area
+            a_x, a_y = points[i, 0], points[i, 1]
+            b_x, b_y = points[j, 0] - a_x, points[j, 1] - a_y
+            c_x, c_y = points[k, 0] - a_x, points[k, 1] - a_y
+            area = b_x * c_y - b_y * c_x
+            b = ((x - a_x) * c_y - (y - a_y) * c_x) / area
+            c = (b_x * (y - a_y) - b_y * (x - a_x)) / area
             a = 1.0 - b - c
             column = int(a * texels[i, 0] + b * texels[j, 0] + c * texels[k, 0])
             row = int(a * texels[i, 1] + b * texels[j, 1] + c * texels[k, 1])

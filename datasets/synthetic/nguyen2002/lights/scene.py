@@ -118,7 +118,7 @@ def sample_plan(random: np.random.Generator) -> LightsPlan:
         middle, side = about + random.uniform(-5, 5), float(random.choice([-1, 1]))
         pace = side * random.uniform(6.5, 8.0) * (1.3 if kind == "back" else 1)
         passings.append(Crossing(kind, middle, pace))
-    off, on = (at + int(random.integers(-4, 5)) for at in (OFF, ON))
+    off, on = (time + int(random.integers(-4, 5)) for time in (OFF, ON))
     return LightsPlan(loop, np.array(waves), tuple(passings), off, on)
 
 
@@ -166,7 +166,7 @@ class FlatCard:
         self._anchor = np.asarray(anchor, np.float64)
         self._fine = fine
 
-    def at(self, pose: CardPose) -> list[Floats]:
+    def place(self, pose: CardPose) -> list[Floats]:
         """Return the sheets placed in the image, each of shape (height, width, 4)."""
         matrix = pose.onto_card(self._anchor, self._fine)
         matrix[:, 2] += matrix[:, :2] @ np.full(2, 0.5 / CARD_LAID)
@@ -204,7 +204,7 @@ class ShadowMask:
         self._anchor = anchor
         self._fine = fine
 
-    def at(self, pose: CardPose, points: Floats) -> Floats:
+    def sample(self, pose: CardPose, points: Floats) -> Floats:
         """Return the coverage in [0, 1] at image points (h, w, 2), columns and rows [pixels]."""
         places = cv2.transform(points, pose.onto_card(self._anchor, self._fine))
         columns, rows = (np.ascontiguousarray(places[..., k]) for k in (0, 1))
@@ -341,21 +341,21 @@ class Lighting:
         for k in on:
             ambient, direct = self._returned[k]
             through, passed = self._ways[k]
-            seen = 1 - self._held_shades[k].at(held, through)
+            seen = 1 - self._held_shades[k].sample(held, through)
             for number, pose, _ in passing:
-                seen *= 1 - self._far_shades[k][number].at(pose, passed)
+                seen *= 1 - self._far_shades[k][number].sample(pose, passed)
             picture += ambient + direct * seen[..., None]
         left = np.ones((len(on), *SIZE[::-1]), np.float32)
         for seen, k in zip(left, on, strict=True):
             for number, pose, _ in passing:
-                seen *= 1 - self._near_shades[k][number].at(pose, self._near_ways[k])
-        self._lay(picture, on, self._setting.carried.at(held), HELD, turn, left)
+                seen *= 1 - self._near_shades[k][number].sample(pose, self._near_ways[k])
+        self._lay(picture, on, self._setting.carried.place(held), HELD, turn, left)
         for number, pose, blur in passing:
             card = self._setting.passers[number]
             if not card.may_be_seen(pose):  # outside the image it only casts shadows
                 continue
             blurred = [
-                np.asarray(cv2.blur(sheet, (blur, 1)), np.float32) for sheet in card.at(pose)
+                np.asarray(cv2.blur(sheet, (blur, 1)), np.float32) for sheet in card.place(pose)
             ]
             self._lay(picture, on, blurred, PASSING, np.zeros(2), np.ones_like(left))
         return picture
@@ -472,9 +472,9 @@ class LightsScene(SyntheticScene):
         return CAMERA.exposed(canvas, self._seed, frame)
 
     def mask(self, frame: int) -> Mask:
-        seen = self.setting.silhouette.at(_pose(self.plan, frame))[0][..., 0]
+        seen = self.setting.silhouette.place(_pose(self.plan, frame))[0][..., 0]
         for number, passer in _passing(self.plan, frame):
-            seen = seen * (1 - self.setting.passers[number].at(passer)[0][..., 3])
+            seen = seen * (1 - self.setting.passers[number].place(passer)[0][..., 3])
         return np.asarray(seen >= 0.5)
 
 
@@ -515,7 +515,7 @@ def _truth(seed: int) -> SceneTruth:
     for frame in range(FRAMES):
         seen = _pose(plan, frame).onto_picture(points)[:, None]
         for number, passer in _passing(plan, frame):
-            visibility[frame] *= 1 - shades[number].at(passer, seen.astype(np.float32)).mean()
+            visibility[frame] *= 1 - shades[number].sample(passer, seen.astype(np.float32)).mean()
     occluded = visibility < 0.5
     return SceneTruth(
         np.hstack([plan.place(times) - size / 2, size]),

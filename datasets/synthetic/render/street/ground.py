@@ -189,7 +189,10 @@ def _pyramid(texture: Array) -> list[Array]:
 
 
 def _line(pyramid: list[Array], side: float, z: float, scale: float) -> tuple[Array, float]:
-    """Return the texture line along the street at a depth, shape (n, 3), and its points per metre."""
+    """Return the texture line along the street at a depth, and its points per metre.
+
+    The line has the shape (n, 3).
+    """
     density = SIDE / side
     level = int(np.clip(np.round(np.log2(max(density / scale, 1.0))), 0, len(pyramid) - 1))
     texture = pyramid[level]
