@@ -7,7 +7,9 @@ import pytest
 from trackmark.bench.store.log import read_logs
 
 SMALL = "plain/target:length=20:width=64:height=64"
-STRESS = ("--sequences", SMALL, "--runs", "20", "--knob")
+STRESS = ("--sequences", SMALL, "--runs", "20", "--jobs", "1", "--knob")  # no processes
+
+pytestmark = pytest.mark.usefixtures("blank_figures")
 
 
 def test_breaking_points_are_found_and_no_run_is_repeated(trackmark, workspace):
