@@ -10,20 +10,30 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
+from tests.bench.commands.conftest import unwrapped
 from trackmark import bench, trackers
 from trackmark.bench.commands import describe
+from trackmark.bench.commands.results import command as results_command
 
 SCRIPT = Path(sys.executable).parent / "trackmark"
 COMMANDS = sorted(file.stem for file in (Path(bench.__file__).parent / "commands").glob("[!_]*.py"))
 
 
-def test_every_command_is_listed_and_has_help(trackmark):
+def test_every_command_is_listed_and_has_complete_help(trackmark):
     overview = trackmark("--help").stdout
-    for command in COMMANDS:
-        assert f"\n  {command} " in overview
-        usage, blank, *_ = trackmark(command, "--help").stdout.splitlines()
+    results = [f"results {name}" for name in sorted(results_command.commands)]
+    for command in [*COMMANDS, *results]:
+        text = trackmark(*command.split(), "--help").stdout
+        usage, blank, summary, *lines = text.splitlines()
         assert usage.startswith(f"Usage: trackmark {command}")
         assert blank == ""
+        assert len(summary.strip()) <= 70
+        if command != "results":
+            assert f"  For example:\n    trackmark {command}" in text
+            assert "  Exit codes: 0 " in text
+            assert "Options:" not in lines
+        if command in COMMANDS:
+            assert f"{command} {summary.strip()}" in unwrapped(overview)
 
 
 @pytest.mark.parametrize(

@@ -56,7 +56,7 @@ describe kcf:preset=as-written | Did you mean the tracker 'opencv-kcf'?
 describe '' | empty
 describe data/Small/img --attributes | there is no truth
 report nowhere | nowhere
-report data --metrics '' | one preset at least
+report data --metrics '' | at least one preset
 report data --metrics otbb | Did you mean 'otb'?
 report | Give RESULTS
 report --results-of A=theirs | Give RESULTS
