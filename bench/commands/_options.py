@@ -102,7 +102,7 @@ def _presets(context: click.Context, parameter: click.Parameter, text: str) -> l
     if not split_list(text):
         raise click.BadParameter("name one preset at least (`trackmark list metrics`).")
     try:
-        return list(dict.fromkeys(metrics.canonical(name) for name in split_list(text)))
+        return list(dict.fromkeys(metrics.canonical_name(name) for name in split_list(text)))
     except ValueError as error:
         raise click.BadParameter(str(error)) from error
 

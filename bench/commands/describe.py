@@ -98,7 +98,7 @@ def _named(name: str) -> Description | None:
     from trackmark.bench import metrics, protocols
 
     bare = name.partition(":")[0]
-    if metrics.knows(name):
+    if metrics.is_preset(name):
         data, lines = _metrics(name)
         if name in protocols.names():  # a preset and a protocol have this name
             data["protocol_of_this_name"] = protocols.definition(name)
@@ -116,21 +116,21 @@ def _metrics(name: str) -> Description:
     from trackmark.bench import metrics
 
     preset = metrics.preset(name)
-    summary, _, definition = metrics.definition(name).partition("\n\n")
+    summary, _, definition = metrics.read_definition(name).partition("\n\n")
     data = {
-        "name": metrics.canonical(name),
+        "name": metrics.canonical_name(name),
         "summary": summary,
         "definition": definition,
-        "also": list(preset.also),
-        "agrees": preset.agrees,
+        "also": list(preset.aliases),
+        "agrees": preset.agrees_with,
         "protocol": preset.protocol,
         "columns": {key: asdict(column) for key, column in preset.columns.items()},
         "curves": {key: asdict(axes) for key, axes in preset.curves.items()},
     }
-    lines = [metrics.canonical(name), "", summary, "", definition, ""]
-    lines.append(f"agrees with  {preset.agrees or 'no toolkit'}")
+    lines = [metrics.canonical_name(name), "", summary, "", definition, ""]
+    lines.append(f"agrees with  {preset.agrees_with or 'no toolkit'}")
     lines.append(f"judges       runs by the protocol {preset.protocol!r}")
-    lines += [f"also called  {', '.join(preset.also)}"] if preset.also else []
+    lines += [f"also called  {', '.join(preset.aliases)}"] if preset.aliases else []
     lines += [f"curves       {', '.join(preset.curves)}"] if preset.curves else []
     lines.append("scores, and those of a perfect tracker")
     width = max(map(len, preset.columns))

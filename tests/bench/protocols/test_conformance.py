@@ -153,7 +153,7 @@ def test_what_is_stored_is_read_as_it_was(name, sequence, tmp_path):
 @every_protocol
 def test_presets_judge_what_the_protocol_is_for_and_refuse_the_rest_by_name(name, sequence):
     (run,) = by(name, sequence, Sure)
-    for preset in metrics.names():
+    for preset in metrics.preset_names():
         if can_judge(preset, run.identity.protocol):
             if (name, preset) != ("one-pass", "vot-supervised"):  # which may have failed
                 judged = judge(run, sequence, preset)
