@@ -165,7 +165,7 @@ def _attribute(name: str) -> dict[str, Any]:
 
     if name not in attributes.names():
         return {}
-    attribute = attributes.of_name(name)
+    attribute = attributes.find(name)
     indent = f"\n{'':12}"
     return {
         "name": attribute.name,
@@ -181,13 +181,13 @@ def _several(name: str) -> Description | None:
     from trackmark import datasets
     from trackmark.datasets.catalogue import is_built_in
 
-    if is_built_in(name) or datasets.taken_for(name):
+    if is_built_in(name) or datasets.path_format(name):
         return None
     with patience("Looking for sequences"):
         names = datasets.matching(name)
     if names == [name]:
         return None
-    formats = dict.fromkeys(filter(None, map(datasets.taken_for, names)))
+    formats = dict.fromkeys(filter(None, map(datasets.path_format, names)))
     data = {
         "name": name,
         "sequences": len(names),
@@ -203,7 +203,7 @@ def _sequence(name: str, truth: Path | None, *, measure: bool) -> Description:
 
     try:
         with patience(f"Opening {name}"):
-            outline = datasets.outline(name, truth)
+            outline = datasets.describe(name, truth)
     except datasets.SequenceError as error:
         close = closest(name.partition(":")[0], trackers.names())
         if not close or Path(name).expanduser().exists():
@@ -253,7 +253,7 @@ def _measured(name: str, truth: Path | None) -> dict[str, Any]:
         return value if isfinite(value) else None
 
     with progress_bar(None, "frame") as progress:
-        series = attributes.measured(datasets.load(name, truth), progress)
+        series = attributes.measure(datasets.load(name, truth), progress)
     overall = attributes.overall(series)
     return {
         attribute.name: {
@@ -262,5 +262,5 @@ def _measured(name: str, truth: Path | None) -> dict[str, Any]:
             "over": attribute.over,
             "frames": [finite(value) for value in series[attribute.name].tolist()],
         }
-        for attribute in map(attributes.of_name, attributes.names())
+        for attribute in map(attributes.find, attributes.names())
     }

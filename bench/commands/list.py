@@ -75,8 +75,7 @@ def _summaries(kind: str) -> dict[str, str]:
         from trackmark.datasets import attributes
 
         return {
-            name: attributes.of_name(name).definition.partition("\n")[0]
-            for name in attributes.names()
+            name: attributes.find(name).definition.partition("\n")[0] for name in attributes.names()
         }
     if kind == "protocols":
         from trackmark.bench import protocols

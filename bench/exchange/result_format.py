@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from trackmark.bench.store.files import ResultsError
 from trackmark.datasets import SequenceError
-from trackmark.datasets.decoding import brief
+from trackmark.datasets.decoding import quote
 from trackmark.datasets.truth_file import read_text
 
 
@@ -125,7 +125,7 @@ def parse_numbers(line: str, place: str, count: int | None = None) -> list[float
     # `float` accepts "1_0" as ten.
     if not numbers or "_" in line or count not in (None, len(numbers)):
         expected = {1: "a number", 4: "four numbers, x y width height"}.get(count or 0, "numbers")
-        raise ExchangeError(f"{place}: {brief(line.strip())}. Expected: {expected}.")
+        raise ExchangeError(f"{place}: {quote(line.strip())}. Expected: {expected}.")
     return numbers
 
 

@@ -27,7 +27,7 @@ from trackmark.bench.exchange.result_format import (
     read_text_file,
 )
 from trackmark.bench.protocols import parse_protocol
-from trackmark.datasets.decoding import brief
+from trackmark.datasets.decoding import quote
 from trackmark.datasets.readers.otb import SPANS
 
 PROTOCOLS = {"OPE": "", "SRE": "sre", "TRE": "tre"}
@@ -94,7 +94,7 @@ def _protocol(file: Path, records: Sequence[Mapping[str, Any]]) -> str:
         is_supported = result == "rect" and isinstance(evaluation, str) and evaluation in PROTOCOLS
         if not is_supported or evaluation != kinds[0][1]:
             raise ExchangeError(
-                f"{file}: {brief(f'{result} of {evaluation}')}. Expected: rect of "
+                f"{file}: {quote(f'{result} of {evaluation}')}. Expected: rect of "
                 f"{', '.join(PROTOCOLS)}, the same in all records of a file."
             )
     protocol = PROTOCOLS[kinds[0][1]]
@@ -116,7 +116,7 @@ def _sorted_by_shift(
     if len(records) != len(SHIFTS) or set(by_shift) != set(SHIFTS):
         raise ExchangeError(
             f"{file}: {len(records)} records of SRE with shiftType "
-            f"{brief(', '.join(map(str, shifts)))}. Expected: each of {', '.join(SHIFTS)} once."
+            f"{quote(', '.join(map(str, shifts)))}. Expected: each of {', '.join(SHIFTS)} once."
         )
     return [by_shift[shift] for shift in SHIFTS]
 
@@ -139,7 +139,7 @@ def _whole_number(record: Mapping[str, Any], key: str, place: str) -> int | None
     if value is None:
         return None
     if type(value) not in (int, float) or not abs(value) < 1e9 or value != int(value):
-        raise ExchangeError(f"{place}: {key} is {brief(str(value))}. Expected: a whole number.")
+        raise ExchangeError(f"{place}: {key} is {quote(str(value))}. Expected: a whole number.")
     return int(value)
 
 
@@ -150,7 +150,7 @@ def frames(headers: Sequence[Header], sequence: ResultSequence) -> list[NDArray[
     for header in headers:
         if header.sequence and normalized_name(header.sequence) != normalized_name(sequence.name):
             raise ExchangeError(
-                f"{header.place}: seqName is {brief(header.sequence)}. Expected: "
+                f"{header.place}: seqName is {quote(header.sequence)}. Expected: "
                 f"{sequence.name!r}. Import the file for the sequence that it names, or correct "
                 "seqName."
             )
