@@ -98,9 +98,9 @@ def _message_of(error: Exception) -> str | None:
         return str(error)
     if isinstance(error, UnicodeEncodeError) and "\ud800" <= error.object[error.start] <= "\udfff":
         # An argument or a file name in another encoding, of which Python makes lone surrogates.
-        from trackmark.datasets.decoding import brief
+        from trackmark.datasets.decoding import quote
 
-        return f"{brief(error.object)}: not UTF-8 at character {error.start + 1}. Give UTF-8."
+        return f"{quote(error.object)}: not UTF-8 at character {error.start + 1}. Give UTF-8."
     from trackmark.bench.experiments.experiment import ExperimentError
     from trackmark.bench.protocols import ProtocolError
     from trackmark.bench.store.files import ResultsError

@@ -4,30 +4,30 @@ if __name__ != "trackmark.datasets":
     raise ImportError("Import `trackmark.datasets` instead of `datasets`.")
 
 from trackmark.datasets.catalogue import (
+    describe,
     identity,
     load,
     matching,
     names,
     options,
-    outline,
+    path_format,
     summary,
-    taken_for,
 )
 from trackmark.datasets.interface import Origin, Sequence, SequenceError, Summary
-from trackmark.datasets.metadata import Outline
+from trackmark.datasets.metadata import SequenceMetadata
 
 __all__ = [
     "Origin",
-    "Outline",
     "Sequence",
     "SequenceError",
+    "SequenceMetadata",
     "Summary",
+    "describe",
     "identity",
     "load",
     "matching",
     "names",
     "options",
-    "outline",
+    "path_format",
     "summary",
-    "taken_for",
 ]

@@ -6,8 +6,8 @@ from math import nan
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from trackmark.datasets.interface import LARGEST, SequenceError, lies_outside
-from trackmark.datasets.truth_file import Truth
+from trackmark.datasets.interface import MAX_COORDINATE, SequenceError, lies_outside
+from trackmark.datasets.truth_file import GroundTruth
 
 
 def interpolate(
@@ -15,8 +15,8 @@ def interpolate(
     n_frames: int,
     absent: Iterable[tuple[int, int]] = (),
     size: tuple[int, int] | None = None,
-) -> Truth:
-    """Truth of all frames from the boxes of some.
+) -> GroundTruth:
+    """GroundTruth of all frames from the boxes of some.
 
     Between two key frames x, y, width and height change linearly, also across frames where
     the target is absent. Nothing is extrapolated: before the first key frame and after the
@@ -35,7 +35,7 @@ def interpolate(
 
     Returns
     -------
-    Truth
+    GroundTruth
         With `n_frames` rows; `sources` tells the marked from the interpolated.
 
     Raises
@@ -66,7 +66,7 @@ def interpolate(
         boxes[first : last + 1] = nan
     sources = ("" if np.isnan(box[0]) else "interpolated" for box in boxes)
     named = ("marked" if frame in keys else source for frame, source in enumerate(sources))
-    return Truth(boxes, sources=tuple(named))
+    return GroundTruth(boxes, sources=tuple(named))
 
 
 def _check_frame(frame: int, n_frames: int) -> None:
@@ -77,7 +77,7 @@ def _check_frame(frame: int, n_frames: int) -> None:
 def _check_box(frame: int, box: NDArray[np.float64], size: tuple[int, int] | None) -> None:
     if not (np.isfinite(box).all() and (box[2:] > 0.0).all()):
         raise SequenceError(f"frame {frame}: {box.tolist()} is not a box with a size.")
-    if (np.abs(box) > LARGEST).any() or (size and lies_outside(box, size)):
+    if (np.abs(box) > MAX_COORDINATE).any() or (size and lies_outside(box, size)):
         image = f" ({size[0]}x{size[1]})" if size else ""
         raise SequenceError(f"frame {frame}: {box.tolist()} lies outside the image{image}.")
 

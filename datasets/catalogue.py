@@ -8,9 +8,9 @@ from glob import glob
 from pathlib import Path
 from typing import Any, Protocol, cast
 
-from trackmark.datasets.decoding import brief, check_name
+from trackmark.datasets.decoding import check_name, quote
 from trackmark.datasets.interface import Sequence, SequenceError, Summary
-from trackmark.datasets.metadata import Outline, outlined
+from trackmark.datasets.metadata import SequenceMetadata, sequence_metadata
 from trackmark.datasets.spec_string import close_match, natural_order, parse_text
 
 
@@ -29,7 +29,7 @@ class Suite(Protocol):
         """Length and size of images of one of `names()` as it is by default."""
         ...
 
-    def outline(self, name: str) -> Outline:
+    def describe(self, name: str) -> SequenceMetadata:
         """What a description tells of one of `names()` as it is by default."""
         ...
 
@@ -56,15 +56,15 @@ def summary(name: str) -> Summary:
     return _suites()[name].summary(name)
 
 
-def outline(name_or_path: str | Path, truth: str | Path | None = None) -> Outline:
+def describe(name_or_path: str | Path, truth: str | Path | None = None) -> SequenceMetadata:
     """What a description tells of a sequence; arguments and errors as of `load`.
 
     It is opened, unless it is rendered, has all knobs at their defaults, and is as it was sealed.
     """
     text = str(name_or_path)
     if isinstance(name_or_path, str) and truth is None and text in _suites():
-        return _suites()[text].outline(text)
-    return outlined(load(name_or_path, truth))
+        return _suites()[text].describe(text)
+    return sequence_metadata(load(name_or_path, truth))
 
 
 def identity(text: str) -> tuple[str, str]:
@@ -102,7 +102,7 @@ def is_built_in(text: str) -> bool:
     return text.partition(":")[0] in _suites()
 
 
-def taken_for(text: str) -> str:
+def path_format(text: str) -> str:
     """What a path is taken for, in words; empty for a built-in name and for what nobody knows.
 
     Raises `SequenceError` where the path can't be looked at.
@@ -112,7 +112,7 @@ def taken_for(text: str) -> str:
         return ""
     from trackmark.datasets import readers
 
-    return readers.taken_for(_path_and_choice(text)[0])
+    return readers.path_format(_path_and_choice(text)[0])
 
 
 def matching(text: str) -> list[str]:
@@ -161,7 +161,7 @@ def _paths_matching(text: str) -> list[str]:
     paths = [
         str(sequence)
         for place in sorted(found, key=lambda place: natural_order(str(place)))
-        for sequence in readers.each(place) or readers.sequences_in(place)
+        for sequence in readers.sequence_paths(place) or readers.sequences_in(place)
     ]
     if is_pattern and not paths:  # names in a folder that holds its sequences further inside
         paths = [str(sequence) for sequence in readers.sequences_in(path.parent, path.name)]
@@ -171,12 +171,12 @@ def _paths_matching(text: str) -> list[str]:
         return [text]  # `load` says what is wrong with it
     if paths:
         raise SequenceError(
-            f"{brief(text)}: a pattern of paths takes no options. Name the sequences, each with "
+            f"{quote(text)}: a pattern of paths takes no options. Name the sequences, each with "
             "its own."
         )
     near = ", ".join(get_close_matches(text, names(), n=3, cutoff=0.5)) or "none of the built-in"
     raise SequenceError(
-        f"{brief(text)} matches no sequence. The nearest names: {near} (`trackmark list sequences` "
+        f"{quote(text)} matches no sequence. The nearest names: {near} (`trackmark list sequences` "
         "shows them all); as a path it matches no file or folder that is read."
     )
 
@@ -265,9 +265,9 @@ def _path(text: str) -> Path:
         path.resolve()
         path.exists()
     except RuntimeError as error:  # no such user's home, or links that run in a circle
-        raise SequenceError(f"{brief(text)}: {error}") from None
+        raise SequenceError(f"{quote(text)}: {error}") from None
     except OSError as error:
-        raise SequenceError(f"{brief(text)}: this can't be read ({error.strerror}).") from None
+        raise SequenceError(f"{quote(text)}: this can't be read ({error.strerror}).") from None
     return path
 
 
@@ -276,8 +276,8 @@ def _unknown(text: str, path: Path) -> SequenceError:
     candidates = [*names(), *(str(sibling) for sibling in beside)]
     hint = close_match(text.partition(":")[0], candidates)
     return SequenceError(
-        f"unknown sequence {brief(text)}.{hint} It is no built-in name (`trackmark list` shows "
-        f"them) and there is no file or folder {brief(str(path.absolute()))}."
+        f"unknown sequence {quote(text)}.{hint} It is no built-in name (`trackmark list` shows "
+        f"them) and there is no file or folder {quote(str(path.absolute()))}."
     )
 
 

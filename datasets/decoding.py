@@ -17,7 +17,7 @@ _BRIEF = Repr()
 _BRIEF.maxstring = 200
 
 
-def brief(text: str) -> str:
+def quote(text: str) -> str:
     """A text in quotes for a message: of a long one its two ends."""
     return _BRIEF.repr(text)
 
@@ -28,7 +28,7 @@ def check_name(path: Path) -> None:
     Raises `SequenceError` for a name that is not UTF-8 or contains a NUL character.
     """
     if "\0" in str(path):
-        raise SequenceError(f"{brief(str(path))}: a path cannot contain a NUL character.")
+        raise SequenceError(f"{quote(str(path))}: a path cannot contain a NUL character.")
     try:
         str(path).encode()
     except UnicodeEncodeError:
@@ -64,7 +64,7 @@ def pixel_limit(most: int | None = None) -> int:
         return most
     own = os.environ.get(LIMIT, str(MOST_PIXELS))
     if not (own.isdecimal() and len(own) < 20):
-        raise SequenceError(f"{LIMIT} is {brief(own)}; give a number of pixels.")
+        raise SequenceError(f"{LIMIT} is {quote(own)}; give a number of pixels.")
     return int(own)
 
 

@@ -1,8 +1,8 @@
-"""A sequence: images that come lazily, and what is true of the target in them."""
+"""Image sequence with ground truth: the interface between datasets and the rest of the project."""
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Protocol, TypeAlias, overload
+from typing import Any, Protocol, TypeAlias, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,16 +12,17 @@ from trackmark.datasets.shapes import Shapes
 Image: TypeAlias = NDArray[np.uint8]
 Mask: TypeAlias = NDArray[np.bool_]
 
-LARGEST = 1e7  # greatest coordinate of a truth box [pixels]: images end long before
+MAX_COORDINATE = 1e7
+"""Largest absolute coordinate of a ground-truth box [pixels]; no image is that large."""
 
 
 class SequenceError(ValueError):
-    """A sequence that cannot be opened, read or run; the message names file and frame."""
+    """Error of a sequence that cannot be opened, read or run; the message names file and frame."""
 
 
 @dataclass(frozen=True)
 class Summary:
-    """What is known of a built-in sequence before it is opened.
+    """Length and image size of a built-in sequence, known before it is opened.
 
     Attributes
     ----------
@@ -37,18 +38,18 @@ class Summary:
 
 @dataclass(frozen=True)
 class Origin:
-    """Where recorded data come from; a field is empty where nothing is known.
+    """Provenance of recorded data; a field is empty if it is unknown.
 
     Attributes
     ----------
     format : str
-        What they were taken for.
+        File layout that the reader expects.
     licence : str
-        Under which one may use them.
+        Terms of use.
     citation : str
-        The paper to cite.
+        Paper to cite.
     description : str
-        What the data say of the target or the scene, in words.
+        Target or scene in words, as stated in the data.
     """
 
     format: str = ""
@@ -58,76 +59,76 @@ class Origin:
 
 
 class Frames(Protocol):
-    """Where a sequence's images come from: a folder, a video file, a renderer."""
+    """Images of a sequence by frame: from a folder, a video file or a renderer."""
 
     def __len__(self) -> int:
-        """Number of images."""
+        """Return the number of images."""
         ...
 
     def __getitem__(self, frame: int) -> Image:
-        """Image of a frame in `range(len(self))`, decoded or rendered when asked for.
+        """Decode or render the image of a frame in `range(len(self))`.
 
-        Asking in order is the fast way; any order gives the same images, all of one size. Raises
+        Frames in order are fastest. Any order gives the same images, all of one size. Raises
         `SequenceError` for an image that cannot be read.
         """
         ...
 
 
 class Sequence:
-    """Images of one target, in order, with the truth about it.
+    """Images of one target in temporal order, with its ground truth.
 
     Parameters
     ----------
     name : str
-        Canonical name: what results are filed under.
+        Canonical name, under which results are stored.
     frames : Frames
-        The images. Those beyond the last truth row are not part of the sequence.
+        Images. Images after the last ground-truth row are not part of the sequence.
     boxes : array of float64, shape (n, 4), optional
-        Truth `[x, y, width, height]` in pixels from 0; a NaN row where the target is
-        absent. Without it every row is NaN: such a sequence opens and shows, but can't
-        be evaluated.
+        Ground-truth boxes `[x, y, width, height]` in pixels from 0. A NaN row means that the
+        target is absent. Without boxes, every row is NaN: such a sequence can be opened and
+        shown, but not evaluated.
     fingerprint : str or callable
-        Changes when a pixel or a truth value changes; a callable is asked once, when needed.
+        Digest of pixels and ground truth. A callable is called once, at the first access.
     regions : mapping of str to array of shape (n, 4), optional
-        Further truths by name (`full`, `tight`, …).
+        Further ground-truth boxes by name (`full`, `tight`, …).
     visibility : array of shape (n,), optional
-        Visible fraction in [0, 1]; NaN where unknown.
+        Visible fraction of the target in [0, 1]; NaN if unknown.
     attributes : mapping of str to bool array of shape (n,), optional
-        What happens when (`occlusion`, …).
+        Frames with an event, by its name (`occlusion`, …).
     fps : float, optional
-        Frames a second.
+        Frame rate [frames/s].
     masks : callable, optional
-        Gives the mask of a frame, or None where there is none.
+        Function that returns the mask of a frame, or None if the frame has none.
     frame_names : sequence of str, optional
-        What a reader of a message knows a frame by (a file name); `frame i` by default.
+        Names of the frames in messages, such as file names; `frame i` by default.
     truth_source : str
-        File or generator that the truth comes from, for messages.
+        File or generator of the ground truth, for messages.
     truth_missing : str
-        Why there is none, though a file looks like one: a sentence.
+        Sentence on why a file that looks like ground truth was not read.
     image_size : tuple of int, optional
-        Width and height in pixels, where they are known without reading an image.
+        Width and height of the images [pixels], if known without reading one.
     values : mapping of str to array of shape (n,), optional
-        Numbers that the data bring by name and frame (VOT's `anchor`).
+        Numbers per frame that the data contain, by name (`anchor` of VOT).
     origin : Origin, optional
-        Where the data come from.
+        Provenance of the data.
     shapes : Shapes, optional
-        By frame the polygon or mask that the box is around; `regions` are boxes.
+        Polygon or mask of each frame; `boxes` and `regions` enclose them.
 
     Attributes
     ----------
     frames : Frames
-        All images, those beyond the last truth row too; indexing the sequence gives only
-        its own.
+        All images, also those after the last ground-truth row. Indexing the sequence gives only
+        the images with a ground-truth row.
     images_beyond_truth : int
-        Number of the others.
+        Number of images after the last ground-truth row.
     known_size : tuple of int or None
-        Width and height in pixels, where they are known without reading an image; see `image_size`.
+        Width and height of the images [pixels] if known so far; `image_size` reads one if needed.
 
     Raises
     ------
     SequenceError
-        For truth that does not fit the images: more rows than images, wrong shapes, boxes that
-        no image reaches.
+        If the ground truth does not fit the images: more rows than images, wrong shapes, or
+        coordinates beyond any image.
     """
 
     def __init__(
@@ -163,32 +164,29 @@ class Sequence:
         n_images = len(frames)
         if n_images == 0:
             raise SequenceError(f"{name}: there are no images.")
-        if boxes is None:
-            self.boxes = _column(np.full((n_images, 4), np.nan), n_images, 4, "boxes", name)
-        else:
-            rows = np.asarray(boxes, dtype=np.float64)
-            if len(rows) > n_images:
-                raise SequenceError(
-                    f"{self.truth_source}: {len(rows)} truth rows for {n_images} images of "
-                    f"{name}. Cut the truth, or supply the missing images."
-                )
-            self.boxes = _column(rows, len(rows), 4, "boxes", name)
-        n = len(self.boxes)
-        self._check_reach()
+        rows = np.full((n_images, 4), np.nan) if boxes is None else np.asarray(boxes, np.float64)
+        n = len(rows)
+        if n > n_images:
+            raise SequenceError(
+                f"{self.truth_source}: {n} ground-truth rows for {n_images} images of {name}. "
+                "Remove the rows without image, or add the missing images."
+            )
+        self.boxes: NDArray[np.float64] = _frozen(rows, (n, 4), f"{name}: boxes")
+        self._check_coordinates()
         self.images_beyond_truth = n_images - n
-        self.regions = {
-            key: _column(np.asarray(value, np.float64), n, 4, f"region {key}", name)
-            for key, value in (regions or {}).items()
+        self.regions: dict[str, NDArray[np.float64]] = {
+            key: _frozen(rows, (n, 4), f"{name}: region {key}")
+            for key, rows in (regions or {}).items()
         }
-        self.values = {
-            key: _column(np.asarray(value, np.float64), n, None, f"value {key}", name)
-            for key, value in (values or {}).items()
+        self.values: dict[str, NDArray[np.float64]] = {
+            key: _frozen(column, (n,), f"{name}: value {key}")
+            for key, column in (values or {}).items()
         }
-        given = np.full(n, np.nan) if visibility is None else np.asarray(visibility, np.float64)
-        self.visibility = _column(given, n, None, "visibility", name)
-        self.attributes = {
-            key: _flags(value, n, f"attribute {key}", name)
-            for key, value in (attributes or {}).items()
+        shares = np.full(n, np.nan) if visibility is None else visibility
+        self.visibility: NDArray[np.float64] = _frozen(shares, (n,), f"{name}: visibility")
+        self.attributes: dict[str, NDArray[np.bool_]] = {
+            key: _frozen(flags, (n,), f"{name}: attribute {key}", np.bool_)
+            for key, flags in (attributes or {}).items()
         }
 
     def __len__(self) -> int:
@@ -201,10 +199,10 @@ class Sequence:
     def __getitem__(self, index: slice) -> "Sequence": ...
 
     def __getitem__(self, index: int | slice) -> "Image | Sequence":
-        """Image of a frame (read-only), or the sequence of a slice of the frames.
+        """Return the read-only image of a frame, or the sequence of a slice of the frames.
 
-        Raises `SequenceError` for an image that can't be read, or is of another size than those
-        before it.
+        Raises `SequenceError` for an image that cannot be read, or whose size differs from the
+        size of the images read before.
         """
         if isinstance(index, slice):
             return self._slice(index)
@@ -219,7 +217,8 @@ class Sequence:
             expected = "x".join(map(str, self.known_size))
             raise SequenceError(
                 f"{self.name}: {self.frame_name(frame)} has {width}x{height} pixels, others have "
-                f"{expected}. Bring all to one size, or end the truth before this frame."
+                f"{expected}. Resize the images to one size, or end the ground truth before this "
+                "frame."
             )
         image.flags.writeable = False
         return image
@@ -233,40 +232,40 @@ class Sequence:
 
     @property
     def fingerprint(self) -> str:
-        """Changes when a pixel or a truth value changes, and only then."""
+        """Digest that changes if, and only if, a pixel or a ground-truth value changes."""
         if not isinstance(self._fingerprint, str):
             self._fingerprint = self._fingerprint()
         return self._fingerprint
 
     @property
     def present(self) -> NDArray[np.bool_]:
-        """Where the target is present, shape (n,)."""
+        """Flags of the frames in which the target is present, shape (n,)."""
         return np.asarray(np.isfinite(self.boxes).all(axis=1))
 
     @property
     def first_frame(self) -> int:
-        """First frame in which the target is present: where trackers are initialised.
+        """First frame in which the target is present; trackers are initialised there.
 
         Raises
         ------
         SequenceError
-            Where the sequence has no truth.
+            If the sequence has no ground truth.
         """
         present = np.flatnonzero(self.present)
         if len(present) == 0:
             missing = f" {self.truth_missing}" if self.truth_missing else ""
             raise SequenceError(
-                f"{self.name}: there is no truth, so no tracker can be started or scored.{missing} "
-                "Give a truth file (--truth FILE, CSV frame,x,y,width,height), or make one "
-                "with `trackmark annotate`."
+                f"{self.name}: there is no ground truth, so no tracker can be initialised or "
+                f"scored.{missing} Provide a ground-truth file (--truth FILE, CSV with columns "
+                "frame,x,y,width,height), or create one with `trackmark annotate`."
             )
         return int(present[0])
 
     @property
     def image_size(self) -> tuple[int, int]:
-        """Width and height of the images [pixels]; one is read where they are not known.
+        """Width and height of the images [pixels]; reads one image if they are unknown.
 
-        Raises `SequenceError` where there is no truth, or that image can't be read.
+        Raises `SequenceError` if there is no ground truth, or if that image cannot be read.
         """
         if self.known_size is None:
             height, width = self[self.first_frame].shape[:2]
@@ -274,108 +273,99 @@ class Sequence:
         return self.known_size
 
     def check_runnable(self) -> None:
-        """Refuse a sequence that no tracker can be started on.
+        """Check that a tracker can be initialised on the sequence.
 
-        It reads the image of the first box, unless the size of images is known.
+        It reads the image of the first box, unless the image size is known.
 
         Raises
         ------
         SequenceError
-            Where there is no truth, or where the box that trackers are initialised with
-            has no size or lies wholly outside its image.
+            If there is no ground truth, or if the init box has no size or lies completely
+            outside its image.
         """
         frame = self.first_frame
         x, y, width, height = self.boxes[frame].tolist()
         image_width, image_height = self.image_size
         if width <= 0.0 or height <= 0.0:
-            fault = "has no size"
+            problem = "has no size"
         elif lies_outside(self.boxes[frame], (image_width, image_height)):
-            fault = f"lies outside the image ({image_width}x{image_height})"
+            problem = f"lies outside the image ({image_width}x{image_height})"
         else:
             return
         raise SequenceError(
-            f"{self.truth_source}: the first box, of {self.frame_name(frame)}, {fault}: "
-            f"x={x:g} y={y:g} width={width:g} height={height:g} (from 0). Mend it there."
+            f"{self.truth_source}: the first box, of {self.frame_name(frame)}, {problem}: "
+            f"x={x:g} y={y:g} width={width:g} height={height:g} (from 0). Correct it in the file."
         )
 
     def mask(self, frame: int) -> Mask | None:
-        """Target's pixels in a frame, shape (height, width); None where unknown."""
+        """Return the target's pixels in a frame, shape (height, width), or None if unknown."""
         return None if self._masks is None else self._masks(frame)
 
     def frame_name(self, frame: int) -> str:
-        """What a reader of a message knows a frame by."""
+        """Return the name of a frame in messages: its file name, or `frame i`."""
         return f"frame {frame}" if self._frame_names is None else self._frame_names[frame]
 
-    def _check_reach(self) -> None:
-        """Refuse boxes where no image is: areas of such are no numbers."""
-        beyond = np.flatnonzero((np.abs(self.boxes) > LARGEST).any(axis=1))
-        if len(beyond):
-            box = ", ".join(f"{value:g}" for value in self.boxes[beyond[0]])
+    def _check_coordinates(self) -> None:
+        """Refuse coordinates beyond any image; box areas of such values would overflow."""
+        too_large = np.flatnonzero((np.abs(self.boxes) > MAX_COORDINATE).any(axis=1))
+        if len(too_large):
+            box = ", ".join(f"{value:g}" for value in self.boxes[too_large[0]])
             raise SequenceError(
-                f"{self.truth_source}: the box of {self.frame_name(int(beyond[0]))}, {box}, lies "
-                f"beyond {LARGEST:g} pixels, where no image is. Mend it there."
+                f"{self.truth_source}: the box of {self.frame_name(int(too_large[0]))}, {box}, has "
+                f"a coordinate beyond {MAX_COORDINATE:g} pixels. Correct it in the file."
             )
 
     def _slice(self, index: slice) -> "Sequence":
-        chosen = range(len(self))[index]
-        numbers = list(chosen)
+        selection = range(len(self))[index]
+        frames = list(selection)
         masks = self._masks
+        label = f"[{selection.start}:{selection.stop}:{selection.step}]"
         return Sequence(
-            f"{self.name}[{chosen.start}:{chosen.stop}:{chosen.step}]",
-            _Chosen(self.frames, chosen),
-            self.boxes[numbers],
-            fingerprint=lambda: f"{self.fingerprint}[{chosen.start}:{chosen.stop}:{chosen.step}]",
-            regions={key: value[numbers] for key, value in self.regions.items()},
-            visibility=self.visibility[numbers],
-            attributes={key: value[numbers] for key, value in self.attributes.items()},
+            f"{self.name}{label}",
+            _FrameSelection(self.frames, selection),
+            self.boxes[frames],
+            fingerprint=lambda: f"{self.fingerprint}{label}",
+            regions={key: rows[frames] for key, rows in self.regions.items()},
+            visibility=self.visibility[frames],
+            attributes={key: flags[frames] for key, flags in self.attributes.items()},
             fps=self.fps,
-            masks=None if masks is None else lambda frame: masks(chosen[frame]),
-            frame_names=[self.frame_name(frame) for frame in numbers],
+            masks=None if masks is None else lambda frame: masks(selection[frame]),
+            frame_names=[self.frame_name(frame) for frame in frames],
             truth_source=self.truth_source,
             truth_missing=self.truth_missing,
             image_size=self.known_size,
-            values={key: value[numbers] for key, value in self.values.items()},
+            values={key: column[frames] for key, column in self.values.items()},
             origin=self.origin,
             shapes=None if self.shapes is None else self.shapes[index],
         )
 
 
 def lies_outside(box: ArrayLike, size: tuple[int, int]) -> bool:
-    """Whether nothing of a box `[x, y, width, height]` is in an image of this width and height."""
+    """Return whether a box `[x, y, width, height]` lies outside an image of this width, height."""
     x, y, width, height = np.asarray(box, np.float64).tolist()
     return bool(x >= size[0] or y >= size[1] or x + width <= 0.0 or y + height <= 0.0)
 
 
-class _Chosen:
-    """Some frames of others, by their numbers."""
+class _FrameSelection:
+    """Selected frames of other frames."""
 
-    def __init__(self, frames: Frames, chosen: range) -> None:
+    def __init__(self, frames: Frames, selection: range) -> None:
         self._frames = frames
-        self._chosen = chosen
+        self._selection = selection
 
     def __len__(self) -> int:
-        return len(self._chosen)
+        return len(self._selection)
 
     def __getitem__(self, frame: int) -> Image:
-        return self._frames[self._chosen[frame]]
+        return self._frames[self._selection[frame]]
 
 
-def _column(
-    values: NDArray[np.float64], n: int, width: int | None, what: str, name: str
-) -> NDArray[np.float64]:
-    """Truth of one kind, checked and frozen."""
-    shape = (n,) if width is None else (n, width)
-    if values.shape != shape:
-        raise SequenceError(f"{name}: {what} have shape {values.shape}, not {shape}.")
-    column = np.array(values, dtype=np.float64)
-    column.flags.writeable = False
-    return column
-
-
-def _flags(values: ArrayLike, n: int, what: str, name: str) -> NDArray[np.bool_]:
-    """What is true of each frame, checked and frozen."""
-    flags = np.array(values, dtype=np.bool_)
-    if flags.shape != (n,):
-        raise SequenceError(f"{name}: {what} has shape {flags.shape}, not ({n},).")
-    flags.flags.writeable = False
-    return flags
+def _frozen(
+    values: ArrayLike, shape: tuple[int, ...], label: str, dtype: type = np.float64
+) -> NDArray[Any]:
+    """Return a read-only copy of an array of ground truth after a check of its shape."""
+    array: NDArray[Any] = np.array(values, dtype=dtype)
+    if array.shape != shape:
+        raise SequenceError(f"{label}: the shape is {array.shape}. Expected is {shape}.")
+    array.flags.writeable = False
+    return array

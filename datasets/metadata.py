@@ -1,4 +1,4 @@
-"""What a description tells of a sequence; of rendered ones it is sealed, so that none is opened."""
+"""Metadata of a sequence; for synthetic sequences they are stored, so that none is opened."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -8,26 +8,53 @@ from trackmark.datasets.interface import Origin, Sequence
 
 
 @dataclass(frozen=True)
-class Outline:
-    """What is known of a sequence."""
+class SequenceMetadata:
+    """Metadata of a sequence, as shown by `trackmark describe`.
 
-    name: str  # canonical name
-    length: int  # number of frames
-    size: tuple[int, int]  # width and height of the images [pixels]
-    fps: float | None  # frames a second
-    present: int  # frames in which the target is; 0 where there is no truth
-    regions: list[str]  # names of further truths
-    # frames in which something happens (`occlusion`, …); only what does happen
+    Attributes
+    ----------
+    name : str
+        Canonical name.
+    length : int
+        Number of frames.
+    size : tuple of int
+        Width and height of the images [pixels].
+    fps : float or None
+        Frame rate [frames/s].
+    present : int
+        Number of frames in which the target is present; 0 without ground truth.
+    regions : list of str
+        Names of further ground-truth boxes.
+    attributes : mapping of str to int
+        Number of frames with an event (`occlusion`, …), for events that occur.
+    truth_source : str
+        File or generator of the ground truth.
+    images_beyond_truth : int
+        Number of images after the last ground-truth row; they are not read.
+    fingerprint : str
+        See `Sequence.fingerprint`.
+    truth_missing : str
+        Reason why a file that looks like ground truth was not read, or an empty text.
+    origin : Origin
+        Provenance of recorded data.
+    """
+
+    name: str
+    length: int
+    size: tuple[int, int]
+    fps: float | None
+    present: int
+    regions: list[str]
     attributes: Mapping[str, int]
-    truth_source: str  # file or generator that the truth comes from
-    images_beyond_truth: int  # images after the last row of the truth, which are not read
-    fingerprint: str  # as `Sequence.fingerprint`
-    truth_missing: str = ""  # why there is no truth, though a file looks like one; else empty
-    origin: Origin = field(default_factory=Origin)  # where recorded data come from
+    truth_source: str
+    images_beyond_truth: int
+    fingerprint: str
+    truth_missing: str = ""
+    origin: Origin = field(default_factory=Origin)
 
 
-def known_of(sequence: Sequence) -> dict[str, Any]:
-    """What only the opened sequence tells, for its seal: fields of `Outline` that JSON can hold."""
+def stored_metadata(sequence: Sequence) -> dict[str, Any]:
+    """Return the fields of `SequenceMetadata` that `golden.json` stores, as JSON values."""
     return {
         "fps": sequence.fps,
         "present": int(sequence.present.sum()),
@@ -38,12 +65,12 @@ def known_of(sequence: Sequence) -> dict[str, Any]:
     }
 
 
-def outlined(sequence: Sequence, size: tuple[int, int] | None = None) -> Outline:
-    """Outline of an opened sequence; its first image is read where the size is not given."""
+def sequence_metadata(sequence: Sequence, size: tuple[int, int] | None = None) -> SequenceMetadata:
+    """Return the metadata of an opened sequence; without `size`, its first image is read."""
     if size is None:
         height, width = sequence[0].shape[:2]
         size = width, height
-    return Outline(
+    return SequenceMetadata(
         name=sequence.name,
         length=len(sequence),
         size=size,
@@ -52,5 +79,5 @@ def outlined(sequence: Sequence, size: tuple[int, int] | None = None) -> Outline
         images_beyond_truth=sequence.images_beyond_truth,
         fingerprint=sequence.fingerprint,
         origin=sequence.origin,
-        **known_of(sequence),
+        **stored_metadata(sequence),
     )

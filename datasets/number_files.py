@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from trackmark.datasets.decoding import brief
+from trackmark.datasets.decoding import quote
 from trackmark.datasets.interface import SequenceError
 from trackmark.datasets.truth_file import read_text
 
@@ -50,7 +50,7 @@ def read_rows(
         row = numbers(line)
         if len(row) not in ({len(rows[0])} if rows else counts):
             raise SequenceError(
-                f"{path}: line {number}: {brief(line.strip())} is not {what}; expected are "
+                f"{path}: line {number}: {quote(line.strip())} is not {what}; expected are "
                 f"{expected}."
             )
         rows.append(row)
@@ -142,11 +142,11 @@ def read_flags(path: Path, n: int, most: int = 1, *, padded: bool = False) -> ND
         for word, value in zip(words(line), numbers(line), strict=False):
             if value not in range(most + 1):
                 raise SequenceError(
-                    f"{path}: line {number}: {brief(word)} is not a whole number of 0 to {most}."
+                    f"{path}: line {number}: {quote(word)} is not a whole number of 0 to {most}."
                 )
             values.append(int(value))
         if line.strip() and not numbers(line):
-            raise SequenceError(f"{path}: line {number}: {brief(line.strip())} is not a number.")
+            raise SequenceError(f"{path}: line {number}: {quote(line.strip())} is not a number.")
     if padded:
         values = (values + [0] * n)[:n]
     if len(values) != n:
@@ -175,7 +175,7 @@ def fps_of(fields: dict[str, str], key: str, path: Path) -> float | None:
         return None
     found = numbers(fields[key].lower().removesuffix("hz"))
     if len(found) != 1 or not 0.0 < found[0] <= _MOST_FPS:
-        raise SequenceError(f"{path}: {key} is {brief(fields[key])}; expected are frames a second.")
+        raise SequenceError(f"{path}: {key} is {quote(fields[key])}; expected are frames a second.")
     return found[0]
 
 
@@ -189,7 +189,7 @@ def place_of(fields: Mapping[str, str], key: str, path: Path, otherwise: str = "
     named = Path(fields.get(key, otherwise).replace("\\", "/"))
     if named.is_absolute() or ".." in named.parts:
         raise SequenceError(
-            f"{path}: {key} is {brief(fields[key])}; expected is what lies in this folder."
+            f"{path}: {key} is {quote(fields[key])}; expected is what lies in this folder."
         )
     return path.parent / named
 

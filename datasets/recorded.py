@@ -13,14 +13,14 @@ from trackmark.datasets.file_digest import file_digests
 from trackmark.datasets.image_files import ImageFiles
 from trackmark.datasets.interface import Frames, Mask, Origin, Sequence
 from trackmark.datasets.shapes import Shapes
-from trackmark.datasets.truth_file import Truth
+from trackmark.datasets.truth_file import GroundTruth
 
 
 def recorded(
     name: str,
     frames: Frames,
     files: SequenceOf[Path],
-    truth: Truth | None,
+    truth: GroundTruth | None,
     truth_source: Path | None,
     *,
     truth_missing: str = "",
@@ -66,7 +66,7 @@ def recorded(
 
 
 def recorded_images(
-    name: str, images: list[Path], truth: Truth | None, truth_source: Path | None, **more: Any
+    name: str, images: list[Path], truth: GroundTruth | None, truth_source: Path | None, **more: Any
 ) -> Sequence:
     """Sequence of images in files, which are what its frames are known by; see `recorded`."""
     names = [file.name for file in images]

@@ -7,7 +7,7 @@ import re
 from collections.abc import Iterable, Mapping
 from difflib import get_close_matches
 
-from trackmark.datasets.decoding import brief
+from trackmark.datasets.decoding import quote
 
 
 def close_match(name: str, known: Iterable[str]) -> str:
@@ -38,9 +38,9 @@ def parse_text(text: str) -> tuple[str, dict[str, str]]:
     for part in parts:
         key, equals, value = part.partition("=")
         if not (key and equals):
-            raise ValueError(f"{brief(text)}: {brief(part)} is not key=value.")
+            raise ValueError(f"{quote(text)}: {quote(part)} is not key=value.")
         if key in options:
-            raise ValueError(f"{brief(text)}: {brief(key)} is given twice.")
+            raise ValueError(f"{quote(text)}: {quote(key)} is given twice.")
         options[key] = value
     return name, options
 

@@ -1,4 +1,4 @@
-"""Truth in a CSV file: `frame,x,y,width,height`, one row a frame.
+"""Ground truth in a CSV file: `frame,x,y,width,height`, one row a frame.
 
 Frames count from 0, boxes are in pixels from the image's left top corner. A frame without
 a row, or whose box is empty, has no target in it; the last row ends the sequence. Two more
@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from trackmark.datasets.decoding import brief
+from trackmark.datasets.decoding import quote
 from trackmark.datasets.interface import SequenceError
 
 COLUMNS = ["frame", "x", "y", "width", "height"]
@@ -34,7 +34,7 @@ MOST_FRAMES = 10_000_000
 
 
 @dataclass(frozen=True, slots=True)
-class Truth:
+class GroundTruth:
     """What is true of the target in every frame."""
 
     # `[x, y, width, height]` in pixels; a NaN row where the target is absent; shape (n, 4)
@@ -45,8 +45,8 @@ class Truth:
     sources: tuple[str, ...] | None = None
 
 
-def given_or_own(given: Path | None, own: Path) -> tuple[Truth | None, Path | None]:
-    """Truth and its file: the given one, else the data's own where it exists."""
+def given_or_own(given: Path | None, own: Path) -> tuple[GroundTruth | None, Path | None]:
+    """GroundTruth and its file: the given one, else the data's own where it exists."""
     path = given or (own if own.is_file() else None)
     return (None, None) if path is None else (read(path), path)
 
@@ -71,7 +71,7 @@ def missing(own: Path, stem: str = "") -> str:
     return f"{likely[0]} is of a format that isn't read; expected is {own.name} with {columns}."
 
 
-def read(path: Path) -> Truth:
+def read(path: Path) -> GroundTruth:
     """Read a truth file.
 
     Raises `SequenceError` naming file and line of the first thing that is wrong, and what is
@@ -98,14 +98,14 @@ def read(path: Path) -> Truth:
     boxes, visibility, sources = np.full((n, 4), nan), np.full(n, nan), [""] * n
     for frame, box, visible, source in rows:
         boxes[frame], visibility[frame], sources[frame] = box, visible, source
-    return Truth(
+    return GroundTruth(
         boxes,
         visibility if "visibility" in header else None,
         tuple(sources) if "source" in header else None,
     )
 
 
-def write(path: Path, truth: Truth, comments: Iterable[str] = ()) -> None:
+def write(path: Path, truth: GroundTruth, comments: Iterable[str] = ()) -> None:
     """Write a truth file; `read` gives the same values back, to the bit.
 
     `path`: Is replaced where it exists. `truth`: A frame without target gets a row with an empty
@@ -150,7 +150,7 @@ class _Row(NamedTuple):
 def _header(cells: list[str]) -> list[str]:
     extra = cells[len(COLUMNS) :]
     if cells[: len(COLUMNS)] != COLUMNS or extra not in ([], *([x] for x in OPTIONAL), OPTIONAL):
-        raise ValueError(f"{brief(','.join(cells))} is not the header; expected is {HEADER}")
+        raise ValueError(f"{quote(','.join(cells))} is not the header; expected is {HEADER}")
     return cells
 
 
@@ -160,7 +160,7 @@ def _row(header: list[str], cells: list[str], after: int) -> _Row:
     values: Mapping[str, str] = dict(zip(header, cells, strict=True))
     number = values["frame"]
     if not (number.isdecimal() and len(number) < 20 and int(number) < MOST_FRAMES):
-        raise ValueError(f"{brief(number)} is not a frame number; they count from 0")
+        raise ValueError(f"{quote(number)} is not a frame number; they count from 0")
     frame = int(number)
     if frame <= after:
         raise ValueError(f"frame {frame} follows frame {after}; each stands once, in rising order")
@@ -173,7 +173,7 @@ def _row(header: list[str], cells: list[str], after: int) -> _Row:
         raise ValueError(f"visibility {visibility} of frame {frame} is not in [0, 1]")
     source = values.get("source", "")
     if source not in SOURCES:
-        raise ValueError(f"source {brief(source)} of frame {frame} is not marked or interpolated")
+        raise ValueError(f"source {quote(source)} of frame {frame} is not marked or interpolated")
     return _Row(frame, box, visibility, source)
 
 
@@ -183,7 +183,7 @@ def _number(text: str) -> float:
     except ValueError:
         number = nan
     if not isfinite(number):
-        raise ValueError(f"{brief(text)} is not a number")
+        raise ValueError(f"{quote(text)} is not a number")
     return number
 
 

@@ -1,10 +1,10 @@
-"""Seals: by what version results on a scene, or of a tracker, are known.
+"""Versions of scenes and trackers, stored in `golden.json` files.
 
-A `golden.json` holds an entry a scene (or a tracker): its *version*, the digest of its syntax
-trees when it was sealed, and *golden* digests of what it then gave: images and truth, or boxes.
-With the sealed trees, the version alone names what comes out. With others, which nobody has
-proven to do the same, their digest joins the version, so that what an edited source gives never
-mixes with what the sealed one gave. `make seal` proves it: what gives the same keeps its version.
+An entry holds a *version*, the digest of the syntax trees of the source, and *golden* digests of
+the output: images and ground truth of a scene, boxes of a tracker. While the source has the stored
+trees, the version alone identifies the results. After an edit, the digest of the new trees is
+appended to the version, so that results of both sources are never mixed. `make seal` compares the
+output: if it is equal, the new trees are stored and the version stays.
 """
 
 import json
@@ -17,56 +17,53 @@ from typing import Any
 
 
 @dataclass(frozen=True)
-class Seal:
-    """What was sealed of a scene or a tracker."""
+class VersionEntry:
+    """Version of a scene or tracker, with the source and the output that it stands for."""
 
-    # what names it: of a first version the digest of its source's bytes (and, of a scene, the
-    # versions of its libraries) when it was made; of a later one its number
+    # First version: digest of the source file (and library versions, for a scene). Later versions
+    # are numbers.
     version: list[Any]
     tree: str  # digest of the syntax trees; see `datasets.source_digest`
-    # digests by what was asked for (`multipart/1:scene=2`) and by part
+    # digests by specification (`multipart/1:scene=2`) and by part of the output
     golden: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
-    # of a tracker: import names of the libraries whose versions belong to its version
+    # trackers only: import names of the libraries whose versions belong to the tracker's version
     libraries: list[str] = field(default_factory=list)
-    # of scenes: what their description tells, by sequence; see `datasets.outline`
+    # scenes only: metadata by sequence; see `datasets.metadata.stored_metadata`
     known: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
 
-    def named(self, tree: str) -> list[Any]:
-        """What names the version of these trees: the trees too, where they aren't the sealed."""
+    def identity(self, tree: str) -> list[Any]:
+        """Return the version, with the digest of the trees appended if they were edited."""
         return self.version if tree == self.tree else [*self.version, tree]
 
     def next_version(self) -> list[Any]:
-        """Number of the version after this one."""
+        """Return the number of the version after this one."""
         number = self.version[0] if isinstance(self.version[0], int) else 1
         return [number + 1]
 
 
-def seal_of(name: str, file: Path) -> Seal | None:
-    """Seal of a scene or tracker; None where there is none yet.
+def find_version(name: str, file: Path) -> VersionEntry | None:
+    """Return the entry of a scene or tracker, or None if it has none yet.
 
-    `name`: Name without options. `file`: The `golden.json`; its keys may be patterns
-    (`multipart/*`).
+    `name`: name without options. `file`: the `golden.json`; a key may be a pattern (`multipart/*`).
     """
-    if not file.is_file():
-        return None
-    entries = _parsed(file.read_bytes())
-    return next((seal for key, seal in entries.items() if fnmatchcase(name, key)), None)
+    entries = read_versions(file)
+    return next((entry for key, entry in entries.items() if fnmatchcase(name, key)), None)
 
 
-def read_seals(file: Path) -> dict[str, Seal]:
-    """All seals of a `golden.json`, by name or pattern."""
-    return dict(_parsed(file.read_bytes())) if file.is_file() else {}
+def read_versions(file: Path) -> dict[str, VersionEntry]:
+    """Return all entries of a `golden.json` by name or pattern; none if the file is missing."""
+    return dict(_parse(file.read_bytes())) if file.is_file() else {}
 
 
-def write_seals(file: Path, seals: Mapping[str, Seal]) -> None:
+def write_versions(file: Path, entries: Mapping[str, VersionEntry]) -> None:
     """Write a `golden.json`."""
-    entries = {
-        name: {key: value for key, value in asdict(seal).items() if value}
-        for name, seal in sorted(seals.items())
+    content = {
+        name: {key: value for key, value in asdict(entry).items() if value}
+        for name, entry in sorted(entries.items())
     }
-    file.write_text(json.dumps(entries, indent=1) + "\n")
+    file.write_text(json.dumps(content, indent=1) + "\n")
 
 
 @cache
-def _parsed(content: bytes) -> dict[str, Seal]:
-    return {name: Seal(**entry) for name, entry in json.loads(content).items()}
+def _parse(content: bytes) -> dict[str, VersionEntry]:
+    return {name: VersionEntry(**fields) for name, fields in json.loads(content).items()}

@@ -12,7 +12,7 @@ from trackmark.bench.commands._options import matching_sequences, option
 from trackmark.bench.commands._progress import print_message, refresh_index
 
 if TYPE_CHECKING:
-    from trackmark.bench.exchange.importing import Guest
+    from trackmark.bench.exchange.importing import ImportedTracker
 
 ALONE = "published"
 """Name of an experiment that holds imported results only."""
@@ -26,13 +26,13 @@ def imported_option() -> Any:
     )
 
 
-def guests_of(texts: Sequence[str]) -> "list[Guest]":
+def guests_of(texts: Sequence[str]) -> "list[ImportedTracker]":
     """Return the imported trackers of `NAME=PATH` texts; raise `ExchangeError` for wrong ones."""
     if not texts:
         return []
-    from trackmark.bench.exchange.importing import guest
+    from trackmark.bench.exchange.importing import parse_imported_tracker
 
-    guests = [guest(text) for text in texts]
+    guests = [parse_imported_tracker(text) for text in texts]
     labels = [guest.tracker for guest in guests]
     if repeated := [label for label in labels if labels.count(label) > 1]:
         raise click.UsageError(f"--results-of names {repeated[0]} twice.")
@@ -40,15 +40,15 @@ def guests_of(texts: Sequence[str]) -> "list[Guest]":
 
 
 def import_guests(
-    guests: "Sequence[Guest]",
+    guests: "Sequence[ImportedTracker]",
     sequences: str,
     folder: Path,
     report: Callable[[str], None] = print_message,
 ) -> int:
     """Store imported results on sequences in an experiment's folder; return the number of runs."""
-    from trackmark.bench.exchange.importing import import_results, on_sequences
+    from trackmark.bench.exchange.importing import import_results, open_sequences
 
-    by_sequence = on_sequences(matching_sequences(sequences), folder)
+    by_sequence = open_sequences(matching_sequences(sequences), folder)
     number = import_results(guests, by_sequence, folder, report)
     refresh_index(folder)
     return number
@@ -57,7 +57,7 @@ def import_guests(
 @contextmanager
 def with_imported(
     experiments: Sequence[Path],
-    guests: "Sequence[Guest]",
+    guests: "Sequence[ImportedTracker]",
     sequences: str | None = None,
     only: Collection[str] | None = None,
 ) -> Iterator[list[Path]]:
@@ -80,9 +80,9 @@ def with_imported(
         if not guests:
             yield list(experiments)
             return
-        from trackmark.bench.exchange.importing import with_guests
+        from trackmark.bench.exchange.importing import copy_with_imports
 
         yield [
-            stack.enter_context(with_guests(experiment, guests, print_message, only))
+            stack.enter_context(copy_with_imports(experiment, guests, print_message, only))
             for experiment in experiments
         ]

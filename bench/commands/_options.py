@@ -15,7 +15,7 @@ import click
 
 from trackmark.bench.commands._progress import patience
 from trackmark.bench.experiments.experiment import ExperimentError, SequenceSource
-from trackmark.datasets.decoding import brief
+from trackmark.datasets.decoding import quote
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
@@ -142,7 +142,7 @@ def _presets(context: click.Context, parameter: click.Parameter, text: str) -> l
     if not split_list(text):
         raise click.BadParameter("name at least one preset (`trackmark list metrics`).")
     try:
-        return list(dict.fromkeys(metrics.canonical(name) for name in split_list(text)))
+        return list(dict.fromkeys(metrics.canonical_name(name) for name in split_list(text)))
     except ValueError as error:
         raise click.BadParameter(str(error)) from error
 
@@ -260,7 +260,7 @@ def utf8_text(context: click.Context, parameter: click.Parameter, text: str | No
         (text or "").encode()
     except UnicodeEncodeError as error:
         raise click.BadParameter(
-            f"not UTF-8 at character {error.start + 1} ({brief(text or '')}). Type it in UTF-8."
+            f"not UTF-8 at character {error.start + 1} ({quote(text or '')}). Type it in UTF-8."
         ) from None
     return text
 

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from trackmark.bench.commands._box_picker import Boxes
     from trackmark.datasets import Sequence
-    from trackmark.datasets.truth_file import Truth
+    from trackmark.datasets.truth_file import GroundTruth
 
 STRIP_FRAMES = 24
 
@@ -149,7 +149,7 @@ def _check_target(target: Path, *, force: bool) -> None:
         raise ExperimentError(f"{target} exists; --force replaces it.")
 
 
-def _truth(sequence: "Sequence", marked: "Boxes", absent: list[tuple[int, int]]) -> "Truth":
+def _truth(sequence: "Sequence", marked: "Boxes", absent: list[tuple[int, int]]) -> "GroundTruth":
     """Return the ground truth of all frames."""
     from trackmark.datasets.annotation import interpolate
 
@@ -160,7 +160,7 @@ def _truth(sequence: "Sequence", marked: "Boxes", absent: list[tuple[int, int]])
     return interpolate(marked, n, absent, (width, height))
 
 
-def _check_strip(sequence: "Sequence", truth: "Truth", title: str) -> "NDArray[np.uint8]":
+def _check_strip(sequence: "Sequence", truth: "GroundTruth", title: str) -> "NDArray[np.uint8]":
     """Draw evenly spaced frames with their boxes."""
     import numpy as np
 

@@ -105,7 +105,7 @@ def _named(name: str) -> Description | None:
     from trackmark.bench import metrics, protocols
 
     bare = name.partition(":")[0]
-    if metrics.knows(name):
+    if metrics.is_preset(name):
         data, lines = _metrics(name)
         if name in protocols.names():  # a preset and a protocol have this name
             data["protocol_of_this_name"] = protocols.definition(name)
@@ -123,21 +123,21 @@ def _metrics(name: str) -> Description:
     from trackmark.bench import metrics
 
     preset = metrics.preset(name)
-    summary, _, definition = metrics.definition(name).partition("\n\n")
+    summary, _, definition = metrics.read_definition(name).partition("\n\n")
     data = {
-        "name": metrics.canonical(name),
+        "name": metrics.canonical_name(name),
         "summary": summary,
         "definition": definition,
-        "also": list(preset.also),
-        "agrees": preset.agrees,
+        "also": list(preset.aliases),
+        "agrees": preset.agrees_with,
         "protocol": preset.protocol,
         "columns": {key: asdict(column) for key, column in preset.columns.items()},
         "curves": {key: asdict(axes) for key, axes in preset.curves.items()},
     }
-    lines = [metrics.canonical(name), "", summary, "", definition, ""]
-    lines.append(f"agrees with  {preset.agrees or 'no toolkit'}")
+    lines = [metrics.canonical_name(name), "", summary, "", definition, ""]
+    lines.append(f"agrees with  {preset.agrees_with or 'no toolkit'}")
     lines.append(f"judges       runs by the protocol {preset.protocol!r}")
-    lines += [f"also called  {', '.join(preset.also)}"] if preset.also else []
+    lines += [f"also called  {', '.join(preset.aliases)}"] if preset.aliases else []
     lines += [f"curves       {', '.join(preset.curves)}"] if preset.curves else []
     lines.append("scores, and those of a perfect tracker")
     width = max(map(len, preset.columns))
@@ -172,7 +172,7 @@ def _attribute(name: str) -> dict[str, Any]:
 
     if name not in attributes.names():
         return {}
-    attribute = attributes.of_name(name)
+    attribute = attributes.find(name)
     indent = f"\n{'':12}"
     return {
         "name": attribute.name,
@@ -188,13 +188,13 @@ def _several(name: str) -> Description | None:
     from trackmark import datasets
     from trackmark.datasets.catalogue import is_built_in
 
-    if is_built_in(name) or datasets.taken_for(name):
+    if is_built_in(name) or datasets.path_format(name):
         return None
     with patience("Looking for sequences"):
         names = datasets.matching(name)
     if names == [name]:
         return None
-    formats = dict.fromkeys(filter(None, map(datasets.taken_for, names)))
+    formats = dict.fromkeys(filter(None, map(datasets.path_format, names)))
     data = {
         "name": name,
         "sequences": len(names),
@@ -210,7 +210,7 @@ def _sequence(name: str, truth: Path | None, *, measure: bool) -> Description:
 
     try:
         with patience(f"Opening {name}"):
-            outline = datasets.outline(name, truth)
+            outline = datasets.describe(name, truth)
     except datasets.SequenceError as error:
         close = closest(name.partition(":")[0], trackers.names())
         if not close or Path(name).expanduser().exists():
@@ -260,7 +260,7 @@ def _measured(name: str, truth: Path | None) -> dict[str, Any]:
         return value if isfinite(value) else None
 
     with progress_bar(None, "frame") as progress:
-        series = attributes.measured(datasets.load(name, truth), progress)
+        series = attributes.measure(datasets.load(name, truth), progress)
     overall = attributes.overall(series)
     return {
         attribute.name: {
@@ -269,5 +269,5 @@ def _measured(name: str, truth: Path | None) -> dict[str, Any]:
             "over": attribute.over,
             "frames": [finite(value) for value in series[attribute.name].tolist()],
         }
-        for attribute in map(attributes.of_name, attributes.names())
+        for attribute in map(attributes.find, attributes.names())
     }

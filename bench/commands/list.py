@@ -72,17 +72,16 @@ def _summaries(kind: str) -> dict[str, str]:
         from trackmark.bench import metrics
 
         lines = {}
-        for name in metrics.names():
-            also = metrics.preset(name).also
-            lines[name] = metrics.definition(name).partition("\n")[0]
+        for name in metrics.preset_names():
+            also = metrics.preset(name).aliases
+            lines[name] = metrics.read_definition(name).partition("\n")[0]
             lines[name] += f" Also called {', '.join(also)}." if also else ""
         return lines
     if kind == "attributes":
         from trackmark.datasets import attributes
 
         return {
-            name: attributes.of_name(name).definition.partition("\n")[0]
-            for name in attributes.names()
+            name: attributes.find(name).definition.partition("\n")[0] for name in attributes.names()
         }
     if kind == "protocols":
         from trackmark.bench import protocols

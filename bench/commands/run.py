@@ -262,7 +262,7 @@ def _print_remarks(execution: "Execution", failed: int) -> None:
         microseconds = execution.overhead * 1e6
         click.echo(f"The harness itself took {microseconds:.1f} µs per frame and tracker.")
     texts = [source.text for source in execution.experiment.sequences]
-    formats = {text: datasets.taken_for(text) for text in texts}
+    formats = {text: datasets.path_format(text) for text in texts}
     for name in filter(None, dict.fromkeys(formats.values())):
         first, *others = [text for text in texts if formats[text] == name]
         more = f" and {len(others)} more" if others else ""

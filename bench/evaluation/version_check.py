@@ -20,10 +20,10 @@ from trackmark import datasets, trackers
 from trackmark.bench.evaluation.loop import evaluate
 from trackmark.bench.experiments.tracker_spec import GOLDEN, PACKAGE
 from trackmark.datasets.golden import golden_digests
-from trackmark.datasets.metadata import known_of
+from trackmark.datasets.metadata import stored_metadata
 from trackmark.datasets.source_digest import imported_libraries, tree_digest
 from trackmark.datasets.synthetic.suite import suites
-from trackmark.datasets.versioning import Seal, read_seals, write_seals
+from trackmark.datasets.versioning import VersionEntry, read_versions, write_versions
 from trackmark.reports.files import write_file
 
 Golden = dict[str, Mapping[str, str]]
@@ -40,7 +40,7 @@ class Sealed:
     name: str  # key in the `golden.json`
     file: Path  # the `golden.json`
     tree: str  # present digest of the syntax trees
-    seal: Seal | None  # of the file
+    seal: VersionEntry | None  # of the file
     texts: list[str]  # keys of the golden digests
     digests: Callable[[str], dict[str, str]]  # returns the present golden digests of a text
     libraries: list[str]  # import names of the libraries of a tracker; empty for scenes
@@ -75,7 +75,7 @@ def _short(name: str) -> datasets.Sequence:
 
 def _scenes() -> Iterator[Sealed]:
     for suite in suites():
-        seals = read_seals(suite.golden)
+        seals = read_versions(suite.golden)
         covered: dict[str, list[str]] = {}
         for name in suite.names():
             key = next((key for key in seals if fnmatchcase(name, key)), name)
@@ -95,7 +95,7 @@ def _scenes() -> Iterator[Sealed]:
 
 
 def _trackers() -> Iterator[Sealed]:
-    seals = read_seals(GOLDEN)
+    seals = read_versions(GOLDEN)
     for name in trackers.names():
         try:
             specification = trackers.resolve(name)
@@ -123,10 +123,10 @@ def _seal(one: Sealed, new: bool) -> str:
     ):
         return ""
     golden: Golden = {text: one.digests(text) for text in one.texts}
-    known = {name: known_of(datasets.load(name)) for name in one.described}
+    known = {name: stored_metadata(datasets.load(name)) for name in one.described}
     if seal is None:
         made, message = (
-            Seal([1], one.tree, golden, one.libraries, known),
+            VersionEntry([1], one.tree, golden, one.libraries, known),
             "sealed for the first time",
         )
     else:
@@ -142,8 +142,8 @@ def _seal(one: Sealed, new: bool) -> str:
         if different:
             made = replace(made, version=seal.next_version(), libraries=one.libraries)
             message = f"now version {made.version[0]}"
-    seals = {**read_seals(one.file), one.name: made}
-    write_file(one.file, lambda file: write_seals(file, seals))
+    seals = {**read_versions(one.file), one.name: made}
+    write_file(one.file, lambda file: write_versions(file, seals))
     return message
 
 

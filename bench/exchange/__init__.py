@@ -1,47 +1,54 @@
-"""Import of other toolkits' results and export of ours: a layout is a file in `formats`."""
+"""Import and export of results in formats of other toolkits, one module each in `formats`."""
 
 from functools import cache
 from importlib import import_module
 from pathlib import Path
 
-from trackmark.bench.exchange.result_format import ExchangeError, Layout
+from trackmark.bench.exchange.result_format import ExchangeError, ResultFormat
 from trackmark.datasets.spec_string import close_match
 
 _FOLDER = Path(__file__).parent / "formats"
 
 
 @cache
-def names() -> list[str]:
-    """Return the sorted names of the layouts, which are those of their files."""
+def format_names() -> list[str]:
+    """Return the sorted names of the result formats, which are their module names."""
     return sorted(file.stem.replace("_", "-") for file in _FOLDER.glob("[a-z]*.py"))
 
 
-def layout(name: str) -> Layout:
-    """Return the layout of a name; raise `ExchangeError` if there is none."""
-    if name not in names():
-        hint = close_match(name, names())
-        raise ExchangeError(f"unknown layout {name!r}.{hint} Known: {', '.join(names())}.")
+def load_format(name: str) -> ResultFormat:
+    """Return the result format with a name; raise `ExchangeError` for an unknown name."""
+    if name not in format_names():
+        hint = close_match(name, format_names())
+        expected = ", ".join(format_names())
+        raise ExchangeError(f"Unknown result format {name!r}.{hint} Expected: {expected}.")
     module = import_module(f"trackmark.bench.exchange.formats.{name.replace('-', '_')}")
-    selected: Layout = module.LAYOUT
-    return selected
+    result_format: ResultFormat = module.FORMAT
+    return result_format
 
 
-def is_layout_of(name: str, folder: Path) -> bool:
-    """Return whether a tracker's folder of results has a layout, judged by its first file."""
-    form = layout(name)
-    return bool(form.fits and (files := form.files(folder)) and form.fits(files[min(files)][0]))
+def has_format(name: str, folder: Path) -> bool:
+    """Return whether the first result file in a tracker's folder has the named format."""
+    candidate = load_format(name)
+    files = candidate.files(folder) if candidate.fits else {}
+    return bool(candidate.fits and files and candidate.fits(files[min(files)][0]))
 
 
-def sniffed(folder: Path) -> str:
-    """Return the name of the layout of a tracker's folder; raise `ExchangeError` if none fits."""
-    if not folder.is_dir():
-        raise ExchangeError(f"{folder} is no folder with a tracker's results.")
-    for name in names():
-        if is_layout_of(name, folder):
+def detect_format(folder: Path) -> str:
+    """Return the format of the results in a tracker's folder; raise `ExchangeError` if unknown."""
+    require_folder(folder)
+    for name in format_names():
+        if has_format(name, folder):
             return name
     content = ", ".join(sorted(path.name for path in folder.iterdir())[:3])
-    wanted = "; ".join(f"{layout(name).expects} ({name})" for name in names())
+    expected = "; ".join(f"{load_format(name).expects} ({name})" for name in format_names())
     raise ExchangeError(
-        f"{folder}: these are no results of a layout that is read. Looked for: {wanted}. "
-        f"There is {content or 'nothing'}."
+        f"{folder}: unknown result format (the folder contains {content or 'nothing'}). "
+        f"Expected: {expected}."
     )
+
+
+def require_folder(folder: Path) -> None:
+    """Raise `ExchangeError` if the path does not lead to a folder."""
+    if not folder.is_dir():
+        raise ExchangeError(f"{folder}: not a folder. Expected: a folder with a tracker's results.")

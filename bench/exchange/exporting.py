@@ -1,8 +1,7 @@
-"""Export of stored runs for other toolkits: a folder a tracker, in a layout."""
+"""Export of stored runs for other toolkits: one folder per tracker, in one result format."""
 
 import os
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from fnmatch import fnmatchcase
 from functools import partial
 from pathlib import Path
@@ -12,8 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackmark.bench.evaluation.run_record import Run, Trace
-from trackmark.bench.exchange import is_layout_of, layout, names
-from trackmark.bench.exchange.result_format import ExchangeError, Said, file_name, some
+from trackmark.bench.exchange import format_names, has_format, load_format
+from trackmark.bench.exchange.result_format import (
+    ExchangeError,
+    ResultRows,
+    abbreviated_list,
+    file_name,
+)
 from trackmark.bench.protocols import ONE_PASS, TIMING, parse_protocol
 from trackmark.bench.store.index import read_index
 from trackmark.bench.store.layout import cell_of
@@ -23,9 +27,9 @@ from trackmark.reports.files import write_file
 
 def export_results(
     experiment: Path,
-    kind: str,
+    format_name: str,
     target: Path,
-    tell: Callable[[str], None],
+    on_message: Callable[[str], None],
     *,
     tracker: str = "*",
     sequence: str = "*",
@@ -34,19 +38,19 @@ def export_results(
     trace: Trace = "online",
     protocol: str = ONE_PASS,
 ) -> list[Path]:
-    """Write the finished runs of an experiment in a layout, and return the files.
+    """Write the finished runs of an experiment in a result format, and return the files.
 
-    `target` gets a folder per tracker. `tell`: called with sentences on the content of the layout
-    and on omitted runs. `kind`: name of the layout. `tracker`, `sequence`: patterns. `origin`:
-    number of the first pixel, if it is not the layout's. `force`: replace existing files; otherwise
-    nothing is written if there is one.
+    `target`: gets one folder per tracker. `on_message`: called with sentences on the content of the
+    format and on omitted runs. `tracker`, `sequence`: patterns. `origin`: number of the first
+    pixel; that of the format by default. `force`: replace existing files; otherwise nothing is
+    written if one of the files exists.
 
-    Raises `ExchangeError` or `ProtocolError` if nothing matches, two runs would be one file, a file
-    exists, the layout has no room for the runs, or the protocol is unknown; `ResultsError` or
-    `OSError` if a file cannot be read or written.
+    Raises `ExchangeError` or `ProtocolError` if no run matches, two runs would share a file, a file
+    exists, the format cannot represent the runs or the protocol is unknown. Raises `ResultsError`
+    or `OSError` if a file cannot be read or written.
     """
-    form, results = layout(kind), Results(experiment)
-    start = form.origin if origin is None else origin
+    result_format, results = load_format(format_name), Results(experiment)
+    origin = result_format.origin if origin is None else origin
     rows = [
         row
         for row in read_index(results)
@@ -55,42 +59,43 @@ def export_results(
         and fnmatchcase(row["sequence"], sequence)
     ]
     finished = [row for row in rows if row["status"] == "finished"]
-    repeats = form.repeats and form.segments(protocol) is None
+    repeats = result_format.has_repetitions and result_format.segment_writer(protocol) is None
     exported = [row for row in finished if repeats or not row["repetition"]]
     if not exported:
         raise ExchangeError(f"{experiment}: no finished run by {protocol} matches.")
     texts: dict[Path, str] = {}
     for row in exported:
         run = results.read(cell_of(row))
-        content = _content_of(run, results, start, trace)
         folder = target / file_name(row["tracker"])
-        _check_layout(folder, kind)
-        files = _files_of(run, content, kind, folder)
+        _check_format(folder, format_name)
+        files = _run_texts(run, _run_rows(run, results, origin, trace), format_name, folder)
         if both := texts.keys() & files.keys():
-            raise ExchangeError(f"{min(both)} would hold two runs: export them into two folders.")
+            raise ExchangeError(
+                f"{min(both)}: two runs would be written to this file. Export them to two folders."
+            )
         texts |= files
     _write(texts, force=force)
-    tell(f"{kind} keeps {form.holds}; pixels count from {start}.")
+    on_message(f"{format_name} contains {result_format.exports}; pixels count from {origin}.")
     if failed := len(rows) - len(finished):
-        tell(f"{failed} runs failed and are left out.")
-    if further := len(finished) - len(exported):
-        tell(f"{further} runs are left out: {kind} has room for one repetition.")
+        on_message(f"{failed} failed runs are not exported.")
+    if omitted := len(finished) - len(exported):
+        on_message(f"{omitted} runs are not exported: {format_name} stores one repetition only.")
     written = {(row["tracker"], row["sequence"]) for row in exported}
     if missing := sorted({(row["tracker"], row["sequence"]) for row in rows} - written):
-        pairs = some([f"{name} on {on}" for name, on in missing])
+        pairs = abbreviated_list([f"{tracker} on {sequence}" for tracker, sequence in missing])
         runs = "all its runs" if repeats else "its first repetition"
-        tell(f"nothing is written for {pairs}: {runs} failed.")
+        on_message(f"nothing is written for {pairs}: {runs} failed.")
     return list(texts)
 
 
-def _check_layout(folder: Path, kind: str) -> None:
-    """Refuse a tracker's folder with results of another layout: readers would mix the two."""
-    if folder.is_dir() and layout(kind).fits:  # files of other layouts cannot be told apart
-        for name in names():
-            if name != kind and is_layout_of(name, folder):
+def _check_format(folder: Path, name: str) -> None:
+    """Refuse a tracker's folder with results in another format: readers would mix the two."""
+    if folder.is_dir() and load_format(name).fits:  # without `fits` formats cannot be distinguished
+        for other in format_names():
+            if other != name and has_format(other, folder):
                 raise ExchangeError(
-                    f"{folder}: the folder holds results in the layout {name!r}. Readers would mix "
-                    f"them with those in the layout {kind!r}. Choose another folder."
+                    f"{folder}: the folder contains results in the format {other!r}. Toolkits "
+                    f"would mix them with those in the format {name!r}. Choose another folder."
                 )
 
 
@@ -106,55 +111,61 @@ def _write(texts: Mapping[Path, str], *, force: bool) -> None:
         write_file(path, partial(Path.write_text, data=text, encoding="utf-8"))
 
 
-def _files_of(run: Run, content: Said, kind: str, folder: Path) -> Mapping[Path, str]:
-    """Return the texts of a run in a layout; raise `ExchangeError` if it has no room for them."""
-    form, key = layout(kind), run.identity
+def _run_texts(run: Run, rows: ResultRows, format_name: str, folder: Path) -> Mapping[Path, str]:
+    """Return the texts of a run; raise `ExchangeError` if the format cannot represent it."""
+    result_format, key = load_format(format_name), run.identity
     if not run.segments:
-        return form.write(folder, key.sequence, key.repetition, content)
-    write_segments = form.segments(key.protocol)
+        return result_format.write(folder, key.sequence, key.repetition, rows)
+    write_segments = result_format.segment_writer(key.protocol)
     if write_segments is None:
-        others = [(name, layout(name).holds_segments) for name in names()]
-        rooms = "; ".join(f"{name} ({protocols})" for name, protocols in others if protocols)
-        raise ExchangeError(f"{kind} has no room for runs by {key.protocol!r}. Expected: {rooms}.")
-    return write_segments(folder, key.sequence, _segments(run, content))
+        protocols = [(name, load_format(name).segment_protocols) for name in format_names()]
+        expected = "; ".join(f"{name} ({texts})" for name, texts in protocols if texts)
+        raise ExchangeError(
+            f"{format_name}: the format cannot represent runs by {key.protocol!r}. "
+            f"Expected: {expected}."
+        )
+    return write_segments(folder, key.sequence, _split_segments(run, rows))
 
 
-def _content_of(run: Run, results: Results, origin: int, trace: Trace) -> Said:
-    """Return a run in a layout's numbers."""
-    return Said(
+def _run_rows(run: Run, results: Results, origin: int, trace: Trace) -> ResultRows:
+    """Return the estimates of a run with pixels counted from `origin`."""
+    return ResultRows(
         run.boxes_in(trace) + [origin, origin, 0, 0],
         run.confidence if np.isfinite(run.confidence).any() else None,
         run.states,
-        None if run.segments else _seconds(run, results),
+        None if run.segments else _frame_seconds(run, results),
     )
 
 
-def _segments(run: Run, content: Said) -> list[tuple[NDArray[Any], Said]]:
-    """Split the rows of a run by its segments; times are the median update of the run."""
+def _split_segments(run: Run, rows: ResultRows) -> list[tuple[NDArray[Any], ResultRows]]:
+    """Split the rows of a run by segments; times are the median update time of the run."""
     segments, end = [], 0
     for frames in run.segments:
-        rows = slice(end, end + len(frames))
-        confidence = None if content.confidence is None else content.confidence[rows]
-        part = Said(content.boxes[rows], confidence)
-        segments.append((frames, replace(part, seconds=_median_update(run, part.boxes))))
-        end = rows.stop
+        part = slice(end, end + len(frames))
+        boxes, confidence = rows.boxes[part], rows.confidence
+        confidence = None if confidence is None else confidence[part]
+        segments.append((frames, ResultRows(boxes, confidence, seconds=_median_update(run, boxes))))
+        end = part.stop
     return segments
 
 
-def _seconds(run: Run, results: Results) -> NDArray[np.float64] | None:
-    """Return the times by frame: those of the timing run, else the run's own median update.
+def _frame_seconds(run: Run, results: Results) -> NDArray[np.float64] | None:
+    """Return the time of each frame [s] of the timing run, else the run's median update time.
 
-    Without a timing run the time of the initialisation is unknown, as kernels may have been
-    compiled meanwhile. None if a run was stored without the time of an update.
+    Without a timing run the initialisation time is unknown, as it may include a compilation.
+    Returns None if the run has no update time.
     """
     first = int(np.isfinite(run.boxes).all(axis=1).argmax())
     key = run.identity
-    timed = key.tracker, key.sequence, key.repetition, TIMING
-    if timed in results.cells():
-        other = results.read(timed)
-        times, identity = other.times, other.identity
-        same = identity.fingerprint, identity.tracker_version
-        if times is not None and same == (key.fingerprint, key.tracker_version):
+    timing_cell = key.tracker, key.sequence, key.repetition, TIMING
+    if timing_cell in results.cells():
+        timing_run = results.read(timing_cell)
+        times, timed = timing_run.times, timing_run.identity
+        is_same = (timed.fingerprint, timed.tracker_version) == (
+            key.fingerprint,
+            key.tracker_version,
+        )
+        if times is not None and is_same:
             seconds = np.array(times.wall, np.float64)
             seconds[first] = times.initialisation_wall
             return seconds
@@ -162,7 +173,7 @@ def _seconds(run: Run, results: Results) -> NDArray[np.float64] | None:
 
 
 def _median_update(run: Run, boxes: NDArray[Any]) -> NDArray[np.float64] | None:
-    """Return the run's median update as the time of each frame after initialisation."""
+    """Return the run's median update time [s] for each frame after the initialisation."""
     update = run.circumstances.get("update_seconds")
     if update is None:
         return None

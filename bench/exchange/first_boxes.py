@@ -1,9 +1,9 @@
-"""First boxes of results against the box at initialisation: where pixels are counted from, and fit.
+"""Checks of the first box of a result file: the number of the first pixel, and the file's content.
 
-A first box in a result file is often not exactly the ground truth: it is rounded, counted from 1,
-of another version of the ground truth, or the tracker's own first estimate. Such a box passes. A
-box that fits as two corners is refused, as all boxes of the file would be misread. Any other box
-that does not fit is reported in a message: the file may still be what the user means.
+A first box often differs from the ground truth. It is rounded, counts pixels from 1, comes from
+another version of the ground truth, or is the tracker's own first estimate. Such a box is accepted.
+A box that fits as two corners is refused, as all boxes of the file would be misread. For any other
+box that does not fit there is a message only: the file may still be the one that the user means.
 """
 
 from collections.abc import Iterable, Sequence
@@ -13,16 +13,18 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from trackmark.bench.exchange.result_format import ExchangeError, Held
+from trackmark.bench.exchange.result_format import ExchangeError, Rounding
 from trackmark.bench.metrics.overlap import overlap
 
 _ORIGINS = (0, 1)
-_SAME = 0.3  # pixels: trackers that scale images begin beside the truth; origins are 1 apart
-_FITS = 0.5  # overlap of a first box that is taken without a message
-_CERTAIN = 0.9  # overlap at which no other reading is considered
-_CORNERS = 0.8  # overlap as corners, below which a box is not taken for corners
-_ORDERED = 0.9  # share of the rows whose second corner is right of and below the first
-_BETTER = 4  # the other reading is this many times closer to an overlap of 1
+# Largest difference of a first box with a known origin [px]. Trackers that scale images miss the
+# ground truth by a fraction of a pixel; the two origins differ by 1 px.
+_MAX_DIFFERENCE = 0.3
+_MIN_OVERLAP = 0.5  # overlap below which there is a message
+_CERTAIN_OVERLAP = 0.9  # overlap above which a box is never taken for corners
+_MIN_CORNER_OVERLAP = 0.8  # overlap as corners below which a box is not taken for corners
+_MIN_ORDERED = 0.9  # share of the rows whose second corner is right of and below the first
+_MIN_GAIN = 4  # factor by which corners must be closer to an overlap of 1
 
 
 @dataclass(frozen=True)
@@ -31,19 +33,17 @@ class FirstBox:
 
     place: str  # file and record, for messages
     expected: NDArray[np.float64]  # box at initialisation, in pixels from 0
-    stored: NDArray[np.float64]  # in the numbers of the file; NaN if the file has none
+    stored: NDArray[np.float64]  # with the pixel numbers of the file; NaN if missing
 
 
-def origin_of(boxes: Iterable[FirstBox], held: Held) -> int | None:
-    """Return the number of the first pixel, 0 or 1; None if the first boxes do not show one.
-
-    `held`: see `Layout.held`.
-    """
+def find_origin(boxes: Iterable[FirstBox], rounding: Rounding) -> int | None:
+    """Return the number of the first pixel, 0 or 1; None if the first boxes do not show it."""
     matching = [
         {
             origin
             for origin in _ORIGINS
-            if np.abs(held(_counted_from(origin, box.expected)) - box.stored)[:2].max() < _SAME
+            if np.abs(rounding(_from_origin(origin, box.expected)) - box.stored)[:2].max()
+            < _MAX_DIFFERENCE
         }
         for box in boxes
         if np.isfinite(box.stored).all()
@@ -52,32 +52,37 @@ def origin_of(boxes: Iterable[FirstBox], held: Held) -> int | None:
     return min(common) if common else None
 
 
-def check_first_boxes(boxes: Sequence[FirstBox], rows: NDArray[np.float64], held: Held) -> str:
-    """Refuse boxes that are corners; return a message on first boxes that do not fit, else "".
+def check_first_boxes(
+    boxes: Sequence[FirstBox], rows: NDArray[np.float64], rounding: Rounding
+) -> str:
+    """Return a message on first boxes that do not fit the ground truth; empty if all fit.
 
     `rows`: all boxes of the file, shape (n, 4). Raises `ExchangeError` if a first box fits much
     better as corners `x1, y1, x2, y2`.
     """
     finite = rows[np.isfinite(rows).all(axis=1)]
-    in_order = (finite[:, 2:] >= finite[:, :2]).all(axis=1)  # of boxes without size, too
-    can_be_corners = bool(in_order.sum() >= _ORDERED * len(finite))
+    in_order = (finite[:, 2:] >= finite[:, :2]).all(axis=1)  # also of boxes without size
+    can_be_corners = bool(in_order.sum() >= _MIN_ORDERED * len(finite))
     misfits = []
     for box in boxes:
         if not np.isfinite(box.stored).all():
             continue
         fit = max(
-            _overlap(held(_counted_from(origin, box.expected)), box.stored) for origin in _ORIGINS
+            _overlap(rounding(_from_origin(origin, box.expected)), box.stored)
+            for origin in _ORIGINS
         )
-        as_corners = _fit_of_corners(box)
-        closer = 1 - as_corners < (1 - fit) / _BETTER
-        if can_be_corners and fit < _CERTAIN and as_corners >= _CORNERS and closer:
+        as_corners = _corner_overlap(box)
+        fits_as_corners = (
+            as_corners >= _MIN_CORNER_OVERLAP and 1 - as_corners < (1 - fit) / _MIN_GAIN
+        )
+        if can_be_corners and fit < _CERTAIN_OVERLAP and fits_as_corners:
             raise ExchangeError(
                 f"{box.place}: the first box {_text(box.stored)} fits the ground truth "
-                f"{_text(box.expected)} as corners x1, y1, x2, y2 (overlap {as_corners:.2f}, "
-                f"else {fit:.2f}). Expected: x, y, width, height. Convert all boxes: subtract x1 "
-                "from x2 and y1 from y2."
+                f"{_text(box.expected)} as corners x1, y1, x2, y2 (overlap {as_corners:.2f}; "
+                f"{fit:.2f} as a box). Expected: x, y, width, height. Convert all boxes: "
+                "subtract x1 from x2 and y1 from y2."
             )
-        if fit < _FITS:
+        if fit < _MIN_OVERLAP:
             misfits.append((box, fit))
     if not misfits:
         return ""
@@ -91,16 +96,16 @@ def check_first_boxes(boxes: Sequence[FirstBox], rows: NDArray[np.float64], held
     )
 
 
-def _counted_from(origin: int, box: NDArray[np.float64]) -> NDArray[np.float64]:
+def _from_origin(origin: int, box: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.asarray(box + [origin, origin, 0, 0])
 
 
-def _fit_of_corners(box: FirstBox) -> float:
-    """Return the best overlap of a box read as corners, the last pixel included or not."""
+def _corner_overlap(box: FirstBox) -> float:
+    """Return the best overlap of a box read as corners, with or without the last pixel."""
     x1, y1, x2, y2 = box.stored.tolist()
     return max(
         _overlap(
-            _counted_from(origin, box.expected),
+            _from_origin(origin, box.expected),
             np.array([x1, y1, x2 - x1 + inclusive, y2 - y1 + inclusive]),
         )
         for origin, inclusive in product(_ORIGINS, (0, 1))

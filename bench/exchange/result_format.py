@@ -1,7 +1,7 @@
-"""Layout of results: the places and texts of a tracker's files.
+"""Interface of result formats: the paths and texts of a tracker's result files.
 
-A layout is a file in `bench/exchange/formats`, which exports one `Layout`. Its numbers are those of
-the files; `importing` and `exporting` shift them.
+Each module in `bench/exchange/formats` defines one `ResultFormat`. A format keeps the pixel and
+frame numbers of the files; `importing` and `exporting` convert them.
 """
 
 import re
@@ -15,17 +15,17 @@ from numpy.typing import NDArray
 
 from trackmark.bench.store.files import ResultsError
 from trackmark.datasets import SequenceError
-from trackmark.datasets.decoding import brief
+from trackmark.datasets.decoding import quote
 from trackmark.datasets.truth_file import read_text
 
 
 class ExchangeError(ResultsError):
-    """Failure to read or write results in a layout; the message names file and line."""
+    """Failure to read or write result files; the message names file and line."""
 
 
 @dataclass(frozen=True)
-class On:
-    """Sequence of imported results: its ground truth, and where it was opened from."""
+class ResultSequence:
+    """Sequence of imported results: its ground truth and where it was opened from."""
 
     name: str
     fingerprint: str
@@ -36,70 +36,71 @@ class On:
 
 @dataclass(frozen=True)
 class Header:
-    """Statement of a file about some of its rows: which frames of which sequence they belong to."""
+    """Header of a segment in a file: the frames and the sequence of its rows."""
 
-    place: str  # file and part of it, for messages
-    rows: int  # number of rows
-    start: int | None = None  # first frame as the file counts; None if it does not state it
-    end: int | None = None  # last frame
-    sequence: str = ""  # name; empty if the file does not state it
+    place: str  # file and record, for messages
+    n_rows: int
+    start: int | None = None  # first frame in the numbering of the file; None if not stated
+    end: int | None = None  # last frame; None if not stated
+    sequence: str = ""  # name; empty if not stated
 
 
 @dataclass(frozen=True)
-class Said:
-    """Estimates of a tracker for n rows, in the numbers of a file."""
+class ResultRows:
+    """Estimates of a tracker in n rows of a file, with the pixel numbers of the file."""
 
     boxes: NDArray[np.float64]  # (n, 4): `[x, y, width, height]` in pixels; NaN rows if missing
     confidence: NDArray[np.float64] | None = None  # (n,): NaN if missing
-    states: NDArray[Any] | None = None  # (n,): `bench.metrics.preset.State`, of supervised runs
-    # (n,): time of each update, or of the initialisation; NaN if unknown. Times are written and
-    # never read: those of imported results come from other machines.
+    states: NDArray[Any] | None = None  # (n,): `bench.metrics.preset.State` of a supervised run
+    # (n,): time of each update or of the initialisation [s]; NaN if unknown. Times are exported
+    # but not imported: times of other machines are not comparable.
     seconds: NDArray[np.float64] | None = None
-    remark: str = ""  # how the file was simplified: a part of a sentence
+    simplification: str = ""  # what was simplified when the file was read, for a message
     headers: tuple[Header, ...] = ()  # one per segment, in the order of the rows
-    protocol: str = ""  # name of the protocol with segments that the file states
+    protocol: str = ""  # protocol of a file with segments, such as `sre`; empty for one-pass
 
 
-Held: TypeAlias = Callable[[NDArray[np.float64]], NDArray[np.float64]]
-"""Rounds boxes, float64 of shape (n, 4), as the text of a file does."""
+Rounding: TypeAlias = Callable[[NDArray[np.float64]], NDArray[np.float64]]
+"""Function that rounds boxes, shape (n, 4), as a file does that stores them."""
 
 
 SegmentWriter: TypeAlias = Callable[
-    [Path, str, Sequence[tuple[NDArray[Any], Said]]], Mapping[Path, str]
+    [Path, str, Sequence[tuple[NDArray[Any], ResultRows]]], Mapping[Path, str]
 ]
-"""`(folder, sequence, segments) -> files`; a segment is its frames, and its rows in their order."""
+"""Function `(folder, sequence, segments) -> texts by path`; a segment is `(frames, rows)`."""
 
 
-def rounded(decimals: int) -> Held:
-    """Return a function that rounds boxes to so many decimals."""
+def round_to(decimals: int) -> Rounding:
+    """Return a function that rounds boxes to a number of decimals."""
     return lambda boxes: np.round(boxes, decimals)
 
 
 @dataclass(frozen=True)
-class Layout:
-    """Places and texts of a tracker's files: how they are read, how written."""
+class ResultFormat:
+    """Functions that find, read and write the result files of a tracker."""
 
-    expects: str  # what a tracker's folder holds
-    holds: str  # which boxes, confidences and times an export keeps
-    origin: int  # number of the first pixel, if a file itself does not show it
-    files: Callable[[Path], Mapping[str, Sequence[Path]]]  # by sequence, one per repetition
-    # Returns whether a file is of this layout and of no other one; None if the user must name it.
+    expects: str  # content of a tracker's folder, for messages
+    exports: str  # boxes, confidences and times that an export contains, for messages
+    origin: int  # number of the first pixel, unless the first boxes show another one
+    files: Callable[[Path], Mapping[str, Sequence[Path]]]  # by sequence; one file per repetition
+    # Return whether a file has this format and no other one. None: the user must name the format.
     fits: Callable[[Path], bool] | None
-    read: Callable[[Path], Said]  # raises `ExchangeError` that names the line
-    # `(folder, sequence, repetition, content) -> texts by path`, in a tracker's folder.
-    write: Callable[[Path, str, int, Said], Mapping[Path, str]]
-    held: Held = lambda boxes: boxes
-    repeats: bool = False  # True if there is room for several repetitions
-    row: str = "line"  # what messages call the box of a frame
+    read: Callable[[Path], ResultRows]  # raises `ExchangeError` that names the line
+    # `(folder of the tracker, sequence, repetition, rows) -> texts by path`
+    write: Callable[[Path, str, int, ResultRows], Mapping[Path, str]]
+    rounding: Rounding = lambda boxes: boxes
+    has_repetitions: bool = False  # True if a folder can contain several repetitions
+    row: str = "line"  # word for a row in messages
     parts: Callable[[Path], Sequence[Path]] = lambda file: [file]  # all files of a run
-    # Frames of the rows of each header, from 0. Raises `ExchangeError` if a header does not fit.
-    frames: Callable[[Sequence[Header], On], list[NDArray[Any]]] | None = None
-    # Writer of runs by a protocol with segments, given its text.
-    segments: Callable[[str], SegmentWriter | None] = lambda _: None
-    holds_segments: str = ""  # protocols for which `segments` returns a writer: a list in words
+    # Return the frames of the rows of each header, from 0. Raise `ExchangeError` for a header that
+    # contradicts the sequence.
+    frames: Callable[[Sequence[Header], ResultSequence], list[NDArray[Any]]] | None = None
+    # Return the writer of runs by a protocol with segments, such as "tre"; None if there is none.
+    segment_writer: Callable[[str], SegmentWriter | None] = lambda _: None
+    segment_protocols: str = ""  # protocols for which there is a segment writer, for messages
 
 
-def text_of(file: Path) -> str:
+def read_text_file(file: Path) -> str:
     """Return the text of a file; raise `ExchangeError` if it cannot be read."""
     try:
         return read_text(file)
@@ -109,11 +110,11 @@ def text_of(file: Path) -> str:
 
 def first_line(file: Path) -> str:
     """Return the first line of a file; empty if there is none."""
-    return text_of(file).partition("\n")[0].strip()
+    return read_text_file(file).partition("\n")[0].strip()
 
 
-def numbers_of(line: str, place: str, count: int | None = None) -> list[float]:
-    """Return numbers between commas, tabs or blanks; raise `ExchangeError` unless `count` of them.
+def parse_numbers(line: str, place: str, count: int | None = None) -> list[float]:
+    """Parse numbers between commas, tabs or spaces; raise `ExchangeError` unless there are `count`.
 
     `place`: file and line, for the message.
     """
@@ -121,61 +122,61 @@ def numbers_of(line: str, place: str, count: int | None = None) -> list[float]:
         numbers = [float(text) for text in re.split(r"\s*,\s*|\s+", line.strip())]
     except ValueError:
         numbers = []
-    # Python takes 1_0 for ten.
+    # `float` accepts "1_0" as ten.
     if not numbers or "_" in line or count not in (None, len(numbers)):
-        wanted = {1: "a number", 4: "four numbers, x y width height"}.get(count or 0, "numbers")
-        raise ExchangeError(f"{place}: {brief(line.strip())}; expected: {wanted}.")
+        expected = {1: "a number", 4: "four numbers, x y width height"}.get(count or 0, "numbers")
+        raise ExchangeError(f"{place}: {quote(line.strip())}. Expected: {expected}.")
     return numbers
 
 
-def boxes_from(file: Path) -> Said:
-    """Read a text with four numbers a line."""
-    lines = text_of(file).rstrip().splitlines()
-    rows = [numbers_of(line, f"{file}, line {n}", 4) for n, line in enumerate(lines, 1)]
-    return Said(np.array(rows, np.float64).reshape(-1, 4))
+def read_boxes(file: Path) -> ResultRows:
+    """Read a text file with four numbers per line."""
+    lines = read_text_file(file).rstrip().splitlines()
+    rows = [parse_numbers(line, f"{file}, line {n}", 4) for n, line in enumerate(lines, 1)]
+    return ResultRows(np.array(rows, np.float64).reshape(-1, 4))
 
 
-def column_from(file: Path, frames: int) -> NDArray[np.float64] | None:
-    """Return the numbers of a text with at most one a line; None if there is no such file."""
+def read_column(file: Path, n_rows: int) -> NDArray[np.float64] | None:
+    """Read a text file with at most one number per line; return None if the file is missing."""
     if not file.is_file():
         return None
-    lines = text_of(file).removesuffix("\n").split("\n")
-    if len(lines) != frames:
-        raise ExchangeError(f"{file} has {len(lines)} lines for the {frames} beside it.")
+    lines = read_text_file(file).removesuffix("\n").split("\n")
+    if len(lines) != n_rows:
+        raise ExchangeError(
+            f"{file}: {len(lines)} lines. Expected: {n_rows}, as in the file with the boxes."
+        )
     values = [
-        numbers_of(line, f"{file}, line {n}", 1)[0] if line.strip() else np.nan
+        parse_numbers(line, f"{file}, line {n}", 1)[0] if line.strip() else np.nan
         for n, line in enumerate(lines, 1)
     ]
     return np.array(values, np.float64)
 
 
 def column_text(values: NDArray[np.float64]) -> str:
-    """Return a text with a number a line, empty if it is NaN."""
+    """Return a text with one number per line; the line of NaN is empty."""
     return "".join("\n" if value != value else f"{value!r}\n" for value in values.tolist())
 
 
-def by_sequence(folder: Path, pattern: str, besides: Sequence[str] = ()) -> dict[str, list[Path]]:
-    """Return files by the text for `*` in a pattern, except those whose names end in `besides`."""
-    before, after = pattern.split("*")
-    found = [path for path in sorted(folder.glob(pattern)) if path.is_file()]
+def files_by_sequence(folder: Path, suffix: str, *excluded: str) -> dict[str, list[Path]]:
+    """Return the files with a suffix by stem, except those whose names end in `excluded`."""
     return {
-        path.name.removeprefix(before).removesuffix(after): [path]
-        for path in found
-        if not path.name.endswith(tuple(besides))
+        path.stem: [path]
+        for path in sorted(folder.glob(f"*{suffix}"))
+        if path.is_file() and not path.name.endswith(excluded)
     }
 
 
 def file_name(sequence: str) -> str:
-    """Return a sequence's name as the name of a file."""
+    """Convert the name of a sequence to a file name."""
     return re.sub(r"[^\w.+=-]", "_", sequence)
 
 
-def letters(name: str) -> str:
-    """Return a name without what toolkits write differently: `Jogging.1`, `jogging-1`."""
+def normalized_name(name: str) -> str:
+    """Return the lower-case letters and digits of a name, so that `Jogging.1` is `jogging-1`."""
     return re.sub(r"[^a-z0-9]", "", name.lower())
 
 
-def some(names: Sequence[str]) -> str:
-    """Return the first three of many names for a message, and the number of the others."""
-    shown = ", ".join(names[:3]) or "none"
-    return f"{shown} and {len(names) - 3} more" if len(names) > 3 else shown
+def abbreviated_list(names: Sequence[str]) -> str:
+    """Return the first three names and the number of the others, for a message."""
+    first = ", ".join(names[:3]) or "none"
+    return f"{first} and {len(names) - 3} more" if len(names) > 3 else first

@@ -26,7 +26,7 @@ from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from trackmark.datasets.decoding import brief, check_name
+from trackmark.datasets.decoding import check_name, quote
 from trackmark.datasets.spec_string import close_match, format_text
 
 if TYPE_CHECKING:
@@ -136,7 +136,7 @@ class Experiment:
         for texts in (self.trackers, [source.text for source in self.sequences]):
             ((text, number),) = Counter(texts).most_common(1)
             if number > 1:
-                raise ExperimentError(f"{self.name}: {brief(text)} is named twice.")
+                raise ExperimentError(f"{self.name}: {quote(text)} is named twice.")
         try:
             one_pass = self.protocol == Experiment.protocol
             one_pass = one_pass or self._protocol.name == Experiment.protocol

@@ -17,7 +17,7 @@ from trackmark import trackers
 from trackmark.bench.protocols import STORED_ONE_PASS
 from trackmark.datasets.source_digest import library_versions, source_digest
 from trackmark.datasets.spec_string import format_text, parse_text
-from trackmark.datasets.versioning import seal_of
+from trackmark.datasets.versioning import find_version
 from trackmark.trackers import Randomness, Tracker, TrackerError
 from trackmark.trackers.base.catalogue import DEFAULT_PRESET, in_file
 
@@ -111,9 +111,9 @@ def tracker_version(name: str, file: Path | None, class_name: str = "") -> dict[
     if file is None:
         return {"source": "unknown", "libraries": {}}
     source, libraries = source_digest(file, PACKAGE)
-    seal = seal_of(name, GOLDEN) if file.parent == PACKAGE else None
+    seal = find_version(name, GOLDEN) if file.parent == PACKAGE else None
     if seal is not None:
-        source = "-".join(map(str, seal.named(source)))
+        source = "-".join(map(str, seal.identity(source)))
         libraries = library_versions(set(seal.libraries))
     source = f"{source}-{class_name}" if class_name else source
     return {"source": source, "libraries": libraries}

@@ -17,7 +17,7 @@ from trackmark.bench.pages.player_runs import PageRuns
 from trackmark.bench.protocols import STORED_ONE_PASS
 from trackmark.bench.reporting.tables import SUMMARY, not_repeatable
 from trackmark.bench.statistics.rules import MIN_UNITS, interval_or_none
-from trackmark.bench.statistics.units import Units, units_of
+from trackmark.bench.statistics.units import StatisticalUnits, units_of
 from trackmark.reports.page.content import Place, Section, Sheet
 from trackmark.reports.tables import MISSING, Table, text_table
 
@@ -141,7 +141,7 @@ def repetitions(scored: pd.DataFrame) -> str:
 
 
 def _with_interval(
-    units: Units, by_sequence: NDArray[np.float64], chosen: NDArray[np.bool_]
+    units: StatisticalUnits, by_sequence: NDArray[np.float64], chosen: NDArray[np.bool_]
 ) -> tuple[float, float, float]:
     """Return a mean over the units of a part and its interval, NaN if there is none."""
     values = means_in_part(units, by_sequence, chosen)

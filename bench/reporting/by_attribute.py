@@ -171,7 +171,9 @@ def attributes_of(
         str(row["sequence"]): row for row in whole.drop_duplicates("sequence").to_dict("records")
     }
     series = {
-        name: attributes.kept(rows[name]["fingerprint"]) for name in sequences if name in rows
+        name: attributes.cached_values(rows[name]["fingerprint"])
+        for name in sequences
+        if name in rows
     }
     unmeasured = [name for name, kept in series.items() if kept is None]
     opened = {name: open_sequence(rows[name]) for name in unmeasured}
@@ -183,7 +185,7 @@ def attributes_of(
             tell(f"{name}: its attributes are not known, as it is not at {source} as it was.")
             continue
         watch = partial(lambda before, frames, _: progress(before + frames, total), done)
-        series[name] = attributes.measured(sequence, watch)
+        series[name] = attributes.measure(sequence, watch)
         done += len(sequence)
     means = {name: attributes.overall(measured) for name, measured in series.items() if measured}
     return {
@@ -317,5 +319,5 @@ def write_plot(path: Path, curves: Sequence[Curve], measure: Measure, title: str
         points = [(bin_.centre, bin_.mean, bin_.low, bin_.high) for bin_ in curve.bins]
         bins = np.reshape(points, (-1, 4)) * [1.0, *[measure.scale] * 3]
         drawn = Against(curve.label, curve.places, curve.scores * measure.scale, bins)
-        panels.setdefault(attributes.of_name(curve.attribute).head, []).append(drawn)
+        panels.setdefault(attributes.find(curve.attribute).head, []).append(drawn)
     return write_for_papers(path, attribute_plot(panels, measure.head, title))

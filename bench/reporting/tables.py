@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from trackmark.bench.reporting import MARGINS
 from trackmark.bench.reporting.failed_runs import with_worst_scores
 from trackmark.bench.statistics.rules import MIN_UNITS, interval_or_none, star_marks
-from trackmark.bench.statistics.units import Units, units_of
+from trackmark.bench.statistics.units import StatisticalUnits, units_of
 from trackmark.bench.store.layout import Cell
 from trackmark.bench.store.loading import as_revised, load_results
 from trackmark.bench.store.results import Results
@@ -182,7 +182,7 @@ def mean_table(
     return summary_table(runs, measures, title, preset, *how, skip_undefined=skip_undefined)
 
 
-def meaning_of_intervals(units: Units) -> str:
+def meaning_of_intervals(units: StatisticalUnits) -> str:
     """Return the sentences of a caption that explain intervals and marks of a table of means."""
     if len(units) < MIN_UNITS:
         plural = units.plural if len(units) != 1 else units.kind

@@ -6,6 +6,6 @@
 """
 
 from trackmark.datasets.attributes.attribute import Attribute
-from trackmark.datasets.attributes.measuring import kept, measured, names, of_name, overall
+from trackmark.datasets.attributes.measuring import cached_values, find, measure, names, overall
 
-__all__ = ["Attribute", "kept", "measured", "names", "of_name", "overall"]
+__all__ = ["Attribute", "cached_values", "find", "measure", "names", "overall"]

@@ -35,7 +35,7 @@ def names() -> list[str]:
     return list(_known())
 
 
-def of_name(name: str) -> Attribute:
+def find(name: str) -> Attribute:
     """The attribute of a name; raises `ValueError` for an unknown one, with those there are."""
     if name not in _known():
         hint = close_match(name, names())
@@ -47,7 +47,7 @@ def _silent(done: int, total: int) -> None:
     """Tell nobody."""
 
 
-def measured(sequence: Sequence, progress: Callable[[int, int], object] = _silent) -> Series:
+def measure(sequence: Sequence, progress: Callable[[int, int], object] = _silent) -> Series:
     """Attributes of every frame of a sequence, by name.
 
     Its frames are read once, in order, those with the target alone; what was measured is kept in
@@ -57,14 +57,14 @@ def measured(sequence: Sequence, progress: Callable[[int, int], object] = _silen
     `SequenceError` for a sequence without truth, and for an image that can't be read.
     """
     sequence.first_frame  # noqa: B018  # raises where there is no truth, and says what to do
-    series = kept(sequence.fingerprint)
+    series = cached_values(sequence.fingerprint)
     if series is None:
         series = _measured(sequence, progress)
         _keep(_file(sequence.fingerprint), series)
     return series
 
 
-def kept(fingerprint: str) -> Series | None:
+def cached_values(fingerprint: str) -> Series | None:
     """Attributes of a sequence with this fingerprint, if they were measured before."""
     try:
         content = io.BytesIO(_file(fingerprint).read_bytes())
@@ -77,7 +77,7 @@ def kept(fingerprint: str) -> Series | None:
 
 def overall(series: Mapping[str, ArrayLike]) -> dict[str, float]:
     """A sequence's value of every attribute, from those of its frames; see `Attribute.over`."""
-    return {name: of_name(name).overall(values) for name, values in series.items()}
+    return {name: find(name).overall(values) for name, values in series.items()}
 
 
 def _measured(sequence: Sequence, progress: Callable[[int, int], object]) -> Series:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
-from trackmark.datasets.decoding import brief
+from trackmark.datasets.decoding import quote
 from trackmark.datasets.filters import geometry, light, timing
 from trackmark.datasets.interface import Sequence, SequenceError
 from trackmark.datasets.source_digest import tree_digest
@@ -74,7 +74,7 @@ def split_filters(text: str) -> tuple[str, dict[str, float]]:
         if key.startswith(PREFIX):
             name = key.removeprefix(PREFIX)
             if name in values:
-                raise SequenceError(f"{brief(text)}: {brief(key)} is given twice.")
+                raise SequenceError(f"{quote(text)}: {quote(key)} is given twice.")
             values[name] = _checked(text, name, value)
     others = [part for part in parts[1:] if not part.startswith(PREFIX)]
     return ":".join([parts[0], *others]), values
@@ -84,7 +84,7 @@ def _checked(text: str, name: str, value: str) -> float:
     if name != DRAW and name not in FILTERS:
         known = ", ".join(f"{PREFIX}{one}" for one in [*FILTERS, DRAW])
         hint = close_match(name, FILTERS)
-        raise SequenceError(f"{brief(text)}: unknown filter {brief(name)}.{hint} Known: {known}.")
+        raise SequenceError(f"{quote(text)}: unknown filter {quote(name)}.{hint} Known: {known}.")
     low, high, whole = 0.0, 2.0**32 - 1, True
     if name != DRAW:
         low, high, whole = FILTERS[name].low, FILTERS[name].high, FILTERS[name].whole
@@ -95,7 +95,7 @@ def _checked(text: str, name: str, value: str) -> float:
     if not low <= number <= high or (whole and not number.is_integer()):
         kind = "a whole number" if whole else "a number"
         raise SequenceError(
-            f"{brief(text)}: {PREFIX}{name} is {brief(value)}; give {kind} from {low:g} to "
+            f"{quote(text)}: {PREFIX}{name} is {quote(value)}; give {kind} from {low:g} to "
             f"{high:g}."
         )
     return number

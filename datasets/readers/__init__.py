@@ -13,7 +13,7 @@ from glob import escape
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol, cast, runtime_checkable
 
-from trackmark.datasets.decoding import LIMIT, brief
+from trackmark.datasets.decoding import LIMIT, quote
 from trackmark.datasets.file_digest import TICK_NS
 from trackmark.datasets.image_files import ImageFiles
 from trackmark.datasets.interface import Sequence, SequenceError
@@ -25,14 +25,14 @@ __all__ = [
     "Collecting",
     "Reader",
     "Splitting",
-    "each",
     "formats",
     "holds_masks",
     "knows",
     "options",
+    "path_format",
     "read",
+    "sequence_paths",
     "sequences_in",
-    "taken_for",
 ]
 
 # Names of the sequences that belong to a data set, as VOT and GOT-10k have it in its folder.
@@ -79,7 +79,7 @@ class Choosing(Protocol):
 class Collecting(Protocol):
     """What a reader offers besides, whose sequences don't lie directly in their folder."""
 
-    def members(self, folder: Path) -> list[Path]:
+    def list_members(self, folder: Path) -> list[Path]:
         """Paths of the sequences in a folder of this format; none where it is of another.
 
         Those whose images or truth are missing are among them.
@@ -91,7 +91,7 @@ class Collecting(Protocol):
 class Splitting(Protocol):
     """What a reader offers besides, of whose paths one may be several sequences."""
 
-    def each(self, path: Path) -> list[Path]:
+    def list_sequences(self, path: Path) -> list[Path]:
         """Paths of all sequences that lie there, options behind them."""
         ...
 
@@ -106,18 +106,22 @@ def knows(path: Path) -> bool:
     return _reader(path) is not None
 
 
-def taken_for(path: Path) -> str:
+def path_format(path: Path) -> str:
     """What a path is taken for: its reader's `EXPECTS`; empty where no reader knows it."""
     reader = _reader(path)
     return "" if reader is None else reader.EXPECTS
 
 
-def each(path: Path) -> list[Path]:
+def sequence_paths(path: Path) -> list[Path]:
     """Paths of the sequences that lie at a path: itself, or several targets; none if unknown."""
     reader = _reader(path)
     with _looking(path):
         return (
-            [] if reader is None else reader.each(path) if isinstance(reader, Splitting) else [path]
+            []
+            if reader is None
+            else reader.list_sequences(path)
+            if isinstance(reader, Splitting)
+            else [path]
         )
 
 
@@ -149,7 +153,7 @@ def _walk(folder: Path, pattern: str, depth: int) -> Iterator[Path]:
     if not belonging:
         belonging, expected = _listed(folder), f"what {folder / LIST} names"
     for place in belonging or _inside(folder):
-        found = each(place)
+        found = sequence_paths(place)
         marked = not found and _marked(place)
         if not (found or belonging or marked):
             if depth > 1 and place.is_dir():
@@ -164,7 +168,7 @@ def _walk(folder: Path, pattern: str, depth: int) -> Iterator[Path]:
 def _members(folder: Path) -> tuple[list[Path], str]:
     """Sequences of a format that lie elsewhere than in their folder, and what it expects."""
     for reader in _readers():
-        if isinstance(reader, Collecting) and (members := reader.members(folder)):
+        if isinstance(reader, Collecting) and (members := reader.list_members(folder)):
             return members, reader.EXPECTS
     return [], ""
 
@@ -179,7 +183,7 @@ def _listed(folder: Path) -> list[Path]:
     for line, name in enumerate(listed, 1):
         if name not in inside:
             raise SequenceError(
-                f"{names}: line {line}: {brief(name)} is not in this folder. Get it, or remove the "
+                f"{names}: line {line}: {quote(name)} is not in this folder. Get it, or remove the "
                 "line, or name the sequences that you want (a pattern will do)."
             )
     return [path for name, path in inside.items() if name in set(listed)]
@@ -295,7 +299,7 @@ def _read(path: Path, truth: Path | None, chosen: Mapping[str, str] | None) -> S
     unknown = sorted((chosen or {}).keys() - known)
     if unknown:
         raise SequenceError(
-            f"{path}: unknown option {brief(unknown[0])}. Known: {', '.join(known) or 'none'}."
+            f"{path}: unknown option {quote(unknown[0])}. Known: {', '.join(known) or 'none'}."
         )
     with _looking(path):
         if chosen and isinstance(reader, Choosing):
@@ -319,7 +323,7 @@ def _unknown(path: Path) -> str:
             there = sorted(file.name + "/" * file.is_dir() for file in path.iterdir())
         near = [reader.EXPECTS for reader in _readers() if _marks(path, reader)]
     expected = [reader.EXPECTS for reader in _readers()]
-    named = brief(", ".join(there[:_NAMED])) if there else "nothing in it"
+    named = quote(", ".join(there[:_NAMED])) if there else "nothing in it"
     more = f" and {len(there) - _NAMED} more" if len(there) > _NAMED else ""
     what = "no whole sequence" if near else "nothing that a reader knows"
     return (
@@ -350,7 +354,7 @@ def _looking(path: Path) -> Iterator[None]:
     except OSError as error:
         where = error.filename or path
         raise SequenceError(
-            f"{brief(str(where))}: this can't be read ({error.strerror})."
+            f"{quote(str(where))}: this can't be read ({error.strerror})."
         ) from None
 
 

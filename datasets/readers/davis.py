@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from trackmark.datasets import truth_file
-from trackmark.datasets.decoding import brief, check_pixels, decoding
+from trackmark.datasets.decoding import check_pixels, decoding, quote
 from trackmark.datasets.file_digest import file_digests
 from trackmark.datasets.image_files import (
     image_files,
@@ -47,7 +47,7 @@ def recognises(path: Path) -> bool:
     return _folders(path) is not None
 
 
-def members(folder: Path) -> list[Path]:
+def list_members(folder: Path) -> list[Path]:
     """Sequences in a folder of the whole benchmark, of its usual resolution; see `Collecting`."""
     kinds = [folder / kind for kind in (IMAGES, MASKS)]
     if not all(kind.is_dir() for kind in kinds):
@@ -86,12 +86,12 @@ def read(path: Path, truth: Path | None, chosen: Mapping[str, str] | None = None
     asked = (chosen or {}).get("object", str(first))
     if asked not in map(str, objects):
         known = ", ".join(map(str, objects))
-        raise SequenceError(f"{path}: there is no object {brief(asked)}. There are: {known}.")
+        raise SequenceError(f"{path}: there is no object {quote(asked)}. There are: {known}.")
     target = objects[int(asked)]
     return recorded_images(
         name if int(asked) == first else f"{name}:object={asked}",
         images,
-        truth_file.Truth(target.boxes),
+        truth_file.GroundTruth(target.boxes),
         masks[0].parent,
         masks=target.mask,
         digests=lambda files: file_digests([*files, *masks]),

@@ -68,7 +68,7 @@ def read(path: Path, truth: Path | None) -> Sequence:
     return recorded_images(
         name,
         images,
-        truth_file.Truth(boxes, visible),
+        truth_file.GroundTruth(boxes, visible),
         source,
         attributes=flags,
         fps=fps_of(fields, "anno_fps", path / FIELDS),

@@ -48,7 +48,7 @@ def read(path: Path, truth: Path | None) -> Sequence:
     return recorded_images(
         name,
         images,
-        truth_file.Truth(boxes),
+        truth_file.GroundTruth(boxes),
         source,
         attributes=flags,
         description=" ".join(truth_file.read_text(said).split()) if said.is_file() else "",

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackmark.datasets import truth_file
-from trackmark.datasets.decoding import brief
+from trackmark.datasets.decoding import quote
 from trackmark.datasets.image_files import numbered_images
 from trackmark.datasets.interface import Sequence, SequenceError
 from trackmark.datasets.number_files import fps_of, place_of, read_fields, read_rows
@@ -53,7 +53,7 @@ def read(path: Path, truth: Path | None, chosen: Mapping[str, str] | None = None
     length = fields.get("seqLength", str(len(images)))
     if length != str(len(images)):
         raise SequenceError(
-            f"{path / FIELDS}: seqLength is {brief(length)}, but there are {len(images)} images of "
+            f"{path / FIELDS}: seqLength is {quote(length)}, but there are {len(images)} images of "
             f"{name}. Supply the missing ones, or correct it."
         )
     if truth is not None:
@@ -63,7 +63,7 @@ def read(path: Path, truth: Path | None, chosen: Mapping[str, str] | None = None
     asked = (chosen or {}).get("target", str(longest))
     if asked not in map(str, targets):
         known = ", ".join(map(str, sorted(targets)[:_SHOWN]))
-        raise SequenceError(f"{path}: there is no target {brief(asked)}. There are: {known}, …")
+        raise SequenceError(f"{path}: there is no target {quote(asked)}. There are: {known}, …")
     rows = targets[int(asked)]
     frames = rows[:, 0].astype(int) - 1
     if frames.max() >= len(images):
@@ -78,7 +78,7 @@ def read(path: Path, truth: Path | None, chosen: Mapping[str, str] | None = None
     return recorded_images(
         name if int(asked) == longest else f"{name}:target={asked}",
         images,
-        truth_file.Truth(boxes, visible),
+        truth_file.GroundTruth(boxes, visible),
         path / TRUTH,
         fps=fps,
     )

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackmark.datasets import truth_file
-from trackmark.datasets.decoding import brief
+from trackmark.datasets.decoding import quote
 from trackmark.datasets.image_files import numbered_images
 from trackmark.datasets.interface import Sequence, SequenceError
 from trackmark.datasets.number_files import as_boxes, check_line, numbers
@@ -53,7 +53,7 @@ def read(path: Path, truth: Path | None, chosen: Mapping[str, str] | None = None
     rate = (chosen or {}).get("fps", next(iter(places)))
     if rate not in places:
         raise SequenceError(
-            f"{path}: there is no rate {brief(rate)}. There are: {', '.join(places)}."
+            f"{path}: there is no rate {quote(rate)}. There are: {', '.join(places)}."
         )
     folder, source = places[rate]
     name = source.stem if rate == RATES[0] else f"{source.stem}:fps={rate}"
@@ -69,7 +69,7 @@ def read(path: Path, truth: Path | None, chosen: Mapping[str, str] | None = None
     return recorded_images(
         name,
         images,
-        truth_file.Truth(boxes),
+        truth_file.GroundTruth(boxes),
         source,
         fps=float(rate),
         attributes={"occlusion": rows[:, 7] > 0},
@@ -84,7 +84,7 @@ def _rows(source: Path) -> NDArray[np.float64]:
         row = numbers(" ".join(line.split()[:_COLUMNS]))
         if len(row) != _COLUMNS or not set(row[6:]) <= {0.0, 1.0}:
             raise SequenceError(
-                f"{source}: line {number}: {brief(line.strip())} is no row of VATIC; expected are "
+                f"{source}: line {number}: {quote(line.strip())} is no row of VATIC; expected are "
                 f"{_ROW}."
             )
         if rows and row[5] <= rows[-1][5]:

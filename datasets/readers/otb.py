@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from trackmark.datasets import truth_file
-from trackmark.datasets.decoding import brief
+from trackmark.datasets.decoding import quote
 from trackmark.datasets.image_files import numbered_images
 from trackmark.datasets.interface import Sequence, SequenceError
 from trackmark.datasets.number_files import check_row_count, columns, read_boxes
@@ -59,7 +59,7 @@ def options(path: Path) -> list[dict[str, Any]]:
     return [{"name": "target", "default": int(targets[0]), "meaning": meaning}]
 
 
-def each(path: Path) -> list[Path]:
+def list_sequences(path: Path) -> list[Path]:
     """All sequences of a folder; see `Splitting`."""
     targets = list(_truths(path))
     several = [path.with_name(f"{path.name}:target={target}") for target in targets]
@@ -81,14 +81,14 @@ def read(path: Path, truth: Path | None, chosen: Mapping[str, str] | None = None
         target = (chosen or {}).get("target", next(iter(targets)))
         if target not in targets:
             known = ", ".join(targets)
-            raise SequenceError(f"{path}: there is no target {brief(target)}. There are: {known}.")
+            raise SequenceError(f"{path}: there is no target {quote(target)}. There are: {known}.")
         source = targets[target]
-        rows = truth_file.Truth(read_boxes(source, origin=1.0))
+        rows = truth_file.GroundTruth(read_boxes(source, origin=1.0))
         if int(files[0].stem) == 0 and len(files) != len(rows.boxes):
             raise SequenceError(
-                f"{files[0]}: {len(rows.boxes)} truth rows for {len(files)} images of {name} "
-                "leave open whether they begin with this one. Remove it, or the images without a "
-                "row."
+                f"{files[0]}: {len(rows.boxes)} ground-truth rows for {len(files)} images of "
+                f"{name} leave open whether they begin with this one. Remove it, or the images "
+                "without a row."
             )
         later = [file for file in files if int(file.stem) >= first]
         if len(later) >= len(rows.boxes):  # else the images were cut out and numbered anew

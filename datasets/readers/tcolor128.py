@@ -51,11 +51,11 @@ def read(path: Path, truth: Path | None) -> Sequence:
         raise SequenceError(
             f"{source}: {len(boxes)} rows for the {len(shown)} images that {span.name} tells."
         )
-    return recorded_images(name, shown, truth_file.Truth(boxes), source)
+    return recorded_images(name, shown, truth_file.GroundTruth(boxes), source)
 
 
 def _files(path: Path) -> tuple[Path, Path] | None:
-    """Truth and range; None where there is not one of each."""
+    """GroundTruth and range; None where there is not one of each."""
     found = [
         (file, other)
         for file in path.glob(f"*{TRUTH}")

@@ -45,4 +45,4 @@ def read(path: Path, truth: Path | None) -> Sequence:
         )
     boxes = as_boxes(rows[:, 1:5], source)
     boxes[rows[:, 5] > 0] = np.nan
-    return recorded_images(name, images, truth_file.Truth(boxes), source)
+    return recorded_images(name, images, truth_file.GroundTruth(boxes), source)

@@ -29,7 +29,7 @@ def recognises(path: Path) -> bool:
     return _place(path) is not None
 
 
-def members(folder: Path) -> list[Path]:
+def list_members(folder: Path) -> list[Path]:
     """Sequences of a set (`TEST`, `TRAIN_0`, …); see `Collecting`."""
     if not ((folder / TRUTHS).is_dir() and (folder / IMAGES).is_dir()):
         return []
@@ -47,7 +47,7 @@ def read(path: Path, truth: Path | None) -> Sequence:
         return recorded_images(source.stem, images, truth_file.read(truth), truth)
     boxes = without_rest(read_boxes(source), len(images))
     check_row_count(len(boxes), images, source)
-    return recorded_images(source.stem, images, truth_file.Truth(boxes), source)
+    return recorded_images(source.stem, images, truth_file.GroundTruth(boxes), source)
 
 
 def _place(path: Path) -> tuple[Path, Path] | None:

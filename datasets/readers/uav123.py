@@ -54,7 +54,7 @@ def recognises(path: Path) -> bool:
     return _place(path) is not None
 
 
-def members(folder: Path) -> list[Path]:
+def list_members(folder: Path) -> list[Path]:
     """Sequences in a folder of the whole benchmark, or in one of truths; see `Collecting`.
 
     Images without truth are not among them: those of UAV20L are some of UAV123's.
@@ -77,7 +77,7 @@ def read(path: Path, truth: Path | None) -> Sequence:
         return recorded_images(source.stem, images, truth_file.read(truth), truth)
     boxes = read_boxes(source, origin=1.0)
     check_row_count(len(boxes), images, source)
-    return recorded_images(source.stem, images, truth_file.Truth(boxes), source)
+    return recorded_images(source.stem, images, truth_file.GroundTruth(boxes), source)
 
 
 def _part(folder: Path, name: str) -> list[Path]:

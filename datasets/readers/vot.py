@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackmark.datasets import truth_file
-from trackmark.datasets.decoding import brief, check_pixels
+from trackmark.datasets.decoding import check_pixels, quote
 from trackmark.datasets.file_digest import file_digests
 from trackmark.datasets.image_files import image_files, numbered_images, size_of_first
 from trackmark.datasets.interface import Mask, Sequence, SequenceError
@@ -73,7 +73,7 @@ def options(path: Path) -> list[dict[str, Any]]:
     return [{"name": "object", "default": objects[0], "meaning": meaning}]
 
 
-def each(path: Path) -> list[Path]:
+def list_sequences(path: Path) -> list[Path]:
     """All sequences of a folder; see `Splitting`."""
     objects = list(_truths(path))
     several = [path.with_name(f"{path.name}:object={one}") for one in objects]
@@ -92,7 +92,7 @@ def read(path: Path, truth: Path | None, chosen: Mapping[str, str] | None = None
     target = (chosen or {}).get("object", next(iter(truths)))
     if target not in truths:
         known = ", ".join(truths)
-        raise SequenceError(f"{path}: there is no object {brief(target)}. There are: {known}.")
+        raise SequenceError(f"{path}: there is no object {quote(target)}. There are: {known}.")
     source = truths[target] if target else place_of(fields, "groundtruth", path / FIELDS, TRUTH)
     name = f"{name}_{target}" if len(truths) > 1 else name
     regions = _regions(source, images)
@@ -104,7 +104,7 @@ def read(path: Path, truth: Path | None, chosen: Mapping[str, str] | None = None
     return recorded_images(
         name,
         images,
-        truth_file.Truth(regions.boxes),
+        truth_file.GroundTruth(regions.boxes),
         source,
         fps=fps_of(fields, "fps", path / FIELDS),
         attributes={file.stem: read_flags(file, n, padded=True) > 0 for file in tags},
@@ -169,7 +169,7 @@ def _row(line: str) -> list[float]:
     if row == [0.0] or (unknown.any() and len(row) in (1, 4)) or (len(row) and unknown.all()):
         return []
     if len(row) < 4 or unknown.any() or (len(row) > 4 and len(row) % 2):
-        raise ValueError(f"{brief(line.strip())} is no region; expected are {_ROW}")
+        raise ValueError(f"{quote(line.strip())} is no region; expected are {_ROW}")
     return row
 
 
@@ -192,7 +192,7 @@ def _encoded(text: str, size: tuple[int, int]) -> EncodedMask:
     if len(found) < 5 or not all(
         word.isascii() and word.isdecimal() and len(word) < 10 for word in found
     ):
-        raise ValueError(f"{brief(f'm{text}')} is no mask; expected are {_ROW}")
+        raise ValueError(f"{quote(f'm{text}')} is no mask; expected are {_ROW}")
     x, y, width, height, *runs = map(int, found)
     if x + width > size[0] or y + height > size[1]:
         raise ValueError(

@@ -11,12 +11,12 @@ from pathlib import Path
 from typing import Any
 
 from trackmark.datasets import truth_file
-from trackmark.datasets.decoding import brief
+from trackmark.datasets.decoding import quote
 from trackmark.datasets.file_digest import file_digests
 from trackmark.datasets.interface import Sequence, SequenceError, Summary
-from trackmark.datasets.metadata import Outline, outlined
+from trackmark.datasets.metadata import SequenceMetadata, sequence_metadata
 
-__all__ = ["load", "names", "options", "outline", "summary"]
+__all__ = ["describe", "load", "names", "options", "summary"]
 
 CLIP = "datasets/data/carphone_pristine.mp4"
 CLIP_SHA256 = "1c4add7838b07b4d65ad9d66e9491758c7dbb6c717490db4b79ecf9ff82bab28"
@@ -41,15 +41,15 @@ def summary(name: str) -> Summary:
     return Summary(LENGTH, SIZE)
 
 
-def outline(name: str) -> Outline:
+def describe(name: str) -> SequenceMetadata:
     """See `datasets.catalogue.Suite`."""
-    return outlined(load(name, {}), SIZE)
+    return sequence_metadata(load(name, {}), SIZE)
 
 
 def load(name: str, options: Mapping[str, str]) -> Sequence:
     """See `datasets.catalogue.Suite`; there are no options."""
     if options:
-        raise SequenceError(f"{name} takes no options, but was given {brief(next(iter(options)))}.")
+        raise SequenceError(f"{name} takes no options, but was given {quote(next(iter(options)))}.")
     from trackmark.datasets.recorded import (
         recorded,  # a decoder is loaded only where a clip is opened
     )

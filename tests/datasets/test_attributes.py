@@ -25,7 +25,7 @@ def sequence(images, boxes, visibility=None, name="made"):
 
 
 def series(images, boxes, **more):
-    return attributes.measured(sequence(images, boxes, **more))
+    return attributes.measure(sequence(images, boxes, **more))
 
 
 def textured(seed, height=HEIGHT, width=WIDTH):
@@ -213,7 +213,7 @@ def test_each_is_what_its_definition_says_pixel_by_pixel(seed, three, visibility
     before = View(images[1], three[1], visibility, first, first)
     for now in (first, before, View(images[2], three[2], visibility, before, first)):
         for name, slow in SLOW.items():
-            one = attributes.of_name(name)
+            one = attributes.find(name)
             found = one.measure(now)
             exact = 1e-6 if name == "correlation" else 1e-9  # OpenCV resizes by float32
             assert found == pytest.approx(slow(now), abs=exact, nan_ok=True), name
@@ -364,8 +364,8 @@ def test_grey_pictures_have_all_that_coloured_ones_have():
 
 
 def test_a_sequence_without_truth_says_what_to_do():
-    with pytest.raises(SequenceError, match="there is no truth"):
-        attributes.measured(Sequence("none", [textured(0)], fingerprint="none"))
+    with pytest.raises(SequenceError, match="there is no ground truth"):
+        attributes.measure(Sequence("none", [textured(0)], fingerprint="none"))
 
 
 class Counted(list):
@@ -382,28 +382,28 @@ def test_they_are_measured_once_and_again_where_the_definitions_change(cache, mo
     images = Counted([textured(k) for k in range(3)])
     one = Sequence("counted", images, [[4, 4, 8, 8]] * 3, fingerprint="counted")
     told = []
-    first = attributes.measured(one, lambda done, total: told.append((done, total)))
+    first = attributes.measure(one, lambda done, total: told.append((done, total)))
     assert images.reads == 3
     assert told == [(1, 3), (2, 3), (3, 3)]
-    again = attributes.measured(one)
+    again = attributes.measure(one)
     assert images.reads == 3
     for name, values in first.items():
         assert values.tobytes() == again[name].tobytes()
     monkeypatch.setattr(measuring, "_digest", lambda: "another")
-    assert attributes.kept("counted") is None
-    attributes.measured(one)
+    assert attributes.cached_values("counted") is None
+    attributes.measure(one)
     assert images.reads == 6
 
 
 @pytest.mark.parametrize("content", [b"", b"PK\x03\x04 torn", b"none of ours" * 9])
 def test_what_is_damaged_on_disk_is_measured_anew(cache, content):
     one = sequence([textured(0)], [[4, 4, 8, 8]])
-    there = attributes.measured(one)
+    there = attributes.measure(one)
     (file,) = (cache / "attributes").iterdir()
     file.write_bytes(content)
-    assert attributes.kept(one.fingerprint) is None
-    assert attributes.measured(one)["size"].tolist() == there["size"].tolist()
-    assert attributes.kept(one.fingerprint) is not None
+    assert attributes.cached_values(one.fingerprint) is None
+    assert attributes.measure(one)["size"].tolist() == there["size"].tolist()
+    assert attributes.cached_values(one.fingerprint) is not None
 
 
 def test_a_cache_that_can_not_be_written_costs_time_alone(cache):
@@ -432,12 +432,12 @@ def test_the_digest_is_of_the_definitions(tmp_path):
 
 def test_an_unknown_name_is_told_with_those_there_are():
     with pytest.raises(ValueError, match="Did you mean 'motion'"):
-        attributes.of_name("notion")
+        attributes.find("notion")
 
 
 @pytest.mark.parametrize("name", ["plain/target:length=10", "samples/bow-tie"])
 def test_they_are_there_for_synthetic_and_for_recorded_sequences(name):
-    found = attributes.measured(datasets.load(name)[:6])
+    found = attributes.measure(datasets.load(name)[:6])
     for values in found.values():
         assert values.shape == (6,)
     finite = {key for key, values in found.items() if np.isfinite(values[1:]).all()}
@@ -446,7 +446,7 @@ def test_they_are_there_for_synthetic_and_for_recorded_sequences(name):
 
 def test_each_has_a_definition_with_a_line_of_its_own():
     for name in attributes.names():
-        one = attributes.of_name(name)
+        one = attributes.find(name)
         first, _, rest = one.definition.partition("\n")
         assert first.endswith((".", ":"))
         assert not rest or rest.startswith("\n")

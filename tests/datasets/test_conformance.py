@@ -13,9 +13,9 @@ from tests.datasets.synthetic.scenes import unless_sealed
 from trackmark import datasets
 from trackmark.datasets import SequenceError
 from trackmark.datasets.golden import golden_digests, look_difference
-from trackmark.datasets.metadata import outlined
+from trackmark.datasets.metadata import sequence_metadata
 from trackmark.datasets.synthetic.suite import suites
-from trackmark.datasets.versioning import read_seals, seal_of
+from trackmark.datasets.versioning import find_version, read_versions
 
 # Of sequences that are made alike, two: clips of a film, walkers before the two kinds of camera.
 ALIKE = {"nguyen2002/clip-": ("01", "04"), "multipart/": ("1", "5")}
@@ -27,7 +27,7 @@ NAMES = [
 GOLDEN = {
     text: golden
     for suite in suites()
-    for seal in read_seals(suite.golden).values()
+    for seal in read_versions(suite.golden).values()
     for text, golden in seal.golden.items()
 }
 RENDERED = [name for name in NAMES if not name.startswith("samples/")]
@@ -119,7 +119,7 @@ def test_its_summary_is_true(sequence):
 def test_summary_and_description_are_those_of_the_opened_sequence(name):
     sequence = datasets.load(name)
     assert datasets.summary(name).length == len(sequence)
-    assert datasets.outline(name) == outlined(sequence)
+    assert datasets.describe(name) == sequence_metadata(sequence)
 
 
 def test_images_are_as_agreed(sequence):
@@ -157,7 +157,7 @@ def test_images_and_truth_are_the_sealed_ones(rendered):
     A change here changes every result on the sequence. If it is meant, look at the pictures and
     give the scene a new version: `python -m trackmark.bench.evaluation.version_check --new NAME`.
     """
-    assert datasets.outline(rendered.name) == outlined(rendered)  # sealed, too
+    assert datasets.describe(rendered.name) == sequence_metadata(rendered)  # sealed, too
     if rendered.name not in GOLDEN:  # of stress/twin a harder variant is
         return
     sealed, found = GOLDEN[rendered.name], golden_digests(rendered)
@@ -258,7 +258,7 @@ def test_a_knob_at_its_default_is_no_part_of_the_name(name):
 
 
 def test_no_two_sequences_have_the_same_fingerprint():
-    fingerprints = [datasets.outline(name).fingerprint for name in datasets.names()]
+    fingerprints = [datasets.describe(name).fingerprint for name in datasets.names()]
     assert len(set(fingerprints)) == len(fingerprints)
 
 
@@ -266,7 +266,7 @@ def test_no_two_sequences_have_the_same_fingerprint():
 def test_scenes_are_those_that_were_sealed(suite):
     """What is sealed is proved by `make test-full`, and here of scenes that were edited since."""
     edited = [
-        name for name in suite.names() if seal_of(name, suite.golden).tree != suite.tree(name)
+        name for name in suite.names() if find_version(name, suite.golden).tree != suite.tree(name)
     ]
     assert not edited, "run `make seal`: it compares their pixels with the sealed ones"
 

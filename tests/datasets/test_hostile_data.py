@@ -148,7 +148,7 @@ def bomb(folder, write_images):
 
 
 HOSTILE = {
-    no_truth: r"there is no truth.* \S+groundtruth\.txt is of a format .* truth\.csv with frame,x",
+    no_truth: r"no ground truth.* \S+groundtruth\.txt is of a format .* truth\.csv with frame,x",
     no_target: r"no groundtruth_rect\.txt, nor a groundtruth_rect\.1\.txt with rows\. Copy",
     attributes: r"attrs\.txt: this is no text in UTF-8",
     far_otb: r"groundtruth_rect\.txt: the box of 0002\.png, .*1e\+300",

@@ -1,4 +1,4 @@
-"""A sequence: images that come lazily, and what is true of the target in them."""
+"""Sequences: images read on request, with their ground truth."""
 
 import numpy as np
 import pytest
@@ -11,76 +11,61 @@ NAN = [float("nan")] * 4
 BOX = [2.0, 1.0, 4.0, 3.0]
 
 
-class Numbered:
-    """n images of 10x8 pixels that hold their frame number; remembers what was asked for."""
+class NumberedFrames:
+    """Images of 10x8 pixels that contain their frame number; records which frames are read."""
 
     def __init__(self, n):
         self.n = n
-        self.asked = []
+        self.reads = []
 
     def __len__(self):
         return self.n
 
     def __getitem__(self, frame):
-        self.asked.append(frame)
+        self.reads.append(frame)
         return np.full((8, 10, 3), frame, np.uint8)
 
 
-def sequence(n=6, boxes=None, **more):
+def numbered(n=6, boxes=None, **options):
     boxes = [BOX] * n if boxes is None else boxes
-    return Sequence("numbered", Numbered(n), boxes, **{"fingerprint": "f", **more})
+    return Sequence("numbered", NumberedFrames(n), boxes, **{"fingerprint": "f", **options})
 
 
 def numbers(images):
     return [int(image[0, 0, 0]) for image in images]
 
 
-def test_iterating_gives_every_image_once_and_in_order():
-    assert numbers(sequence()) == [0, 1, 2, 3, 4, 5]
+def test_images_are_read_on_request_in_order():
+    sequence = numbered()
+    part = sequence[1:5]
+    assert sequence.frames.reads == []
+    assert numbers([part[2]]) == [3] == sequence.frames.reads
+    assert numbers(sequence) == [0, 1, 2, 3, 4, 5]
+    assert numbers([sequence[-1], sequence[-6]]) == [5, 0]
+    for frame in (6, -7):
+        with pytest.raises(IndexError, match=f"numbered: no frame {frame}; there are 6"):
+            sequence[frame]
 
 
-def test_images_come_only_when_asked_for():
-    frames = Numbered(6)
-    taken = Sequence("s", frames, [BOX] * 6, fingerprint="f")[1:5]
-    assert frames.asked == []
-    assert numbers([taken[2]]) == [3]
-    assert frames.asked == [3]
-
-
-def test_images_and_truth_are_read_only():
-    one = sequence()
-    for array in (one[0], one.boxes, one.visibility):
+def test_images_and_ground_truth_are_read_only_copies():
+    boxes = np.array([BOX] * 6)
+    sequence = numbered(boxes=boxes)
+    boxes[:] = 0
+    assert sequence.boxes.tolist() == [BOX] * 6
+    for array in (sequence[0], sequence.boxes, sequence.visibility):
         with pytest.raises(ValueError, match="read-only"):
             array[0] = 0
-
-
-def test_the_truth_does_not_change_with_the_array_it_was_given():
-    boxes = np.array([BOX] * 6)
-    one = sequence(boxes=boxes)
-    boxes[:] = 0
-    assert one.boxes.tolist() == [BOX] * 6
-
-
-def test_negative_numbers_count_from_the_end():
-    one = sequence()
-    assert numbers([one[-1], one[-6]]) == [5, 0]
-
-
-@pytest.mark.parametrize("frame", [6, -7])
-def test_a_frame_that_is_not_there_is_an_index_error(frame):
-    with pytest.raises(IndexError, match=f"numbered: no frame {frame}; there are 6"):
-        sequence()[frame]
 
 
 limits = st.none() | st.integers(-9, 9)
 
 
 @given(start=limits, stop=limits, step=st.none() | st.integers(-3, 3).filter(bool))
-def test_a_slice_holds_what_a_slice_of_a_list_holds(start, stop, step):
+def test_slice_selects_frames_as_a_slice_of_a_list(start, stop, step):
     n = 7
-    cut = slice(start, stop, step)
-    expected = list(range(n))[cut]
-    one = sequence(
+    index = slice(start, stop, step)
+    expected = list(range(n))[index]
+    sequence = numbered(
         n,
         boxes=[[i, 0, 1, 1] for i in range(n)],
         regions={"full": [[i, 0, 2, 2] for i in range(n)]},
@@ -92,9 +77,9 @@ def test_a_slice_holds_what_a_slice_of_a_list_holds(start, stop, step):
     )
     if not expected:
         with pytest.raises(SequenceError, match="there are no images"):
-            one[cut]
+            sequence[index]
         return
-    part = one[cut]
+    part = sequence[index]
     assert numbers(part) == expected
     assert part.boxes[:, 0].tolist() == expected
     assert part.regions["full"][:, 0].tolist() == expected
@@ -103,79 +88,76 @@ def test_a_slice_holds_what_a_slice_of_a_list_holds(start, stop, step):
     assert [part.frame_name(i) for i in range(len(part))] == [f"{i}.jpg" for i in expected]
     assert [bool(part.mask(i).all()) for i in range(len(part))] == [i % 2 == 1 for i in expected]
     assert part.fps == 25.0
+    assert numbers(part[::-1]) == expected[::-1]
 
 
-def test_a_slice_of_a_slice_is_as_one():
-    assert numbers(sequence(12, [BOX] * 12)[2:11:2][1:4]) == [4, 6, 8]
-
-
-def test_a_slice_has_a_name_and_a_fingerprint_of_its_own():
-    one = sequence()
-    parts = [one, one[:3], one[1:4], one[::2]]
+def test_slice_has_its_own_name_and_fingerprint():
+    sequence = numbered()
+    parts = [sequence, sequence[:3], sequence[1:4], sequence[::2]]
     assert len({part.name for part in parts}) == 4
     assert len({part.fingerprint for part in parts}) == 4
-    assert one[:3].fingerprint == one[0:3:1].fingerprint
+    assert sequence[:3].fingerprint == sequence[0:3:1].fingerprint
 
 
-def test_the_fingerprint_is_asked_for_once_and_not_on_opening():
-    asked = []
-    one = sequence(fingerprint=lambda: asked.append(1) or "late")
-    assert asked == []
-    assert (one.fingerprint, one.fingerprint) == ("late", "late")
-    assert asked == [1]
+def test_fingerprint_is_computed_once_at_the_first_access():
+    calls = []
+    sequence = numbered(fingerprint=lambda: calls.append(1) or "late")
+    assert calls == []
+    assert (sequence.fingerprint, sequence.fingerprint) == ("late", "late")
+    assert calls == [1]
 
 
-def test_the_sequence_ends_with_its_truth():
-    one = sequence(6, [BOX] * 4)
-    assert len(one) == 4
-    assert one.images_beyond_truth == 2
-    assert numbers(one) == [0, 1, 2, 3]
+def test_sequence_ends_with_its_ground_truth():
+    sequence = numbered(6, [BOX] * 4)
+    assert (len(sequence), sequence.images_beyond_truth) == (4, 2)
+    assert numbers(sequence) == [0, 1, 2, 3]
     with pytest.raises(IndexError):
-        one[4]
+        sequence[4]
 
 
-def test_more_truth_than_images_names_both():
-    with pytest.raises(SequenceError, match=r"t\.txt: 7 truth rows for 6 images of numbered"):
-        sequence(6, [BOX] * 7, truth_source="t.txt")
+def test_sequence_without_ground_truth_has_only_nan_rows():
+    sequence = Sequence("bare", NumberedFrames(3), fingerprint="f")
+    assert np.isnan(sequence.boxes).all()
+    assert sequence.boxes.shape == (3, 4)
+    assert not sequence.present.any()
+    assert numbers(sequence) == [0, 1, 2]
+    with pytest.raises(SequenceError, match=r"bare: there is no ground truth.*--truth.*annotate"):
+        sequence.check_runnable()
 
 
-def test_without_truth_every_frame_is_empty():
-    one = Sequence("bare", Numbered(3), fingerprint="f")
-    assert np.isnan(one.boxes).all()
-    assert one.boxes.shape == (3, 4)
-    assert not one.present.any()
-    assert numbers(one) == [0, 1, 2]
-
-
-def test_the_first_frame_is_the_first_with_the_target_in_it():
-    one = sequence(4, [NAN, NAN, BOX, NAN])
-    assert one.first_frame == 2
-    assert one.present.tolist() == [False, False, True, False]
+def test_first_frame_is_the_first_with_the_target():
+    sequence = numbered(4, [NAN, NAN, BOX, NAN])
+    assert sequence.first_frame == 2
+    assert sequence.present.tolist() == [False, False, True, False]
 
 
 @pytest.mark.parametrize(
-    ("wrong", "message"),
+    ("options", "message"),
     [
-        ({"boxes": [[1, 2, 3]] * 6}, r"boxes have shape \(6, 3\), not \(6, 4\)"),
-        ({"visibility": [1.0]}, r"visibility have shape \(1,\), not \(6,\)"),
-        ({"regions": {"full": [BOX]}}, r"region full have shape \(1, 4\), not \(6, 4\)"),
-        ({"attributes": {"fast": [True]}}, r"attribute fast has shape \(1,\), not \(6,\)"),
+        ({"boxes": [[1, 2, 3]] * 6}, r"numbered: boxes: the shape is \(6, 3\). Expected is \(6, 4"),
+        ({"visibility": [1.0]}, r"numbered: visibility: the shape is \(1,\). Expected is \(6,\)"),
+        ({"regions": {"full": [BOX]}}, r"numbered: region full: the shape is \(1, 4\)"),
+        ({"attributes": {"fast": [True]}}, r"numbered: attribute fast: the shape is \(1,\)"),
+        (
+            {"boxes": [BOX] * 7, "truth_source": "t.txt"},
+            r"t\.txt: 7 ground-truth rows for 6 images of numbered",
+        ),
     ],
 )
-def test_truth_of_another_shape_is_named(wrong, message):
-    with pytest.raises(SequenceError, match=f"numbered: {message}"):
-        sequence(**wrong)
+def test_ground_truth_of_another_shape_is_refused(options, message):
+    with pytest.raises(SequenceError, match=message):
+        numbered(**options)
 
 
-class TestRunnable:
+class TestCheckRunnable:
     @pytest.mark.parametrize(
         "box", [BOX, [0, 0, 10, 8], [-3, -2, 4, 3], [9.5, 7.5, 5, 5], [-5, -5, 50, 50]]
     )
-    def test_a_box_that_shows_something_of_the_image_is_fine(self, box):
-        sequence(2, [box, NAN]).check_runnable()
+    def test_box_partly_inside_the_image_is_accepted(self, box):
+        numbered(2, [box, NAN]).check_runnable()
 
     @pytest.mark.parametrize(
-        ("box", "fault"),
+        ("box", "problem"),
         [
             ([2, 1, 0, 3], "has no size"),
             ([2, 1, 4, 0], "has no size"),
@@ -186,28 +168,23 @@ class TestRunnable:
             ([2, -3, 4, 3], r"lies outside the image \(10x8\)"),
         ],
     )
-    def test_a_first_box_without_size_or_outside_is_named_in_full(self, box, fault):
+    def test_init_box_without_size_or_outside_is_refused(self, box, problem):
         x, y, width, height = box
-        where = rf"t\.csv: the first box, of b\.png, {fault}: x={x} y={y} "
-        with pytest.raises(SequenceError, match=where + rf"width={width} height={height} .*Mend"):
-            sequence(
-                2, [NAN, box], truth_source="t.csv", frame_names=["a.png", "b.png"]
-            ).check_runnable()
+        position = rf"t\.csv: the first box, of b\.png, {problem}: x={x} y={y} "
+        names = ["a.png", "b.png"]
+        sequence = numbered(2, [NAN, box], truth_source="t.csv", frame_names=names)
+        with pytest.raises(SequenceError, match=rf"{position}width={width} height={height} .*Corr"):
+            sequence.check_runnable()
 
-    def test_later_boxes_are_not_looked_at(self):
-        frames = Numbered(3)
-        Sequence("s", frames, [BOX, [99, 99, 1, 1], NAN], fingerprint="f").check_runnable()
-        assert frames.asked == [0]
+    def test_only_the_image_of_the_first_box_is_read(self):
+        sequence = numbered(3, [BOX, [99, 99, 1, 1], NAN])
+        sequence.check_runnable()
+        assert sequence.frames.reads == [0]
 
-    def test_no_image_is_read_where_their_size_is_known(self):
-        frames = Numbered(3)
-        options = {"fingerprint": "f", "image_size": (10, 8)}
-        Sequence("s", frames, [BOX, NAN, NAN], **options)[:2].check_runnable()
+    def test_image_of_known_size_is_not_read(self):
+        sequence = numbered(3, [BOX, NAN, NAN], image_size=(10, 8))
+        sequence[:2].check_runnable()
+        outside = numbered(3, [[11, 8, 4, 3]], image_size=(10, 8))
         with pytest.raises(SequenceError, match=r"lies outside the image \(10x8\)"):
-            Sequence("s", frames, [[9, 8, 4, 3]], **options).check_runnable()
-        assert frames.asked == []
-
-    def test_without_truth_it_says_how_to_give_or_make_one(self):
-        bare = Sequence("bare", Numbered(3), fingerprint="f")
-        with pytest.raises(SequenceError, match=r"bare: there is no truth.*--truth.*annotate"):
-            bare.check_runnable()
+            outside.check_runnable()
+        assert sequence.frames.reads == outside.frames.reads == []

@@ -1,4 +1,4 @@
-"""Truth in a CSV file."""
+"""Ground truth in a CSV file."""
 
 import numpy as np
 import pytest
@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from trackmark.datasets import SequenceError
-from trackmark.datasets.truth_file import Truth, read, write
+from trackmark.datasets.truth_file import GroundTruth, read, write
 
 NUMBERS = st.floats(-1e6, 1e6)
 SIZES = st.floats(1e-3, 1e6)
@@ -26,7 +26,7 @@ def truths(draw):
     fractions = st.one_of(st.just(np.nan), st.floats(0, 1))
     visibility = draw(st.none() | arrays(np.float64, n, elements=fractions))
     sources = draw(st.none() | st.tuples(*[st.sampled_from(["marked", "interpolated", ""])] * n))
-    return Truth(boxes, visibility, sources)
+    return GroundTruth(boxes, visibility, sources)
 
 
 @given(truth=truths())
@@ -43,7 +43,7 @@ def test_what_is_written_is_read_back_to_the_bit(truth, tmp_path_factory):
 
 def test_a_written_file_is_plain(tmp_path):
     boxes = np.array([[1.0, 2.5, 30, 40], [np.nan] * 4])
-    write(tmp_path / "t.csv", Truth(boxes, sources=("marked", "")), ["Made by hand."])
+    write(tmp_path / "t.csv", GroundTruth(boxes, sources=("marked", "")), ["Made by hand."])
     assert (tmp_path / "t.csv").read_bytes() == (
         b"# Made by hand.\nframe,x,y,width,height,source\n0,1,2.5,30,40,marked\n1,,,,,\n"
     )
@@ -67,7 +67,9 @@ def test_missing_frames_and_empty_boxes_are_absent(truth_of):
 
 def test_a_comment_stays_on_its_line_whatever_name_stands_in_it(tmp_path):
     boxes = np.array([[1.0, 2.0, 3.0, 4.0]])
-    write(tmp_path / "truth.csv", Truth(boxes), ["Truth of a\n5,6,7,8,9\r\udcff.avi", ""])
+    write(
+        tmp_path / "truth.csv", GroundTruth(boxes), ["Truth of a\n5,6,7,8,9\r\udcff.avi", ""]
+    )
     np.testing.assert_array_equal(read(tmp_path / "truth.csv").boxes, boxes)
 
 

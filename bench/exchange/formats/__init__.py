@@ -1,1 +1,1 @@
-"""Layouts of results, a file each."""
+"""Result formats, one per module."""

@@ -1,4 +1,4 @@
-"""A folder a sequence, `SEQ/SEQ_001.txt` a repetition and `SEQ/SEQ_time.txt`: GOT-10k's."""
+"""Format of the GOT-10k toolkit: `SEQ/SEQ_001.txt` for each repetition, and `SEQ/SEQ_time.txt`."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -6,28 +6,24 @@ from pathlib import Path
 import numpy as np
 
 from trackmark.bench.exchange.result_format import (
-    Layout,
-    Said,
-    boxes_from,
+    ResultFormat,
+    ResultRows,
     file_name,
     first_line,
-    rounded,
+    read_boxes,
+    round_to,
 )
 
 
 def repetitions(folder: Path, suffix: str = ".txt", digits: int = 3) -> Mapping[str, list[Path]]:
-    """Return the files `SEQ/SEQ_001.txt` of all sequences in a folder."""
-    found = {
+    """Return the files `SEQ/SEQ_001.txt` of each sequence in a folder."""
+    repetitions_of = {
         path.name: sorted(path.glob(f"{path.name}_{'[0-9]' * digits}{suffix}"))
         for path in sorted(folder.iterdir())
-        if path.is_dir() and not set(path.name) & set("[]*?")  # special characters of patterns
+        # The name is part of a pattern, in which these characters have a meaning.
+        if path.is_dir() and not set(path.name) & set("[]*?")
     }
-    return {name: of for name, of in found.items() if of}
-
-
-def files(folder: Path) -> Mapping[str, list[Path]]:
-    """Return the texts by sequence, one per repetition."""
-    return repetitions(folder)
+    return {name: paths for name, paths in repetitions_of.items() if paths}
 
 
 def fits(file: Path) -> bool:
@@ -35,28 +31,30 @@ def fits(file: Path) -> bool:
     return len(first_line(file).replace(",", " ").split()) == 4
 
 
-def write(folder: Path, sequence: str, repetition: int, said: Said) -> Mapping[Path, str]:
+def write(folder: Path, sequence: str, repetition: int, rows: ResultRows) -> Mapping[Path, str]:
     """Return the texts of a run and of its times.
 
-    Without times the report of the toolkit takes those of another sequence.
+    NaN stand for unknown times: without a time file the toolkit reports those of another sequence.
     """
     name = file_name(sequence)
-    rows = (",".join(f"{value:.3f}" for value in box) for box in said.boxes.tolist())
-    texts = {folder / name / f"{name}_{repetition + 1:03}.txt": "".join(f"{r}\n" for r in rows)}
+    lines = (",".join(f"{value:.3f}" for value in box) for box in rows.boxes.tolist())
+    texts = {
+        folder / name / f"{name}_{repetition + 1:03}.txt": "".join(f"{line}\n" for line in lines)
+    }
     if repetition == 0:
-        times = [np.nan] * len(said.boxes) if said.seconds is None else said.seconds
+        times = [np.nan] * len(rows.boxes) if rows.seconds is None else rows.seconds
         texts[folder / name / f"{name}_time.txt"] = "".join(f"{time:.8f}\n" for time in times)
     return texts
 
 
-LAYOUT = Layout(
-    expects="SEQ/SEQ_001.txt with x,y,width,height a line",
-    holds="boxes to 3 decimals; times of the first repetition; no confidence",
+FORMAT = ResultFormat(
+    expects="SEQ/SEQ_001.txt with x,y,width,height per line",
+    exports="boxes to 3 decimals; times of the first repetition; no confidence",
     origin=1,
-    files=files,
+    files=repetitions,
     fits=fits,
-    read=boxes_from,
+    read=read_boxes,
     write=write,
-    held=rounded(3),
-    repeats=True,
+    rounding=round_to(3),
+    has_repetitions=True,
 )

@@ -1,22 +1,22 @@
-"""A text a sequence, `SEQ.txt`, four numbers a line, x and y from 1: OTB's, and got10k's for it."""
+"""Format of OTB and of got10k for OTB: `SEQ.txt` with four numbers per line, x and y from 1."""
 
 from collections.abc import Mapping
 from pathlib import Path
 
 from trackmark.bench.exchange.result_format import (
-    Layout,
-    Said,
-    boxes_from,
-    by_sequence,
+    ResultFormat,
+    ResultRows,
     file_name,
+    files_by_sequence,
     first_line,
-    rounded,
+    read_boxes,
+    round_to,
 )
 
 
 def files(folder: Path) -> Mapping[str, list[Path]]:
-    """Return the texts by sequence, without those of times and scores."""
-    return by_sequence(folder, "*.txt", besides=("_time.txt", "_scores.txt"))
+    """Return the text files by sequence, without those of times and scores."""
+    return files_by_sequence(folder, ".txt", "_time.txt", "_scores.txt")
 
 
 def fits(file: Path) -> bool:
@@ -25,19 +25,19 @@ def fits(file: Path) -> bool:
     return "\t" not in line and len(line.replace(",", " ").split()) == 4
 
 
-def write(folder: Path, sequence: str, repetition: int, said: Said) -> Mapping[Path, str]:
+def write(folder: Path, sequence: str, repetition: int, rows: ResultRows) -> Mapping[Path, str]:
     """Return the text of a run."""
-    rows = (",".join(f"{value:.4f}" for value in box) for box in said.boxes.tolist())
-    return {folder / f"{file_name(sequence)}.txt": "".join(f"{row}\n" for row in rows)}
+    lines = (",".join(f"{value:.4f}" for value in box) for box in rows.boxes.tolist())
+    return {folder / f"{file_name(sequence)}.txt": "".join(f"{line}\n" for line in lines)}
 
 
-LAYOUT = Layout(
-    expects="SEQ.txt with x,y,width,height a line",
-    holds="boxes to 4 decimals; no confidence, no times",
+FORMAT = ResultFormat(
+    expects="SEQ.txt with x,y,width,height per line",
+    exports="boxes to 4 decimals; no confidence, no times",
     origin=1,
     files=files,
     fits=fits,
-    read=boxes_from,
+    read=read_boxes,
     write=write,
-    held=rounded(4),
+    rounding=round_to(4),
 )

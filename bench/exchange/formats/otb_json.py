@@ -1,8 +1,9 @@
-"""JSON a sequence, `SEQ.json`, with the boxes as `res`, x and y from 1: OTB's Python toolkit.
+"""Format of OTB's Python toolkit: `SEQ.json` with the boxes as `res`, x and y from 1.
 
-A file holds a list of records, or one record alone. Evaluation in one pass (`evalType` OPE) has one
-record. Spatial robustness (SRE) has one per shift of the first box, named by `shiftType`; temporal
-robustness (TRE) has one per start. `startFrame` and `endFrame` are numbers of image files.
+A file contains a list of records or a single record. One-pass evaluation (`evalType` OPE) has one
+record. Spatial robustness evaluation (SRE) has one per perturbed init box, named by `shiftType`.
+Temporal robustness evaluation (TRE) has one per start. `startFrame` and `endFrame` are the numbers
+of image files.
 """
 
 import json
@@ -16,43 +17,43 @@ from numpy.typing import NDArray
 from trackmark.bench.exchange.result_format import (
     ExchangeError,
     Header,
-    Layout,
-    On,
-    Said,
+    ResultFormat,
+    ResultRows,
+    ResultSequence,
     SegmentWriter,
-    by_sequence,
     file_name,
-    letters,
-    text_of,
+    files_by_sequence,
+    normalized_name,
+    read_text_file,
 )
 from trackmark.bench.protocols import parse_protocol
-from trackmark.datasets.decoding import brief
+from trackmark.datasets.decoding import quote
 from trackmark.datasets.readers.otb import SPANS
 
 PROTOCOLS = {"OPE": "", "SRE": "sre", "TRE": "tre"}
-"""Names of our protocols by `evalType`."""
+"""Protocol by `evalType`; empty for one-pass evaluation."""
 
 SHIFTS = (
     *("left", "right", "up", "down", "topLeft", "topRight", "bottomLeft", "bottomRight"),
     *("scale_8", "scale_9", "scale_11", "scale_12"),
 )
-"""Values of `shiftType` in the order of the segments of `sre`; all shift or scale by 10 %."""
+"""Values of `shiftType` in the order of the segments of `sre`; each shifts or scales by 10 %."""
 
 
 def files(folder: Path) -> Mapping[str, list[Path]]:
     """Return the files by sequence."""
-    return by_sequence(folder, "*.json")
+    return files_by_sequence(folder, ".json")
 
 
-def read(file: Path) -> Said:
-    """Read the records of a run, given as rectangles; those of SRE in the order of `SHIFTS`."""
+def read(file: Path) -> ResultRows:
+    """Read the records of a run with rectangles; sort records of SRE in the order of `SHIFTS`."""
     try:
-        content: Any = json.loads(text_of(file))
-    except ValueError as error:  # a whole number of thousands of digits, too
+        content: Any = json.loads(read_text_file(file))
+    except ValueError as error:  # also raised by integers of thousands of digits
         line = getattr(error, "lineno", 1)
-        raise ExchangeError(f"{file}, line {line}: this is no JSON ({error}).") from error
+        raise ExchangeError(f"{file}, line {line}: invalid JSON ({error}).") from error
     except RecursionError as error:
-        raise ExchangeError(f"{file}: this is nested too deeply.") from error
+        raise ExchangeError(f"{file}: the JSON is nested too deeply.") from error
     if isinstance(content, dict) and isinstance(content.get("results"), list):
         content = content["results"]
     records: Sequence[Any] = content if isinstance(content, list) and content else [content]
@@ -60,7 +61,7 @@ def read(file: Path) -> Said:
         isinstance(record, dict) and isinstance(record.get("res"), list) for record in records
     ):
         raise ExchangeError(
-            f"{file}: expected is an object with boxes as `res`, or a list of such."
+            f"{file}: no boxes. Expected: an object with boxes as `res`, or a list of objects."
         )
     protocol = _protocol(file, records)
     records = _sorted_by_shift(file, records) if protocol == "sre" else records
@@ -68,7 +69,9 @@ def read(file: Path) -> Said:
         str(file) if len(records) == 1 else f"{file}, record {n}"
         for n in range(1, len(records) + 1)
     ]
-    boxes = [_boxes(record["res"], place) for record, place in zip(records, places, strict=True)]
+    boxes = [
+        _parse_boxes(record["res"], place) for record, place in zip(records, places, strict=True)
+    ]
     headers = tuple(
         Header(
             place,
@@ -79,25 +82,25 @@ def read(file: Path) -> Said:
         )
         for record, place, rows in zip(records, places, boxes, strict=True)
     )
-    return Said(np.concatenate(boxes), headers=headers, protocol=protocol)
+    return ResultRows(np.concatenate(boxes), headers=headers, protocol=protocol)
 
 
 def _protocol(file: Path, records: Sequence[Mapping[str, Any]]) -> str:
-    """Return the name of the protocol that all records state; empty for one pass."""
+    """Return the protocol of the records; empty for one-pass evaluation."""
     kinds = [
         (record.get("resType") or "rect", record.get("evalType") or "OPE") for record in records
     ]
     for result, evaluation in kinds:
-        known = result == "rect" and isinstance(evaluation, str) and evaluation in PROTOCOLS
-        if not known or evaluation != kinds[0][1]:
+        is_supported = result == "rect" and isinstance(evaluation, str) and evaluation in PROTOCOLS
+        if not is_supported or evaluation != kinds[0][1]:
             raise ExchangeError(
-                f"{file}: {brief(f'{result} of {evaluation}')}; read are rect of "
-                f"{', '.join(PROTOCOLS)}, one of these in a file."
+                f"{file}: {quote(f'{result} of {evaluation}')}. Expected: rect of "
+                f"{', '.join(PROTOCOLS)}, the same in all records of a file."
             )
     protocol = PROTOCOLS[kinds[0][1]]
     if not protocol and len(records) > 1:
         raise ExchangeError(
-            f"{file}: {len(records)} records of OPE. Expected: one. Keep the one that you mean."
+            f"{file}: {len(records)} records of OPE. Expected: one. Delete the others."
         )
     return protocol
 
@@ -105,7 +108,7 @@ def _protocol(file: Path, records: Sequence[Mapping[str, Any]]) -> str:
 def _sorted_by_shift(
     file: Path, records: Sequence[Mapping[str, Any]]
 ) -> Sequence[Mapping[str, Any]]:
-    """Return the records in the order of `SHIFTS`, which they have if none names its shift."""
+    """Return the records in the order of `SHIFTS`; unnamed shifts are already in this order."""
     shifts = [record.get("shiftType") for record in records]
     if len(shifts) == len(SHIFTS) and not any(shifts):
         return records
@@ -113,12 +116,12 @@ def _sorted_by_shift(
     if len(records) != len(SHIFTS) or set(by_shift) != set(SHIFTS):
         raise ExchangeError(
             f"{file}: {len(records)} records of SRE with shiftType "
-            f"{brief(', '.join(map(str, shifts)))}. Expected: each of {', '.join(SHIFTS)} once."
+            f"{quote(', '.join(map(str, shifts)))}. Expected: each of {', '.join(SHIFTS)} once."
         )
     return [by_shift[shift] for shift in SHIFTS]
 
 
-def _boxes(rows: Sequence[Any], place: str) -> NDArray[np.float64]:
+def _parse_boxes(rows: Sequence[Any], place: str) -> NDArray[np.float64]:
     for number, box in enumerate(rows, 1):
         if not (
             isinstance(box, list)
@@ -126,82 +129,82 @@ def _boxes(rows: Sequence[Any], place: str) -> NDArray[np.float64]:
             and all(type(value) in (int, float) and not abs(value) > 1e300 for value in box)
         ):
             text = json.dumps(box)[:60]
-            raise ExchangeError(f"{place}, box {number}: {text} are not x, y, width, height.")
+            raise ExchangeError(f"{place}, box {number}: {text}. Expected: x, y, width, height.")
     return np.array(rows, np.float64).reshape(-1, 4)
 
 
 def _whole_number(record: Mapping[str, Any], key: str, place: str) -> int | None:
-    """Return the number of a frame in a header; None if the header does not state it."""
+    """Return a frame number of a record; None if the record has none."""
     value = record.get(key)
     if value is None:
         return None
     if type(value) not in (int, float) or not abs(value) < 1e9 or value != int(value):
-        raise ExchangeError(f"{place}: {key} is {brief(str(value))}. Expected: a whole number.")
+        raise ExchangeError(f"{place}: {key} is {quote(str(value))}. Expected: a whole number.")
     return int(value)
 
 
-def frames(headers: Sequence[Header], on: On) -> list[NDArray[Any]]:
+def frames(headers: Sequence[Header], sequence: ResultSequence) -> list[NDArray[Any]]:
     """Return the frames from each start to the end of the sequence."""
-    n, first = len(on.boxes), {0, 1, SPANS.get(on.name.lower(), (1, None))[0]}
-    segments, offsets = [], set()
+    n, first_numbers = len(sequence.boxes), {0, 1, SPANS.get(sequence.name.lower(), (1, None))[0]}
+    segments, used_numbers = [], set()
     for header in headers:
-        if header.sequence and letters(header.sequence) != letters(on.name):
+        if header.sequence and normalized_name(header.sequence) != normalized_name(sequence.name):
             raise ExchangeError(
-                f"{header.place}: seqName is {brief(header.sequence)}. Expected: "
-                f"{on.name!r}. Import the file for the sequence that it names, or correct seqName."
+                f"{header.place}: seqName is {quote(header.sequence)}. Expected: "
+                f"{sequence.name!r}. Import the file for the sequence that it names, or correct "
+                "seqName."
             )
-        start = n - header.rows
+        start = n - header.n_rows
         if not 0 <= start < n:
             raise ExchangeError(
-                f"{header.place}: {header.rows} rows. Expected: 1 to {n}, the frames of {on.name}."
+                f"{header.place}: {header.n_rows} rows. Expected: 1 to {n}, the frames of "
+                f"{sequence.name}."
             )
         stated = header.start
         if stated is None and header.end is not None:
-            stated = header.end - header.rows + 1
-        if stated is not None and stated - start not in first:
+            stated = header.end - header.n_rows + 1
+        if stated is not None and stated - start not in first_numbers:
             raise ExchangeError(
-                f"{header.place}: startFrame is {stated}. Expected: {start + max(first)}, as the "
-                f"{header.rows} rows reach the end of {on.name} ({n} frames). Import the file for "
-                "the frames that it names, or correct startFrame and endFrame."
+                f"{header.place}: startFrame is {stated}. Expected: {start + max(first_numbers)}, "
+                f"as the {header.n_rows} rows reach the end of {sequence.name} ({n} frames). "
+                "Import the file for the frames that it names, or correct startFrame and endFrame."
             )
-        last = None if stated is None else stated + header.rows - 1
+        last = None if stated is None else stated + header.n_rows - 1
         if header.end not in (None, last):
             raise ExchangeError(
-                f"{header.place}: startFrame {stated} and endFrame {header.end} for {header.rows} "
-                f"rows. Expected: endFrame {last}. Correct the header, or supply all rows."
+                f"{header.place}: startFrame {stated} and endFrame {header.end} for "
+                f"{header.n_rows} rows. Expected: endFrame {last}. Correct the header, or supply "
+                "all rows."
             )
-        offsets |= set() if stated is None else {stated - start}
+        used_numbers |= set() if stated is None else {stated - start}
         segments.append(np.arange(start, n))
-    if len(offsets) > 1:
+    if len(used_numbers) > 1:
         raise ExchangeError(
-            f"{headers[0].place}: the records count frames from {min(offsets)} and from "
-            f"{max(offsets)}. Expected: one numbering. Correct startFrame and endFrame."
+            f"{headers[0].place}: the records count frames from {min(used_numbers)} and from "
+            f"{max(used_numbers)}. Expected: one numbering. Correct startFrame and endFrame."
         )
     return segments
 
 
-def write(folder: Path, sequence: str, repetition: int, said: Said) -> Mapping[Path, str]:
+def write(folder: Path, sequence: str, repetition: int, rows: ResultRows) -> Mapping[Path, str]:
     """Return the JSON text of a run."""
-    record = _record(folder, sequence, said, "OPE", 1, None)
+    record = _record(folder, sequence, rows, "OPE", 1, None)
     return {folder / f"{file_name(sequence)}.json": json.dumps([record]) + "\n"}
 
 
-def segments(protocol: str) -> SegmentWriter | None:
-    """Return the writer of runs by TRE, or by SRE with the shifts that the toolkit has names for.
-
-    `protocol`: its text.
-    """
+def segment_writer(protocol: str) -> SegmentWriter | None:
+    """Return the writer of runs by TRE, or by SRE with the default shifts, which have names."""
     evaluation = {"tre": "TRE", "sre": "SRE"}.get(parse_protocol(protocol).name)
     if evaluation is None or (evaluation == "SRE" and parse_protocol(protocol).text != "sre"):
         return None
 
     def write_segments(
-        folder: Path, sequence: str, segments: Sequence[tuple[NDArray[Any], Said]]
+        folder: Path, sequence: str, segments: Sequence[tuple[NDArray[Any], ResultRows]]
     ) -> Mapping[Path, str]:
         shifts = SHIFTS if evaluation == "SRE" else [None] * len(segments)
         records = [
-            _record(folder, sequence, said, evaluation, int(numbers[0]) + 1, shift)
-            for (numbers, said), shift in zip(segments, shifts, strict=True)
+            _record(folder, sequence, rows, evaluation, int(frames[0]) + 1, shift)
+            for (frames, rows), shift in zip(segments, shifts, strict=True)
         ]
         return {folder / f"{file_name(sequence)}.json": json.dumps(records) + "\n"}
 
@@ -209,36 +212,36 @@ def segments(protocol: str) -> SegmentWriter | None:
 
 
 def _record(
-    folder: Path, sequence: str, said: Said, evaluation: str, start: int, shift: str | None
+    folder: Path, sequence: str, rows: ResultRows, evaluation: str, start: int, shift: str | None
 ) -> dict[str, Any]:
-    first = int(np.isfinite(said.boxes).all(axis=1).argmax())
-    times = np.empty(0) if said.seconds is None else said.seconds[first + 1 :]  # of updates
+    first = int(np.isfinite(rows.boxes).all(axis=1).argmax())
+    times = np.empty(0) if rows.seconds is None else rows.seconds[first + 1 :]  # of updates
     times = times[np.isfinite(times)]
     return {
         "tracker": folder.name,
         "seqName": sequence,
         "startFrame": start,
-        "endFrame": start + len(said.boxes) - 1,
+        "endFrame": start + len(rows.boxes) - 1,
         "evalType": evaluation,
         "fps": 1 / float(times.mean()) if times.sum() else None,
         "shiftType": shift,
         "resType": "rect",
         "tmplsize": None,
-        "res": np.nan_to_num(said.boxes).tolist(),
+        "res": np.nan_to_num(rows.boxes).tolist(),
     }
 
 
-LAYOUT = Layout(
+FORMAT = ResultFormat(
     expects='SEQ.json with "res": [[x, y, width, height], …]',
-    holds="boxes to the last digit (zeros where there is none); no confidence",
+    exports="boxes to the last digit (zeros where there is none); no confidence",
     origin=1,
     files=files,
     fits=lambda file: file.suffix == ".json",
     read=read,
     write=write,
-    held=np.nan_to_num,
+    rounding=np.nan_to_num,
     row="box",
     frames=frames,
-    segments=segments,
-    holds_segments="tre, sre with its default shift and scale",
+    segment_writer=segment_writer,
+    segment_protocols="tre, sre with its default shift and scale",
 )

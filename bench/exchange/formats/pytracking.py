@@ -1,6 +1,6 @@
-"""A text a sequence, `SEQ.txt`, whole numbers between tabs: pytracking's.
+"""Format of pytracking: `SEQ.txt` with whole numbers between tabs.
 
-`SEQ_object_presence_scores.txt` beside it holds a confidence a frame.
+`SEQ_object_presence_scores.txt` contains one confidence per frame.
 """
 
 from collections.abc import Mapping
@@ -11,53 +11,53 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackmark.bench.exchange.result_format import (
-    Layout,
-    Said,
-    boxes_from,
-    by_sequence,
-    column_from,
+    ResultFormat,
+    ResultRows,
     column_text,
     file_name,
+    files_by_sequence,
     first_line,
+    read_boxes,
+    read_column,
 )
 
-SCORES = "_object_presence_scores.txt"
+CONFIDENCE_SUFFIX = "_object_presence_scores.txt"
 
 
 def files(folder: Path) -> Mapping[str, list[Path]]:
-    """Return the texts by sequence, without those of times and confidences."""
-    return by_sequence(folder, "*.txt", besides=("_time.txt", SCORES))
+    """Return the text files by sequence, without those of times and confidences."""
+    return files_by_sequence(folder, ".txt", "_time.txt", CONFIDENCE_SUFFIX)
 
 
-def read(file: Path) -> Said:
+def read(file: Path) -> ResultRows:
     """Read boxes, and confidences from the file next to it."""
-    said = boxes_from(file)
-    beside = file.with_name(f"{file.stem}{SCORES}")
-    return replace(said, confidence=column_from(beside, len(said.boxes)))
+    rows = read_boxes(file)
+    confidences = file.with_name(f"{file.stem}{CONFIDENCE_SUFFIX}")
+    return replace(rows, confidence=read_column(confidences, len(rows.boxes)))
 
 
-def write(folder: Path, sequence: str, repetition: int, said: Said) -> Mapping[Path, str]:
+def write(folder: Path, sequence: str, repetition: int, rows: ResultRows) -> Mapping[Path, str]:
     """Return the texts of a run and of its confidences."""
     name = file_name(sequence)
-    rows = ("\t".join(f"{value:.0f}" for value in box) for box in held(said.boxes).tolist())
-    texts = {folder / f"{name}.txt": "".join(f"{row}\n" for row in rows)}
-    if said.confidence is not None:
-        texts[folder / f"{name}{SCORES}"] = column_text(said.confidence)
+    lines = ("\t".join(f"{value:.0f}" for value in box) for box in truncate(rows.boxes).tolist())
+    texts = {folder / f"{name}.txt": "".join(f"{line}\n" for line in lines)}
+    if rows.confidence is not None:
+        texts[folder / f"{name}{CONFIDENCE_SUFFIX}"] = column_text(rows.confidence)
     return texts
 
 
-def held(boxes: NDArray[np.float64]) -> NDArray[np.float64]:
+def truncate(boxes: NDArray[np.float64]) -> NDArray[np.float64]:
     """Truncate boxes to whole numbers."""
     return np.trunc(np.nan_to_num(boxes)) + 0.0
 
 
-LAYOUT = Layout(
+FORMAT = ResultFormat(
     expects="SEQ.txt with x, y, width, height between tabs",
-    holds="boxes cut off to whole pixels (zeros where there is none); confidence; no times",
+    exports="boxes truncated to whole pixels (zeros where there is none); confidence; no times",
     origin=1,
     files=files,
     fits=lambda file: "\t" in first_line(file),
     read=read,
     write=write,
-    held=held,
+    rounding=truncate,
 )

@@ -1,13 +1,14 @@
-"""A folder an experiment, `EXPERIMENT/SEQ/SEQ_001.txt` with a region a line: VOT's.
+"""Format of the VOT toolkit: `EXPERIMENT/SEQ/SEQ_001.txt` with one region per line.
 
-A line is a rectangle, a polygon, a mask, or one number: 1 where the tracker is initialised, 2 where
-it failed, 0 where there is none. Of `baseline` the tracker was begun again after failures. Beside
-lie `SEQ_001_confidence.value`, and times. Polygons and masks count as the boxes around them. Files
-`SEQ_001.bin`, which the toolkit writes by default, hold the same in single precision.
+A line is a rectangle, a polygon, a mask or one number: 1 if the tracker is initialised, 2 if it
+failed, 0 if there is no region. In the experiment `baseline`, trackers are restarted after
+failures. `SEQ_001_confidence.value` contains confidences. Polygons and masks are read as their
+bounding boxes. Files `SEQ_001.bin`, the default of the toolkit, have the same content in single
+precision.
 
-Runs from anchors (the toolkit's multistart experiment) have a file per anchor, `SEQ_00000050.txt`,
-with the number of the anchor's frame from 0 and a row per frame from there to an end of the
-sequence. These files together are one run.
+Runs from anchors (the toolkit's multistart experiment) have one file per anchor. The name
+`SEQ_00000050.txt` contains the frame of the anchor, counted from 0. The file has one row per frame
+from the anchor to the end or to the beginning of the sequence. These files together are one run.
 """
 
 import re
@@ -25,17 +26,17 @@ from trackmark.bench.exchange.formats.got10k import repetitions
 from trackmark.bench.exchange.result_format import (
     ExchangeError,
     Header,
-    Layout,
-    On,
-    Said,
+    ResultFormat,
+    ResultRows,
+    ResultSequence,
     SegmentWriter,
-    column_from,
     column_text,
     file_name,
     first_line,
-    numbers_of,
-    rounded,
-    text_of,
+    parse_numbers,
+    read_column,
+    read_text_file,
+    round_to,
 )
 from trackmark.bench.metrics.preset import State
 from trackmark.bench.protocols import parse_protocol
@@ -47,34 +48,33 @@ CODES = {0.0: State.SKIPPED, 1.0: State.INITIALISED, 2.0: State.FAILED}
 
 
 def files(folder: Path) -> Mapping[str, list[Path]]:
-    """Return the files of an experiment: of the folder itself, or of the only one in it.
-
-    Of one-pass and long-term files the second are taken, which have confidences.
-    """
-    there = [folder / name for name in EXPERIMENTS if (folder / name).is_dir()]
-    if {path.name for path in there} == {ONE_PASS, LONG_TERM}:  # as `write` has it
-        there = [folder / LONG_TERM]
-    if len(there) > 1:
-        names = ", ".join(path.name for path in there)
-        raise ExchangeError(f"{folder} holds several experiments ({names}): name one, as a path.")
-    place = there[0] if there else folder
-    anchored = _files_of(place, ANCHOR_DIGITS)
-    whole = _files_of(place)
+    """Return the files of an experiment by sequence: of the folder, or of the only one in it."""
+    experiments = [folder / name for name in EXPERIMENTS if (folder / name).is_dir()]
+    if {path.name for path in experiments} == {ONE_PASS, LONG_TERM}:
+        experiments = [folder / LONG_TERM]  # `write` makes both; only these have confidences
+    if len(experiments) > 1:
+        names = ", ".join(path.name for path in experiments)
+        raise ExchangeError(
+            f"{folder}: several experiments ({names}). Expected: one. Add its name to the path."
+        )
+    folder = experiments[0] if experiments else folder
+    anchored = _numbered_files(folder, ANCHOR_DIGITS)
+    whole = _numbered_files(folder)
     if both := anchored.keys() & whole.keys():
         raise ExchangeError(
-            f"{place / min(both)}: results from anchors and over the whole sequence. Expected: "
-            "those of one experiment. Move the others to another folder."
+            f"{folder / min(both)}: results from anchors and over the whole sequence. Expected: "
+            "results of one experiment. Move the others to another folder."
         )
-    return whole | {name: of[:1] for name, of in anchored.items()}
+    return whole | {name: paths[:1] for name, paths in anchored.items()}
 
 
-def _files_of(place: Path, digits: int = 3) -> dict[str, list[Path]]:
-    """Return the numbered files of each sequence, texts before binary files."""
-    return {**repetitions(place, ".bin", digits), **repetitions(place, digits=digits)}
+def _numbered_files(folder: Path, digits: int = 3) -> dict[str, list[Path]]:
+    """Return the numbered files by sequence; text files replace binary ones."""
+    return {**repetitions(folder, ".bin", digits), **repetitions(folder, digits=digits)}
 
 
 def parts(file: Path) -> Sequence[Path]:
-    """Return the files of all anchors if the file is that of an anchor, else the file alone."""
+    """Return the files of all anchors for the file of an anchor; for any other file only itself."""
     stem, anchor = _anchor_of(file)
     if anchor is None:
         return [file]
@@ -82,19 +82,19 @@ def parts(file: Path) -> Sequence[Path]:
 
 
 def _anchor_of(file: Path) -> tuple[str, int | None]:
-    """Return the sequence's name, and the number of the anchor that the file is named after."""
+    """Return the sequence and the anchor's frame of a file name; None if it has no anchor."""
     match = re.fullmatch(rf"(.+)_([0-9]{{{ANCHOR_DIGITS}}})", file.stem)
     return (match[1], int(match[2])) if match else (file.stem, None)
 
 
 def fits(file: Path) -> bool:
-    """Return whether it lies in the folder of an experiment, or its first line is no rectangle."""
-    known = file.parent.parent.name in EXPERIMENTS or file.suffix == ".bin"
-    return known or first_line(file).count(",") != 3
+    """Return whether a file is in the folder of an experiment, is binary or begins with a code."""
+    marked = file.parent.parent.name in EXPERIMENTS or file.suffix == ".bin"
+    return marked or first_line(file).count(",") != 3
 
 
-def read(file: Path) -> Said:
-    """Read a run: one file, or those of all anchors."""
+def read(file: Path) -> ResultRows:
+    """Read a run: one file, or the files of all anchors."""
     if _anchor_of(file)[1] is None:
         return _read_file(file)
     files = parts(file)
@@ -103,11 +103,11 @@ def read(file: Path) -> Said:
         np.full(len(segment.boxes), np.nan) if segment.confidence is None else segment.confidence
         for segment in segments
     ]
-    given = any(segment.confidence is not None for segment in segments)
-    return Said(
+    has_confidences = any(segment.confidence is not None for segment in segments)
+    return ResultRows(
         np.concatenate([segment.boxes for segment in segments]),
-        np.concatenate(confidences) if given else None,
-        remark=next((segment.remark for segment in segments if segment.remark), ""),
+        np.concatenate(confidences) if has_confidences else None,
+        simplification=next(filter(None, (segment.simplification for segment in segments)), ""),
         headers=tuple(
             Header(str(part), len(segment.boxes), _anchor_of(part)[1])
             for part, segment in zip(files, segments, strict=True)
@@ -116,94 +116,98 @@ def read(file: Path) -> Said:
     )
 
 
-def frames(headers: Sequence[Header], on: On) -> list[NDArray[Any]]:
-    """Return the frames from each anchor to that end of the sequence which the rows reach."""
-    n = len(on.boxes)
+def frames(headers: Sequence[Header], sequence: ResultSequence) -> list[NDArray[Any]]:
+    """Return the frames of each anchor: to the end or to the beginning of the sequence."""
+    n = len(sequence.boxes)
     segments = []
     for header in headers:
         anchor = header.start or 0
-        forwards, backwards = header.rows == n - anchor, header.rows == anchor + 1
+        forwards, backwards = header.n_rows == n - anchor, header.n_rows == anchor + 1
         if not forwards and not backwards:
             raise ExchangeError(
-                f"{header.place}: {header.rows} rows from anchor {anchor}. Expected: "
-                f"{max(n - anchor, 0)} to the end of {on.name} ({n} frames), or {anchor + 1} to "
+                f"{header.place}: {header.n_rows} rows from anchor {anchor}. Expected: "
+                f"{max(n - anchor, 0)} to the end of {sequence.name} ({n} frames), or "
+                f"{anchor + 1} to "
                 "its beginning."
             )
         if forwards and backwards:
-            forwards = _goes_forwards(anchor, on)
+            forwards = _goes_forwards(anchor, sequence)
         segments.append(np.arange(anchor, n) if forwards else np.arange(anchor, -1, -1))
     return segments
 
 
-def _goes_forwards(anchor: int, on: On) -> bool:
-    """Return whether an anchor in the middle goes forwards: as the data state, else the protocol.
+def _goes_forwards(anchor: int, sequence: ResultSequence) -> bool:
+    """Return whether the tracker runs forwards from an anchor in the middle of the sequence.
 
-    Raises `SequenceError` if the sequence cannot be opened.
+    The ground truth states the direction; forwards is the default. Raises `SequenceError` if the
+    sequence cannot be opened.
     """
-    values = datasets.load(on.source, truth=on.truth or None).values.get("anchor")
+    values = datasets.load(sequence.source, truth=sequence.truth or None).values.get("anchor")
     return values is None or bool(values[anchor] >= 0)
 
 
-def _read_file(file: Path) -> Said:
-    """Read boxes, states of a supervised run, and confidences from the file next to it."""
-    regions = list(_binary(file) if file.suffix == ".bin" else _text(file))
+def _read_file(file: Path) -> ResultRows:
+    """Read boxes, states of a supervised run, and confidences from their separate file."""
+    regions = list(_binary_regions(file) if file.suffix == ".bin" else _text_regions(file))
     boxes, states = np.full((len(regions), 4), np.nan), np.full(len(regions), int(State.TRACKED))
-    around = 0
+    n_simplified = 0
     for number, (place, is_mask, numbers) in enumerate(regions):
         if is_mask:
-            boxes[number] = _around_mask(numbers, place)
-            around += 1
+            boxes[number] = _mask_bounding_box(numbers, place)
+            n_simplified += 1
         elif len(numbers) == 1:
             if numbers[0] not in CODES:
-                raise ExchangeError(f"{place}: {numbers[0]:g}; a region, 0, 1 or 2 is expected.")
+                raise ExchangeError(f"{place}: {numbers[0]:g}. Expected: a region, 0, 1 or 2.")
             states[number] = CODES[numbers[0]]
         elif len(numbers) == 4:
             boxes[number] = numbers
         elif len(numbers) >= 6 and len(numbers) % 2 == 0:
             points = np.array(numbers).reshape(-1, 2)
             boxes[number] = *points.min(axis=0), *np.ptp(points, axis=0)
-            around += 1
+            n_simplified += 1
         else:
-            raise ExchangeError(f"{place}: {len(numbers)} numbers are no region.")
-    again = bool((states == State.FAILED).any()) or file.parent.parent.name == SUPERVISED
-    again = again and _anchor_of(file)[1] is None
-    return Said(
+            raise ExchangeError(f"{place}: {len(numbers)} numbers. Expected: a region.")
+    has_restarts = bool((states == State.FAILED).any()) or file.parent.parent.name == SUPERVISED
+    is_supervised = has_restarts and _anchor_of(file)[1] is None
+    return ResultRows(
         boxes,
-        column_from(file.with_name(f"{file.stem}_confidence.value"), len(regions)),
-        states if again else None,
-        remark=f"{around} polygons or masks count as the boxes around them" if around else "",
+        read_column(file.with_name(f"{file.stem}_confidence.value"), len(regions)),
+        states if is_supervised else None,
+        simplification=f"{n_simplified} polygons or masks are read as their bounding boxes"
+        if n_simplified
+        else "",
     )
 
 
-def _text(file: Path) -> Iterator[tuple[str, bool, list[float]]]:
-    """Yield the place of each line, whether it is a mask, and its numbers."""
-    for number, line in enumerate(text_of(file).rstrip().splitlines(), 1):
+def _text_regions(file: Path) -> Iterator[tuple[str, bool, list[float]]]:
+    """Yield the place of each region for messages, whether it is a mask, and its numbers."""
+    for number, line in enumerate(read_text_file(file).rstrip().splitlines(), 1):
         place = f"{file}, line {number}"
-        yield place, line.startswith("m"), numbers_of(line.removeprefix("m"), place)
+        yield place, line.startswith("m"), parse_numbers(line.removeprefix("m"), place)
 
 
-def _binary(file: Path) -> Iterator[tuple[str, bool, list[float]]]:
-    """Yield the same for a binary file: version and length, then kind and numbers by region."""
+def _binary_regions(file: Path) -> Iterator[tuple[str, bool, list[float]]]:
+    """Yield the same of a binary file: version and length, then kind and numbers of each region."""
     try:
         data = file.read_bytes()
     except OSError as error:
-        raise ExchangeError(f"{file}: this can't be read ({error.strerror}).") from error
-    at = 0
+        raise ExchangeError(f"{file}: cannot be read ({error.strerror}).") from error
+    offset = 0
 
     def read(form: str, place: str) -> tuple[float, ...]:
-        nonlocal at
+        nonlocal offset
         try:
-            values = struct.unpack_from(f"<{form}", data, at)
+            values = struct.unpack_from(f"<{form}", data, offset)
         except struct.error:
             raise ExchangeError(
                 f"{place}: unexpected end of file. Download the file again."
             ) from None
-        at += struct.calcsize(f"<{form}")
+        offset += struct.calcsize(f"<{form}")
         return values
 
-    version, length = read("hI", f"{file}, its head")
+    version, length = read("hI", f"{file}, header")
     if version != 1:
-        raise ExchangeError(f"{file}: this is of version {version}; version 1 is read.")
+        raise ExchangeError(f"{file}: version {version} of the binary format. Expected: version 1.")
     for number in range(1, int(length) + 1):
         place = f"{file}, region {number}"
         (kind,) = read("B", place)
@@ -219,17 +223,22 @@ def _binary(file: Path) -> Iterator[tuple[str, bool, list[float]]]:
             yield place, True, [*part, *read(f"{int(runs)}H", place)]
         else:
             raise ExchangeError(
-                f"{place}: there is no kind {kind} of regions. Download the file again."
+                f"{place}: unknown kind of region {kind}. Expected: 0 to 3. Download the "
+                "file again."
             )
-    if behind := len(data) - at:
-        raise ExchangeError(f"{file}: there are {behind} bytes behind its {length} regions.")
+    if rest := len(data) - offset:
+        raise ExchangeError(
+            f"{file}: {rest} bytes after the last of {length} regions. Download the file again."
+        )
 
 
-def _around_mask(numbers: list[float], place: str) -> NDArray[np.float64]:
-    """Return the box around a mask: left, top, width, height, then run lengths off, on, off, …."""
+def _mask_bounding_box(numbers: list[float], place: str) -> NDArray[np.float64]:
+    """Return the bounding box of a mask: left, top, width, height, run lengths off, on, off, …."""
     whole = np.array(numbers)
     if len(whole) < 4 or not (whole == np.floor(whole)).all() or (whole[2:] < 0).any():
-        raise ExchangeError(f"{place}: this is no mask.")
+        raise ExchangeError(
+            f"{place}: not a mask. Expected: m and whole numbers: x, y, width, height, run lengths."
+        )
     left, top, width, height = whole[:4].tolist()
     ends = np.cumsum(whole[4:])
     if not np.isfinite(whole).all() or (len(ends) and ends[-1] > width * height):
@@ -239,89 +248,89 @@ def _around_mask(numbers: list[float], place: str) -> NDArray[np.float64]:
     if not len(first):
         return np.full(4, np.nan)
     rows = first // width, last // width
-    across = bool((rows[0] != rows[1]).any())
-    x = 0.0 if across else (first % width).min()
-    right = width - 1 if across else (last % width).max()
+    # A run over several rows reaches the left and the right side of the mask.
+    spans_rows = bool((rows[0] != rows[1]).any())
+    x = 0.0 if spans_rows else (first % width).min()
+    right = width - 1 if spans_rows else (last % width).max()
     y, bottom = rows[0].min(), rows[1].max()
     return np.array([left + x, top + y, right - x + 1, bottom - y + 1])
 
 
-def write(folder: Path, sequence: str, repetition: int, said: Said) -> Mapping[Path, str]:
-    """Return the texts of a run; a one-pass run with confidences is in two experiments.
+def write(folder: Path, sequence: str, repetition: int, rows: ResultRows) -> Mapping[Path, str]:
+    """Return the texts of a run; a one-pass run with confidences is written to two experiments.
 
-    So one experiment holds all trackers, those with confidences and those without.
+    The experiment for one-pass runs thus contains all trackers, with and without confidences.
     """
-    if said.states is not None:
-        return written(folder / SUPERVISED, sequence, repetition, said)
-    made = dict(written(folder / ONE_PASS, sequence, repetition, said))
-    if said.confidence is not None:
-        made |= written(folder / LONG_TERM, sequence, repetition, said)
-    return made
+    if rows.states is not None:
+        return experiment_texts(folder / SUPERVISED, sequence, repetition, rows)
+    texts = dict(experiment_texts(folder / ONE_PASS, sequence, repetition, rows))
+    if rows.confidence is not None:
+        texts |= experiment_texts(folder / LONG_TERM, sequence, repetition, rows)
+    return texts
 
 
-def written(place: Path, sequence: str, repetition: int, said: Said) -> Mapping[Path, str]:
-    """Return the texts of a run, in the folder of an experiment."""
+def experiment_texts(
+    folder: Path, sequence: str, repetition: int, rows: ResultRows
+) -> Mapping[Path, str]:
+    """Return the texts of a run in the folder of an experiment."""
     name = file_name(sequence)
-    return _texts(place / name / f"{name}_{repetition + 1:03}.txt", said)
+    return _texts(folder / name / f"{name}_{repetition + 1:03}.txt", rows)
 
 
 def write_anchors(
-    folder: Path, sequence: str, segments: Sequence[tuple[NDArray[Any], Said]]
+    folder: Path, sequence: str, segments: Sequence[tuple[NDArray[Any], ResultRows]]
 ) -> Mapping[Path, str]:
-    """Return the texts of a run from anchors, in the folder of the toolkit's experiment.
-
-    Boxes are written to the last digit, so that scores stay equal.
-    """
+    """Return the texts of a run from anchors, with boxes to the last digit: scores stay equal."""
     name = file_name(sequence)
     texts: dict[Path, str] = {}
-    for numbers, said in segments:
+    for frames, rows in segments:
         # A segment over the whole sequence begins with the first frame that has a target.
-        first = int(np.isfinite(said.boxes).all(axis=1).argmax())
-        rows = slice(first, None)
-        confidence = None if said.confidence is None else said.confidence[rows]
-        path = folder / SUPERVISED / name / f"{name}_{int(numbers[first]):0{ANCHOR_DIGITS}}.txt"
-        part = replace(said, boxes=said.boxes[rows], confidence=confidence)
+        first = int(np.isfinite(rows.boxes).all(axis=1).argmax())
+        confidence = None if rows.confidence is None else rows.confidence[first:]
+        path = folder / SUPERVISED / name / f"{name}_{int(frames[first]):0{ANCHOR_DIGITS}}.txt"
+        part = replace(rows, boxes=rows.boxes[first:], confidence=confidence)
         texts |= _texts(path, part, repr)
     return texts
 
 
-def segments(protocol: str) -> SegmentWriter | None:
-    """Return the writer of runs from anchors."""
+def segment_writer(protocol: str) -> SegmentWriter | None:
+    """Return the writer of runs from anchors; None for other protocols."""
     return write_anchors if parse_protocol(protocol).name == ANCHORS else None
 
 
 def _texts(
-    path: Path, said: Said, text_of_number: Callable[[float], str] = "{:.4f}".format
+    path: Path, rows: ResultRows, text_of_number: Callable[[float], str] = "{:.4f}".format
 ) -> dict[Path, str]:
-    """Return the text of rows with a region a line, and that of their confidences."""
-    present = np.isfinite(said.boxes).all(axis=1)
+    """Return the text with one region per line, and the text of the confidences."""
+    present = np.isfinite(rows.boxes).all(axis=1)
     states = np.where(present, State.TRACKED, State.SKIPPED)
     states[present.argmax()] = State.INITIALISED
-    if said.states is not None:
-        states = said.states
+    if rows.states is not None:
+        states = rows.states
     codes = {state: f"{code:.0f}" for code, state in CODES.items()}
-    rows = [
+    lines = [
         codes.get(State(state), ",".join(map(text_of_number, box)))
-        for state, box in zip(states.tolist(), said.boxes.tolist(), strict=True)
+        for state, box in zip(states.tolist(), rows.boxes.tolist(), strict=True)
     ]
-    texts = {path: "".join(f"{row}\n" for row in rows)}
-    if said.confidence is not None and np.isfinite(said.confidence).any():
-        texts[path.with_name(f"{path.stem}_confidence.value")] = column_text(said.confidence)
+    texts = {path: "".join(f"{line}\n" for line in lines)}
+    if rows.confidence is not None and np.isfinite(rows.confidence).any():
+        texts[path.with_name(f"{path.stem}_confidence.value")] = column_text(rows.confidence)
     return texts
 
 
-LAYOUT = Layout(
-    expects="SEQ/SEQ_001.txt with a region a line, in baseline, unsupervised, longterm or realtime",
-    holds="boxes to 4 decimals (anchors: all) but for the first, the truth's; confidence; no times",
+FORMAT = ResultFormat(
+    expects="SEQ/SEQ_001.txt with a region per line, in baseline, unsupervised, longterm or "
+    "realtime",
+    exports="boxes to 4 decimals (anchors: all) except the init box; confidence; no times",
     origin=0,
     files=files,
     fits=fits,
     read=read,
     write=write,
-    held=rounded(4),
-    repeats=True,
+    rounding=round_to(4),
+    has_repetitions=True,
     parts=parts,
     frames=frames,
-    segments=segments,
-    holds_segments="anchors",
+    segment_writer=segment_writer,
+    segment_protocols="anchors",
 )

@@ -59,14 +59,14 @@ def test_report_adds_imported_results_and_stores_nothing(trackmark, workspace, i
     before = sorted(path.name for path in (workspace / "results" / "ours").rglob("*"))
     options = ("--results-of", f"MINE={imported}", "--metrics", "native,otb", "--folder", "report")
     done = trackmark("report", "results/ours", *options)
-    assert "not asked for: Unused" in done.stderr
+    assert "not requested are not imported: Unused" in done.stderr
     overlaps = scores(workspace, "otb", "mean_overlap")
     assert overlaps["static", "Small"] == 1
     assert overlaps["MINE", "Small"] == pytest.approx((1 + 4 * 9 / 11) / 5)
     assert (workspace / "report" / "strip-Small.png").is_file()
     assert sorted(path.name for path in (workspace / "results" / "ours").rglob("*")) == before
     refused = trackmark("report", "results/ours", "--results-of", f"static={imported}", status=2)
-    assert "has runs of static already" in refused.stderr
+    assert "already has runs of static" in refused.stderr
 
 
 def test_compare_takes_imported_results_by_any_preset(trackmark, imported):
@@ -95,7 +95,7 @@ def test_damaged_imported_file_is_one_message(trackmark, workspace, imported, on
 def test_exported_results_are_imported_with_equal_scores(trackmark, imported, form):
     trackmark("results", "import", f"MINE={imported}", "--sequences", TWO, "--name", "first")
     done = trackmark("results", "export", "results/first", "there", "--as", form)
-    assert done.stderr.startswith(f"{form} keeps ")
+    assert done.stderr.startswith(f"{form} contains ")
     again = f"MINE={form}:there/MINE"
     trackmark("results", "import", again, "--sequences", TWO, "--name", "second")
     first, second = (

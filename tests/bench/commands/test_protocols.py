@@ -137,4 +137,4 @@ def test_supervised_runs_are_imported_with_equal_scores(trackmark, workspace, ot
     assert theirs == pytest.approx(ours, abs=1e-3, nan_ok=True)
     trackmark(*run, "--protocol", "sre")
     message = trackmark(*export, "--protocol", "sre", status=2).stderr
-    assert "vot has no room for runs by 'sre'" in message
+    assert "vot: the format cannot represent runs by 'sre'" in message

@@ -123,14 +123,14 @@ def test_sequence_without_ground_truth_is_shown_but_not_run(trackmark, one_line,
     trackmark("show", images, "--output", "shown.png")
     assert cv2.imread(str(workspace / "shown.png")) is not None
     message = one_line(trackmark(*RUN, images, status=2))
-    assert "there is no truth" in message
+    assert "there is no ground truth" in message
     assert "--truth" in message
 
 
 @pytest.mark.parametrize(
     ("name", "truth", "words"),
     [
-        ("TooMany", "5,6,10,12\n" * 7, "7 truth rows for 5 images"),
+        ("TooMany", "5,6,10,12\n" * 7, "7 ground-truth rows for 5 images"),
         ("NoSize", "5,6,0,12\n" * 5, "groundtruth_rect.txt"),
         ("Outside", "500,600,10,12\n" * 5, "outside"),
     ],

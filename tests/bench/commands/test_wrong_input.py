@@ -54,7 +54,7 @@ describe nonsense | nonsense
 describe camshit | Did you mean the tracker 'camshift'?
 describe kcf:preset=as-written | Did you mean the tracker 'opencv-kcf'?
 describe '' | empty
-describe data/Small/img --attributes | there is no truth
+describe data/Small/img --attributes | there is no ground truth
 report nowhere | nowhere
 report data --metrics '' | at least one preset
 report data --metrics otbb | Did you mean 'otb'?

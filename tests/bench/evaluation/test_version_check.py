@@ -11,10 +11,10 @@ from trackmark import trackers
 from trackmark.bench.evaluation import version_check as command
 from trackmark.bench.evaluation.version_check import SHORT, Sealed, golden_boxes, sealed
 from trackmark.datasets.source_digest import library_versions
-from trackmark.datasets.versioning import Seal, read_seals, write_seals
+from trackmark.datasets.versioning import VersionEntry, read_versions, write_versions
 
 GOLDEN = {"suite/one": {"images": "12"}}
-OLD = Seal(["abc"], "old tree", GOLDEN, ["numpy"])
+OLD = VersionEntry(["abc"], "old tree", GOLDEN, ["numpy"])
 
 
 @pytest.fixture
@@ -23,7 +23,7 @@ def sealing(tmp_path, monkeypatch):
     file = tmp_path / "golden.json"
 
     def seal(present, images, *arguments, tree="new tree"):
-        write_seals(file, {} if present is None else {"suite/one": present})
+        write_versions(file, {} if present is None else {"suite/one": present})
         one = Sealed(
             "suite/one",
             file,
@@ -36,13 +36,13 @@ def sealing(tmp_path, monkeypatch):
         )
         monkeypatch.setattr(command, "sealed", lambda: iter([one]))
         answer = CliRunner().invoke(command.main, arguments)
-        return answer, read_seals(file).get("suite/one")
+        return answer, read_versions(file).get("suite/one")
 
     return seal
 
 
 SAME = replace(OLD, tree="new tree")
-NEW = Seal([2], "new tree", {"suite/one": {"images": "13"}}, ["cv2"])
+NEW = VersionEntry([2], "new tree", {"suite/one": {"images": "13"}}, ["cv2"])
 ALLOWED = ["--new", "suite/one"]
 
 
@@ -56,7 +56,7 @@ ALLOWED = ["--new", "suite/one"]
         pytest.param(OLD, "13", "old tree", [], 0, "", OLD, id="not rendered again"),
         pytest.param(
             *(None, "12", "new tree", [], 0, "first time"),
-            Seal([1], "new tree", GOLDEN, ["cv2"]),
+            VersionEntry([1], "new tree", GOLDEN, ["cv2"]),
             id="first version",
         ),
         pytest.param(OLD, "12", "new tree", ["--only", "other/"], 0, "", OLD, id="left out"),
@@ -73,7 +73,7 @@ def test_version_changes_only_if_digests_do(
 
 @cache
 def tracker_seals():
-    return read_seals(Path(trackers.__file__).with_name("golden.json"))
+    return read_versions(Path(trackers.__file__).with_name("golden.json"))
 
 
 def test_every_tracker_has_a_seal():

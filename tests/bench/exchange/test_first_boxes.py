@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from trackmark.bench.exchange.importing import Guest, On, import_results
+from trackmark.bench.exchange.importing import ImportedTracker, ResultSequence, import_results
 from trackmark.bench.exchange.result_format import ExchangeError
 from trackmark.bench.store.results import Results
 
@@ -16,7 +16,7 @@ TRUTH = np.array([[50, 46, 25, 62], [52, 45, 25, 61], [55, 44, 25, 60], [57, 44,
 ONE_BASED = TRUTH + [1, 1, 0, 0]
 
 
-def as_corners(boxes):
+def to_corners(boxes):
     return np.column_stack([boxes[:, :2], boxes[:, :2] + boxes[:, 2:]])
 
 
@@ -24,7 +24,7 @@ def text(boxes):
     return "".join(",".join(f"{value:g}" for value in box) + "\n" for box in boxes)
 
 
-def imported(folder, boxes, kind="otb", truth=TRUTH, **header):
+def import_boxes(folder, boxes, kind="otb", truth=TRUTH, **header):
     """Import a file and return the run and the messages."""
     theirs = folder / "theirs"
     theirs.mkdir()
@@ -34,8 +34,10 @@ def imported(folder, boxes, kind="otb", truth=TRUTH, **header):
     else:
         (theirs / "Couple.txt").write_text(text(boxes))
     messages = []
-    on = On("Couple", "fingerprint", truth, "/data/Couple")
-    import_results([Guest("theirs", kind, theirs)], [on], folder / "results", messages.append)
+    on = ResultSequence("Couple", "fingerprint", truth, "/data/Couple")
+    import_results(
+        [ImportedTracker("theirs", kind, theirs)], [on], folder / "results", messages.append
+    )
     results = Results(folder / "results")
     (run,) = map(results.read, results.cells())
     return run, messages
@@ -44,23 +46,23 @@ def imported(folder, boxes, kind="otb", truth=TRUTH, **header):
 @pytest.mark.parametrize("kind", ["otb", "otb-json"])
 @pytest.mark.parametrize("offset", [0, 1, -1, None], ids=["from 1", "more", "inclusive", "zeros"])
 def test_import_refuses_corners(kind, offset, tmp_path):
-    corners = as_corners(ONE_BASED) + ([0, 0, -1, -1] if offset == -1 else [offset or 0] * 4)
+    corners = to_corners(ONE_BASED) + ([0, 0, -1, -1] if offset == -1 else [offset or 0] * 4)
     if offset is None:  # in lost frames
         corners[2] = 0
     with pytest.raises(ExchangeError, match=r"as corners x1, y1.*subtract x1 from x2") as error:
-        imported(tmp_path, corners, kind)
+        import_boxes(tmp_path, corners, kind)
     assert str(error.value).startswith(str(tmp_path / "theirs" / "Couple"))
 
 
 def test_import_refuses_inclusive_corners_of_a_small_box(tmp_path):
     truth = np.array([[50, 46, 6, 8]] * 4, float)
     with pytest.raises(ExchangeError, match="as corners"):
-        imported(tmp_path, as_corners(truth + [1, 1, 0, 0]) - [0, 0, 1, 1], truth=truth)
+        import_boxes(tmp_path, to_corners(truth + [1, 1, 0, 0]) - [0, 0, 1, 1], truth=truth)
 
 
 def test_import_reads_boxes_near_the_origin_as_boxes(tmp_path):
     truth = np.array([[1, 2, 20, 30]] * 4, float)
-    run, messages = imported(tmp_path, truth + [1, 1, 0, 0], truth=truth)
+    run, messages = import_boxes(tmp_path, truth + [1, 1, 0, 0], truth=truth)
     np.testing.assert_array_equal(run.boxes, truth)
     assert not messages
 
@@ -77,14 +79,14 @@ def test_import_reads_boxes_near_the_origin_as_boxes(tmp_path):
     ],
 )
 def test_import_accepts_a_close_first_box(first, tmp_path):
-    run, messages = imported(tmp_path, np.vstack([first, ONE_BASED[1:]]))
+    run, messages = import_boxes(tmp_path, np.vstack([first, ONE_BASED[1:]]))
     np.testing.assert_array_equal(run.boxes[0], TRUTH[0])
     assert not any("overlaps the ground truth" in message for message in messages)
 
 
 @pytest.mark.parametrize("first", [[200, 150, 25, 62], [0, 0, 0, 0], [51, 47, 9, 20]])
 def test_import_reports_a_first_box_that_does_not_fit(first, tmp_path):
-    _, (message,) = imported(tmp_path, np.vstack([first, ONE_BASED[1:]]))
+    _, (message,) = import_boxes(tmp_path, np.vstack([first, ONE_BASED[1:]]))
     assert "Couple.txt: the first box (" in message
     assert "overlaps the ground truth (50, 46, 25, 62) by 0." in message
     assert "Check that the file is for this sequence" in message
@@ -105,7 +107,7 @@ def test_import_reports_a_first_box_that_does_not_fit(first, tmp_path):
 )
 def test_otb_json_header_of_other_frames_is_refused(header, words, tmp_path):
     with pytest.raises(ExchangeError, match=r"Couple.json: ") as error:
-        imported(tmp_path, ONE_BASED, "otb-json", **header)
+        import_boxes(tmp_path, ONE_BASED, "otb-json", **header)
     assert words in str(error.value)
 
 
@@ -120,7 +122,7 @@ def test_otb_json_header_of_other_frames_is_refused(header, words, tmp_path):
     ],
 )
 def test_otb_json_header_of_the_same_frames_is_accepted(header, tmp_path):
-    run, messages = imported(tmp_path, ONE_BASED, "otb-json", **header)
+    run, messages = import_boxes(tmp_path, ONE_BASED, "otb-json", **header)
     np.testing.assert_array_equal(run.boxes, TRUTH)
     assert not messages
 
@@ -129,9 +131,9 @@ def test_otb_json_header_counts_image_files_of_otb(tmp_path):
     (tmp_path / "theirs").mkdir()
     record = {"res": ONE_BASED.tolist(), "seqName": "David", "startFrame": 300, "endFrame": 303}
     (tmp_path / "theirs" / "David.json").write_text(json.dumps([record]))
-    on = On("David", "fingerprint", TRUTH, "/data/David")
-    guests = [Guest("theirs", "otb-json", tmp_path / "theirs")]
-    assert import_results(guests, [on], tmp_path / "results", pytest.fail) == 1
+    on = ResultSequence("David", "fingerprint", TRUTH, "/data/David")
+    trackers = [ImportedTracker("theirs", "otb-json", tmp_path / "theirs")]
+    assert import_results(trackers, [on], tmp_path / "results", pytest.fail) == 1
 
 
 @pytest.mark.skipif(not PUBLISHED.is_dir(), reason="published boxes lie beside the project alone")

@@ -7,66 +7,69 @@ import numpy as np
 import pytest
 
 from trackmark.bench import exchange
-from trackmark.bench.exchange.importing import Guest, On, guest, import_results
-from trackmark.bench.exchange.result_format import ExchangeError, Said
+from trackmark.bench.exchange.importing import (
+    ImportedTracker,
+    ResultSequence,
+    import_results,
+    parse_imported_tracker,
+)
+from trackmark.bench.exchange.result_format import ExchangeError, ResultRows
 from trackmark.bench.metrics.preset import State
 from trackmark.bench.store.results import Results
 
 FRAMES = 12
 
 
-def walked(seed=0):
-    """Boxes with many digits, some beyond the image's border."""
+def digit_boxes(seed=0):
+    """Return boxes with many digits, some of them outside of the image."""
     random = np.random.default_rng(seed)
-    place = random.uniform(-9, 90, (FRAMES, 2))
-    return np.column_stack([place, random.uniform(1, 40, (FRAMES, 2))])
+    corners = random.uniform(-9, 90, (FRAMES, 2))
+    return np.column_stack([corners, random.uniform(1, 40, (FRAMES, 2))])
 
 
-def written(kind, folder, said, sequence="Some-one_1", repetition=0):
-    made = exchange.layout(kind).write(folder, sequence, repetition, said)
-    for path, text in made.items():
+def write_results(kind, folder, rows, sequence="Some-one_1", repetition=0):
+    texts = exchange.load_format(kind).write(folder, sequence, repetition, rows)
+    for path, text in texts.items():
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text)
-    return list(made)
+    return list(texts)
 
 
-def on(boxes, name="Some-one_1"):
-    return On(name, f"fingerprint {name}", boxes, f"/data/{name}")
-
-
-def imported(kind, folder, truth, target, told=None):
-    tell = [].append if told is None else told.append
-    import_results([Guest("theirs", kind, folder)], [on(truth)], target, tell)
+def import_tracker(kind, folder, truth, target, messages=None):
+    on_message = [].append if messages is None else messages.append
+    name = "Some-one_1"
+    sequence = ResultSequence(name, f"fingerprint {name}", truth, f"/data/{name}")
+    import_results([ImportedTracker("theirs", kind, folder)], [sequence], target, on_message)
     results = Results(target)
     return [results.read(path) for path in results.cells()]
 
 
-every_layout = pytest.mark.parametrize("kind", exchange.names())
+every_format = pytest.mark.parametrize("kind", exchange.format_names())
 
 
-@every_layout
+@every_format
 @pytest.mark.parametrize("origin", [0, 1])
-def test_round_trip_keeps_boxes_and_layout_is_recognised(kind, origin, tmp_path):
-    boxes, form = walked(), exchange.layout(kind)
-    assert "SEQ" in form.expects
+def test_round_trip_keeps_boxes_and_format_is_detected(kind, origin, tmp_path):
+    boxes, result_format = digit_boxes(), exchange.load_format(kind)
+    assert "SEQ" in result_format.expects
     shift = np.array([origin, origin, 0, 0])
     theirs = tmp_path / "theirs"
-    written(kind, theirs, Said(boxes + shift, seconds=np.full(FRAMES, 0.01)))
-    told = []
+    write_results(kind, theirs, ResultRows(boxes + shift, seconds=np.full(FRAMES, 0.01)))
+    messages = []
     # In VOT's files a special code stands for the first box, and shows no origin.
-    start = form.origin if kind == "vot" else origin
-    (run,) = imported(kind, theirs, boxes, tmp_path / "results", told)
-    kept = form.held(boxes + shift) - [start, start, 0, 0]
+    start = result_format.origin if kind == "vot" else origin
+    (run,) = import_tracker(kind, theirs, boxes, tmp_path / "results", messages)
+    expected = result_format.rounding(boxes + shift) - [start, start, 0, 0]
     np.testing.assert_array_equal(run.boxes[0], boxes[0])
-    np.testing.assert_allclose(run.boxes[1:], kept[1:], rtol=0, atol=1e-9)
-    assert not told
+    np.testing.assert_allclose(run.boxes[1:], expected[1:], rtol=0, atol=1e-9)
+    assert not messages
     assert run.circumstances["source"] == "/data/Some-one_1"
     # The texts of pysot look like those of OTB.
-    assert guest(f"theirs={theirs}").layout == ("otb" if kind == "pysot" else kind)
-    assert guest(f"theirs={kind}:{theirs}").layout == kind
+    assert parse_imported_tracker(f"theirs={theirs}").format == ("otb" if kind == "pysot" else kind)
+    assert parse_imported_tracker(f"theirs={kind}:{theirs}").format == kind
 
 
-THEIRS = {
+TOOLKIT_READERS = {
     # got10k, experiments/otb.py and got10k.py
     "otb": lambda file: np.loadtxt(file, delimiter=","),
     "got10k": lambda file: np.loadtxt(file, delimiter=","),
@@ -81,28 +84,29 @@ THEIRS = {
 }
 
 
-@pytest.mark.parametrize("kind", THEIRS)
-def test_files_are_read_by_code_of_the_toolkits(kind, tmp_path):
-    (file, *_) = written(kind, tmp_path, Said(walked()))
-    kept = exchange.layout(kind).held(walked())
-    np.testing.assert_allclose(THEIRS[kind](file), kept, rtol=0, atol=1e-12)
+@pytest.mark.parametrize("kind", TOOLKIT_READERS)
+def test_toolkit_code_reads_exported_files(kind, tmp_path):
+    (file, *_) = write_results(kind, tmp_path, ResultRows(digit_boxes()))
+    expected = exchange.load_format(kind).rounding(digit_boxes())
+    np.testing.assert_allclose(TOOLKIT_READERS[kind](file), expected, rtol=0, atol=1e-12)
 
 
 CONFIDENCE = np.r_[np.nan, np.linspace(-3, 7, FRAMES - 1)]
 
 
 def test_pytracking_truncates_and_got10k_has_one_time_file(tmp_path):
-    held = exchange.layout("pytracking").held(np.array([[1.9, -1.9, 2.5, np.nan]]))
-    assert held.tolist() == [[1, -1, 2, 0]]
-    files = [len(written("got10k", tmp_path, Said(walked()), repetition=k)) for k in (0, 1)]
-    assert files == [2, 1]
+    truncated = exchange.load_format("pytracking").rounding(np.array([[1.9, -1.9, 2.5, np.nan]]))
+    assert truncated.tolist() == [[1, -1, 2, 0]]
+    rows = ResultRows(digit_boxes())
+    n_files = [len(write_results("got10k", tmp_path, rows, repetition=k)) for k in (0, 1)]
+    assert n_files == [2, 1]
 
 
 @pytest.mark.parametrize(("kind", "place"), [("pysot", "."), ("vot", "unsupervised")])
 def test_one_folder_holds_runs_with_and_without_confidences(kind, place, tmp_path):
     paths = []
     for name, confidence in (("with", CONFIDENCE), ("without", None)):
-        written(kind, tmp_path / name, Said(walked(), confidence))
+        write_results(kind, tmp_path / name, ResultRows(digit_boxes(), confidence))
         folder = tmp_path / name / place
         paths.append({path.relative_to(folder) for path in folder.rglob("*")})
     assert paths[1] <= paths[0]
@@ -114,8 +118,8 @@ def test_one_folder_holds_runs_with_and_without_confidences(kind, place, tmp_pat
 
 @pytest.mark.parametrize("kind", ["pysot", "pytracking", "vot"])
 def test_confidences_make_the_round_trip(kind, tmp_path):
-    written(kind, tmp_path / "theirs", Said(walked(), CONFIDENCE))
-    (run,) = imported(kind, tmp_path / "theirs", walked(), tmp_path / "results")
+    write_results(kind, tmp_path / "theirs", ResultRows(digit_boxes(), CONFIDENCE))
+    (run,) = import_tracker(kind, tmp_path / "theirs", digit_boxes(), tmp_path / "results")
     np.testing.assert_array_equal(run.confidence, CONFIDENCE)
 
 
@@ -123,22 +127,22 @@ def test_confidences_make_the_round_trip(kind, tmp_path):
 def test_states_of_supervised_runs_make_the_round_trip(kind, tmp_path):
     states = np.full(FRAMES, State.TRACKED)
     states[[0, 8]], states[3], states[4:8] = State.INITIALISED, State.FAILED, State.SKIPPED
-    written(kind, tmp_path / "theirs", Said(walked(), states=states))
-    (run,) = imported(kind, tmp_path / "theirs", walked(), tmp_path / "results")
+    write_results(kind, tmp_path / "theirs", ResultRows(digit_boxes(), states=states))
+    (run,) = import_tracker(kind, tmp_path / "theirs", digit_boxes(), tmp_path / "results")
     np.testing.assert_array_equal(run.states, states)
     np.testing.assert_array_equal(np.isfinite(run.boxes[1:, 0]), states[1:] == State.TRACKED)
 
 
-@every_layout
+@every_format
 def test_repetitions_have_a_file_each_if_there_is_room(kind, tmp_path):
     for number in range(2):
-        written(kind, tmp_path / "theirs", Said(walked(number)), repetition=number)
-    runs = imported(kind, tmp_path / "theirs", walked(), tmp_path / "results")
-    assert len(runs) == (2 if exchange.layout(kind).repeats else 1)
+        write_results(kind, tmp_path / "theirs", ResultRows(digit_boxes(number)), repetition=number)
+    runs = import_tracker(kind, tmp_path / "theirs", digit_boxes(), tmp_path / "results")
+    assert len(runs) == (2 if exchange.load_format(kind).has_repetitions else 1)
     assert [run.identity.repetition for run in runs] == list(range(len(runs)))
 
 
-@pytest.mark.parametrize("kind", sorted({*exchange.names()} - {"otb-json"}))
+@pytest.mark.parametrize("kind", sorted({*exchange.format_names()} - {"otb-json"}))
 @pytest.mark.parametrize(
     ("harm", "words"),
     [
@@ -150,21 +154,21 @@ def test_repetitions_have_a_file_each_if_there_is_room(kind, tmp_path):
     ],
 )
 def test_damaged_file_is_reported_by_name_and_line(kind, harm, words, tmp_path):
-    (file, *_) = written(kind, tmp_path / "theirs", Said(walked()))
+    (file, *_) = write_results(kind, tmp_path / "theirs", ResultRows(digit_boxes()))
     file.write_text(harm(file.read_text()))
     with pytest.raises(ExchangeError) as raised:
-        imported(kind, tmp_path / "theirs", walked(), tmp_path / "results")
-    said = str(raised.value)
-    assert str(file) in said
-    assert "line" in said
-    assert words in said
-    assert "\n" not in said
+        import_tracker(kind, tmp_path / "theirs", digit_boxes(), tmp_path / "results")
+    message = str(raised.value)
+    assert str(file) in message
+    assert "line" in message
+    assert words in message
+    assert "\n" not in message
 
 
-@every_layout
+@every_format
 @pytest.mark.parametrize("tries", [300, pytest.param(10_000, marks=pytest.mark.weekly)])
 def test_damaged_bytes_give_boxes_or_an_error(kind, tries, tmp_path):
-    (file, *_) = written(kind, tmp_path, Said(walked()))
+    (file, *_) = write_results(kind, tmp_path, ResultRows(digit_boxes()))
     whole, random = file.read_bytes(), np.random.default_rng(0)
     refused = []
     for _ in range(tries):
@@ -173,38 +177,40 @@ def test_damaged_bytes_give_boxes_or_an_error(kind, tries, tmp_path):
             content[place] = random.choice([*b'\n\t ,.-e0m[]{}"', random.integers(256)])
         file.write_bytes(bytes(content))
         try:
-            said = exchange.layout(kind).read(file)
+            rows = exchange.load_format(kind).read(file)
         except ExchangeError as error:
             refused.append(str(error))
         else:
-            assert said.boxes.ndim == 2
-            assert said.boxes.shape[1] == 4
+            assert rows.boxes.ndim == 2
+            assert rows.boxes.shape[1] == 4
     assert tries / 6 < len(refused) < tries
     assert all(str(file) in line and "\n" not in line for line in refused)
 
 
-@every_layout
+@every_format
 def test_missing_sequence_is_reported_with_those_present(kind, tmp_path):
-    written(kind, tmp_path / "theirs", Said(walked()), sequence="Other")
-    with pytest.raises(ExchangeError, match=r"no results on Some-one_1.*there are Other"):
-        imported(kind, tmp_path / "theirs", walked(), tmp_path / "results")
+    write_results(kind, tmp_path / "theirs", ResultRows(digit_boxes()), sequence="Other")
+    with pytest.raises(ExchangeError, match=r"no results on Some-one_1.*There are Other"):
+        import_tracker(kind, tmp_path / "theirs", digit_boxes(), tmp_path / "results")
 
 
 def test_sequence_names_are_compared_by_letters(tmp_path):
-    theirs, told = tmp_path / "theirs", []
+    theirs, messages = tmp_path / "theirs", []
     for number in range(2):  # changed results replace imported ones
-        written("otb", theirs, Said(walked(number)), sequence="some.one-1")
-        (run,) = imported("otb", theirs, walked(), tmp_path / "results", told)
+        write_results("otb", theirs, ResultRows(digit_boxes(number)), sequence="some.one-1")
+        (run,) = import_tracker("otb", theirs, digit_boxes(), tmp_path / "results", messages)
         assert run.identity.sequence == "Some-one_1"
-        np.testing.assert_allclose(run.boxes[5, 2:], walked(number)[5, 2:], atol=1e-4)
-    assert "taken to count from 1" in told[-1]
-    written("otb", theirs, Said(walked(1)), sequence="Other")
-    imported("otb", theirs, walked(), tmp_path / "results", told)
-    assert told[-1] == f"{theirs}: not taken, as their sequences are not asked for: Other."
+        np.testing.assert_allclose(run.boxes[5, 2:], digit_boxes(number)[5, 2:], atol=1e-4)
+    assert "they count from 1" in messages[-1]
+    write_results("otb", theirs, ResultRows(digit_boxes(1)), sequence="Other")
+    import_tracker("otb", theirs, digit_boxes(), tmp_path / "results", messages)
+    assert messages[-1] == (
+        f"{theirs}: results on sequences that were not requested are not imported: Other."
+    )
 
 
 def region_file(folder, line):
-    """Write a file of VOT with the same region in every frame after the first."""
+    """Write a file in the format of VOT with the same region in every frame after the first."""
     file = folder / "unsupervised" / "Some-one_1" / "Some-one_1_001.txt"
     file.parent.mkdir(parents=True)
     file.write_text("1\n" + f"{line}\n" * (FRAMES - 1))
@@ -220,16 +226,17 @@ def region_file(folder, line):
         ("0", [np.nan] * 4),
     ],
 )
-def test_regions_of_vot_count_as_the_boxes_around_them(region, box, tmp_path):
-    told = []
+def test_regions_of_vot_are_read_as_bounding_boxes(region, box, tmp_path):
+    messages = []
     region_file(tmp_path / "theirs", region)
-    (run,) = imported("vot", tmp_path / "theirs", walked(), tmp_path / "results", told)
+    theirs, target = tmp_path / "theirs", tmp_path / "results"
+    (run,) = import_tracker("vot", theirs, digit_boxes(), target, messages)
     np.testing.assert_array_equal(run.boxes[1:], [box] * (FRAMES - 1))
-    assert bool(told) == ("," in region)
+    assert bool(messages) == ("," in region)
 
 
 def binary(rows):
-    """A file of vot-toolkit's, as its `region/io.py` packs it, of rows as its texts have them."""
+    """Pack rows of a text file into a binary file as `region/io.py` of vot-toolkit does."""
     packed = [struct.pack("<hI", 1, len(rows))]
     for row in rows:
         if row.startswith("m"):
@@ -257,18 +264,18 @@ def test_binary_files_of_vot_equal_texts(tmp_path):
     text.write_text("".join(f"{row}\n" for row in ROWS))
     file = text.with_suffix(".bin")
     file.write_bytes(binary(ROWS))
-    vot = exchange.layout("vot")
+    vot = exchange.load_format("vot")
     for column in ("boxes", "states"):
         np.testing.assert_array_equal(*(getattr(vot.read(each), column) for each in (text, file)))
     assert vot.files(tmp_path) == {"bag": [text]}
     text.unlink()
     assert vot.files(tmp_path) == {"bag": [file]}
-    assert guest(f"theirs={tmp_path}").layout == "vot"
+    assert parse_imported_tracker(f"theirs={tmp_path}").format == "vot"
 
 
 def test_damaged_binary_files_give_boxes_or_an_error(tmp_path):
     file = tmp_path / "bag_001.bin"
-    vot, whole, random = exchange.layout("vot"), binary(ROWS * 3), np.random.default_rng(0)
+    vot, whole, random = exchange.load_format("vot"), binary(ROWS * 3), np.random.default_rng(0)
     refused = []
     for number in range(1000):
         content = bytearray(whole[: None if number % 3 else random.integers(len(whole))])
@@ -287,10 +294,10 @@ def test_damaged_binary_files_give_boxes_or_an_error(tmp_path):
     ("line", "words"),
     [
         ("3", "a region, 0, 1 or 2"),
-        ("1,2", "2 numbers are no region"),
-        ("m0,0,2", "no mask"),
+        ("1,2", "2 numbers. Expected: a region"),
+        ("m0,0,2", "not a mask"),
         ("m0,0,2,2,3,9", "more pixels than 2x2"),
-        ("m0,0,1e9,nan,3,9", "no mask"),
+        ("m0,0,1e9,nan,3,9", "not a mask"),
         ("nan", "a region"),
         ("m0,0,inf,inf,3,9", "more pixels"),
     ],
@@ -298,13 +305,13 @@ def test_damaged_binary_files_give_boxes_or_an_error(tmp_path):
 def test_invalid_region_is_refused(line, words, tmp_path):
     region_file(tmp_path, line)
     with pytest.raises(ExchangeError, match=f"line 2.*{words}"):
-        imported("vot", tmp_path, walked(), tmp_path / "results")
+        import_tracker("vot", tmp_path, digit_boxes(), tmp_path / "results")
 
 
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("[[]]", "expected is an object"),
+        ("[[]]", "Expected: an object"),
         ('{"res": [[1, 2, 3]]}', "box 1"),
         ('{"res": [[1, 2, 3, "4"]]}', "box 1"),
         ('{"res": [[1, 2, 3, true]]}', "box 1"),
@@ -320,7 +327,7 @@ def test_invalid_region_is_refused(line, words, tmp_path):
 def test_invalid_json_is_refused(text, words, tmp_path):
     (tmp_path / "Some-one_1.json").write_text(text)
     with pytest.raises(ExchangeError, match=words):
-        imported("otb-json", tmp_path, walked(), tmp_path / "results")
+        import_tracker("otb-json", tmp_path, digit_boxes(), tmp_path / "results")
 
 
 @pytest.mark.parametrize(
@@ -328,19 +335,19 @@ def test_invalid_json_is_refused(text, words, tmp_path):
     [
         ("STRUCK", "NAME=PATH"),
         ("=nowhere", "NAME=PATH"),
-        ("STRUCK=nowhere", "no folder"),
-        ("STRUCK=otb:nowhere", "no folder"),
-        ("STRUCK=.", "Looked for"),
+        ("STRUCK=nowhere", "not a folder"),
+        ("STRUCK=otb:nowhere", "not a folder"),
+        ("STRUCK=.", "unknown result format"),
     ],
 )
 def test_invalid_tracker_text_is_refused(text, words, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     with pytest.raises(ExchangeError, match=words):
-        guest(text)
+        parse_imported_tracker(text)
 
 
 def test_several_experiments_are_refused(tmp_path):
     for kind in ("baseline", "realtime"):
         (tmp_path / kind).mkdir()
-    with pytest.raises(ExchangeError, match="name one"):
-        guest(f"theirs={tmp_path}")
+    with pytest.raises(ExchangeError, match=r"several experiments.*Add its name"):
+        parse_imported_tracker(f"theirs={tmp_path}")

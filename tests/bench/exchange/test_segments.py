@@ -1,4 +1,4 @@
-"""Exports, and runs with segments in layouts of other toolkits: anchors, SRE and TRE."""
+"""Export and import of runs with segments: anchors, SRE and TRE."""
 
 import csv
 import json
@@ -14,9 +14,14 @@ from trackmark.bench import exchange, metrics
 from trackmark.bench.evaluation.loop import evaluate
 from trackmark.bench.evaluation.scoring import can_judge, judge
 from trackmark.bench.exchange.exporting import export_results
-from trackmark.bench.exchange.importing import Guest, On, guest, import_results
+from trackmark.bench.exchange.importing import (
+    ImportedTracker,
+    ResultSequence,
+    import_results,
+    parse_imported_tracker,
+)
 from trackmark.bench.exchange.result_format import ExchangeError
-from trackmark.bench.metrics.preset import Answer, Target
+from trackmark.bench.metrics.preset import GroundTruthArrays, RunEstimates
 from trackmark.bench.store.asked import Asked
 from trackmark.bench.store.results import Results
 from trackmark.bench.store.truth import write_truth
@@ -28,12 +33,12 @@ SHIFTS += ["scale_8", "scale_9", "scale_11", "scale_12"]
 
 @pytest.fixture(scope="module", params=[SEQUENCE, f"{SEQUENCE}:absence=8"])
 def sequence(request):
-    """A sequence; in the second the target is absent for some frames."""
+    """Provide two sequences; the target of the second is absent in some frames."""
     return datasets.load(request.param)
 
 
-def stored(run, sequence, folder):
-    """Keep a run as an experiment does."""
+def store_run(run, sequence, folder):
+    """Store a run as an experiment does."""
     key = run.identity
     results = Results(folder)
     cell = key.tracker, key.sequence, key.repetition, key.protocol
@@ -42,17 +47,17 @@ def stored(run, sequence, folder):
     results.write(run)
 
 
-def imported(kind, theirs, sequence, folder, messages=None):
-    on = On(sequence.name, sequence.fingerprint, sequence.boxes, sequence.name)
-    tell = [].append if messages is None else messages.append
-    import_results([Guest("theirs", kind, theirs)], [on], folder, tell)
+def import_run(kind, theirs, sequence, folder, messages=None):
+    on = ResultSequence(sequence.name, sequence.fingerprint, sequence.boxes, sequence.name)
+    on_message = [].append if messages is None else messages.append
+    import_results([ImportedTracker("theirs", kind, theirs)], [on], folder, on_message)
     results = Results(folder)
     (run,) = map(results.read, results.cells())
     return run
 
 
 def scores(run, sequence):
-    """Scores by all presets that judge the run's protocol."""
+    """Return the scores by all presets that can judge the run's protocol."""
     presets = ("native", "otb", "lasot", "got10k", "trackingnet", "vot-anchor", "long-term")
     return {
         (preset, name): value
@@ -75,12 +80,12 @@ def scores(run, sequence):
 def test_exported_segments_are_imported_with_equal_scores(kind, protocol, sequence, tmp_path):
     run = evaluate("static", sequence, protocol=protocol)
     assert len(run.segments) > 1
-    stored(run, sequence, tmp_path / "first")
+    store_run(run, sequence, tmp_path / "first")
     export_results(tmp_path / "first", kind, tmp_path / "there", [].append, protocol=protocol)
     messages = []
-    assert guest(f"theirs={tmp_path / 'there' / 'static'}").layout == kind
+    assert parse_imported_tracker(f"theirs={tmp_path / 'there' / 'static'}").format == kind
     theirs = tmp_path / "there" / "static"
-    again = imported(kind, theirs, sequence, tmp_path / "second", messages)
+    again = import_run(kind, theirs, sequence, tmp_path / "second", messages)
     assert not messages
     expected = protocol if kind == "otb-json" else "anchors"
     assert again.identity.protocol == expected
@@ -101,9 +106,9 @@ def test_segments_from_a_later_first_target_make_the_round_trip(tmp_path):
     for kind, protocol in (("vot", "anchors"), ("otb-json", "tre"), ("otb-json", "sre")):
         folder = tmp_path / protocol
         run = evaluate("static", sequence, protocol=protocol)
-        stored(run, sequence, folder / "first")
+        store_run(run, sequence, folder / "first")
         export_results(folder / "first", kind, folder / "there", [].append, protocol=protocol)
-        again = imported(kind, folder / "there" / "static", sequence, folder / "second")
+        again = import_run(kind, folder / "there" / "static", sequence, folder / "second")
         assert scores(again, sequence) == pytest.approx(scores(run, sequence), nan_ok=True)
     files = (tmp_path / "anchors" / "there").rglob("*.txt")
     assert sorted(path.stem[-8:] for path in files) == ["00000003", "00000063"]
@@ -112,16 +117,18 @@ def test_segments_from_a_later_first_target_make_the_round_trip(tmp_path):
     assert (starts[0], starts[-1]) == (1, 64 - 20 + 1)  # in numbers from 1
 
 
-@pytest.mark.parametrize("kind", exchange.names())
-def test_export_refuses_folder_with_another_layout(kind, tmp_path):
+@pytest.mark.parametrize("kind", exchange.format_names())
+def test_export_refuses_folder_with_another_format(kind, tmp_path):
     sequence = datasets.load(SEQUENCE)
-    stored(evaluate("static", sequence), sequence, tmp_path / "first")
+    store_run(evaluate("static", sequence), sequence, tmp_path / "first")
     export_results(tmp_path / "first", kind, tmp_path / "there", [].append)
     before = sorted(tmp_path.glob("there/**/*"))
-    for other in set(exchange.names()) - {kind, "pysot"}:
+    for other in set(exchange.format_names()) - {kind, "pysot"}:
         if {kind, other} == {"pysot", "otb"}:  # texts that look alike
             continue
-        with pytest.raises(ExchangeError, match="static: the folder holds results in the layout"):
+        with pytest.raises(
+            ExchangeError, match="static: the folder contains results in the format"
+        ):
             export_results(tmp_path / "first", other, tmp_path / "there", [].append, force=True)
     assert sorted(tmp_path.glob("there/**/*")) == before
     export_results(tmp_path / "first", kind, tmp_path / "there", [].append, force=True)
@@ -130,9 +137,9 @@ def test_export_refuses_folder_with_another_layout(kind, tmp_path):
 def test_export_names_runs_without_a_file(tmp_path):
     first, second = datasets.load(SEQUENCE), datasets.load("plain/target:length=30")
     failed = evaluate("static", first)
-    stored(replace(failed, failure="frame 3: no idea"), first, tmp_path)
-    stored(evaluate("static", first, 1), first, tmp_path)
-    stored(evaluate("static", second), second, tmp_path)
+    store_run(replace(failed, failure="frame 3: no idea"), first, tmp_path)
+    store_run(evaluate("static", first, 1), first, tmp_path)
+    store_run(evaluate("static", second), second, tmp_path)
     messages = []
     (file,) = export_results(tmp_path, "otb", tmp_path / "there", messages.append)
     assert file.stem == "plain_target_length=30"
@@ -147,16 +154,16 @@ def test_export_names_runs_without_a_file(tmp_path):
 @pytest.mark.parametrize(
     ("kind", "protocol"), [("otb", "tre"), ("vot", "sre"), ("otb-json", "sre:shift=0.2")]
 )
-def test_layout_without_room_for_segments_names_those_with(kind, protocol, sequence, tmp_path):
-    stored(evaluate("static", sequence, protocol=protocol), sequence, tmp_path / "first")
+def test_format_without_segments_names_formats_with_them(kind, protocol, sequence, tmp_path):
+    store_run(evaluate("static", sequence, protocol=protocol), sequence, tmp_path / "first")
     with pytest.raises(
         ExchangeError,
-        match=r"no room for runs by .*Expected: otb-json \(tre, sre.*; vot \(anchors\)",
+        match=r"cannot represent runs by .*Expected: otb-json \(tre, sre.*; vot \(anchors\)",
     ):
         export_results(tmp_path / "first", kind, tmp_path / "there", print, protocol=protocol)
 
 
-def anchored(folder, files):
+def write_anchor_files(folder, files):
     """Write files of VOT's multistart experiment."""
     place = folder / "theirs" / "baseline" / "bag"
     place.mkdir(parents=True)
@@ -170,48 +177,49 @@ def anchored(folder, files):
     return folder / "theirs"
 
 
-def truth_of(n):
+def moving_boxes(n):
     return np.column_stack([np.arange(n) * 2.0, np.arange(n) * 1.0, np.full((n, 2), 20.0)])
 
 
-def on_bag(folder, truth, source="bag"):
-    on = On("bag", "fingerprint", truth, source)
-    import_results([Guest("theirs", "vot", folder)], [on], folder.parent / "results", pytest.fail)
-    results = Results(folder.parent / "results")
+def import_bag(folder, truth, source="bag"):
+    on = ResultSequence("bag", "fingerprint", truth, source)
+    target = folder.parent / "results"
+    import_results([ImportedTracker("theirs", "vot", folder)], [on], target, pytest.fail)
+    results = Results(target)
     (run,) = map(results.read, results.cells())
     return run
 
 
 def test_vot_anchors_are_read_in_both_directions(tmp_path):
-    truth = truth_of(12)
+    truth = moving_boxes(12)
     files = {
         "bag_00000000.txt": truth,
         "bag_00000003.bin": truth[3:],
         "bag_00000009.txt": truth[9::-1],
     }
-    theirs = anchored(tmp_path / "mixed", files)
+    theirs = write_anchor_files(tmp_path / "mixed", files)
     (theirs / "baseline" / "bag" / "bag_00000003.bin").unlink()
-    run = on_bag(theirs, truth)
+    run = import_bag(theirs, truth)
     assert run.identity.protocol == "anchors"
     assert run.states is None
     assert [frames.tolist() for frames in run.segments] == [[*range(12)], [*range(9, -1, -1)]]
-    target = Target(truth, visibility=np.full(12, np.nan), image_size=(100, 100))
+    target = GroundTruthArrays(truth, visibility=np.full(12, np.nan), image_size=(100, 100))
     assert judge(run, target, "vot-anchor").scores["robustness"] == 1
     assert judge(run, target, "native").scores["mean_overlap"] == 1
-    binaries = anchored(tmp_path / "binary", {"bag_00000003.bin": truth[3:]})
-    np.testing.assert_array_equal(on_bag(binaries, truth).boxes, truth[3:])
+    binaries = write_anchor_files(tmp_path / "binary", {"bag_00000003.bin": truth[3:]})
+    np.testing.assert_array_equal(import_bag(binaries, truth).boxes, truth[3:])
 
 
 def test_vot_anchor_in_the_middle_goes_as_the_data_state(tmp_path, monkeypatch):
-    truth = truth_of(11)
+    truth = moving_boxes(11)
     bag = datasets.load("plain/target:length=11")
     bag.values["anchor"] = np.where(np.arange(11) == 5, -1.0, 0.0)
     monkeypatch.setattr(datasets, "load", lambda *_, **__: bag)
-    theirs = anchored(tmp_path / "stated", {"bag_00000005.txt": truth[5::-1]})
-    assert on_bag(theirs, truth).segments[0].tolist() == [5, 4, 3, 2, 1, 0]
+    theirs = write_anchor_files(tmp_path / "stated", {"bag_00000005.txt": truth[5::-1]})
+    assert import_bag(theirs, truth).segments[0].tolist() == [5, 4, 3, 2, 1, 0]
     del bag.values["anchor"]
-    theirs = anchored(tmp_path / "else", {"bag_00000005.txt": truth[5:]})
-    assert on_bag(theirs, truth).segments[0].tolist() == [5, 6, 7, 8, 9, 10]
+    theirs = write_anchor_files(tmp_path / "else", {"bag_00000005.txt": truth[5:]})
+    assert import_bag(theirs, truth).segments[0].tolist() == [5, 6, 7, 8, 9, 10]
 
 
 @pytest.mark.parametrize(
@@ -222,13 +230,13 @@ def test_vot_anchor_in_the_middle_goes_as_the_data_state(tmp_path, monkeypatch):
     ],
 )
 def test_vot_anchors_that_do_not_fit_are_refused(files, n, words, tmp_path):
-    theirs = anchored(tmp_path, dict.fromkeys(files, truth_of(n)))
+    theirs = write_anchor_files(tmp_path, dict.fromkeys(files, moving_boxes(n)))
     with pytest.raises(ExchangeError, match=words):
-        on_bag(theirs, truth_of(12))
+        import_bag(theirs, moving_boxes(12))
 
 
 def records(sequence, segments, evaluation, shifts=None):
-    """Records as OTB's Python toolkit writes them: lists of boxes that count pixels from 1."""
+    """Return records as OTB's Python toolkit writes them, with pixels counted from 1."""
     return [
         {
             "tracker": "theirs",
@@ -246,13 +254,13 @@ def records(sequence, segments, evaluation, shifts=None):
     ]
 
 
-def json_of(folder, content):
+def write_json(folder, content):
     (folder / "theirs").mkdir()
     (folder / "theirs" / "plain_target_length=64.json").write_text(json.dumps(content))
     return folder / "theirs"
 
 
-def drifting(sequence, start):
+def drifting_boxes(sequence, start):
     boxes = sequence.boxes[start:].copy()
     boxes[:, 0] += 0.5 * np.arange(len(boxes))
     return boxes
@@ -262,28 +270,30 @@ def test_otb_tre_of_the_toolkits_starts_is_scored_as_its_mean(tmp_path):
     sequence = datasets.load(SEQUENCE)
     last = len(sequence) - 20 + 1  # the toolkit's split_seq, in numbers from 1
     starts = [int(1 + k * last / 19) - 1 for k in range(19)] + [last - 1]
-    segments = [drifting(sequence, start) for start in starts]
-    theirs = json_of(tmp_path, records(sequence, segments, "TRE"))
+    segments = [drifting_boxes(sequence, start) for start in starts]
+    theirs = write_json(tmp_path, records(sequence, segments, "TRE"))
     messages = []
-    run = imported("otb-json", theirs, sequence, tmp_path / "results", messages)
+    run = import_run("otb-json", theirs, sequence, tmp_path / "results", messages)
     assert not messages
     assert run.identity.protocol == "tre"
     assert [int(frames[0]) for frames in run.segments] == starts
     parts = judge(run, sequence, "otb").parts
     assert len(parts) == 20
     for start, boxes, part in zip(starts, segments, parts, strict=True):
-        alone = metrics.preset("otb").judge(Target(sequence.boxes[start:]), Answer(boxes))
+        alone = metrics.preset("otb").judge(
+            GroundTruthArrays(sequence.boxes[start:]), RunEstimates(boxes)
+        )
         assert part.scores == pytest.approx(alone.scores)
 
 
 def test_otb_tre_with_few_segments_is_reported(tmp_path):
     sequence = datasets.load(SEQUENCE)
-    segments = [drifting(sequence, start) for start in (0, 7, 30)]
+    segments = [drifting_boxes(sequence, start) for start in (0, 7, 30)]
     messages = []
-    theirs = json_of(tmp_path, {"results": records(sequence, segments, "TRE")})
-    run = imported("otb-json", theirs, sequence, tmp_path / "results", messages)
+    theirs = write_json(tmp_path, {"results": records(sequence, segments, "TRE")})
+    run = import_run("otb-json", theirs, sequence, tmp_path / "results", messages)
     assert len(run.segments) == 3
-    assert "3 segments of TRE, which has 20" in messages[0]
+    assert "3 segments of TRE. Expected: 20" in messages[0]
 
 
 def test_otb_sre_is_sorted_by_its_shifts(tmp_path):
@@ -291,8 +301,8 @@ def test_otb_sre_is_sorted_by_its_shifts(tmp_path):
     run = evaluate("static", sequence, protocol="sre")
     segments = np.round(run.boxes.reshape(12, -1, 4))  # the toolkit rounds first boxes
     content = records(sequence, segments, "SRE", SHIFTS)
-    theirs = json_of(tmp_path, content[::-1])
-    again = imported("otb-json", theirs, sequence, tmp_path / "results")
+    theirs = write_json(tmp_path, content[::-1])
+    again = import_run("otb-json", theirs, sequence, tmp_path / "results")
     assert again.identity.protocol == "sre"
     np.testing.assert_allclose(again.boxes, segments.reshape(-1, 4), atol=1e-9)
 
@@ -302,7 +312,7 @@ def test_otb_sre_is_sorted_by_its_shifts(tmp_path):
     [
         (lambda rows: rows[:11], "11 records of SRE.*Expected: each of left"),
         (lambda rows: [{**row, "shiftType": "left"} for row in rows], "each of left, right"),
-        (lambda rows: [*rows[:11], {**rows[11], "evalType": "TRE"}], "one of these in a file"),
+        (lambda rows: [*rows[:11], {**rows[11], "evalType": "TRE"}], "the same in all records"),
         (lambda rows: [{**row, "evalType": "OPE"} for row in rows], "12 records of OPE"),
         (lambda rows: [*rows[:11], {**rows[11], "seqName": "x"}], "record 12: seqName is 'x'"),
         (lambda rows: [*rows[:11], {**rows[11], "res": rows[11]["res"][:5]}], "record 12: "),
@@ -316,17 +326,17 @@ def test_otb_sre_is_sorted_by_its_shifts(tmp_path):
 def test_otb_records_that_do_not_fit_are_refused(change, words, tmp_path):
     sequence = datasets.load(SEQUENCE)
     content = records(sequence, [sequence.boxes] * 12, "SRE", SHIFTS)
-    theirs = json_of(tmp_path, change(content))
+    theirs = write_json(tmp_path, change(content))
     with pytest.raises(ExchangeError, match=words):
-        imported("otb-json", theirs, sequence, tmp_path / "results")
+        import_run("otb-json", theirs, sequence, tmp_path / "results")
 
 
-def test_imported_segments_stand_beside_runs_of_their_protocol(trackmark):
+def test_report_shows_imported_segments_by_their_protocol(trackmark):
     how = ("--sequences", SEQUENCE, "--protocol", "tre:starts=3")
     trackmark("run", "--trackers", "static", *how, "--name", "ours")
     trackmark("results", "export", "results/ours", "there", "--as", "otb-json", *how[2:])
-    asked = ("--results-of", "THEIRS=there/static", "--metrics", "otb", "--folder", "report")
-    trackmark("report", "results/ours", *asked, "--no-pictures")
+    options = ("--results-of", "THEIRS=there/static", "--metrics", "otb", "--folder", "report")
+    trackmark("report", "results/ours", *options, "--no-pictures")
     (file,) = Path("report").glob("tre*metrics-otb.csv")
     with file.open() as lines:
         rows = [row for row in csv.DictReader(lines) if row["measure"] == "success_auc"]

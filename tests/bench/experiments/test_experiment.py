@@ -109,7 +109,7 @@ def planned(experiment, folder, known):
     return make_plan(experiment, Results(folder / "none"), known)
 
 
-outline = cache(datasets.outline)
+outline = cache(datasets.describe)
 
 
 def unopened(source):

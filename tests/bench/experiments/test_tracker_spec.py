@@ -19,7 +19,7 @@ from trackmark.bench.experiments.tracker_spec import (
     run_seed,
 )
 from trackmark.datasets.source_digest import source_digest
-from trackmark.datasets.versioning import Seal
+from trackmark.datasets.versioning import VersionEntry
 from trackmark.trackers import TrackerError
 
 TREE = "0123456789abcdef"
@@ -140,7 +140,8 @@ def test_version_changes_with_the_source_of_the_tracker(own):
 
 
 def test_sealed_tracker_keeps_version_until_source_changes(monkeypatch):
-    monkeypatch.setattr(module, "seal_of", lambda name, file: Seal(["first"], TREE, {}, ["numpy"]))
+    entry = VersionEntry(["first"], TREE, {}, ["numpy"])
+    monkeypatch.setattr(module, "find_version", lambda name, file: entry)
     monkeypatch.setattr(module, "source_digest", lambda file, package: (TREE, {"scipy": "1"}))
     numpy = {"numpy": metadata.version("numpy")}
     assert parse_tracker("camshift").version == {"source": "first", "libraries": numpy}

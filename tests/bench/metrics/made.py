@@ -2,13 +2,13 @@
 
 import numpy as np
 
-from trackmark.bench.metrics.preset import Answer, State, Target
+from trackmark.bench.metrics.preset import GroundTruthArrays, RunEstimates, State
 
 SIZE = (320, 240)
 
 
 def truth_of(boxes, **further):
-    return Target(np.asarray(boxes, float), **{"image_size": SIZE, **further})
+    return GroundTruthArrays(np.asarray(boxes, float), **{"image_size": SIZE, **further})
 
 
 def walk(n, seed=0):
@@ -40,4 +40,4 @@ def states_of(n, failures=(), skip=5):
 def answer_of(boxes, **further):
     """An answer that every preset takes."""
     boxes = np.asarray(boxes, float)
-    return Answer(boxes, **{"states": states_of(len(boxes)), **further})
+    return RunEstimates(boxes, **{"states": states_of(len(boxes)), **further})

@@ -157,7 +157,7 @@ def test_stored_run_is_read_back_unchanged(name, sequence, tmp_path):
 @every_protocol
 def test_presets_judge_their_protocols_and_refuse_others(name, sequence):
     (run,) = runs_by(name, sequence, Confident)
-    for preset in metrics.names():
+    for preset in metrics.preset_names():
         if can_judge(preset, run.identity.protocol):
             if (name, preset) != ("one-pass", "vot-supervised"):  # which may have failed
                 judged = judge(run, sequence, preset)

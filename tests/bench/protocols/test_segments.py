@@ -11,7 +11,7 @@ from tests.bench.evaluation.walkers import Walker
 from trackmark import bench
 from trackmark.bench import metrics
 from trackmark.bench.evaluation.scoring import judge
-from trackmark.bench.metrics.preset import Answer, Target
+from trackmark.bench.metrics.preset import GroundTruthArrays, RunEstimates
 from trackmark.bench.protocols import Segment, parse_protocol
 from trackmark.bench.store.asked import Asked
 from trackmark.bench.store.files import ResultsError
@@ -139,8 +139,10 @@ def test_score_of_run_is_mean_over_segments(make_sequence, preset):
     for frames in run.segments:
         rows, end = slice(end, end + len(frames)), end + len(frames)
         visible = sequence.visibility[frames]
-        truth = Target(sequence.boxes[frames], {}, visible, sequence.image_size)
-        alone = metrics.preset(preset).judge(truth, Answer(run.boxes[rows], run.visible[rows]))
+        truth = GroundTruthArrays(sequence.boxes[frames], {}, visible, sequence.image_size)
+        alone = metrics.preset(preset).judge(
+            truth, RunEstimates(run.boxes[rows], run.visible[rows])
+        )
         values.append(alone.scores[key])
     weights = [len(frames) - 1 for frames in run.segments]  # in GOT-10k every frame counts once
     expected = np.average(values, weights=weights if preset == "got10k" else None)

@@ -110,7 +110,7 @@ def test_plot_has_a_panel_per_attribute(n, tmp_path, monkeypatch):
     ((_, figure),) = figures
     shown = [axes for axes in figure.axes if axes.get_visible()]
     assert [axes.get_xlabel() for axes in shown] == [
-        attributes.of_name(name).head for name in dict.fromkeys(one.attribute for one in curves)
+        attributes.find(name).head for name in dict.fromkeys(one.attribute for one in curves)
     ]
     dots = shown[0].collections[0].get_offsets()
     np.testing.assert_array_equal(dots, np.transpose([curves[0].places, curves[0].scores]))

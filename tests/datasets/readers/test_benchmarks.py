@@ -173,7 +173,7 @@ class TestNfs:
     def test_a_missing_last_image_makes_no_shorter_sequence(self, opened, tmp_path, write_images):
         path, _, frame = layouts.nfs(tmp_path, write_images, None)
         frame.with_name("00003.jpg").unlink()
-        with pytest.raises(SequenceError, match=r"walk\.txt: 3 truth rows for 2 images"):
+        with pytest.raises(SequenceError, match=r"walk\.txt: 3 ground-truth rows for 2 images"):
             datasets.load(path)
 
 

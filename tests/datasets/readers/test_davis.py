@@ -264,7 +264,7 @@ def test_without_a_folder_of_masks_it_is_a_folder_of_images(swan):
     masks_of(swan).rmdir()
     sequence = datasets.load(images_of(swan))
     assert len(sequence) == 4
-    with pytest.raises(SequenceError, match="no truth"):
+    with pytest.raises(SequenceError, match="no ground truth"):
         sequence.check_runnable()
 
 

@@ -21,7 +21,7 @@ def test_without_truth_it_opens_and_shows(folder):
     assert np.isnan(sequence.boxes).all()
     assert sequence[3].shape == (32, 48, 3)
     assert sequence.frame_name(2) == "f10.png"
-    with pytest.raises(SequenceError, match="walk: there is no truth"):
+    with pytest.raises(SequenceError, match="walk: there is no ground truth"):
         sequence.check_runnable()
 
 
@@ -34,7 +34,9 @@ def test_its_own_truth_is_taken(folder):
 
 def test_more_truth_than_images_names_the_truth_file(folder):
     (folder / "truth.csv").write_text(TRUTH + "9,5,6,7,8\n")
-    with pytest.raises(SequenceError, match=r"truth\.csv: 10 truth rows for 4 images of walk"):
+    with pytest.raises(
+        SequenceError, match=r"truth\.csv: 10 ground-truth rows for 4 images of walk"
+    ):
         datasets.load(folder)
 
 

@@ -66,7 +66,7 @@ def test_a_first_row_without_size_is_refused_when_run_and_not_taken_for_absence(
         ("1,2,3,4\n1,2,-3,4\n", "line 2: the box has a negative size"),
         ("1,2,3,4\n5,5,0,0\n1,2,3,-4\n", "line 3: the box has a negative size"),
         ("", "there are no rows"),
-        ("1,2,3,4\n" * 4, "4 truth rows for 3 images of Dog"),
+        ("1,2,3,4\n" * 4, "4 ground-truth rows for 3 images of Dog"),
     ],
 )
 def test_a_mistake_is_told_with_file_and_line(write_otb, tmp_path, text, message):
@@ -128,7 +128,7 @@ def test_an_image_0_too_many_does_not_begin_the_truth(write_otb, write_images, t
     folder = write_otb(tmp_path / "Dog", rows(","))
     write_images(folder / "img", ["0000.jpg"])
     with pytest.raises(
-        SequenceError, match=r"0000\.jpg: 3 truth rows for 4 images of Dog leave open"
+        SequenceError, match=r"0000\.jpg: 3 ground-truth rows for 4 images of Dog leave open"
     ):
         datasets.load(folder)
 

@@ -90,5 +90,5 @@ def test_truth_given_later_is_read(tmp_path, write_otb, write_video):
     file = write_video(tmp_path / "clip.mp4", n=3)
     age(tmp_path)
     assert np.isnan(datasets.load(file).boxes).all()
-    truth_file.write(file.with_suffix(".csv"), truth_file.Truth(np.full((3, 4), 5.0)))
+    truth_file.write(file.with_suffix(".csv"), truth_file.GroundTruth(np.full((3, 4), 5.0)))
     assert (datasets.load(file).boxes == 5).all()

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import strategies as st
 
 from trackmark.datasets.synthetic.suite import suites
-from trackmark.datasets.versioning import seal_of
+from trackmark.datasets.versioning import find_version
 
 SEEDS = st.integers(0, 2**32 - 1)
 
@@ -35,7 +35,7 @@ def unless_sealed(name):
     Its pixels and truth are then those for which the tests passed (`datasets.versioning`).
     """
     (suite,) = (suite for suite in suites() if name in suite.names())
-    seal = seal_of(name, suite.golden)
+    seal = find_version(name, suite.golden)
     is_sealed = seal is not None and seal.tree == suite.tree(name)
     return [pytest.mark.slow] if is_sealed else []
 

@@ -12,13 +12,13 @@ import pytest
 from tests.datasets.synthetic.scenes import unless_sealed
 from trackmark import datasets
 from trackmark.datasets.golden import golden_digests, look_difference
-from trackmark.datasets.metadata import outlined
+from trackmark.datasets.metadata import sequence_metadata
 from trackmark.datasets.spec_string import parse_text
 from trackmark.datasets.synthetic.suite import Suite, suites
-from trackmark.datasets.versioning import Seal, read_seals, seal_of
+from trackmark.datasets.versioning import VersionEntry, find_version, read_versions
 
 SUITES = suites()
-SEALS = [seal for suite in SUITES for seal in read_seals(suite.golden).values()]
+SEALS = [seal for suite in SUITES for seal in read_versions(suite.golden).values()]
 GOLDEN = {text: golden for seal in SEALS for text, golden in seal.golden.items()}
 VARIANTS = [text for text in GOLDEN if ":" in text]
 FIRST_VERSIONS = {
@@ -39,12 +39,12 @@ def test_variants_are_the_sealed_ones(text):
 
 
 def test_a_description_opens_no_rendered_sequence_while_its_source_is_the_sealed_one(monkeypatch):
-    opened = outlined(datasets.load("plain/target"))
+    opened = sequence_metadata(datasets.load("plain/target"))
     monkeypatch.setattr(Suite, "load", lambda *_: pytest.fail("it was opened"))
-    assert datasets.outline("plain/target") == opened
+    assert datasets.describe("plain/target") == opened
     monkeypatch.setattr(Suite, "tree", lambda *_: "edited")
     with pytest.raises(pytest.fail.Exception, match="it was opened"):
-        datasets.outline("plain/target")
+        datasets.describe("plain/target")
 
 
 def asked(text):
@@ -75,7 +75,7 @@ def test_another_scene_is_another_picture_and_another_truth(seal):
 
 @pytest.mark.parametrize("suite", SUITES, ids=lambda suite: suite.golden.parent.name)
 def test_every_sequence_has_a_seal(suite):
-    seals = [seal_of(name, suite.golden) for name in suite.names()]
+    seals = [find_version(name, suite.golden) for name in suite.names()]
     assert all(seal is not None and seal.golden for seal in seals)
 
 
@@ -109,9 +109,10 @@ class TestFingerprint:
         found = []
         for tree in ("one", "other"):
             edited(tree)
-            seal = Seal([2], tree)
+            seal = VersionEntry([2], tree)
             monkeypatch.setattr(
-                "trackmark.datasets.synthetic.suite.seal_of", lambda name, file, seal=seal: seal
+                "trackmark.datasets.synthetic.suite.find_version",
+                lambda name, file, seal=seal: seal,
             )
             found.append(datasets.load("plain/target").fingerprint)
         assert found[0] == found[1]
@@ -119,5 +120,5 @@ class TestFingerprint:
     @pytest.mark.parametrize(("text", "stored"), FIRST_VERSIONS.items())
     def test_a_first_version_has_the_one_that_results_were_stored_under(self, edited, text, stored):
         suite, entry, knobs = asked(text)
-        edited(seal_of(entry.name, suite.golden).tree)
+        edited(find_version(entry.name, suite.golden).tree)
         assert suite._fingerprint(entry, knobs) == stored
