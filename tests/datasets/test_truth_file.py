@@ -67,9 +67,7 @@ def test_missing_frames_and_empty_boxes_are_absent(truth_of):
 
 def test_a_comment_stays_on_its_line_whatever_name_stands_in_it(tmp_path):
     boxes = np.array([[1.0, 2.0, 3.0, 4.0]])
-    write(
-        tmp_path / "truth.csv", GroundTruth(boxes), ["Truth of a\n5,6,7,8,9\r\udcff.avi", ""]
-    )
+    write(tmp_path / "truth.csv", GroundTruth(boxes), ["Truth of a\n5,6,7,8,9\r\udcff.avi", ""])
     np.testing.assert_array_equal(read(tmp_path / "truth.csv").boxes, boxes)
 
 
