@@ -1,4 +1,4 @@
-"""Describe a tracker, sequence, folder of sequences, metrics preset, attribute or protocol."""
+"""Describe a tracker, sequence, metrics preset, attribute or protocol."""
 
 import ast
 import json
@@ -10,6 +10,7 @@ from typing import Any
 import click
 
 from trackmark.bench.commands._options import (
+    Command,
     JsonOptions,
     argument,
     option,
@@ -27,17 +28,23 @@ class DescribeOptions(JsonOptions):
     name: str = argument()
     truth: Path | None = truth_option()
     measure: bool = option(
-        "Also the measured attributes of a sequence; its frames are read once.", "--attributes"
+        "Also measure the attributes of a sequence; this reads all of its frames.", "--attributes"
     )
 
 
-@click.command("describe")
+@click.command("describe", cls=Command)
 @with_options(DescribeOptions)
 def command(options: DescribeOptions) -> None:
-    """Describe NAME: a tracker, sequence (built-in or a path), preset, attribute or protocol.
+    """Describe a tracker, sequence, metrics preset, attribute or protocol.
 
-    Of a folder of sequences or a pattern, the sequences are listed. Presets are those of metrics,
-    attributes those that are measured of sequences (`trackmark list`).
+    NAME is a name of `trackmark list`, the path of a sequence or tracker file, or a folder or
+    pattern, whose sequences are listed.
+
+    For example:
+      trackmark describe camshift
+      trackmark describe samples/face --attributes
+
+    Exit codes: 0 success; 2 unknown name or invalid input.
     """
     name, truth = options.name, options.truth
     if not name.strip():
