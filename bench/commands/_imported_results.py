@@ -21,7 +21,7 @@ ALONE = "published"
 def imported_option() -> Any:
     """Return the field of --results-of."""
     return option(
-        "Imported results of a tracker, as NAME=PATH or NAME=FORMAT:PATH; may be repeated.",
+        "Results of another toolkit, as NAME=PATH or NAME=FORMAT:PATH. Repeatable.",
         metavar="NAME=PATH",
     )
 

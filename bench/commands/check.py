@@ -1,4 +1,4 @@
-"""Check whether trackers score worse than a baseline."""
+"""Compare current tracker scores with a baseline."""
 
 import json
 import re
@@ -20,6 +20,7 @@ from trackmark.bench.commands._baseline_runs import (
     with_failures,
 )
 from trackmark.bench.commands._options import (
+    Command,
     EngineOptions,
     JsonOptions,
     argument,
@@ -57,43 +58,65 @@ class CheckOptions(JsonOptions, EngineOptions):
     """Options of the command."""
 
     name: str = argument()
-    trackers: str = option("Check only these trackers: names or patterns.", default="*")
-    sequences: str = option("Check only these sequences: names or patterns.", default="*")
+    trackers: str = option(
+        "Check only trackers with these comma-separated names or patterns.",
+        group="Selection",
+        metavar="PATTERNS",
+        default="*",
+    )
+    sequences: str = option(
+        "Check only sequences with these comma-separated names or patterns.",
+        group="Selection",
+        metavar="PATTERNS",
+        default="*",
+    )
     seeds: int | None = option(
-        "Use only the first seeds of the baseline.  [default: all]", minimum=6
+        "Use only the first seeds of the baseline.  [default: all]", group="Selection", minimum=6
     )
-    strict: bool = option("Exit status 3 if an answer is inconclusive.")
-    accept: str | None = option(
-        "Replace its scores in the baseline by new ones.", metavar="TRACKER"
+    strict: bool = option("Exit with code 3 if a result is inconclusive.", group="Decision")
+    timed: bool = option("Check the speed as well. Requires --against.", "--time", group="Decision")
+    against: str | None = option(
+        "With --time: git revision to compare with.", group="Decision", metavar="REVISION"
     )
-    because: str | None = option(
-        "Reason for --accept; written into the baseline.", callback=utf8_text
-    )
-    whole: bool = option("Show identical sequences, too.")
-    markdown: Path | None = option("File for a pull request.", type=_FILE)
-    junit: Path | None = option("File in JUnit's XML.", type=_FILE)
-    timed: bool = option("Check the trackers' speed, too.", "--time")
-    against: str | None = option("With --time: git revision to compare with.", metavar="REVISION")
     budget: float = option(
-        "With --time: time after which no sessions are added, as 90s, 10min or 2h.",
+        "With --time: add no sessions after this time, such as 90s, 10min or 2h.",
+        group="Decision",
         default="10min",
         type=_seconds,
-        metavar="TIME",
+        metavar="DURATION",
     )
+    accept: str | None = option(
+        "Replace the baseline scores of TRACKER with the current scores. Requires --because.",
+        group="Baseline",
+        metavar="TRACKER",
+    )
+    because: str | None = option(
+        "Reason for --accept; stored in the baseline.", group="Baseline", callback=utf8_text
+    )
+    whole: bool = option("Also list unchanged sequences.", group="Output")
+    markdown: Path | None = option(
+        "Write the result as Markdown, for a pull request.", group="Output", type=_FILE
+    )
+    junit: Path | None = option("Write the result as JUnit XML.", group="Output", type=_FILE)
     metrics: list[str] = metrics_option()
 
 
-@click.command("check")
+@click.command("check", cls=Command)
 @with_options(CheckOptions)
 def command(options: CheckOptions) -> int:
-    """Compare what trackers score now with the baseline NAME.
+    """Compare current tracker scores with a baseline.
 
-    Missing runs are executed. --metrics also shows the current scores by other definitions; the
-    answers are by native.
+    NAME is a baseline that `trackmark baseline` created: baselines/NAME.toml, or a path that ends
+    in .toml. Missing runs are executed. Decisions use the metrics preset `native`; --metrics also
+    prints current scores by other presets.
 
-    Exit codes: 0 success; 1 a tracker is worse or slower, or a run failed; 2 invalid usage, or the
-    baseline or a sequence cannot be used; 3 with --strict if an answer is inconclusive; 130
-    interrupted.
+    For example:
+      trackmark check mine
+      trackmark check mine --time --against main
+      trackmark check mine --accept camshift --because "wider search region"
+
+    Exit codes: 0 no regression; 1 a tracker got worse or slower, or a run failed; 2 invalid usage
+    or input; 3 inconclusive (only with --strict); 130 interrupted.
     """
     from trackmark.bench.comparing.baseline import baseline_path, read_baseline, surroundings
     from trackmark.bench.comparing.regression_check import changed_facts, check

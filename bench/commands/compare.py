@@ -1,4 +1,4 @@
-"""Compare trackers pair by pair, on stored or new runs."""
+"""Compare trackers pairwise on the same sequences."""
 
 import json
 import math
@@ -15,6 +15,7 @@ from trackmark.bench.commands._execution import run_experiment
 from trackmark.bench.commands._imported_results import guests_of, imported_option, with_imported
 from trackmark.bench.commands._options import (
     EXISTING_FILE,
+    Command,
     EngineOptions,
     JsonOptions,
     argument,
@@ -36,7 +37,7 @@ if TYPE_CHECKING:
 
     from trackmark.bench.comparing.comparison import Comparison
     from trackmark.bench.store.layout import Cell
-    from trackmark.reports.tables import Measure
+    from trackmark.reports.tables import ScoreMeasure
 
 WIDTH = 96
 
@@ -50,43 +51,55 @@ class CompareOptions(JsonOptions, EngineOptions):
 
     trackers: tuple[str, ...] = argument(nargs=-1, required=False)
     sequences: str | None = option(
-        "Comma-separated names, paths or patterns with * and ?. Missing runs are executed."
+        "Comma-separated names, paths or patterns with * and ?. Missing runs are executed.",
+        metavar="SEQUENCES",
     )
     results: Path | None = option("Results folder to compare.")
     results_of: tuple[str, ...] = imported_option()
     protocol: str | None = protocol_option()
-    metrics: list[str] = metrics_option()
-    metric: str | None = option(
-        f"Score to compare: {', '.join(MARGINS)} of `native`, or a column of --metrics.  "
-        "[default: mean_overlap, or the first column of the preset]"
-    )
-    margin: float | None = option("Equivalence margin.", minimum=0)
-    against: str | None = option("Compare this tracker with each other tracker.", metavar="NAME")
-    unit: str | None = option(
-        "Use scenes as units; answers then hold for new scenes of these families only.",
-        choices=["scene"],
-    )
-    seeds: int | None = option("Repetitions of stochastic trackers.", minimum=1)
-    name: str | None = option("Name of the results folder; as in `run`.")
     published: Path | None = option(
         "Published scores: CSV with tracker,sequence,METRIC.", type=EXISTING_FILE
     )
+    seeds: int | None = option("Number of repetitions of stochastic trackers.", minimum=1)
+    metrics: list[str] = metrics_option("Statistics")
+    metric: str | None = option(
+        f"Score to compare: {', '.join(MARGINS)} of `native`, or a column of --metrics.  "
+        "[default: mean_overlap, or the first column of the preset]",
+        group="Statistics",
+        metavar="NAME",
+    )
+    margin: float | None = option("Equivalence margin.", group="Statistics", minimum=0)
+    against: str | None = option(
+        "Compare only this tracker with each other tracker.", group="Statistics", metavar="NAME"
+    )
+    unit: str | None = option(
+        "Use scenes as units; results then hold for new scenes of these families only.",
+        group="Statistics",
+        choices=["scene"],
+    )
+    name: str | None = option(
+        "Name of the results folder; as in `run`.", group="Output", metavar="NAME"
+    )
     folder: Path | None = option(
-        "Write tables, figures and a paragraph for a paper to this folder."
+        "Write tables, figures and a paragraph for a paper to this folder.", group="Output"
     )
 
 
-@click.command("compare")
+@click.command("compare", cls=Command)
 @with_options(CompareOptions)
 def command(options: CompareOptions) -> int:
-    """Compare TRACKERS pairwise on the same sequences.
+    """Compare trackers pairwise on the same sequences.
 
     Give either --sequences (missing runs are executed) or --results (stored runs are compared; all
     trackers if none is named). The first tracker of each pair is reported as better, worse,
     equivalent or inconclusive. Each metrics preset gets its own comparison. Failed runs count as
     the worst score.
 
-    Exit codes: 0 success; 1 every run of a tracker failed, which is left out; 2 invalid usage or
+    For example:
+      trackmark compare camshift opencv-mil --sequences 'samples/*' --seeds 5
+      trackmark compare --results results/windows --folder paper
+
+    Exit codes: 0 success; 1 all runs of a tracker failed, which is left out; 2 invalid usage or
     input, or a missing run in --results; 130 interrupted.
     """
     from trackmark.bench.comparing.comparable_runs import AllFailedError
@@ -137,7 +150,7 @@ def _presets(metrics: Sequence[str], filed: str) -> list[str]:
     return list(dict.fromkeys(replaced.get(name, name) for name in metrics))
 
 
-def _measure(preset: str, options: CompareOptions) -> "Measure":
+def _measure(preset: str, options: CompareOptions) -> "ScoreMeasure":
     """Return the score of a preset by which runs are compared, with its margin."""
     from trackmark.bench.reporting.tables import PRESET, SUMMARY
 
@@ -154,11 +167,11 @@ def _measure(preset: str, options: CompareOptions) -> "Measure":
     return measure if options.margin is None else replace(measure, margin=options.margin)
 
 
-def _preset_measure(preset: str, options: CompareOptions) -> "Measure":
+def _preset_measure(preset: str, options: CompareOptions) -> "ScoreMeasure":
     """Return a column of a metrics preset as a measure with the margin of shares."""
     from trackmark.bench.metrics import preset as metrics_preset
     from trackmark.bench.metrics.preset import heading, mean_of_sequences
-    from trackmark.reports.tables import Measure
+    from trackmark.reports.tables import ScoreMeasure
 
     definitions = metrics_preset(preset)
     judging = {key: column for key, column in definitions.columns.items() if column.better}
@@ -178,7 +191,7 @@ def _preset_measure(preset: str, options: CompareOptions) -> "Measure":
     title = f"{heading(name)} ({preset})"
     if definitions.combine is not mean_of_sequences:  # `report` prints another number
         title = f"mean of sequences' {title}"
-    return Measure(
+    return ScoreMeasure(
         name,
         title,
         direction=better,
@@ -271,7 +284,7 @@ def _load(
 
 
 def _compare(
-    runs: _Runs, against: str | None, options: CompareOptions, preset: str, measure: "Measure"
+    runs: _Runs, against: str | None, options: CompareOptions, preset: str, measure: "ScoreMeasure"
 ) -> "Comparison":
     """Compare the runs by a preset's score."""
     from trackmark.bench.comparing.comparable_runs import of_protocol, same_boxes, with_published

@@ -16,6 +16,7 @@ import click
 from trackmark.bench.commands import EXIT_ANSWER_IS_NO, EXIT_WRONG_INPUT
 from trackmark.bench.commands._execution import execute_runs, plan_experiment, stored_runs
 from trackmark.bench.commands._options import (
+    Command,
     EngineOptions,
     JsonOptions,
     argument,
@@ -50,36 +51,50 @@ class RunOptions(JsonOptions, EngineOptions):
 
     experiment: tuple[str, ...] = argument(nargs=-1, required=False, metavar="[EXPERIMENT]")
     trackers: str | None = option(
-        "Comma-separated: NAME[:preset=PRESET][:PARAMETER=VALUE]…, or path/to/file.py[:CLASS]."
+        "Comma-separated trackers: NAME[:preset=PRESET][:PARAMETER=VALUE]… or FILE.py[:CLASS].",
+        metavar="TRACKERS",
     )
     sequences: str | None = option(
-        "Comma-separated names, paths, folders or patterns with * and ?."
+        "Comma-separated names, paths, folders or patterns with * and ?.", metavar="SEQUENCES"
     )
     truth: Path | None = truth_option()
-    seeds: int | None = option("Repetitions of stochastic trackers.", minimum=1)
+    seeds: int | None = option("Number of repetitions of stochastic trackers.", minimum=1)
     protocol: str | None = protocol_option()
-    timing: bool = option("Time the trackers, one by one, instead.")
+    timing: bool = option(
+        "Measure the time per frame instead of the accuracy; trackers run one at a time."
+    )
     arrays: bool = option(
         "Store masks, contours, particles and maps of new runs for the report's player."
     )
-    name: str | None = option("Name of the results folder.  [default: made from the options]")
-    keep: bool = option(
-        "Replace no stored run of another version: use the folder NAME-2, NAME-3, …"
+    name: str | None = option(
+        "Name of the results folder.  [default: derived from --trackers and --sequences]",
+        group="Output",
+        metavar="NAME",
     )
-    retry_failed: bool = option("Also repeat runs that failed.")
-    dry_run: bool = option("Execute nothing; print the plan.")
+    keep: bool = option(
+        "Keep stored runs of other versions: store new runs in NAME-2, NAME-3, …", group="Output"
+    )
+    retry_failed: bool = option("Repeat runs that failed.", group="Execution")
+    dry_run: bool = option(
+        "Execute nothing; print the missing runs and the estimated time.", group="Execution"
+    )
     metrics: list[str] = metrics_option()
 
 
-@click.command("run")
+@click.command("run", cls=Command)
 @with_options(RunOptions)
 def command(options: RunOptions) -> int:
-    """Run EXPERIMENT (a name or a .toml file), or --trackers on --sequences.
+    """Run trackers on sequences and store the results.
 
-    Stored runs are not repeated. Prints tables of scores by --metrics; with --json, one line per
-    requested run. With --dry-run it prints the plan and the estimated time only.
+    EXPERIMENT is the name of a built-in experiment or a .toml file. Without it, give --trackers and
+    --sequences. Runs that are already stored are not repeated. The command prints tables of scores,
+    or one JSON object per requested run with --json.
 
-    Exit codes: 0 success; 1 runs failed; 2 invalid usage or input; 130 interrupted.
+    For example:
+      trackmark run windows.toml
+      trackmark run --trackers camshift,matcher.py --sequences 'samples/*'
+
+    Exit codes: 0 success; 1 at least one run failed; 2 invalid usage or input; 130 interrupted.
     """
     experiment = _experiment(options)
     known: KnownSequences = {}

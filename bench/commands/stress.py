@@ -1,4 +1,4 @@
-"""Find breaking points: the level of a difficulty at which half of a tracker's runs survive."""
+"""Find the level of a difficulty at which half of the runs survive."""
 
 import json
 from collections.abc import Mapping, Sequence
@@ -10,6 +10,7 @@ import click
 
 from trackmark.bench.commands._execution import run_experiment
 from trackmark.bench.commands._options import (
+    Command,
     EngineOptions,
     JsonOptions,
     argument,
@@ -40,25 +41,41 @@ class StressOptions(JsonOptions, EngineOptions):
         "Comma-separated filters (noise, blur, gain, size, motion, step, occlusion, similarity, "
         "box_error) or parameters of the scenes; NAME=FROM..TO sets the range, from easy to hard.",
         "--knob",
+        metavar="NAMES",
     )
     sequences: str = option(
         "Comma-separated names, paths or patterns; scenes vary unless one is named.",
+        metavar="SEQUENCES",
         default="plain/target",
     )
-    runs: int = option("Maximum number of runs of a tracker under a knob.", default=100, minimum=20)
-    against: str = option("Baseline of the factors.", default="camshift")
-    recorded: str | None = option("Correlate breaking points with the overlap on these sequences.")
-    name: str = option("Name of the results folder.", default="stress")
-    folder: Path | None = option("Write tables, curves and all runs to this folder.")
+    runs: int = option(
+        "Maximum number of runs per tracker and difficulty.", default=100, minimum=20
+    )
+    against: str = option(
+        "Tracker whose breaking points are the baseline of the factors.", default="camshift"
+    )
+    recorded: str | None = option(
+        "Correlate breaking points with the overlap on these sequences.", metavar="SEQUENCES"
+    )
+    name: str = option("Name of the results folder.", group="Output", default="stress")
+    folder: Path | None = option(
+        "Write tables, curves and all runs to this folder.", group="Output"
+    )
 
 
-@click.command("stress")
+@click.command("stress", cls=Command)
 @with_options(StressOptions)
 def command(options: StressOptions) -> int:
-    """Increase one difficulty after another until TRACKERS lose the target.
+    """Find the level of a difficulty at which half of the runs survive.
 
-    Runs are placed at the levels that are most informative. Stored runs are not repeated. See
-    docs/stress.md.
+    Each difficulty of --knob is increased until the trackers lose the target. Runs are placed at
+    the most informative levels; stored runs are not repeated. See docs/stress.md.
+
+    For example:
+      trackmark stress multipart --knob noise,occlusion
+      trackmark stress matcher.py --knob speed=2..8 --sequences plain/target --folder out
+
+    Exit codes: 0 success; 2 invalid usage or input; 130 interrupted.
     """
     from trackmark.bench.comparing.breaking_points import (
         BreakingPoints,

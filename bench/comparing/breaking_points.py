@@ -20,7 +20,13 @@ from trackmark import datasets
 from trackmark.bench.experiments.experiment import ExperimentError
 from trackmark.bench.statistics.correlation import rank_correlation
 from trackmark.bench.statistics.intervals import Interval
-from trackmark.bench.statistics.psychometric import FIRST, NEXT, Threshold, next_places, threshold
+from trackmark.bench.statistics.psychometric import (
+    N_FIRST_RUNS,
+    N_NEXT_RUNS,
+    Threshold,
+    next_difficulties,
+    threshold,
+)
 from trackmark.bench.statistics.rules import MIN_UNITS
 from trackmark.datasets.filters import FILTERS, split_filters, with_filters
 from trackmark.datasets.spec_string import close_match, format_text, parse_text
@@ -210,13 +216,13 @@ class Series:
     @property
     def verdict(self) -> str:
         """`broken` within the range, or `never` or `at once` if the point is beyond an end."""
-        place = self.threshold.place
+        place = self.threshold.median
         return "never" if place > 1 else "at once" if place < 0 else "broken"
 
     @property
     def level(self) -> float:
         """Breaking point."""
-        return self.knob.level(self.threshold.place)
+        return self.knob.level(self.threshold.median)
 
     @property
     def interval(self) -> Interval:
@@ -232,14 +238,14 @@ class Series:
         """Return sequences and levels of the next runs; none if the point is known well enough."""
         done = len(self.trials)
         if not done:
-            places: NDArray[np.float64] = (np.arange(FIRST) + 0.5) / FIRST
+            places: NDArray[np.float64] = (np.arange(N_FIRST_RUNS) + 0.5) / N_FIRST_RUNS
         else:
             low, high = self.threshold.interval
             if self.threshold.half_width <= ENOUGH or low > 1 or high < 0:
                 return []
             key = crc32(self.tracker.encode()), crc32(self.knob.name.encode())
             random = np.random.default_rng(np.random.SeedSequence(done, spawn_key=key))
-            places = next_places(self.threshold, random, NEXT)
+            places = next_difficulties(self.threshold, random, N_NEXT_RUNS)
         levels = [self.knob.run_level(place) for place in places[: self.max_runs - done].tolist()]
         return [
             (self.sequences.text(self.knob, level, done + i), level)
@@ -315,7 +321,7 @@ class BreakingPoints:
         means = [float(np.mean(scores)) for scores in self.scores.values()]
         places = {
             knob.name: [
-                min(1.0, max(0.0, by_tracker[name].threshold.place)) for name in self.scores
+                min(1.0, max(0.0, by_tracker[name].threshold.median)) for name in self.scores
             ]
             for knob, by_tracker in self.knobs.items()
         }

@@ -19,9 +19,9 @@ from trackmark.bench.protocols import STORED_ONE_PASS, TIMING
 from trackmark.bench.reporting.failed_runs import failed_runs
 from trackmark.bench.reporting.tables import own_times, uncertainty_of
 from trackmark.bench.statistics.intervals import Interval
-from trackmark.bench.statistics.rules import Answer, decide
-from trackmark.bench.statistics.units import Units, units_of
-from trackmark.reports.tables import Measure, timed_by
+from trackmark.bench.statistics.rules import Decision, decide
+from trackmark.bench.statistics.units import StatisticalUnits, units_of
+from trackmark.reports.tables import ScoreMeasure, timed_by
 
 Means: TypeAlias = Mapping[str, NDArray[np.float64]]
 """Means over repetitions, shape (n_sequences,), by tracker."""
@@ -58,7 +58,7 @@ class Pair:
     second: str
     differences: NDArray[np.float64]  # shape (n_sequences,), in the order of the sequences
     by_unit: NDArray[np.float64]  # shape (n_units,): their means
-    answer: Answer  # about the first
+    answer: Decision  # about the first
     interval: Interval | None  # corrected for all pairs; None for too few units
     wins: int  # units on which the first is better
     same_boxes: int  # sequences on which both gave the same boxes in all runs
@@ -78,8 +78,8 @@ class Pair:
 class Comparison:
     """Trackers compared by one measure; differences up to its margin are irrelevant."""
 
-    measure: Measure
-    units: Units
+    measure: ScoreMeasure
+    units: StatisticalUnits
     sequences: Sequence[str]
     scores: Mapping[str, Sequence[NDArray[np.float64]]]  # of repetitions, by tracker and sequence
     losses: Losses
@@ -152,7 +152,7 @@ def parts_of(
 
 
 def means_in_part(
-    units: Units, by_sequence: NDArray[np.float64], chosen: NDArray[np.bool_]
+    units: StatisticalUnits, by_sequence: NDArray[np.float64], chosen: NDArray[np.bool_]
 ) -> NDArray[np.float64]:
     """Return means of the units that have chosen sequences, over these.
 
@@ -173,7 +173,7 @@ def _in_order(value: str) -> tuple[bool, float, str]:
 
 def compare(
     runs: pd.DataFrame,
-    measure: Measure,
+    measure: ScoreMeasure,
     trackers: Sequence[str] | None = None,
     against: str | None = None,
     *,
@@ -228,7 +228,7 @@ def compare(
 
 
 def _standings(
-    runs: pd.DataFrame, means: Means, losses: Losses, units: Units, measure: Measure
+    runs: pd.DataFrame, means: Means, losses: Losses, units: StatisticalUnits, measure: ScoreMeasure
 ) -> list[Standing]:
     clock = timed_by(runs[(runs["protocol"] == TIMING) & runs["tracker"].isin(list(means))])
     by_unit = units.means(list(means.values()))
@@ -245,8 +245,8 @@ def _standings(
 
 def _pairs(
     means: Means,
-    units: Units,
-    measure: Measure,
+    units: StatisticalUnits,
+    measure: ScoreMeasure,
     against: str | None,
     same_boxes: Mapping[tuple[str, str], int],
 ) -> list[Pair]:
@@ -271,7 +271,7 @@ def _pairs(
     return pairs
 
 
-def _sign(measure: Measure) -> float:
+def _sign(measure: ScoreMeasure) -> float:
     """Return 1 if higher scores are better, -1 if lower ones are."""
     return 1.0 if measure.direction == "higher" else -1.0
 

@@ -13,8 +13,12 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from trackmark.bench.comparing.baseline import DECIMALS, Baseline, Cells
-from trackmark.bench.statistics.accuracy_drop import IDENTICAL, fact, seed_change
-from trackmark.bench.statistics.rules import MARGIN, Answer
+from trackmark.bench.statistics.accuracy_drop import (
+    IDENTICAL,
+    decide_by_seeds,
+    decide_deterministic,
+)
+from trackmark.bench.statistics.rules import MARGIN, Decision
 from trackmark.reports.printable import in_xml
 from trackmark.reports.tables import Cell, Table
 
@@ -34,7 +38,7 @@ class ScoreChange:
     new: Sequence[float]
     same: Sequence[bool]  # pairs of runs with equal boxes
     failures: Mapping[int, str]  # reasons by seed
-    change: Answer = IDENTICAL
+    change: Decision = IDENTICAL
 
     @property
     def differences(self) -> NDArray[np.float64]:
@@ -108,11 +112,11 @@ def check(
         if all(row.same):
             change = IDENTICAL
         elif (row.tracker, row.sequence) in not_repeatable:
-            change = Answer("inconclusive", float(row.differences[0]), reason=UNREPEATABLE)
+            change = Decision("inconclusive", float(row.differences[0]), reason=UNREPEATABLE)
         elif row.is_random:
-            change = seed_change(row.differences, len(changed), before.detect)
+            change = decide_by_seeds(row.differences, len(changed), before.detect)
         else:
-            change = fact(float(row.differences[0]), margin)
+            change = decide_deterministic(float(row.differences[0]), margin)
         sequences.append(replace(row, change=change))
     trackers = list(dict.fromkeys(row.tracker for row in changed))
     means = [
@@ -140,7 +144,7 @@ def _mean(rows: Sequence[ScoreChange], comparisons: int, detect: float) -> Score
         list(chain.from_iterable(parts))
         for parts in zip(*((row.old, row.new, row.same) for row in rows), strict=True)
     )
-    change = seed_change(by_seed, comparisons, detect)
+    change = decide_by_seeds(by_seed, comparisons, detect)
     words = f"mean of {_counted(len(rows))}"
     return ScoreChange(rows[0].tracker, words, old, new, same, {}, change)
 

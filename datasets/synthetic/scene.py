@@ -1,4 +1,4 @@
-"""A scene: what is drawn and what is true of it, frame by frame and without memory."""
+"""Scene: stateless rendering of images, masks and ground truth."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
@@ -12,28 +12,28 @@ from trackmark.datasets.interface import Image, Mask
 
 
 @dataclass(frozen=True)
-class Truth:
-    """What is true of the target in every frame."""
+class SceneTruth:
+    """Ground truth of the target in every frame."""
 
-    # what trackers start from and are scored by, hidden parts included, in pixels; as a rule the
-    # extents of the whole silhouette at mid-exposure. NaN rows where nothing of it is in view;
-    # shape (n, 4)
+    # boxes that trackers are initialised and scored with [pixels], shape (n, 4): usually the
+    # extents of the whole silhouette at mid-exposure, hidden parts included; NaN while the target
+    # is out of view
     boxes: NDArray[np.float64]
-    # fraction of the silhouette's area that is in view and not hidden, in [0, 1]; shape (n,)
+    # share of the silhouette that is in view and not occluded, in [0, 1]; shape (n,)
     visibility: NDArray[np.float64]
-    attributes: Mapping[str, NDArray[np.bool_]]  # what happens when; shape (n,)
-    # further truths by name, as `boxes`; shape (n, 4)
+    attributes: Mapping[str, NDArray[np.bool_]]  # flags per frame by name; shape (n,)
+    # further ground-truth boxes by name, in the format of `boxes`; shape (n, 4)
     regions: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
 
 
-class Scene(ABC):
-    """A renderer with its truth; as `Frames` it gives its images.
+class SyntheticScene(ABC):
+    """Renderer with its ground truth; as `Frames` it returns its images.
 
-    `render` and `mask` depend on the frame's number alone: any order, any process and any
-    number of threads give the same bytes. Making a scene costs neither textures nor images.
+    `render` and `mask` depend on the frame number alone: any order, any process and any number of
+    threads give the same bytes. The constructor renders neither textures nor images.
     """
 
-    fps: float = 25.0  # frames a second
+    fps: float = 25.0  # frames per second
     length: int  # number of frames
     size: tuple[int, int]  # width and height of the images [pixels]
 
@@ -41,28 +41,28 @@ class Scene(ABC):
         return self.length
 
     @abstractmethod
-    def truth(self) -> Truth:
-        """Truth of all frames; renders nothing."""
+    def truth(self) -> SceneTruth:
+        """Return the ground truth of all frames without rendering."""
 
     @abstractmethod
     def render(self, frame: int) -> Image:
-        """Image of a frame, a fresh array."""
+        """Return the image of a frame as a new array."""
 
     @abstractmethod
     def mask(self, frame: int) -> Mask:
-        """Pixels that show the target at mid-exposure, at least to one half."""
+        """Return the pixels of which the target covers at least one half at mid-exposure."""
 
     def __getitem__(self, frame: int) -> Image:
         return self.render(frame)
 
 
 def part_generator(seed: int, part: str) -> np.random.Generator:
-    """Random numbers of one part of a scene: a new part changes no other's."""
+    """Return the random generator of one part of a scene; parts do not affect one another."""
     return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(crc32(part.encode()),)))
 
 
-def pasted(size: tuple[int, int], left: int, top: int, part: Image) -> Image:
-    """An image of a width and height that is 0 but for a part of it, shape (h, w)."""
+def paste_window(size: tuple[int, int], left: int, top: int, part: Image) -> Image:
+    """Return an image of a width and height that is 0 except for a window, shape (h, w)."""
     whole = np.zeros(size[::-1], part.dtype)
     height, width = part.shape
     whole[top : top + height, left : left + width] = part

@@ -1,4 +1,4 @@
-"""A suite: names of sequences, their knobs, and the modules that make scenes of these."""
+"""Suite of synthetic sequences: names, parameters and the modules that render the scenes."""
 
 import hashlib
 import importlib
@@ -16,70 +16,72 @@ from trackmark.datasets.synthetic.knobs import Knobs
 from trackmark.datasets.versioning import find_version
 
 if TYPE_CHECKING:
-    from trackmark.datasets.synthetic.scene import Scene, Truth
+    from trackmark.datasets.synthetic.scene import SceneTruth, SyntheticScene
 
 FOLDER = Path(__file__).parent
 
 
 class SceneModule(Protocol):
-    """What a module offers that makes scenes."""
+    """Interface of a module that renders scenes."""
 
     __file__: str
 
-    def scene(self, knobs: Any, *which: Any) -> "Scene":
-        """Renderer and truth; nothing is painted yet. `which` is the entry's."""
+    def scene(self, knobs: Any, *which: Any) -> "SyntheticScene":
+        """Return the renderer with its ground truth, without rendering.
+
+        `which`: see `Entry.which`.
+        """
         ...
 
 
 @dataclass(frozen=True)
 class Entry:
-    """A sequence of a suite."""
+    """Sequence of a suite."""
 
     name: str  # full name, `suite/sequence`
-    knobs: type[Knobs]  # what can be set of it
-    # dotted name of the `SceneModule`. It brings Numba, so it is loaded only where a sequence is
-    # opened
+    knobs: type[Knobs]  # parameters of the sequence
+    # dotted name of the `SceneModule`; it imports Numba, so it is loaded only to open a sequence
     module: str
-    length: int  # frames, with all knobs at their defaults
-    size: tuple[int, int]  # width and height of the images [pixels], likewise
-    which: tuple[Any, ...] = ()  # what tells the sequence from others of the same module
+    length: int  # number of frames with default parameters
+    size: tuple[int, int]  # width and height of the images [pixels] with default parameters
+    which: tuple[Any, ...] = ()  # arguments that select this sequence among those of the module
 
     def opened(self, options: Mapping[str, str]) -> tuple[Knobs, SceneModule]:
-        """Checked knobs, and the module.
+        """Return the checked parameters and the scene module.
 
-        Raises `SequenceError` for an unknown knob or a value out of its bounds.
+        Raises `SequenceError` for an unknown parameter or a value outside its bounds.
         """
         knobs = self.knobs.checked(self.name, options)
         return knobs, cast(SceneModule, importlib.import_module(self.module))
 
 
 class Suite:
-    """Sequences that are rendered.
+    """Synthetic sequences of one folder.
 
-    `folder`: Of the suite; its `golden.json` holds the seals (see `datasets.versioning`).
-    `entries`: The sequences.
+    `folder`: the suite's folder; its `golden.json` holds the versions (see `datasets.versioning`).
+    `entries`: the sequences.
     """
 
     def __init__(self, folder: Path, entries: Iterable[Entry]) -> None:
         self.entries = {entry.name: entry for entry in entries}
         self.golden = folder / "golden.json"
-        # A command opens a sequence to plan, to examine and to draw it; solids take a second each.
+        # A command loads a sequence several times, and ground truth can take a second per scene.
         self._truth = lru_cache(maxsize=1024)(self._true)
 
     def names(self) -> list[str]:
-        """Names of the sequences, without options."""
+        """Return the names of the sequences, without options."""
         return list(self.entries)
 
     def options(self, name: str) -> list[dict[str, Any]]:
-        """What can be set of a sequence: `name`, `default` and `meaning` of every knob."""
+        """Return `name`, `default` and `meaning` of every parameter of a sequence."""
         return self.entries[name].knobs.described()
 
     def summary(self, name: str) -> Summary:
-        """Length and size of images of one of `names()` as it is by default."""
+        """Return length and image size of a sequence with default parameters."""
         return Summary(self.entries[name].length, self.entries[name].size)
 
     def describe(self, name: str) -> SequenceMetadata:
-        """What a description tells of one of `names()`: as sealed, while its source is."""
+        """Return the description of a sequence: the stored one while its source is unchanged."""
         entry, seal = self.entries[name], find_version(name, self.golden)
         if seal is None or seal.tree != self.tree(name) or name not in seal.known:
             return sequence_metadata(self.load(name, {}), entry.size)
@@ -95,15 +97,15 @@ class Suite:
         )
 
     def identity(self, name: str, options: Mapping[str, str]) -> tuple[str, str]:
-        """Name and fingerprint of the sequence that `load` gives; errors are as of it."""
+        """Return name and fingerprint of the sequence that `load` returns, or raise its errors."""
         entry = self.entries[name]
         knobs = entry.knobs.checked(name, options)
         return knobs.canonical_name(name), self._fingerprint(entry, knobs)
 
     def load(self, name: str, options: Mapping[str, str]) -> Sequence:
-        """Sequence of one of `names()` with some knobs set; renders nothing.
+        """Return a sequence of the suite with some parameters set; render nothing.
 
-        Raises `SequenceError` for an unknown knob or a value out of its bounds.
+        Raises `SequenceError` for an unknown parameter or a value outside its bounds.
         """
         entry = self.entries[name]
         knobs, module = entry.opened(options)
@@ -121,15 +123,16 @@ class Suite:
             image_size=scene.size,
         )
 
-    def _true(self, name: str, knobs: Knobs) -> "Truth":
+    def _true(self, name: str, knobs: Knobs) -> "SceneTruth":
         entry = self.entries[name]
         module = cast(SceneModule, importlib.import_module(entry.module))
         return module.scene(knobs, *entry.which).truth()
 
     def tree(self, name: str) -> str:
-        """Digest of the syntax trees that make a sequence's scenes: of modules in this folder.
+        """Return the digest of the syntax trees that define a sequence's scenes.
 
-        Nothing elsewhere makes a pixel or a truth value.
+        It covers the modules of this folder: no other module defines a pixel or a ground-truth
+        value.
         """
         return _scene_tree(self.entries[name].module)
 
@@ -149,9 +152,9 @@ def _scene_tree(module: str) -> str:
 
 
 def _identity(knobs: Knobs) -> dict[str, Any]:
-    """All that is set, by name, but for knobs that are marked `later` and at their default.
+    """Return all parameters by name, except those marked `later` that have their default value.
 
-    They were added after results had been stored, and give by default what there was before.
+    `later` parameters were added after results had been stored; their default changes nothing.
     """
     later = {
         name: field.default
@@ -164,7 +167,7 @@ def _identity(knobs: Knobs) -> dict[str, Any]:
 
 @cache
 def suites() -> list[Suite]:
-    """List the suites: folders here whose package has a `SUITE`."""
+    """Return the suites: the `SUITE` of every package in this folder that has one."""
     folders = sorted(file.parent.name for file in FOLDER.glob("*/__init__.py"))
     packages = [importlib.import_module(f"trackmark.datasets.synthetic.{name}") for name in folders]
     return [package.SUITE for package in packages if hasattr(package, "SUITE")]

@@ -1,7 +1,8 @@
-"""The sequences of a paper on fusing cues that depend on one another.
+"""Sequences of a paper on fusing cues that depend on one another.
 
-Analogues of the paper's own recordings, and of its synthetic ellipse, drawn from its words alone:
-other videos, new in every scene. All have exact masks of what is seen of the target.
+They imitate the paper's own recordings and its synthetic ellipse. They follow only its text: the
+videos differ from the originals and are new in every scene. All have exact masks of the visible
+part of the target.
 """
 
 from pathlib import Path
@@ -26,14 +27,14 @@ SUITE = Suite(
         Entry(
             "moreno2005/octopus",
             seeded("animal, trajectory, floor, light and noise"),
-            f"{MODULE}.octopus.scene",
+            f"{MODULE}.octopus",
             100,
             (320, 240),
         ),
         Entry(
             "moreno2005/book",
             seeded("book, bending, trajectory, room and noise"),
-            f"{MODULE}.book.scene",
+            f"{MODULE}.book",
             100,
             (320, 240),
         ),

@@ -1,11 +1,11 @@
-"""`moreno2005/ellipse`: an ellipse that changes at random in front of clutter.
+"""`moreno2005/ellipse`: an ellipse with random changes in front of clutter.
 
-The paper: "a synthetically generated sequence of an ellipse that changes randomly its position,
-color and shape in a cluttered background"; it is tracked "even when the background has a similar
-color to the target (observe the frame before last)". All other properties are our choice: shape
-and colour take a new random step in every frame, the displacement stays within two deviations of
-the shift that was estimated for trackers, and the ellipse meets a patch of its colour three times.
-Many shapes of the background have a colour that the ellipse has at another time.
+The paper shows "a synthetically generated sequence of an ellipse that changes randomly its
+position, color and shape in a cluttered background". It is tracked "even when the background has a
+similar color to the target (observe the frame before last)". All other properties are our choice.
+Shape and colour take a new random step in every frame. The displacement stays within two standard
+deviations of the shift that was estimated for trackers. The ellipse meets a patch of its colour
+three times, and many background shapes have a colour that the ellipse has at another time.
 """
 
 from collections.abc import Sequence
@@ -22,32 +22,33 @@ from trackmark.datasets.synthetic.knobs import SceneKnobs
 from trackmark.datasets.synthetic.render.camera import Camera
 from trackmark.datasets.synthetic.render.path import quantised
 from trackmark.datasets.synthetic.render.texture import fractal, ramp
-from trackmark.datasets.synthetic.scene import Scene, Truth, part_generator
+from trackmark.datasets.synthetic.scene import SceneTruth, SyntheticScene, part_generator
 
 Array = NDArray[np.float64]
 
 FRAMES = 100
 SIZE = 320, 240
-BORDER = 38.0  # how near its centre comes to the picture's border [pixels]
-HALF_AXES = 11.0, 34.0  # least and greatest [pixels]
-KEPT = 0.85  # part of the velocity that is kept from frame to frame; the rest is new
-NEW_SPEED = 1.8  # standard deviation of each component of the new velocity [pixels/frame]
-FASTEST = 6.9  # [pixels/frame]; two deviations of the shift that trackers have learnt (section 4)
-# Standard deviation of independent steps: of either half axis's logarithm, of the angle [radians].
-# Deviations that trackers have learnt before, elsewhere, are .03 for stretches, .05 for shears.
-# With .03 trackers had been tried before, on other scenes (J .86): it was known to be followed.
+BORDER = 38.0  # minimum distance of the centre from the image border [pixels]
+HALF_AXES = 11.0, 34.0  # minimum and maximum [pixels]
+KEPT = 0.85  # autoregressive coefficient of the velocity
+NEW_SPEED = 1.8  # standard deviation of each component of the velocity noise [pixels/frame]
+# [pixels/frame]; two standard deviations of the shift that trackers have learnt (section 4)
+FASTEST = 6.9
+# Standard deviation of independent steps of the logarithm of either half axis, and of the angle
+# [radians]. Trackers learn the standard deviations .03 for stretches and .05 for shears on other
+# data. With .03, trackers had been tried before on other scenes (J .86), so it was known that they
+# can follow.
 NEW = 0.03
-STEP = 0.05  # about how far its colour goes in a frame, in RGB of [0, 1]
-# How much the way of its colour turns in a frame: what is added to a direction of length 1.
-TURN = 0.45
-COLOURS = 0.08, 0.92  # least and greatest of every channel
+STEP = 0.05  # mean step of the colour per frame, in RGB of [0, 1]
+TURN = 0.45  # change of the colour's direction per frame: noise that is added to a unit vector
+COLOURS = 0.08, 0.92  # minimum and maximum of every channel
 
 
 @dataclass(frozen=True)
-class Plan:
-    """An ellipse in every frame."""
+class EllipsePlan:
+    """Ellipse in every frame."""
 
-    centre: Array  # (FRAMES, 2): in the picture, (x, y) [pixels]
+    centre: Array  # (FRAMES, 2): in the image, (x, y) [pixels]
     half_axes: Array  # (FRAMES, 2): [pixels]
     angle: Array  # (FRAMES,): of the first half axis, from x towards y [radians]
     colour: Array  # (FRAMES, 3): RGB in [0, 1]
@@ -62,13 +63,13 @@ class Plan:
         return np.hstack([self.centre - half, 2 * half])
 
     def inwards(self, frame: int, points: Array) -> Array:
-        """Points in the ellipse's own frame, in which it is the unit circle; shape (..., 2)."""
+        """Return points in the ellipse's own frame, where it is the unit circle; shape (..., 2)."""
         cosine, sine = np.cos(self.angle[frame]), np.sin(self.angle[frame])
         turn = np.array([[cosine, -sine], [sine, cosine]])
         return np.asarray((points - self.centre[frame]) @ turn / self.half_axes[frame])
 
     def around(self, frame: int) -> tuple[tuple[slice, slice], Array]:
-        """Rows and columns that the ellipse may touch, and `inwards` of their pixels' centres."""
+        """Return the window that the ellipse may touch, and `inwards` of its pixel centres."""
         x, y, width, height = self.boxes[frame]
         left, top = int(x) - 1, int(y) - 1
         right, bottom = int(x + width) + 2, int(y + height) + 2
@@ -77,24 +78,24 @@ class Plan:
         return window, self.inwards(frame, np.stack([columns, rows], axis=2))
 
     def covers(self, frame: int) -> Mask:
-        """Pixels whose centres lie within the ellipse, shape (height, width)."""
+        """Return the pixels whose centres lie within the ellipse, shape (height, width)."""
         window, inwards = self.around(frame)
         covered = np.zeros(SIZE[::-1], np.bool_)
         covered[window] = (inwards * inwards).sum(axis=2) <= 1
         return covered
 
     def reach(self, frame: int, direction: float) -> float:
-        """How far its outline is from its centre in a direction [pixels].
+        """Return the distance from the centre to the outline in a direction [pixels].
 
-        `direction`: From x towards y [radians].
+        `direction`: from x towards y [radians].
         """
         towards = np.array([np.cos(direction), np.sin(direction)])
         return float(1 / np.linalg.norm(self.inwards(frame, self.centre[frame] + towards)))
 
 
-def drawn_plan(seed: int) -> Plan:
-    """Draw trajectory, shape and colour."""
-    way, shape, colour = (
+def sample_plan(seed: int) -> EllipsePlan:
+    """Sample trajectory, shape and colour."""
+    path, shape, colour = (
         part_generator(seed, f"moreno2005/ellipse {part}") for part in ("way", "shape", "colour")
     )
     far = np.array(SIZE) - BORDER
@@ -102,8 +103,8 @@ def drawn_plan(seed: int) -> Plan:
     turn = np.array([4 * np.pi])
     half_axes = np.exp(_random_walk(shape, least, greatest))
     angle = _random_walk(shape, -turn, turn)[:, 0]
-    centre = quantised(_trajectory(way, np.full(2, BORDER), far))
-    return Plan(centre, quantised(half_axes), angle, _colour_path(colour))
+    centre = quantised(_trajectory(path, np.full(2, BORDER), far))
+    return EllipsePlan(centre, quantised(half_axes), angle, _colour_path(colour))
 
 
 def _trajectory(random: np.random.Generator, low: Array, high: Array) -> Array:
@@ -115,20 +116,20 @@ def _trajectory(random: np.random.Generator, low: Array, high: Array) -> Array:
         places[frame] = place
         rate = KEPT * rate + random.normal(0, NEW_SPEED, low.shape)
         rate *= min(1.0, FASTEST / float(np.linalg.norm(rate)))
-        place, rate = _reflected(place + rate, rate, low, high)
+        place, rate = _reflect(place + rate, rate, low, high)
     return places
 
 
 def _random_walk(random: np.random.Generator, low: Array, high: Array) -> Array:
-    """Random walk of independent steps, reflected at its bounds (k,); shape (FRAMES, k)."""
+    """Sample a random walk of independent steps, reflected at bounds (k,); shape (FRAMES, k)."""
     places = [random.uniform(low, high)]
     for step in random.normal(0, NEW, (FRAMES - 1, *low.shape)):
-        places.append(_reflected(places[-1] + step, step, low, high)[0])
+        places.append(_reflect(places[-1] + step, step, low, high)[0])
     return np.array(places)
 
 
 def _colour_path(random: np.random.Generator) -> Array:
-    """Way through the colours, at about the same pace, that bends at random; shape (FRAMES, 3)."""
+    """Sample a curved path through colours at nearly constant speed; shape (FRAMES, 3)."""
     low, high = (np.full(3, level) for level in COLOURS)
     place, heading = random.uniform(low, high), _unit(random.normal(size=3))
     places = np.empty((FRAMES, 3))
@@ -136,12 +137,12 @@ def _colour_path(random: np.random.Generator) -> Array:
         places[frame] = place
         heading = _unit(heading + TURN * random.normal(size=3))
         step = STEP * random.uniform(0.5, 1.5)
-        place, heading = _reflected(place + step * heading, heading, low, high)
+        place, heading = _reflect(place + step * heading, heading, low, high)
     return places
 
 
-def _reflected(place: Array, rate: Array, low: Array, high: Array) -> tuple[Array, Array]:
-    """What has gone beyond a bound comes back from it, its rate turned round."""
+def _reflect(place: Array, rate: Array, low: Array, high: Array) -> tuple[Array, Array]:
+    """Reflect a position beyond a bound at the bound and reverse its rate."""
     beyond = (place < low) | (place > high)
     bound = np.clip(place, low, high)
     return 2 * bound - place, np.where(beyond, -rate, rate)
@@ -151,39 +152,47 @@ def _unit(vector: Array) -> Array:
     return np.asarray(vector / np.linalg.norm(vector))
 
 
-# Samples of a painting per pixel and axis; odd, so that the middle one is the pixel's centre.
+# Samples of a painting per pixel and axis. The number is odd, so the middle sample is the pixel's
+# centre.
 FINE = 3
-SUBPIXEL = 4  # binary digits by which OpenCV places outlines between samples
+SUBPIXEL = 4  # binary digits of OpenCV's sub-sample positions of outlines
 
-FIRST = 10  # frame from which on patches are met: the ellipse was seen without them
-MEETINGS = 3  # one in each third of the frames from then on
+# first frame in which a patch can be met; before it, trackers learn the ellipse without patches
+FIRST = 10
+MEETINGS = 3  # one in each third of the frames from `FIRST` on
 PATCH_RADIUS = 10.0, 18.0  # of patches [pixels]
-# How far a patch's middle is beyond the ellipse's outline when they meet, in its own radii.
+# distance of a met patch's centre beyond the ellipse's outline [radii of the patch]
 SHOWN = 0.2, 0.7
-ASIDE = 8.0, 26.0  # how far the one that is not met is from the ellipse's outline [pixels]
-SIMILAR = 0.15  # greatest distance between similar colours, in RGB of [0, 1]
-ADJOINING = 8  # least number of pixels of a patch beside the ellipse's where one touches the other
+ASIDE = 8.0, 26.0  # distance of an unmet patch from the ellipse's outline [pixels]
+SIMILAR = 0.15  # maximum distance between similar colours, in RGB of [0, 1]
+ADJOINING = 8  # minimum number of pixels next to the ellipse for a patch that touches it
 
 TONES = 7  # colours of the texture behind the shapes
-SHAPES, ALIKE = 400, 0.8  # number of shapes; share in a colour that the ellipse has at some time
-SHAPE_RADIUS = 5.0, 18.0  # of shapes; the smaller, the more of them [pixels]
-MOTTLE = 0.06  # standard deviation of a shape's texture, of its colour
-SHAPE_SLANT = 0.14  # how much lighter a shape is at one end than at the other at most
-SHADOW = 0.45  # what a shape takes at most of the light around it
-THICK = 2.2  # about how far its shadow reaches [pixels]
-TILE = 1024  # side of the textures [samples]; more than the picture has
+SHAPES, SIMILAR_SHARE = (
+    400,
+    0.8,
+)  # number of shapes; share with a colour that the ellipse has at some time
+SHAPE_RADIUS = 5.0, 18.0  # of shapes; small ones are more frequent [pixels]
+MOTTLE = 0.06  # standard deviation of a shape's texture, relative to its colour
+SHAPE_SLANT = 0.14  # maximum difference of brightness between the ends of a shape
+SHADOW = 0.45  # maximum share of light that a shape removes around itself
+THICK = 2.2  # approximate reach of a shape's shadow [pixels]
+TILE = 1024  # side of the textures [samples]; larger than the image
 
 
-def samples(outline: Array) -> NDArray[np.bool_]:
-    """Which samples a closed outline (k, 2) [pixels] surrounds: (height * FINE, width * FINE)."""
+def covered_samples(outline: Array) -> NDArray[np.bool_]:
+    """Return the samples inside a closed outline (k, 2) [pixels].
+
+    The result has the shape (height * FINE, width * FINE).
+    """
     canvas = np.zeros((SIZE[1] * FINE, SIZE[0] * FINE), np.uint8)
     points = np.round((outline * FINE - 0.5) * (1 << SUBPIXEL)).astype(np.int32)
     cv2.fillPoly(canvas, [points], 1, shift=SUBPIXEL)
     return canvas.astype(np.bool_)
 
 
-def drawn_shape(random: np.random.Generator, centre: Array, radius: float) -> Array:
-    """Outline of a shape of any kind around a place (2,), as large as a circle [pixels]."""
+def sample_outline(random: np.random.Generator, centre: Array, radius: float) -> Array:
+    """Sample the outline of a random shape around a place (2,), as large as a circle [pixels]."""
     kinds = _box, _polygon, _oval, _blob
     points = kinds[random.integers(len(kinds))](random)
     stretch = np.exp(random.uniform(-0.4, 0.4))
@@ -221,17 +230,17 @@ def _directions(angles: Array) -> Array:
 
 
 @dataclass(frozen=True)
-class Patch:
-    """Something of the colour that the ellipse has at one time."""
+class EllipsePatch:
+    """Patch with the colour that the ellipse has at one time."""
 
     outline: Array  # (k, 2) [pixels]
     colour: Array  # (3,): RGB in [0, 1]
 
 
-def drawn_patches(seed: int, plan: Plan) -> list[Patch]:
-    """Draw pairs of patches of the ellipse's colour in a frame, near its place in that frame.
+def sample_patches(seed: int, plan: EllipsePlan) -> list[EllipsePatch]:
+    """Sample pairs of patches with the ellipse's colour in a frame, near its position there.
 
-    One patch of each pair touches the ellipse, the other is beside it.
+    One patch of each pair touches the ellipse, the other lies next to it.
     """
     random = part_generator(seed, "moreno2005/ellipse patches")
     bounds = np.linspace(FIRST, FRAMES, MEETINGS + 1).astype(int).tolist()
@@ -243,31 +252,31 @@ def drawn_patches(seed: int, plan: Plan) -> list[Patch]:
             beyond = radius * random.uniform(*SHOWN) if met else radius + random.uniform(*ASIDE)
             towards = np.array([np.cos(direction), np.sin(direction)])
             middle = plan.centre[frame] + (plan.reach(frame, direction) + beyond) * towards
-            patches.append(Patch(drawn_shape(random, middle, radius), plan.colour[frame]))
+            patches.append(EllipsePatch(sample_outline(random, middle, radius), plan.colour[frame]))
     return patches
 
 
-def touched(patches: Sequence[Patch], plan: Plan) -> NDArray[np.bool_]:
-    """In which frames the ellipse touches a patch of about the colour that it has then.
+def similar_patch_frames(patches: Sequence[EllipsePatch], plan: EllipsePlan) -> NDArray[np.bool_]:
+    """Return the frames in which the ellipse touches a patch of a similar colour.
 
-    A patch that is hidden, by the ellipse or by another patch, does not count where it is.
+    Parts of a patch that are hidden by the ellipse or by another patch do not count.
     """
     topmost = np.full((SIZE[1], SIZE[0]), -1)
     for number, patch in enumerate(patches):
-        topmost[samples(patch.outline)[FINE // 2 :: FINE, FINE // 2 :: FINE]] = number
+        topmost[covered_samples(patch.outline)[FINE // 2 :: FINE, FINE // 2 :: FINE]] = number
     colours = np.stack([patch.colour for patch in patches])
-    found = np.zeros(FRAMES, np.bool_)
+    touching = np.zeros(FRAMES, np.bool_)
     for frame in range(FRAMES):
         inside = plan.covers(frame)
         grown = cv2.dilate(inside.astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
-        beside = topmost[grown & ~inside]
-        counts = np.bincount(beside[beside >= 0], minlength=len(patches))
-        alike = np.linalg.norm(colours - plan.colour[frame], axis=1) <= SIMILAR
-        found[frame] = (counts[alike] >= ADJOINING).any()
-    return found
+        neighbours = topmost[grown & ~inside]
+        counts = np.bincount(neighbours[neighbours >= 0], minlength=len(patches))
+        similar = np.linalg.norm(colours - plan.colour[frame], axis=1) <= SIMILAR
+        touching[frame] = (counts[similar] >= ADJOINING).any()
+    return touching
 
 
-def painted(seed: int, plan: Plan, patches: Sequence[Patch]) -> Image:
+def paint_background(seed: int, plan: EllipsePlan, patches: Sequence[EllipsePatch]) -> Image:
     """Paint the background, BGR, with the patches on top."""
     random = part_generator(seed, "moreno2005/ellipse clutter")
     rows, columns = SIZE[1] * FINE, SIZE[0] * FINE
@@ -277,23 +286,23 @@ def painted(seed: int, plan: Plan, patches: Sequence[Patch]) -> Image:
     for _ in range(SHAPES):
         middle = random.uniform((0, 0), SIZE)
         radius = SHAPE_RADIUS[0] + (SHAPE_RADIUS[1] - SHAPE_RADIUS[0]) * random.random() ** 2
-        outline = drawn_shape(random, middle, radius)
-        alike, frame = random.random() < ALIKE, int(random.integers(FRAMES))
-        colour = plan.colour[frame] if alike else random.uniform(*COLOURS, 3)
-        _lay(random, canvas, mottle, outline, colour)
+        outline = sample_outline(random, middle, radius)
+        similar, frame = random.random() < SIMILAR_SHARE, int(random.integers(FRAMES))
+        colour = plan.colour[frame] if similar else random.uniform(*COLOURS, 3)
+        _paint_shape(random, canvas, mottle, outline, colour)
     for patch in patches:
-        _lay(random, canvas, mottle, patch.outline, patch.colour)
+        _paint_shape(random, canvas, mottle, patch.outline, patch.colour)
     reduced = cv2.resize(np.clip(canvas, 0, 1), SIZE, interpolation=cv2.INTER_AREA)
     return np.ascontiguousarray(np.round(255 * np.asarray(reduced)[..., ::-1]).astype(np.uint8))
 
 
-def _lay(
+def _paint_shape(
     random: np.random.Generator, canvas: Array, mottle: Array, outline: Array, colour: Array
 ) -> None:
-    """Lay a shape over a canvas of samples, with its shadow; the canvas is changed in place."""
+    """Paint a shape with its shadow over a canvas of samples in place."""
     rows, columns = _window(outline)
     window = canvas[rows, columns]
-    if not window.size:  # it lies beside the picture
+    if not window.size:  # the shape lies outside the image
         return
     corner = np.array([columns.start, rows.start])
     covered = np.zeros(window.shape[:2], np.uint8)
@@ -312,7 +321,7 @@ def _lay(
 
 
 def _window(outline: Array) -> tuple[slice, slice]:
-    """Rows and columns of samples that a shape's shadow may reach."""
+    """Return rows and columns of samples that a shape's shadow may reach."""
     margin = THICK + 2
     low = np.maximum(np.floor((outline.min(axis=0) - margin) * FINE), 0).astype(int)
     high = np.maximum(np.ceil((outline.max(axis=0) + margin) * FINE), 0).astype(int)
@@ -320,33 +329,34 @@ def _window(outline: Array) -> tuple[slice, slice]:
 
 
 CAMERA = Camera(SIZE, noise=5.0, fall=(0, 0))
-# Brightness of the ellipse where no light falls on it straight, and what straight light adds.
+# brightness of the ellipse without direct light, and the increase by direct light
 SHADING = 0.78, 0.34
-LIGHT_SLANT = 0.9  # of the light that falls on it: angle from the line of sight [radians]
+LIGHT_SLANT = 0.9  # angle between the direct light and the line of sight [radians]
 
 
 def scene(knobs: SceneKnobs) -> "EllipseScene":
-    """Renderer and truth; nothing is drawn yet."""
+    """Return the renderer with its ground truth, without rendering."""
     return EllipseScene(knobs.scene)
 
 
-class EllipseScene(Scene):
-    """An ellipse in front of clutter."""
+class EllipseScene(SyntheticScene):
+    """Ellipse in front of clutter."""
 
     length, size = FRAMES, SIZE
 
     def __init__(self, seed: int) -> None:
         self._seed = seed
-        self.plan = drawn_plan(seed)
-        self.patches = drawn_patches(seed, self.plan)
+        self.plan = sample_plan(seed)
+        self.patches = sample_patches(seed, self.plan)
 
-    def truth(self) -> Truth:
-        """See `Scene.truth`.
+    def truth(self) -> SceneTruth:
+        """Return the ground truth of all frames without rendering.
 
-        The attribute is `similar patch`: a patch of about the ellipse's present colour touches it.
+        The attribute is `similar patch`: a patch that touches the ellipse has a colour similar to
+        its present one.
         """
-        touching = touched(self.patches, self.plan)
-        return Truth(self.plan.boxes, np.ones(FRAMES), {"similar patch": touching})
+        touching = similar_patch_frames(self.patches, self.plan)
+        return SceneTruth(self.plan.boxes, np.ones(FRAMES), {"similar patch": touching})
 
     def render(self, frame: int) -> Image:
         canvas = self._backdrop.copy()
@@ -357,10 +367,10 @@ class EllipseScene(Scene):
         return self.plan.covers(frame)
 
     def _lay_ellipse(self, canvas: Image, frame: int) -> None:
-        """Lay the ellipse over a canvas, which is changed in place."""
+        """Paint the ellipse over a canvas in place."""
         window, inwards = self.plan.around(frame)
         square = (inwards * inwards).sum(axis=2)
-        # From the outline, measured along the steepest way: exact to first order.
+        # Distance to the outline along the gradient: exact to first order.
         slope = 2 * np.linalg.norm(inwards / self.plan.half_axes[frame], axis=2)
         coverage = np.clip(0.5 + (1 - square) / np.maximum(slope, 1e-9), 0, 1)[..., None]
         rise = np.sqrt(np.maximum(1 - square, 0))
@@ -384,5 +394,5 @@ class EllipseScene(Scene):
 
 @lru_cache(maxsize=4)
 def _backdrop(seed: int) -> Image:
-    plan = drawn_plan(seed)
-    return painted(seed, plan, drawn_patches(seed, plan))
+    plan = sample_plan(seed)
+    return paint_background(seed, plan, sample_patches(seed, plan))

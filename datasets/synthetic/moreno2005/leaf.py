@@ -1,15 +1,14 @@
-"""`moreno2005/leaf`: a leaf in the wind in front of many similar leaves; a cloud hides the sun.
+"""`moreno2005/leaf`: a leaf in the wind in front of similar leaves; a cloud hides the sun.
 
-The paper: a moving leaf; highly cluttered; "the illumination changes abruptly and the target moves
-unpredictably"; the change is between the first and the second of the frames shown. All other
-properties are our choice: the change is a cloud that leaves dim and bluish light, and a gust moves
-the leaf in the same frame. Without the displacement the jump would not defeat a contour whose
-colours are refitted in every frame: one frame later they are fitted in the new light.
+The paper describes a moving leaf in heavy clutter: "the illumination changes abruptly and the
+target moves unpredictably". The change occurs between the first and the second of the frames shown.
+All other properties are our choice: the change is a cloud that leaves dim and bluish light, and a
+gust moves the leaf in the same frame. Without that displacement, a contour whose colours are
+refitted in every frame would survive the change, because it adapts to the new light one frame
+later.
 
-A leaf: its outline and veins, and how it bends.
-
-A leaf lies with its base at the origin and its tip upwards; its middle vein may bend and its
-halves be folded up along it.
+A leaf has its base at the origin and its tip upwards. Its middle vein can bend, and its halves can
+be folded up along the vein.
 """
 
 from dataclasses import dataclass
@@ -22,55 +21,55 @@ from numpy.typing import ArrayLike, NDArray
 from trackmark.datasets.interface import Image, Mask
 from trackmark.datasets.synthetic.knobs import SceneKnobs
 from trackmark.datasets.synthetic.render.camera import Camera, developed
-from trackmark.datasets.synthetic.render.colours import any_of, varied
+from trackmark.datasets.synthetic.render.colours import sample_colour, vary_colour
 from trackmark.datasets.synthetic.render.lamp import light_left
 from trackmark.datasets.synthetic.render.path import quantised, smooth_step
 from trackmark.datasets.synthetic.render.texture import fractal
 from trackmark.datasets.synthetic.render.triangles import (
     Mesh,
-    Seen,
-    box_around,
-    grid,
-    lay,
-    seen,
-    turned_axes,
+    RenderedMesh,
+    bounding_box,
+    composite,
+    grid_triangles,
+    render_mesh,
+    rotation_axes,
 )
-from trackmark.datasets.synthetic.scene import Scene, Truth, part_generator
+from trackmark.datasets.synthetic.scene import SceneTruth, SyntheticScene, part_generator
 
 Array = NDArray[np.float64]
 
 COLUMNS, ROWS, STALK = 9, 34, 3  # vertices across; along the blade; along the stalk before it
 TALL, WIDE = 128, 96  # texels along the leaf, and across it
-TEXTURE_SIDE = 128  # of the textures from which its own is cut [texels]
-# Of the stalk: its length and half its width [lengths of the blade].
-STALK_LENGTH, STALK_WIDTH = 0.13, 0.016
+TEXTURE_SIDE = 128  # side of the noise textures from which the leaf's own is cut [texels]
+STALK_LENGTH, STALK_WIDTH = 0.13, 0.016  # length and half width of the stalk [lengths of the blade]
 
 
 @dataclass(frozen=True)
-class Shape:
-    """How a leaf is held and bent."""
+class LeafShape:
+    """Position, orientation and bending of a leaf."""
 
-    place: Array  # (2,): of the middle of its blade: column and row [pixels]
+    place: Array  # (2,): column and row of the blade's centre [pixels]
     angle: float  # from upright to the right [radians]
-    yaw: float  # how far it has turned from the camera to the right [radians]
-    pitch: float  # and down [radians]
-    bend: float  # how far its tip has turned from its base, away from the camera [radians]
-    fold: float  # how far each half is folded up towards the camera [radians]
+    yaw: float  # rotation to the right, away from the camera [radians]
+    pitch: float  # rotation downwards, away from the camera [radians]
+    # angle between tip and base, positive if the tip points away from the camera [radians]
+    bend: float
+    fold: float  # angle by which each half is folded up towards the camera [radians]
 
 
 @dataclass(frozen=True)
 class Blade:
-    """A leaf as it grew."""
+    """Undeformed leaf."""
 
     length: float  # of the blade, without the stalk [pixels]
     mesh: Mesh
-    # Places of its vertices when it is flat, both of shape (rows, COLUMNS) [pixels]:
-    along: Array  # from the base to the tip
-    across: Array  # from the middle vein to the right
+    along: Array  # (rows, COLUMNS): vertices of the flat leaf, from the base to the tip [pixels]
+    # (rows, COLUMNS): vertices of the flat leaf, from the middle vein to the right [pixels]
+    across: Array
 
 
-def drawn_blade(random: np.random.Generator, length: float, colour: ArrayLike) -> Blade:
-    """A leaf with a blade of a length [pixels], whose colours vary about one, BGR in [0, 255]."""
+def sample_blade(random: np.random.Generator, length: float, colour: ArrayLike) -> Blade:
+    """Sample a leaf with a blade of a length [pixels] and a mean colour, BGR in [0, 255]."""
     s = np.linspace(0, 1, ROWS)
     rise, fall = random.uniform(0.55, 0.75), random.uniform(0.8, 1.05)
     half = s**rise * (1 - s) ** fall
@@ -89,19 +88,19 @@ def drawn_blade(random: np.random.Generator, length: float, colour: ArrayLike) -
         ],
         axis=2,
     ).reshape(-1, 2)
-    mesh = Mesh(grid(len(along), COLUMNS), texels, _texture(random, colour), closed=False)
+    mesh = Mesh(grid_triangles(len(along), COLUMNS), texels, _texture(random, colour), closed=False)
     rows = np.repeat(along[:, None], COLUMNS, axis=1)
     return Blade(length, mesh, length * rows, length * across)
 
 
-def placed(blade: Blade, shape: Shape) -> tuple[Array, Array]:
-    """Where a leaf's vertices are: column, row and nearness [pixels], shape (v, 3).
+def place_blade(blade: Blade, shape: LeafShape) -> tuple[Array, Array]:
+    """Return column, row and nearness of a leaf's vertices [pixels], and the unit normals.
 
-    And the directions of its upper side there, of length 1.
+    Both have the shape (v, 3); the normals are those of the upper side.
     """
     middle = blade.length / 2
     turn = shape.bend * (blade.along - middle) / blade.length
-    # A bent vein is an arc, nearly: what it rises and falls by is the integral of its turn.
+    # A bent vein is nearly an arc: its height is the integral of its slope.
     up = (blade.along - middle) * np.sinc(turn / (2 * np.pi)) * np.cos(turn / 2)
     near = -(blade.along - middle) * np.sinc(turn / (2 * np.pi)) * np.sin(turn / 2)
     lift = np.abs(blade.across) * np.sin(shape.fold)
@@ -112,14 +111,14 @@ def placed(blade: Blade, shape: Shape) -> tuple[Array, Array]:
     down, right = np.gradient(points, axis=(0, 1))
     normals = np.cross(down, right)
     normals /= np.sqrt((normals * normals).sum(axis=2, keepdims=True)) + 1e-12
-    axes = turned_axes(shape.angle, shape.yaw, shape.pitch)
-    seen = points.reshape(-1, 3) @ axes.T
-    seen[:, :2] += shape.place
-    return seen, normals.reshape(-1, 3) @ axes.T
+    axes = rotation_axes(shape.angle, shape.yaw, shape.pitch)
+    render_mesh = points.reshape(-1, 3) @ axes.T
+    render_mesh[:, :2] += shape.place
+    return render_mesh, normals.reshape(-1, 3) @ axes.T
 
 
 def _texture(random: np.random.Generator, colour: ArrayLike) -> NDArray[np.float32]:
-    """Veins, patches of other tones, a rim, spots; linear."""
+    """Return a linear texture with veins, patches of other tones, a rim and spots."""
     down, right = (np.arange(TALL) + 0.5) / TALL, (np.arange(WIDE) + 0.5) / WIDE * 2 - 1
     s, w = down[:, None], np.abs(right)[None]
     pairs, slope = random.uniform(6, 9), random.uniform(0.22, 0.34)
@@ -148,16 +147,15 @@ def _texture(random: np.random.Generator, colour: ArrayLike) -> NDArray[np.float
 
 FRAMES = 100
 SIZE = 320, 240
-JUMP = 1  # first frame in the other light; a gust moves the leaf in the same frame
+JUMP = 1  # first frame in the changed light; a gust moves the leaf in the same frame
 FASTEST = 15.0  # speed in the strongest of the other gusts [pixels/frame]
-FIRST_GUST = 1.1, 1.3  # strength of the gust in the frame of the jump
-CALM = 6  # frames from the jump to the next gust
-# Between which corners the middle of the leaf stays [pixels].
-LOW, HIGH = np.array([62.0, 58.0]), np.array([258.0, 182.0])
+FIRST_GUST = 1.1, 1.3  # strength of the gust in the frame of the light change
+CALM = 6  # frames from the light change to the next gust
+LOW, HIGH = np.array([62.0, 58.0]), np.array([258.0, 182.0])  # bounds of the leaf's centre [pixels]
 
 
-def drawn_shapes(random: np.random.Generator) -> tuple[Shape, ...]:
-    """The leaf in every frame, drawn at random."""
+def sample_shapes(random: np.random.Generator) -> tuple[LeafShape, ...]:
+    """Sample the leaf's shape in every frame."""
     gusts = _gusts(random)
     places = _places(random, gusts)
     angle = random.uniform(-np.pi, np.pi) + _shaken(random, gusts, 0.03, 0.26)
@@ -165,22 +163,22 @@ def drawn_shapes(random: np.random.Generator) -> tuple[Shape, ...]:
     bend = random.uniform(0.1, 0.5) + 0.6 * np.tanh(_shaken(random, gusts, 0.05, 0.3))
     fold = random.uniform(0.2, 0.35) + 0.15 * np.tanh(_shaken(random, gusts, 0.05, 0.4))
     return tuple(
-        Shape(place, *values)
+        LeafShape(place, *values)
         for place, *values in zip(
             places, *(part.tolist() for part in (angle, yaw, pitch, bend, fold)), strict=True
         )
     )
 
 
-def drawn_sway(random: np.random.Generator) -> Array:
-    """How far the nearer foliage has been moved in every frame [pixels], shape (FRAMES, 2)."""
+def sample_sway(random: np.random.Generator) -> Array:
+    """Sample the displacement of the front foliage in every frame [pixels], shape (FRAMES, 2)."""
     gusts = _gusts(random)
     sway = [2.5 * np.tanh(_shaken(random, gusts, 0.10, 0.35)) for _ in range(2)]
     return quantised(np.stack(sway, axis=1))
 
 
 def _gusts(random: np.random.Generator) -> Array:
-    """Strength of a gust that begins in each frame, up to 1.3; most frames have none."""
+    """Return the strength of a gust that starts in each frame, up to 1.3; 0 for most frames."""
     gusts = np.zeros(FRAMES)
     gusts[JUMP] = random.uniform(*FIRST_GUST)
     frame = JUMP + CALM + int(random.integers(6))
@@ -191,7 +189,7 @@ def _gusts(random: np.random.Generator) -> Array:
 
 
 def _places(random: np.random.Generator, gusts: Array) -> Array:
-    """Middle of the leaf, shape (FRAMES, 2): pushed, held back, pulled to where it hangs."""
+    """Return the centre of the leaf, shape (FRAMES, 2): pushed by gusts and pulled to its rest."""
     home = np.array([160.0, 120.0]) + random.uniform(-1, 1, 2) * [35, 20]
     place, speed = home + random.uniform(-8, 8, 2), random.normal(0, 0.8, 2)
     places = []
@@ -209,7 +207,7 @@ def _places(random: np.random.Generator, gusts: Array) -> Array:
 
 
 def _shaken(random: np.random.Generator, gusts: Array, restless: float, kick: float) -> Array:
-    """Swings about 0 of something that is pushed a little always and hard by gusts."""
+    """Return damped oscillations about 0 that noise excites slightly and gusts strongly."""
     value, speed, values = 0.0, 0.0, []
     for gust in gusts.tolist():
         speed = 0.8 * speed - 0.06 * value + random.normal(0, restless)
@@ -223,125 +221,124 @@ Floats = NDArray[np.float32]
 
 
 @dataclass(frozen=True)
-class Light:
-    """Light of the sky from all around and of the sun on what faces it, BGR; shapes (3,)."""
+class LeafLight:
+    """Light of the sky from all directions, and of the sun on facing surfaces, BGR; shapes (3,)."""
 
     sky: Array
     sun: Array
 
 
-SUNSHINE = Light(np.array([0.56, 0.64, 0.66]), np.array([0.60, 1.40, 1.90]))
-CLOUD = Light(np.array([0.40, 0.31, 0.22]), np.array([0.024, 0.056, 0.076]))
-THROUGH = 0.35  # part of the sun's light that comes through a leaf
-SUNLIGHT_SIDE = 512  # of the pattern of sun and shade, which repeats [pixels]
-# Colours of the leaf: yellower than the foliage, or turning brown; BGR.
+SUNSHINE = LeafLight(np.array([0.56, 0.64, 0.66]), np.array([0.60, 1.40, 1.90]))
+CLOUD = LeafLight(np.array([0.40, 0.31, 0.22]), np.array([0.024, 0.056, 0.076]))
+THROUGH = 0.35  # share of the sun's light that passes through a leaf
+SUNLIGHT_SIDE = 512  # side of the periodic pattern of sun and shade [pixels]
+# colours of the leaf, BGR: yellower than the foliage, or brownish
 COLOURS = ((52, 156, 148), (56, 138, 164), (58, 168, 124))
-LONG = 76, 90  # its length [pixels]
-OPEN = 0.45  # least part of the sun that the leaf gets: little is above it
+LONG = 76, 90  # minimum and maximum length of the leaf [pixels]
+OPEN = 0.45  # minimum share of the sun that the leaf receives, because little is above it
 
 GREENS = (
     (44, 104, 62), (40, 88, 48), (56, 128, 84), (46, 118, 96), (38, 78, 50), (66, 138, 108),
     (62, 110, 66), (34, 96, 74),
 )  # fmt: skip
-"""Of the foliage, BGR."""
+"""Colours of the foliage, BGR."""
 
-FAR, NEAR = 190, 60  # leaves that are still, and those before them that sway
-MARGIN = 8  # what a layer of foliage reaches beyond the picture on every side [pixels]
+FAR, NEAR = 190, 60  # number of leaves in the static layer, and in the swaying layer in front of it
+MARGIN = 8  # margin of a foliage layer beyond the image on every side [pixels]
 LAYER = SIZE[0] + 2 * MARGIN, SIZE[1] + 2 * MARGIN  # size of a layer [pixels]
 
-KINDS, ALIKE = 50, 0.15
-"""Leaves that grow in a layer, again and again, and the part of them whose colour is near the
-target's."""
+KINDS, SIMILAR_SHARE = 50, 0.15
+"""Number of different leaves in a layer, and the share of them in nearly the target's colour."""
 
-GROUND = np.array([0.006, 0.010, 0.008])  # what is behind all leaves
-LEAF_OFF, LEAF_SOFT = 9.0, 3.5  # how far from a leaf its shadow lies, and how soft it is [pixels]
-# Part of the light from all around, and of the sun's, that a leaf takes from those below.
+GROUND = np.array([0.006, 0.010, 0.008])  # colour of the ground behind all leaves
+LEAF_OFF, LEAF_SOFT = 9.0, 3.5  # offset and softness of a leaf's shadow in the foliage [pixels]
+# share of the sky's light, and of the sun's, that a leaf removes from those below
 SHADED = 0.35, 0.8
 
 
-def fallen(normals: Array, sun: Array, in_sun: Array) -> tuple[Array, Array]:
-    """Return the light on leaves from all around and from the sun, in parts of a `Light`.
+def incident_light(normals: Array, sun: Array, in_sun: Array) -> tuple[Array, Array]:
+    """Return the light on leaves from the sky and from the sun, relative to a `LeafLight`.
 
     `normals`: of the vertices, shape (v, 3). `sun`: direction to the sun, shape (3,). `in_sun`:
-    part of the sun that each vertex sees, shape (v,).
+    share of the sun that is visible from each vertex, shape (v,).
     """
-    facing = normals @ sun * np.sign(normals[:, 2])  # of the side that is seen
+    facing = normals @ sun * np.sign(normals[:, 2])  # of the visible side
     lit = np.where(facing > 0, facing, -THROUGH * facing)
     return 0.75 + 0.25 * np.abs(normals[:, 2]), in_sun * lit
 
 
 @dataclass(frozen=True)
-class Layer:
-    """Leaves, in light of 1 from all around and in light of 1 of the sun.
+class FoliageLayer:
+    """Leaves in sky light of 1 and in sunlight of 1.
 
-    Both sheets have the size `LAYER`: light that comes back, premultiplied by the coverage, which
-    is the last of their four channels.
+    Both sheets have the size `LAYER`: reflected light, premultiplied by the coverage, which is the
+    last of their four channels.
     """
 
     around: Floats
     straight: Floats
 
-    def lit(self, light: Light) -> Floats:
-        """Return the surface in a light, premultiplied, shape (height, width, 4)."""
+    def lit(self, light: LeafLight) -> Floats:
+        """Return the layer in a light, premultiplied, shape (height, width, 4)."""
         sky, sun = np.append(light.sky, 1), np.append(light.sun, 0)
         return np.asarray(self.around * sky + self.straight * sun, np.float32)
 
 
-class Setting:
-    """All parts of a scene that are drawn from its seed."""
+class LeafSetting:
+    """Random parts of a scene."""
 
     def __init__(self, seed: int) -> None:
         self._seed = seed
-        self.sun = self._drawn_sun()
+        self.sun = self._sample_sun()
 
         self.lights = (SUNSHINE, CLOUD)
 
     @cached_property
-    def shapes(self) -> tuple[Shape, ...]:
-        """The leaf in every frame."""
-        return drawn_shapes(self._random("wind"))
+    def shapes(self) -> tuple[LeafShape, ...]:
+        """Shape of the leaf in every frame."""
+        return sample_shapes(self._random("wind"))
 
     @cached_property
     def sway(self) -> Array:
-        return drawn_sway(self._random("sway"))
+        return sample_sway(self._random("sway"))
 
     def points(self, frame: int) -> tuple[Array, Array]:
-        """The leaf's vertices in a frame, and its directions there; see `blade.placed`."""
-        return placed(self._blade, self.shapes[frame])
+        """Return the leaf's vertices and normals in a frame; see `place_blade`."""
+        return place_blade(self._blade, self.shapes[frame])
 
-    def light(self, frame: int) -> Light:
-        """Return the light in a frame; it changes at the jump."""
+    def light(self, frame: int) -> LeafLight:
+        """Return the light in a frame; it changes at `JUMP`."""
         return self.lights[int(frame >= JUMP)]
 
-    def seen(self, frame: int) -> Seen:
-        """Return the leaf as seen in a frame."""
+    def render_leaf(self, frame: int) -> RenderedMesh:
+        """Render the leaf in a frame."""
         points, normals = self.points(frame)
-        in_sun = OPEN + (1 - OPEN) * self._seen_sun(points)
-        around, straight = fallen(normals, self.sun, in_sun)
+        in_sun = OPEN + (1 - OPEN) * self._visible_sun(points)
+        around, straight = incident_light(normals, self.sun, in_sun)
         light = self.light(frame)
         lights = around[:, None] * light.sky + straight[:, None] * light.sun
-        return seen(self._blade.mesh, points, lights, SIZE)
+        return render_mesh(self._blade.mesh, points, lights, SIZE)
 
     @cached_property
-    def layers(self) -> tuple[Layer, Layer]:
-        """Foliage that is still, and that which sways before it."""
+    def layers(self) -> tuple[FoliageLayer, FoliageLayer]:
+        """Static foliage, and the swaying foliage in front of it."""
         return self._layer("still foliage", FAR, 1.0), self._layer("foliage that sways", NEAR, 0.4)
 
-    def _layer(self, part: str, count: int, depth: float) -> Layer:
-        """So many leaves over one another, the deeper (up to 1: no gaps are left) the darker."""
+    def _layer(self, part: str, count: int, depth: float) -> FoliageLayer:
+        """Render `count` overlapping leaves, darker with depth; a depth of 1 leaves no gaps."""
         random = self._random(part)
         around, straight = (np.zeros((*LAYER[::-1], 4), np.float32) for _ in range(2))
         if depth == 1:
             around[..., :3], around[..., 3], straight[..., 3] = GROUND, 1, 1
-        blades = [_foliage(random, self._colour) for _ in range(KINDS)]
+        blades = [_sample_foliage_leaf(random, self._colour) for _ in range(KINDS)]
         for number in range(count):
             higher = 1 - depth * (1 - number / count)
             blade = blades[int(random.integers(KINDS))]
-            points, normals = placed(blade, _shape(random))
-            in_sun = self._seen_sun(points - [MARGIN, MARGIN, 0]) * (0.1 + 0.9 * higher)
-            sky, direct = fallen(normals, self.sun, in_sun)
+            points, normals = place_blade(blade, _sample_foliage_shape(random))
+            in_sun = self._visible_sun(points - [MARGIN, MARGIN, 0]) * (0.1 + 0.9 * higher)
+            sky, direct = incident_light(normals, self.sun, in_sun)
             leaves = [
-                seen(blade.mesh, points, np.repeat(light[:, None], 3, axis=1), LAYER)
+                render_mesh(blade.mesh, points, np.repeat(light[:, None], 3, axis=1), LAYER)
                 for light in (sky * (0.25 + 0.75 * higher), direct)
             ]
             coverage = leaves[0].coverage(LAYER)
@@ -349,28 +346,28 @@ class Setting:
                 sheet[..., :3] *= light_left(
                     coverage, -LEAF_OFF * self.sun[:2], LEAF_SOFT, darkness
                 )
-                lay(sheet[leaf.window], leaf.sheet)
-        return Layer(around, straight)
+                composite(sheet[leaf.window], leaf.sheet)
+        return FoliageLayer(around, straight)
 
-    def _seen_sun(self, points: Array) -> Array:
-        """Part of the sun, in [0, 1], that what is above the picture lets through to points."""
+    def _visible_sun(self, points: Array) -> Array:
+        """Return the share of the sun, in [0, 1], that leaves above the image let through."""
         columns, rows = np.round(points[:, :2].T).astype(np.int64) % SUNLIGHT_SIDE
         return np.asarray(self._dapples[rows, columns])
 
-    def _drawn_sun(self) -> Array:
-        """Direction to the sun: above, aside, on the camera's side; shape (3,)."""
+    def _sample_sun(self) -> Array:
+        """Return the direction to the sun: above, to a side, on the camera's side; shape (3,)."""
         random = self._random("sun")
         sun = np.array([random.choice([-1, 1]) * random.uniform(0.3, 0.6), -0.6, 0.65])
         return np.asarray(sun / np.sqrt((sun * sun).sum()))
 
     @cached_property
     def _colour(self) -> Array:
-        return any_of(self._random("colour"), COLOURS)
+        return sample_colour(self._random("colour"), COLOURS)
 
     @cached_property
     def _blade(self) -> Blade:
         random = self._random("leaf")
-        return drawn_blade(random, random.uniform(*LONG), self._colour)
+        return sample_blade(random, random.uniform(*LONG), self._colour)
 
     @cached_property
     def _dapples(self) -> Array:
@@ -380,17 +377,17 @@ class Setting:
         return part_generator(self._seed, f"moreno2005/leaf {part}")
 
 
-def _foliage(random: np.random.Generator, target: Array) -> Blade:
-    """A leaf of the foliage; some have nearly the colour of the `target`, BGR."""
-    colour = any_of(random, GREENS)
-    if random.random() < ALIKE:
+def _sample_foliage_leaf(random: np.random.Generator, target: Array) -> Blade:
+    """Sample a leaf of the foliage; some have nearly the colour of the `target`, BGR."""
+    colour = sample_colour(random, GREENS)
+    if random.random() < SIMILAR_SHARE:
         share = random.uniform(0.5, 0.9)
-        colour = (1 - share) * colour + share * varied(random, target)
-    return drawn_blade(random, random.uniform(40, 76), colour)
+        colour = (1 - share) * colour + share * vary_colour(random, target)
+    return sample_blade(random, random.uniform(40, 76), colour)
 
 
-def _shape(random: np.random.Generator) -> Shape:
-    return Shape(
+def _sample_foliage_shape(random: np.random.Generator) -> LeafShape:
+    return LeafShape(
         random.uniform(-10, 10, 2) + random.uniform(0, 1, 2) * LAYER,
         random.uniform(-np.pi, np.pi),
         random.uniform(-0.8, 0.8),
@@ -400,18 +397,19 @@ def _shape(random: np.random.Generator) -> Shape:
     )
 
 
-# Of the leaf's shadow in the sun: how far it lies from it [pixels]; see `light_left`.
-OFF, SOFTNESS, DARKNESS = 26.0, 5.0, (0.02, 0.6)  # under cloud, in sunshine
+# shadow of the leaf: offset [pixels], softness, darkness under cloud and in sunshine; see
+# `light_left`
+OFF, SOFTNESS, DARKNESS = 26.0, 5.0, (0.02, 0.6)
 CAMERA = Camera(SIZE, noise=2.2, fall=(0.05, 0.05))
 
 
 def scene(knobs: SceneKnobs) -> "LeafScene":
-    """Renderer and truth; nothing is drawn yet."""
+    """Return the renderer with its ground truth, without rendering."""
     return LeafScene(knobs.scene)
 
 
-class LeafScene(Scene):
-    """A leaf in front of other leaves."""
+class LeafScene(SyntheticScene):
+    """Leaf in front of other leaves."""
 
     length, size = FRAMES, SIZE
 
@@ -419,15 +417,15 @@ class LeafScene(Scene):
         self._seed = seed
         self.setting = _setting(seed)
 
-    def truth(self) -> Truth:
-        """See `Scene.truth`.
+    def truth(self) -> SceneTruth:
+        """Return the ground truth of all frames without rendering.
 
-        Boxes are those of the whole leaf with its stalk; nothing hides it. The attribute is
+        Boxes are those of the whole leaf with its stalk; nothing occludes it. The attribute is
         `light change`: the first frame in other light.
         """
-        boxes = np.stack([box_around(self.setting.points(frame)[0]) for frame in range(FRAMES)])
+        boxes = np.stack([bounding_box(self.setting.points(frame)[0]) for frame in range(FRAMES)])
         change = np.arange(FRAMES) == JUMP
-        return Truth(boxes, np.ones(FRAMES), {"light change": change})
+        return SceneTruth(boxes, np.ones(FRAMES), {"light change": change})
 
     def render(self, frame: int) -> Image:
         light = self.setting.light(frame)
@@ -435,20 +433,20 @@ class LeafScene(Scene):
         shift = self.setting.sway[frame] - MARGIN
         moved = cv2.warpAffine(swaying, np.column_stack([np.eye(2), shift]), SIZE)
         picture = still.copy()
-        lay(picture, np.asarray(moved, np.float32))
-        leaf = self.setting.seen(frame)
+        composite(picture, np.asarray(moved, np.float32))
+        leaf = self.setting.render_leaf(frame)
         off = -OFF * self.setting.sun[:2] / self.setting.sun[2]
         left = light_left(leaf.coverage(SIZE), off, SOFTNESS, DARKNESS[light is SUNSHINE])
         picture = np.asarray(cv2.multiply(picture, left), np.float32)
-        lay(picture[leaf.window], leaf.sheet)
+        composite(picture[leaf.window], leaf.sheet)
         return CAMERA.exposed(developed(picture), self._seed, frame)
 
     def mask(self, frame: int) -> Mask:
-        return np.asarray(self.setting.seen(frame).coverage(SIZE) >= 0.5)
+        return np.asarray(self.setting.render_leaf(frame).coverage(SIZE) >= 0.5)
 
     @cached_property
     def _foliage(self) -> tuple[tuple[Floats, Floats], ...]:
-        """Picture of the still foliage and sheet of the swaying one: under cloud, in sunshine."""
+        """Image of the static foliage and sheet of the swaying one: under cloud, in sunshine."""
         still, swaying = self.setting.layers
         inner = (slice(MARGIN, -MARGIN),) * 2
         return tuple(
@@ -457,4 +455,4 @@ class LeafScene(Scene):
         )
 
 
-_setting = lru_cache(maxsize=4)(Setting)
+_setting = lru_cache(maxsize=4)(LeafSetting)

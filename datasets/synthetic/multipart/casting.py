@@ -7,10 +7,10 @@ import numpy as np
 
 from trackmark.datasets.synthetic.multipart import routes, wardrobe
 from trackmark.datasets.synthetic.multipart.designs import TWIN_FRAMES
-from trackmark.datasets.synthetic.multipart.look import Look
-from trackmark.datasets.synthetic.multipart.plan import Person, Plan, body_boxes
+from trackmark.datasets.synthetic.multipart.look import WalkerLook
+from trackmark.datasets.synthetic.multipart.plan import Person, WalkPlan, body_boxes
 from trackmark.datasets.synthetic.render.colours import BGR
-from trackmark.datasets.synthetic.render.views import Course, fixed, straight
+from trackmark.datasets.synthetic.render.views import WalkingPath, sample_fixed_views, straight_path
 from trackmark.datasets.synthetic.scene import part_generator
 
 Weaves: TypeAlias = tuple[Literal["plain", "stripes", "knit"], ...]
@@ -22,37 +22,37 @@ WEAVES: Weaves = ("plain", "plain", "knit", "stripes")
 
 
 @lru_cache(maxsize=4)
-def twin_plan(scene: int, distance: float, same: bool) -> Plan:
+def twin_plan(scene: int, distance: float, same: bool) -> WalkPlan:
     """A target, and a second person in the same clothes or in others."""
 
     def generator(part: str) -> np.random.Generator:
         return part_generator(scene, f"stress/twin {part}")
 
     random = generator("target way")
-    views = fixed(generator("camera"), TWIN_FRAMES)
+    views = sample_fixed_views(generator("camera"), TWIN_FRAMES)
     velocity = random.choice([-1, 1]) * random.uniform(0.5, 0.6), random.uniform(-0.1, 0.1)
     place = random.uniform(-0.3, 0.3), random.uniform(7.6, 8.4)
-    target = straight(TWIN_FRAMES, TWIN_FRAMES // 2, place, velocity, random.uniform())
+    target = straight_path(TWIN_FRAMES, TWIN_FRAMES // 2, place, velocity, random.uniform())
     random = generator("clothes")
     worn = wardrobe.street_clothes(random)
     unlike = wardrobe.other_clothes(random, worn)
     first = dressed(generator("target"), target, worn)
-    width = body_boxes(*Plan(0, views, [first]).places[0].T)[:, 2]
+    width = body_boxes(*WalkPlan(0, views, [first]).places[0].T)[:, 2]
     course = routes.beside_the_target(generator("twin way"), views, target, width, distance)
     # The same generator: whoever wears other clothes is the same person in all else.
     second = dressed(generator("twin"), course, worn if same else unlike)
-    return Plan(seed(generator("street")), views, [first, second])
+    return WalkPlan(seed(generator("street")), views, [first, second])
 
 
 def dressed(
     random: np.random.Generator,
-    course: Course,
+    course: WalkingPath,
     worn: tuple[BGR, BGR],
     bag: BGR | None = None,
     weaves: Weaves = WEAVES,
 ) -> Person:
     """Someone in an upper garment and trousers; the rest of him is drawn at random."""
-    look = Look(
+    look = WalkerLook(
         shirt=worn[0],
         trousers=worn[1],
         hair=HAIR[random.integers(len(HAIR))],

@@ -148,7 +148,7 @@ STRIPES, STRIPES_SHARE = 5, 0.8
 
 
 @dataclass(frozen=True)
-class Look:
+class WalkerLook:
     """Clothes and build. Colours are BGR in [0, 255]."""
 
     # shirt, trousers, hair, skin, shoes: of what is always seen
@@ -169,14 +169,14 @@ class Look:
     loose: float = 1.0
 
 
-def wrapped(look: Look, seed: int) -> NDArray[np.uint8]:
+def wrap_textures(look: WalkerLook, seed: int) -> NDArray[np.uint8]:
     """Textures of the parts in the order of `walker.PARTS`, shape (9, 128, 256, 3)."""
     random = part_generator(seed, "clothes")
     rows = np.arange(ROWS)[:, None] / ROWS
     turn = np.arange(AROUND, dtype=np.float64)[None, :]
     turn = np.minimum(turn, AROUND - turn)  # from the front, 0 to 128
     upper = np.array(look.jacket or look.shirt, np.float64)
-    folded = _Folds(random)
+    folded = _ClothFolds(random)
     legs = [_leg(look, folded, rows, turn) for _ in range(2)]
     shoes = [_shoe(look, random, rows)] * 2
     arms = [_arm(look, upper, folded, rows) for _ in range(2)]
@@ -185,7 +185,7 @@ def wrapped(look: Look, seed: int) -> NDArray[np.uint8]:
     return np.clip(np.round(np.stack(parts)), 0, 255).astype(np.uint8)
 
 
-class _Folds:
+class _ClothFolds:
     """Folds of cloth: broad creases across a part, steep ones along it, and grain.
 
     One pair of patterns serves a person; each part takes another piece of it.
@@ -210,7 +210,7 @@ def _plain(colour: Array | BGR) -> Array:
     return np.broadcast_to(np.asarray(colour, np.float64), (ROWS, AROUND, 3)).copy()
 
 
-def _leg(look: Look, folded: _Folds, rows: Array, turn: Array) -> Array:
+def _leg(look: WalkerLook, folded: _ClothFolds, rows: Array, turn: Array) -> Array:
     cloth = _striped(look, look.trousers, look.jacket or look.shirt, rows) * folded(1.0)[..., None]
     knee = np.exp(-np.square((rows - 0.5) / 0.07)) * np.clip(1 - turn / 60, 0, 1)
     behind = np.exp(-np.square((rows - 0.53) / 0.05)) * np.clip((turn - 70) / 50, 0, 1)
@@ -220,13 +220,13 @@ def _leg(look: Look, folded: _Folds, rows: Array, turn: Array) -> Array:
     return np.asarray(cloth * gain[..., None])
 
 
-def _shoe(look: Look, random: np.random.Generator, rows: Array) -> Array:
+def _shoe(look: WalkerLook, random: np.random.Generator, rows: Array) -> Array:
     leather = _plain(look.shoes) * (1 + 0.05 * random.normal(0, 1, (ROWS, AROUND)))[..., None]
     sole = np.broadcast_to(rows > 0.8, (ROWS, AROUND))[..., None]
     return np.where(sole, leather * 0.45 + 22, leather * (1.15 - 0.3 * rows)[..., None])
 
 
-def _arm(look: Look, upper: Array, folded: _Folds, rows: Array) -> Array:
+def _arm(look: WalkerLook, upper: Array, folded: _ClothFolds, rows: Array) -> Array:
     cloth = _weave(look, upper, rows) * folded(1.1)[..., None]
     inner = np.exp(-np.square((rows - 0.45) / 0.05))
     cuff = (rows > 0.80) & (rows < 0.83)
@@ -235,7 +235,7 @@ def _arm(look: Look, upper: Array, folded: _Folds, rows: Array) -> Array:
     return np.where(np.broadcast_to(rows >= 0.83, (ROWS, AROUND))[..., None], hand, cloth)
 
 
-def _torso(look: Look, upper: Array, folded: _Folds, rows: Array, turn: Array) -> Array:
+def _torso(look: WalkerLook, upper: Array, folded: _ClothFolds, rows: Array, turn: Array) -> Array:
     cloth = _weave(look, upper, rows) * folded(0.8)[..., None]
     shoulder_blades = np.exp(-np.square((rows - 0.3) / 0.12)) * np.clip((turn - 90) / 30, 0, 1)
     cloth = cloth * (1 + 0.05 * shoulder_blades)[..., None]
@@ -256,7 +256,7 @@ def _torso(look: Look, upper: Array, folded: _Folds, rows: Array, turn: Array) -
     return cloth * (1 - 0.2 * hem)[..., None]
 
 
-def _striped(look: Look, colour: Array | BGR, other: BGR, rows: Array) -> Array:
+def _striped(look: WalkerLook, colour: Array | BGR, other: BGR, rows: Array) -> Array:
     """Cloth, if the clothes are striped with broad stripes of another colour across."""
     cloth = _plain(colour)
     if not look.striped:
@@ -265,7 +265,7 @@ def _striped(look: Look, colour: Array | BGR, other: BGR, rows: Array) -> Array:
     return np.where(band, np.array(other, np.float64), cloth)
 
 
-def _weave(look: Look, colour: Array, rows: Array) -> Array:
+def _weave(look: WalkerLook, colour: Array, rows: Array) -> Array:
     cloth = _striped(look, colour, look.trousers, rows)
     if look.weave == "stripes":
         band = (np.sin(rows * 2 * np.pi * 9) > 0.25)[..., None]
@@ -276,7 +276,7 @@ def _weave(look: Look, colour: Array, rows: Array) -> Array:
     return cloth
 
 
-def _head(look: Look, random: np.random.Generator, rows: Array, turn: Array) -> Array:
+def _head(look: WalkerLook, random: np.random.Generator, rows: Array, turn: Array) -> Array:
     skin = _plain(look.skin)
     v = rows * np.ones_like(turn)
     cheeks = np.exp(-np.square((v - 0.52) / 0.1) - np.square((turn - 26) / 12))
@@ -300,7 +300,7 @@ def _head(look: Look, random: np.random.Generator, rows: Array, turn: Array) -> 
     return np.asarray(skin * (1 - covered) + hair * covered)
 
 
-def _pack(look: Look, folded: _Folds, rows: Array, turn: Array) -> Array:
+def _pack(look: WalkerLook, folded: _ClothFolds, rows: Array, turn: Array) -> Array:
     cloth = _plain(look.bag or (0, 0, 0)) * folded(0.7)[..., None]
     pocket = ((rows > 0.5) & (rows < 0.53)) | (np.abs(rows - 0.14) < 0.012)
     return cloth * (1 - 0.3 * (pocket & (turn > 40)))[..., None]

@@ -7,13 +7,13 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from trackmark.datasets.synthetic.multipart.look import Look
-from trackmark.datasets.synthetic.multipart.walker import Pose, Walker
+from trackmark.datasets.synthetic.multipart.look import WalkerLook
+from trackmark.datasets.synthetic.multipart.walker import GaitPose, Walker
 from trackmark.datasets.synthetic.render.path import quantised
 from trackmark.datasets.synthetic.render.prop import Coverage, Prop, extents, visible
 from trackmark.datasets.synthetic.render.street.ground import Light
 from trackmark.datasets.synthetic.render.street.street import Reach, Street
-from trackmark.datasets.synthetic.render.views import SIZE, Course, Views
+from trackmark.datasets.synthetic.render.views import SIZE, Views, WalkingPath
 
 Array = NDArray[np.float64]
 
@@ -22,10 +22,10 @@ Array = NDArray[np.float64]
 class Person:
     """Someone who walks."""
 
-    look: Look  # clothes and build
+    look: WalkerLook  # clothes and build
     seed: int  # of folds and proportions
     stature: float  # [metres]
-    course: Course  # his way
+    course: WalkingPath  # his way
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ class Post:
     thickness: float
 
 
-class Plan:
+class WalkPlan:
     """People, camera and pillars of a scene; the target is the first of the people.
 
     `places`, shape (people, n, 3), are the place on the ground below the axis of every person in
@@ -77,10 +77,10 @@ class Plan:
         street = self.street("even")
         return [street.post(post.x, post.z, post.thickness) for post in self._posts]
 
-    def pose(self, person: int, frame: int) -> Pose:
+    def pose(self, person: int, frame: int) -> GaitPose:
         """How a person is turned in a frame, and in which phase of his gait."""
         course = self.people[person].course
-        return Pose(*(float(a[frame]) for a in (course.phase, course.stride, course.heading)))
+        return GaitPose(*(float(a[frame]) for a in (course.phase, course.stride, course.heading)))
 
     def depth(self, person: int, frame: int) -> float:
         """Distance of a person from the camera's plane [metres]."""

@@ -10,10 +10,10 @@ from trackmark.datasets.synthetic.multipart.designs import Design
 from trackmark.datasets.synthetic.render.views import (
     FRAMES_PER_SECOND,
     SIZE,
-    Course,
     Views,
-    straight,
-    walk,
+    WalkingPath,
+    straight_path,
+    walk_through_points,
 )
 
 Array = NDArray[np.float64]
@@ -52,7 +52,7 @@ UNDISTURBED = 25
 ATTEMPTS = 200
 
 
-def along_the_street(random: np.random.Generator, design: Design) -> Course:
+def along_the_street(random: np.random.Generator, design: Design) -> WalkingPath:
     """Way of a target that a camera follows: along the street, nearer and farther, and back."""
     legs = max(1, round(design.length / FRAMES_PER_SECOND * design.speed / 4.5))
     backs = {round(legs * (k + 1) / (design.turns + 1)) for k in range(design.turns)}
@@ -70,10 +70,12 @@ def along_the_street(random: np.random.Generator, design: Design) -> Course:
             yield x, _depth(random, design.depths, near)
             leg += 1
 
-    return walk(design.length, (0.0, middle), points(), design.speed, _legs_together(random))
+    return walk_through_points(
+        design.length, (0.0, middle), points(), design.speed, _legs_together(random)
+    )
 
 
-def in_view(random: np.random.Generator, design: Design, views: Views) -> Course:
+def in_view(random: np.random.Generator, design: Design, views: Views) -> WalkingPath:
     """Way of a target before a fixed camera: from side to side, nearer and farther."""
     still = views.still
 
@@ -90,23 +92,29 @@ def in_view(random: np.random.Generator, design: Design, views: Views) -> Course
             side, near, first = -side, not near, False
 
     ways = points()
-    return walk(design.length, next(ways), ways, design.speed, _legs_together(random))
+    return walk_through_points(
+        design.length, next(ways), ways, design.speed, _legs_together(random)
+    )
 
 
 def before_the_target(
-    random: np.random.Generator, views: Views, target: Course, others: list[Course], when: float
-) -> Course:
+    random: np.random.Generator,
+    views: Views,
+    target: WalkingPath,
+    others: list[WalkingPath],
+    when: float,
+) -> WalkingPath:
     """Way of someone who passes between the camera and the target about a frame."""
     frames = len(target.x)
 
-    def candidate() -> Course:
+    def candidate() -> WalkingPath:
         at = round(when + random.uniform(-0.05, 0.05) * frames)
         z = max(target.z[at] - random.uniform(0.8, 1.6), 4.4)
         x = _abreast(views, at, target, z)
         velocity = random.choice([-1, 1]) * random.uniform(0.6, 1.4), random.uniform(-0.15, 0.15)
-        return straight(frames, at, (x, z), velocity, random.uniform())
+        return straight_path(frames, at, (x, z), velocity, random.uniform())
 
-    def trouble(course: Course) -> int:
+    def trouble(course: WalkingPath) -> int:
         overlaps = _overlaps(views, course, target)
         together = sum(int((overlaps & _overlaps(views, other, target)).sum()) for other in others)
         return together + _hidden_badly(overlaps) + _crowded(course, [target, *others])
@@ -114,16 +122,18 @@ def before_the_target(
     return _least(candidate, trouble)
 
 
-def post(random: np.random.Generator, views: Views, target: Course, others: list[Course]) -> Course:
+def post(
+    random: np.random.Generator, views: Views, target: WalkingPath, others: list[WalkingPath]
+) -> WalkingPath:
     """Place of something that stands where the target passes behind it."""
     frames = len(target.x)
 
-    def candidate() -> Course:
+    def candidate() -> WalkingPath:
         at = int(random.integers(UNDISTURBED, frames - UNDISTURBED))
         z = target.z[at] - random.uniform(0.6, 1.2)
-        return straight(frames, at, (_abreast(views, at, target, z), z), (0.0, 0.0), 0.0)
+        return straight_path(frames, at, (_abreast(views, at, target, z), z), (0.0, 0.0), 0.0)
 
-    def trouble(place: Course) -> int:
+    def trouble(place: WalkingPath) -> int:
         overlaps = _overlaps(views, place, target)
         # He passes behind it, and never before it.
         before = overlaps & (target.z < place.z + ELBOW_ROOM)
@@ -136,20 +146,20 @@ def post(random: np.random.Generator, views: Views, target: Course, others: list
 def behind_the_target(
     random: np.random.Generator,
     views: Views,
-    target: Course,
-    others: list[Course],
+    target: WalkingPath,
+    others: list[WalkingPath],
     nearest: float,
-) -> Course:
+) -> WalkingPath:
     """Way of someone who is in view at some time, no nearer than `nearest` [metres]."""
     frames = len(target.x)
 
-    def candidate() -> Course:
+    def candidate() -> WalkingPath:
         at = int(random.integers(frames))
         lanes = ((nearest, KERBSIDE), OPPOSITE)
         z = random.uniform(*lanes[int(random.random() < 0.35)])
         x = views[at].x + random.uniform(-0.45, 0.45) * SIZE[0] / float(views.still.scale(z))
         velocity = random.choice([-1, 1]) * random.uniform(0.7, 1.5), random.uniform(-0.06, 0.06)
-        return straight(frames, at, (x, z), velocity, random.uniform())
+        return straight_path(frames, at, (x, z), velocity, random.uniform())
 
     return _least(candidate, lambda course: _crowded(course, [target, *others]))
 
@@ -157,26 +167,26 @@ def behind_the_target(
 def overtaking(
     random: np.random.Generator,
     views: Views,
-    target: Course,
-    others: list[Course],
+    target: WalkingPath,
+    others: list[WalkingPath],
     when: float,
     pace: float,
-) -> Course:
+) -> WalkingPath:
     """Way of someone who overtakes the target, or falls behind it, farther from the camera.
 
     `pace` is the speed relative to the target [metres/second], `when` the frame of the meeting.
     """
     frames = len(target.x)
 
-    def candidate() -> Course:
+    def candidate() -> WalkingPath:
         at = when + random.uniform(-0.1, 0.1) * frames
         speed = random.choice([-1, 1]) * pace * random.uniform(0.92, 1.08)
         ahead = speed * (np.arange(frames) - at) / FRAMES_PER_SECOND
         together = np.flatnonzero(np.abs(ahead) <= COMPANY)
         x, z = target.x + ahead, target.z + random.uniform(0.55, 0.75)
-        return Course.through(_straight_on(x, together), _held(z, together), random.uniform())
+        return WalkingPath.through(_straight_on(x, together), _held(z, together), random.uniform())
 
-    def trouble(course: Course) -> int:
+    def trouble(course: WalkingPath) -> int:
         beside = np.abs(course.x - target.x) < BESIDE
         column = views.still.column(course.x - views.x, course.z) + views.shift_x
         hidden = np.abs(column - SIZE[0] / 2) > SIZE[0] / 2 - 25
@@ -193,21 +203,21 @@ def overtaking(
 def crossing(
     random: np.random.Generator,
     views: Views,
-    target: Course,
-    others: list[Course],
+    target: WalkingPath,
+    others: list[WalkingPath],
     parts: tuple[float, float],
-) -> Course:
+) -> WalkingPath:
     """Way of someone who passes before the target at a part of it, and is near for a short time."""
     frames = len(target.x)
 
-    def candidate() -> tuple[int, Course]:
+    def candidate() -> tuple[int, WalkingPath]:
         at = round(random.uniform(*parts) * frames)
         z = target.z[at] - random.uniform(0.55, 0.7)
         velocity = random.choice([-1, 1]) * random.uniform(1.1, 1.8), random.uniform(-0.1, 0.1)
         place = _abreast(views, at, target, z), z
-        return at, straight(frames, at, place, velocity, random.uniform())
+        return at, straight_path(frames, at, place, velocity, random.uniform())
 
-    def trouble(candidate: tuple[int, Course]) -> int:
+    def trouble(candidate: tuple[int, WalkingPath]) -> int:
         at, course = candidate
         near = np.abs(course.x - target.x) < CROSSING_REACH
         near[at - CROSSING_TIME : at + CROSSING_TIME] = False
@@ -241,14 +251,14 @@ def _depth(random: np.random.Generator, depths: tuple[float, float], near: bool)
     return random.uniform(low, low + margin) if near else random.uniform(high - margin, high)
 
 
-def _abreast(views: Views, frame: int, target: Course, z: float) -> float:
+def _abreast(views: Views, frame: int, target: WalkingPath, z: float) -> float:
     """Lateral place [metres] at depth z that is seen in the target's column."""
     camera = views[frame]
     ratio = z / float(target.z[frame])
     return camera.x + (float(target.x[frame]) - camera.x) * ratio
 
 
-def _overlaps(views: Views, course: Course, target: Course) -> NDArray[np.bool_]:
+def _overlaps(views: Views, course: WalkingPath, target: WalkingPath) -> NDArray[np.bool_]:
     """Where the two bodies share columns of the image."""
     x = (course.x - views.x) / course.z - (target.x - views.x) / target.z
     return np.asarray(np.abs(x) < HALF_WIDTH * (1 / course.z + 1 / target.z))
@@ -264,7 +274,7 @@ def _hidden_badly(overlaps: NDArray[np.bool_]) -> int:
     )
 
 
-def _crowded(course: Course, others: list[Course]) -> int:
+def _crowded(course: WalkingPath, others: list[WalkingPath]) -> int:
     """Frames in which two are nearer than they would walk."""
     near = np.zeros(len(course.x), np.bool_)
     for other in others:
@@ -288,8 +298,8 @@ def _least(candidate: Callable[[], T], trouble: Callable[[T], int]) -> T:
 
 
 def beside_the_target(
-    random: np.random.Generator, views: Views, target: Course, width: Array, distance: float
-) -> Course:
+    random: np.random.Generator, views: Views, target: WalkingPath, width: Array, distance: float
+) -> WalkingPath:
     """Way of someone who comes as near as `distance`, in mid-sequence, and goes again.
 
     `distance` is the least one of the two bodies' axes, sideways, in widths of the target's box,
@@ -301,4 +311,4 @@ def beside_the_target(
     beyond = random.choice([-1, 1]) * width * (distance + np.sqrt(1 + way * way) - 1)
     z = target.z - random.uniform(0.6, 0.8)
     x = target.x * z / target.z + beyond / views.still.scale(z)
-    return Course.through(x, z, random.uniform())
+    return WalkingPath.through(x, z, random.uniform())

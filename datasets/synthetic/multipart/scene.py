@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from trackmark.datasets.interface import Image, Mask
 from trackmark.datasets.synthetic.multipart.casting import twin_plan
 from trackmark.datasets.synthetic.multipart.designs import PillarKnobs, TwinKnobs, WalkingKnobs
-from trackmark.datasets.synthetic.multipart.plan import Plan, body_boxes, full_boxes
+from trackmark.datasets.synthetic.multipart.plan import WalkPlan, body_boxes, full_boxes
 from trackmark.datasets.synthetic.multipart.street_walk import PILLARS, multipart_plan
 from trackmark.datasets.synthetic.render.attributes import occluded, out_of_view, rescaled, turning
 from trackmark.datasets.synthetic.render.camera import Camera, slow_exposure
@@ -19,7 +19,12 @@ from trackmark.datasets.synthetic.render.prop import Prop
 from trackmark.datasets.synthetic.render.street.ground import Light
 from trackmark.datasets.synthetic.render.street.street import Street
 from trackmark.datasets.synthetic.render.views import FRAMES_PER_SECOND, SIZE
-from trackmark.datasets.synthetic.scene import Scene, Truth, part_generator, pasted
+from trackmark.datasets.synthetic.scene import (
+    SceneTruth,
+    SyntheticScene,
+    part_generator,
+    paste_window,
+)
 
 Array = NDArray[np.float64]
 
@@ -38,7 +43,7 @@ def scene(knobs: WalkingKnobs, number: str = "") -> "WalkingScene":
     return WalkingScene(plan, knobs.light)
 
 
-def _truth(plan: Plan, shade: NDArray[np.bool_]) -> Truth:
+def _truth(plan: WalkPlan, shade: NDArray[np.bool_]) -> SceneTruth:
     """Truth of all frames; `shade`, shape (n,), is where the target is in the shade of a tree.
 
     `boxes` are the body from shoulders to ankles, the region `full` is the whole person,
@@ -51,7 +56,7 @@ def _truth(plan: Plan, shade: NDArray[np.bool_]) -> Truth:
     full = full_boxes(x, y, height)
     tight, visibility = plan.measured
     near = np.abs(plan.places[1:, :, 0] - x) < 2 * 0.24 * height
-    return Truth(
+    return SceneTruth(
         body_boxes(x, y, height),
         visibility,
         {
@@ -78,26 +83,26 @@ SHADE = 0.85
 """Mean light below which the target counts as in the shade."""
 
 
-class WalkingScene(Scene):
+class WalkingScene(SyntheticScene):
     """People in a street, one of them the target, in a `kind` of light."""
 
     size = SIZE
     fps = FRAMES_PER_SECOND
 
-    def __init__(self, plan: Plan, kind: Light) -> None:
+    def __init__(self, plan: WalkPlan, kind: Light) -> None:
         self.plan, self.length = plan, len(plan)
         self._kind = kind
         self._still_pictures: dict[int, Image] = {}
 
-    def truth(self) -> Truth:
-        """See `Scene.truth`."""
+    def truth(self) -> SceneTruth:
+        """See `SyntheticScene.truth`."""
         target = self.plan.people[0]
         x, z = target.course.x[:, None], target.course.z[:, None]
         gains = self._street.gains(x, z, LIT * target.stature)
         return _truth(self.plan, gains.mean(axis=1) < SHADE)
 
     def render(self, frame: int) -> Image:
-        """See `Scene.render`."""
+        """See `SyntheticScene.render`."""
         plan, camera = self.plan, self.plan.views[frame]
         travel, (right, down) = plan.views.rate(frame)
         motion = right * EXPOSURE, down * EXPOSURE
@@ -127,8 +132,8 @@ class WalkingScene(Scene):
         return CAMERA.exposed(canvas, plan.seed, frame, self._exposure[frame])
 
     def mask(self, frame: int) -> Mask:
-        """See `Scene.mask`."""
-        return pasted(SIZE, *self.plan.seen(frame)) >= 128
+        """See `SyntheticScene.mask`."""
+        return paste_window(SIZE, *self.plan.seen(frame)) >= 128
 
     def _draw_person(self, canvas: Image, person: int, frame: int) -> None:
         plan = self.plan

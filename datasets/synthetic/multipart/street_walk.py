@@ -8,8 +8,13 @@ import numpy as np
 
 from trackmark.datasets.synthetic.multipart import casting, routes, wardrobe
 from trackmark.datasets.synthetic.multipart.designs import DESIGNS, Design
-from trackmark.datasets.synthetic.multipart.plan import Person, Plan, Post
-from trackmark.datasets.synthetic.render.views import Course, Views, fixed, following
+from trackmark.datasets.synthetic.multipart.plan import Person, Post, WalkPlan
+from trackmark.datasets.synthetic.render.views import (
+    Views,
+    WalkingPath,
+    sample_fixed_views,
+    sample_following_views,
+)
 from trackmark.datasets.synthetic.scene import part_generator
 
 FIRST, LAST = 0.16, 0.88
@@ -31,7 +36,7 @@ Generators = Callable[[str], np.random.Generator]
 
 
 @lru_cache(maxsize=4)
-def multipart_plan(number: str, scene: int, thickness: tuple[float, float] = POSTS) -> Plan:
+def multipart_plan(number: str, scene: int, thickness: tuple[float, float] = POSTS) -> WalkPlan:
     """People and camera of one of the eight sequences, in a scene; posts within a `thickness`."""
     design = DESIGNS[number]
 
@@ -40,12 +45,12 @@ def multipart_plan(number: str, scene: int, thickness: tuple[float, float] = POS
 
     if design.follows:
         course = routes.along_the_street(generator("target way"), design)
-        views = following(generator("camera"), course)
+        views = sample_following_views(generator("camera"), course)
     else:
-        views = fixed(generator("camera"), design.length)
+        views = sample_fixed_views(generator("camera"), design.length)
         course = routes.in_view(generator("target way"), design, views)
     target = _target(generator, design, course)
-    others: list[Course] = []
+    others: list[WalkingPath] = []
     posts = []
     for i in range(design.posts):
         random = generator(f"post {i}")
@@ -54,10 +59,10 @@ def multipart_plan(number: str, scene: int, thickness: tuple[float, float] = POS
         posts.append(Post(*place, random.uniform(*thickness)))
     people = [target, *_resembling(generator, design, views, target, others)]
     people += _passers(generator, design, views, target, others)
-    return Plan(casting.seed(generator("street")), views, people, posts)
+    return WalkPlan(casting.seed(generator("street")), views, people, posts)
 
 
-def _target(generator: Generators, design: Design, course: Course) -> Person:
+def _target(generator: Generators, design: Design, course: WalkingPath) -> Person:
     random = generator("target clothes")
     if design.two_coloured:
         worn = wardrobe.two_coloured_clothes(random)
@@ -73,7 +78,7 @@ def _target(generator: Generators, design: Design, course: Course) -> Person:
 
 
 def _resembling(
-    generator: Generators, design: Design, views: Views, target: Person, others: list[Course]
+    generator: Generators, design: Design, views: Views, target: Person, others: list[WalkingPath]
 ) -> list[Person]:
     """People with the target's colours: mixed ones that overtake it, and one that crosses."""
     people = []
@@ -91,7 +96,7 @@ def _resembling(
 
 
 def _passers(
-    generator: Generators, design: Design, views: Views, target: Person, others: list[Course]
+    generator: Generators, design: Design, views: Views, target: Person, others: list[WalkingPath]
 ) -> list[Person]:
     """People in other clothes before and behind the target; their courses join `others`."""
     start = len(others)

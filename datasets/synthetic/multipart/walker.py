@@ -12,10 +12,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from trackmark.datasets.synthetic.multipart.look import (
     AROUND,
-    Look,
+    WalkerLook,
     paint_part,
     silhouette,
-    wrapped,
+    wrap_textures,
 )
 from trackmark.datasets.synthetic.render.prop import Coverage
 from trackmark.datasets.synthetic.render.sprite import Sprite, superellipse
@@ -155,7 +155,7 @@ def place_parts(
     """Nodes of all parts in the picture, shape (parts, nodes, 5); see `look.COLUMNS`.
 
     `x` and `y` are the ground below the body's axis, `height` that of the standing person,
-    `motion_x` its way during the exposure [pixels]; phase, stride and heading are as in `Pose`.
+    `motion_x` its way during the exposure [pixels]; phase, stride and heading are as in `GaitPose`.
     `build` is bulk, sleeves' width, hem of the upper garment, trousers' width.
     """
     forward, side = np.cos(heading), np.sin(heading)
@@ -181,7 +181,7 @@ _SHADOW = 64  # half width of the contact shadow's sprite [pixels]
 
 
 @dataclass(frozen=True)
-class Pose:
+class GaitPose:
     """How a body stands or walks."""
 
     phase: float  # gait cycles; one cycle is two steps
@@ -192,7 +192,7 @@ class Pose:
 class Walker:
     """A clothed person; `seed` is that of folds, strands of hair and weave."""
 
-    def __init__(self, look: Look, seed: int) -> None:
+    def __init__(self, look: WalkerLook, seed: int) -> None:
         self.look = look
         self._seed = seed
         sleeves = 1.0 if look.jacket is None else 1.12
@@ -207,7 +207,7 @@ class Walker:
         x: float,
         y: float,
         height: float,
-        pose: Pose,
+        pose: GaitPose,
         gains: ArrayLike,
         motion: tuple[float, float] = (0.0, 0.0),
     ) -> None:
@@ -229,7 +229,7 @@ class Walker:
         for part in self._order(pose):
             paint_part(canvas, nodes[part], self._textures[part], front, row_gains.astype(np.int64))
 
-    def coverage(self, x: float, y: float, height: float, pose: Pose) -> Coverage:
+    def coverage(self, x: float, y: float, height: float, pose: GaitPose) -> Coverage:
         """Silhouette at mid-exposure; its window may lie outside the picture."""
         nodes = self._nodes(x, y, height, pose, 0.0)[self._order(pose)]
         covered: Coverage = silhouette(nodes)
@@ -241,10 +241,10 @@ class Walker:
 
     @cached_property
     def _textures(self) -> NDArray[np.uint8]:
-        return wrapped(self.look, self._seed)  # a silhouette needs none
+        return wrap_textures(self.look, self._seed)  # a silhouette needs none
 
     def _nodes(
-        self, x: float, y: float, height: float, pose: Pose, motion: float
+        self, x: float, y: float, height: float, pose: GaitPose, motion: float
     ) -> NDArray[np.int64]:
         placed: NDArray[np.int64] = place_parts(
             float(x),
@@ -258,7 +258,7 @@ class Walker:
         )
         return placed
 
-    def _order(self, pose: Pose) -> list[int]:
+    def _order(self, pose: GaitPose) -> list[int]:
         """Parts from the farthest to the nearest."""
         near, far = ("right", "left") if np.cos(pose.heading) > 0 else ("left", "right")
         pack = [] if self.look.bag is None else ["pack"]

@@ -10,8 +10,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from trackmark.datasets.synthetic.multipart.look import Look
-from trackmark.datasets.synthetic.render.colours import BGR, varied
+from trackmark.datasets.synthetic.multipart.look import WalkerLook
+from trackmark.datasets.synthetic.render.colours import BGR, vary_colour
 
 SHIRTS = (
     (212, 216, 220),  # white
@@ -109,7 +109,7 @@ def passer_clothes(random: np.random.Generator, target: tuple[BGR, BGR]) -> tupl
     return dyed(random, shirt), dyed(random, lower)
 
 
-def mixed(look: Look) -> Look:
+def mixed(look: WalkerLook) -> WalkerLook:
     """Clothes of the same build that are striped in the colours of shirt and trousers.
 
     They resemble the whole of the target and neither of its halves: four fifths of each garment
@@ -181,5 +181,5 @@ def _one(random: np.random.Generator, colours: tuple[BGR, ...]) -> BGR:
 
 def dyed(random: np.random.Generator, colour: BGR, spread: float = 0.08) -> BGR:
     """Colour as another garment has it, in whole grey levels."""
-    blue, green, red = np.round(varied(random, colour, spread)).astype(int).tolist()
+    blue, green, red = np.round(vary_colour(random, colour, spread)).astype(int).tolist()
     return blue, green, red

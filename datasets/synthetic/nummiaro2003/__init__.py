@@ -27,7 +27,7 @@ SUITE = Suite(
         Entry(
             "nummiaro2003/head",
             seeded("all that is drawn at random: worker, routine, machines"),
-            f"{MODULE}.factory.scene",
+            f"{MODULE}.head",
             450,
             (640, 480),
         ),

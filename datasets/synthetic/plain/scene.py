@@ -12,7 +12,7 @@ from trackmark.datasets.synthetic.render.camera import Camera
 from trackmark.datasets.synthetic.render.path import Loop, quantised, random_loop, smooth_step
 from trackmark.datasets.synthetic.render.sprite import Sprite, superellipse, window
 from trackmark.datasets.synthetic.render.texture import fractal, grass, lerp, paving, pebbles
-from trackmark.datasets.synthetic.scene import Scene, Truth, part_generator
+from trackmark.datasets.synthetic.scene import SceneTruth, SyntheticScene, part_generator
 
 Array = NDArray[np.float64]
 
@@ -77,7 +77,7 @@ class TargetMotion:
         if self.knobs.occlusion == 0:
             return
         half_width = self.half_size[0] * self.scale(self.occlusion_frame)
-        _, chord = columns_of_silhouette(self.power)
+        _, chord = silhouette_columns(self.power)
         inner = np.concatenate([[0.0], np.cumsum(chord[COLUMNS // 2 :])]) / chord.sum() * 2
         edges = np.linspace(0, 1, len(inner))
         reach = float(np.interp(self.knobs.occlusion, inner, edges))
@@ -121,7 +121,7 @@ class TargetMotion:
         return 1 - self.knobs.light * cloud
 
 
-def columns_of_silhouette(power: int) -> tuple[Array, Array]:
+def silhouette_columns(power: int) -> tuple[Array, Array]:
     """Middles x and half chords of a unit superellipse's columns, shape (COLUMNS,) each."""
     x = (np.arange(COLUMNS) + 0.5) / COLUMNS * 2 - 1
     chord = np.sqrt(1 - x * x) if power == 2 else np.sqrt(np.sqrt(1 - x * x * x * x))
@@ -143,7 +143,7 @@ def _passing_cloud(
 CHUNK = 1024  # frames measured at once: memory stays flat in the length
 
 
-def target_truth(motion: TargetMotion) -> Truth:
+def target_truth(motion: TargetMotion) -> SceneTruth:
     """Boxes, visibility and attributes of all frames.
 
     Attributes are `occlusion` (the board hides some of the target), `out_of_view` (some or
@@ -175,7 +175,7 @@ def target_truth(motion: TargetMotion) -> Truth:
         offset = np.abs(path.at(times) - centre)
         near |= (offset < 4 * half.max(axis=1)[:, None]).all(axis=1)
     present = in_view > 0
-    return Truth(
+    return SceneTruth(
         boxes,
         visibility,
         {
@@ -195,7 +195,7 @@ def _visible_fractions(
     half: NDArray[np.float64],
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Fractions of the silhouette in view, and of these not behind the board; column by column."""
-    x, chord = columns_of_silhouette(motion.power)
+    x, chord = silhouette_columns(motion.power)
     left = centre[:, :1] + half[:, :1] * (x - 1 / COLUMNS)
     right = centre[:, :1] + half[:, :1] * (x + 1 / COLUMNS)
     column = right - left
@@ -229,7 +229,7 @@ SUN = np.array([-0.45, -0.55, 0.7])  # direction to the sun (x, y, up), nearly o
 
 
 @dataclass(frozen=True)
-class Thing:
+class ShadedSprite:
     """A sprite, its shadow, and the size at which it was painted over that in frame 0."""
 
     sprite: Sprite
@@ -237,7 +237,7 @@ class Thing:
     oversize: float
 
 
-def painted_ground(motion: TargetMotion) -> NDArray[np.uint8]:
+def paint_ground(motion: TargetMotion) -> NDArray[np.uint8]:
     """Texture that any window of the picture's size can be cut from, blurred by the pan.
 
     Shape (side + height + 1, side + width + 1, 3) for a pattern that repeats after `side`.
@@ -261,14 +261,14 @@ def painted_ground(motion: TargetMotion) -> NDArray[np.uint8]:
     return np.pad(tile, [(0, knobs.height + 1), (0, knobs.width + 1), (0, 0)], mode="wrap")
 
 
-def painted_target(motion: TargetMotion) -> Thing:
+def paint_target(motion: TargetMotion) -> ShadedSprite:
     """The target, painted at the largest size that it takes."""
     random = part_generator(motion.knobs.scene, "target look")
     oversize = max(1.0, motion.knobs.scale)
     return _pebble(random, _colours(motion), motion.half_size, motion.power, oversize)
 
 
-def painted_distractors(motion: TargetMotion) -> list[Thing]:
+def paint_distractors(motion: TargetMotion) -> list[ShadedSprite]:
     """Things in the target's colours, with shapes and markings of their own."""
     things = []
     for i in range(motion.knobs.clutter):
@@ -278,7 +278,7 @@ def painted_distractors(motion: TargetMotion) -> list[Thing]:
     return things
 
 
-def painted_board(motion: TargetMotion) -> Thing:
+def paint_board(motion: TargetMotion) -> ShadedSprite:
     """Upright board of the picture's height: planed wood."""
     random = part_generator(motion.knobs.scene, "board look")
     height = motion.knobs.height + 64
@@ -298,7 +298,7 @@ def painted_board(motion: TargetMotion) -> Thing:
     rounding = 1 - 0.45 * np.square(np.clip((columns / (motion.board_width / 2) - 0.6) / 0.4, 0, 1))
     coverage = np.broadcast_to(profile, (height, width)).astype(np.float64)
     sprite = Sprite(colour * rounding[None, :, None], coverage)
-    return Thing(sprite, sprite.shadow(0.5, 7), 1.0)
+    return ShadedSprite(sprite, sprite.shadow(0.5, 7), 1.0)
 
 
 def _colours(motion: TargetMotion) -> Array:
@@ -308,7 +308,7 @@ def _colours(motion: TargetMotion) -> Array:
 
 def _pebble(
     random: np.random.Generator, colours: Array, half: Array, power: int, oversize: float
-) -> Thing:
+) -> ShadedSprite:
     """A smooth, painted, slightly shining pebble of two colours."""
     half_width, half_height = half * oversize
     height, width = (2 * int(np.ceil(size)) + 2 for size in (half_height, half_width))
@@ -333,7 +333,7 @@ def _pebble(
     shade = 0.5 + 0.62 * np.clip(facing, 0, 1) + 0.06 * grain
     shine = np.square(np.square(np.square(np.square(np.clip(facing, 0, 1)))))
     sprite = Sprite(paint * shade[..., None] + 46 * shine[..., None], coverage)
-    return Thing(sprite, sprite.shadow(0.62, max(3, round(0.16 * half_height))), oversize)
+    return ShadedSprite(sprite, sprite.shadow(0.62, max(3, round(0.16 * half_height))), oversize)
 
 
 MOST_INSTANTS = 32
@@ -344,7 +344,7 @@ def scene(knobs: TargetKnobs) -> "TargetScene":
     return TargetScene(knobs)
 
 
-class TargetScene(Scene):
+class TargetScene(SyntheticScene):
     """A target, what is around it and what passes over it."""
 
     def __init__(self, knobs: TargetKnobs) -> None:
@@ -352,7 +352,7 @@ class TargetScene(Scene):
         self.motion = TargetMotion(knobs)
         self.length, self.size = knobs.length, (knobs.width, knobs.height)
 
-    def truth(self) -> Truth:
+    def truth(self) -> SceneTruth:
         return target_truth(self.motion)
 
     def render(self, frame: int) -> Image:
@@ -381,7 +381,7 @@ class TargetScene(Scene):
         return np.asarray(canvas[:, :, 0] >= 128)
 
     def _place(
-        self, canvas: Image, thing: Thing, centres: NDArray[np.float64], scale: float
+        self, canvas: Image, thing: ShadedSprite, centres: NDArray[np.float64], scale: float
     ) -> None:
         """Draw a thing and, first, its shadow."""
         drop = self.motion.half_size[1] * np.array([0.16, 0.24]) * scale
@@ -405,23 +405,23 @@ class TargetScene(Scene):
 
     @cached_property
     def _ground(self) -> NDArray[np.uint8]:
-        return painted_ground(self.motion)
+        return paint_ground(self.motion)
 
     @cached_property
-    def _target(self) -> Thing:
-        return painted_target(self.motion)
+    def _target(self) -> ShadedSprite:
+        return paint_target(self.motion)
 
     @cached_property
     def _target_silhouette(self) -> Sprite:
         return self._target.sprite.silhouette(255)
 
     @cached_property
-    def _distractors(self) -> list[Thing]:
-        return painted_distractors(self.motion)
+    def _distractors(self) -> list[ShadedSprite]:
+        return paint_distractors(self.motion)
 
     @cached_property
-    def _board(self) -> Thing:
-        return painted_board(self.motion)
+    def _board(self) -> ShadedSprite:
+        return paint_board(self.motion)
 
     @cached_property
     def _board_silhouette(self) -> Sprite:

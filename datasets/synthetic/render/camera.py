@@ -8,7 +8,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from trackmark.datasets.interface import Image
-from trackmark.datasets.synthetic.render.views import wandering
+from trackmark.datasets.synthetic.render.views import random_wander
 
 GAIN_STEPS = 1024
 """Steps in a gain of 1."""
@@ -70,7 +70,7 @@ def slow_exposure(
     Its standard deviation is `depth`; `periods` are the shortest and the longest in which it goes
     to and fro [seconds].
     """
-    return np.asarray(1 + wandering(random, frames, periods, depth))
+    return np.asarray(1 + random_wander(random, frames, periods, depth))
 
 
 def fixed_point(gains: NDArray[np.float64]) -> NDArray[np.int32]:

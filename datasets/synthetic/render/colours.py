@@ -93,29 +93,31 @@ APART = 0.1
 """Part of the circle of hues by which other things differ from the cup, whites too."""
 
 
-def any_but(random: np.random.Generator, colours: Sequence[BGR], cup: Array) -> Array:
+def sample_other_hue(random: np.random.Generator, colours: Sequence[BGR], cup: Array) -> Array:
     """One of some colours, varied a little, whose hue isn't near the cup's."""
     fit = [colour for colour in colours if APART < abs(_hue(colour) - _hue(cup)) < 1 - APART]
-    return one_of(random, fit, 0.05)
+    return sample_similar(random, fit, 0.05)
 
 
-def any_of(random: np.random.Generator, colours: Sequence[BGR], spread: float = 0.10) -> Array:
-    """One of some colours, `varied`."""
-    return varied(random, colours[int(random.integers(len(colours)))], spread)
+def sample_colour(
+    random: np.random.Generator, colours: Sequence[BGR], spread: float = 0.10
+) -> Array:
+    """One of some colours, `vary_colour`."""
+    return vary_colour(random, colours[int(random.integers(len(colours)))], spread)
 
 
-def varied(random: np.random.Generator, colour: ArrayLike, spread: float = 0.10) -> Array:
+def vary_colour(random: np.random.Generator, colour: ArrayLike, spread: float = 0.10) -> Array:
     """No two things are painted quite alike: tone and each channel vary a little."""
     gains = (1 + spread * random.uniform(-1, 1)) * (1 + spread / 2 * random.uniform(-1, 1, 3))
     return np.asarray(np.clip(np.asarray(colour, np.float64) * gains, 0, 255))
 
 
-def one_of(random: np.random.Generator, colours: Sequence[BGR], spread: float) -> Array:
-    """One of some colours, as another thing of it has it; see `nearly`."""
-    return nearly(random, colours[int(random.integers(len(colours)))], spread)
+def sample_similar(random: np.random.Generator, colours: Sequence[BGR], spread: float) -> Array:
+    """One of some colours, as another thing of it has it; see `vary_slightly`."""
+    return vary_slightly(random, colours[int(random.integers(len(colours)))], spread)
 
 
-def nearly(random: np.random.Generator, colour: ArrayLike, spread: float = 0.03) -> Array:
+def vary_slightly(random: np.random.Generator, colour: ArrayLike, spread: float = 0.03) -> Array:
     """A colour as another thing of that colour has it: a little lighter or darker, above all."""
     gains = (1 + spread * random.uniform(-1, 1)) * (1 + 0.4 * spread * random.uniform(-1, 1, 3))
     return np.asarray(np.clip(np.asarray(colour, np.float64) * gains, 0, 255))

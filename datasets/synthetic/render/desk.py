@@ -14,18 +14,18 @@ from trackmark.datasets.synthetic.render.colours import (
     CLOTHES,
     COUNTERS,
     NEUTRALS,
-    nearly,
-    one_of,
+    sample_similar,
+    vary_slightly,
 )
 from trackmark.datasets.synthetic.render.finish import (
     PITCH,
     Finish,
     Pattern,
-    Surface,
-    Thing,
+    SceneObject,
+    SurfaceBuffer,
     grain,
-    looked_at,
     picture_on,
+    render_surfaces,
     staggered,
     tiles,
 )
@@ -46,7 +46,7 @@ BACKS = (*ACCENTS, *CLOTHES)
 
 def seen_room(
     random: np.random.Generator, size: tuple[int, int], horizon: float, fine: int
-) -> Surface:
+) -> SurfaceBuffer:
     """A room, drawn at random, as it is seen; left and right change places at random, too.
 
     `size` is the picture's and `horizon` the row in which the wall meets the desk [pixels]; there
@@ -63,23 +63,25 @@ def seen_room(
         *_mug(random, -side * random.uniform(30, 55)),
     ]
     corner = -size[0] / 2, WALL * float(np.sin(PITCH)) - horizon
-    return looked_at(things, corner, size, fine)
+    return render_surfaces(things, corner, size, fine)
 
 
 def _any(random: np.random.Generator, colours: tuple[tuple[int, int, int], ...]) -> Array:
-    return one_of(random, colours, 0.08)
+    return sample_similar(random, colours, 0.08)
 
 
-def _bare(random: np.random.Generator) -> list[Thing]:
+def _bare(random: np.random.Generator) -> list[SceneObject]:
     paper = [_striped, _sprigged, _plastered][int(random.integers(3))](random)
     wood = _any(random, COUNTERS)
     return [
-        Thing(Finish(_any(random, WALLS), 0.0, paper), [half_space((0, 0, 1), WALL)]),
-        Thing(
+        SceneObject(Finish(_any(random, WALLS), 0.0, paper), [half_space((0, 0, 1), WALL)]),
+        SceneObject(
             Finish(wood, 0.04, grain(random, 0.10, (0.10, 1.0, 1.1), 16)),
             [half_space((0, 1, 0), 0)],
         ),
-        Thing(Finish(_any(random, NEUTRALS), 0.03), [box((0, 4, WALL + 2), (400, 7, 2), 0.8)]),
+        SceneObject(
+            Finish(_any(random, NEUTRALS), 0.03), [box((0, 4, WALL + 2), (400, 7, 2), 0.8)]
+        ),
     ]
 
 
@@ -121,14 +123,14 @@ def _plastered(random: np.random.Generator) -> Pattern:
     return grain(random, 0.05, coarsest=4)
 
 
-def _shelf(random: np.random.Generator, x: float) -> list[Thing]:
+def _shelf(random: np.random.Generator, x: float) -> list[SceneObject]:
     """A board with books between two ends."""
     wide, y = random.uniform(66, 76), random.uniform(92, 104)
     wood = Finish(_any(random, COUNTERS[:3]), 0.03, grain(random, 0.09, (0.12, 1, 1), 16))
     z = WALL + 22
     board = [box((x, y, z), (wide, 2.6, 22), 0.8)]
     board += [box((x + s * (wide - 14), y - 10, WALL + 9), (1.6, 9, 9), 0.6) for s in (-1, 1)]
-    things = [Thing(wood, board)]
+    things = [SceneObject(wood, board)]
     place, end = x - wide + 3, x + wide - 4
     while place < end - 15:
         if random.random() < 0.10:
@@ -137,7 +139,7 @@ def _shelf(random: np.random.Generator, x: float) -> list[Thing]:
         thick, high = random.uniform(3.5, 8.0), random.uniform(24, 36)
         lean = (place + thick, y + 2.6 + high, z + random.uniform(-5, 2))
         half = thick - 0.3, high, random.uniform(13, 17)
-        things.append(Thing(_spine(random, y, high), [box(lean, half, 0.9)]))
+        things.append(SceneObject(_spine(random, y, high), [box(lean, half, 0.9)]))
         place += 2 * thick
     return things
 
@@ -159,7 +161,7 @@ def _spine(random: np.random.Generator, foot: float, high: float) -> Finish:
     return Finish(colour, 0.03, gain)
 
 
-def _poster(random: np.random.Generator, x: float) -> list[Thing]:
+def _poster(random: np.random.Generator, x: float) -> list[SceneObject]:
     """A framed picture."""
     wide, high, y = random.uniform(30, 38), random.uniform(34, 42), random.uniform(104, 122)
     frame, rim = _any(random, (*COUNTERS[:3], (60, 56, 54), (190, 200, 204))), 4.0
@@ -173,12 +175,14 @@ def _poster(random: np.random.Generator, x: float) -> list[Thing]:
         box((x, y + s * (high + 2), z + 1.5), (wide + rim, rim / 2, 2.5), 0.6) for s in (-1, 1)
     ]
     return [
-        Thing(Finish(np.full(3, 255.0), 0.06, gain), [box((x, y, z), (wide, high, 1.2), 0.3)]),
-        Thing(Finish(frame, 0.10, grain(random, 0.05)), bars),
+        SceneObject(
+            Finish(np.full(3, 255.0), 0.06, gain), [box((x, y, z), (wide, high, 1.2), 0.3)]
+        ),
+        SceneObject(Finish(frame, 0.10, grain(random, 0.05)), bars),
     ]
 
 
-def _pile(random: np.random.Generator, x: float) -> list[Thing]:
+def _pile(random: np.random.Generator, x: float) -> list[SceneObject]:
     """Books that lie on one another."""
     things, y = [], 0.0
     z = WALL + random.uniform(42, 56)
@@ -187,16 +191,18 @@ def _pile(random: np.random.Generator, x: float) -> list[Thing]:
         half = random.uniform(28, 36), thick, random.uniform(20, 26)
         middle = x + random.uniform(-4, 4), y + thick, z
         finish = Finish(_any(random, BACKS), 0.04, grain(random, 0.04))
-        things.append(Thing(finish, [box(middle, half, 0.9, turn=random.uniform(-0.25, 0.25))]))
+        things.append(
+            SceneObject(finish, [box(middle, half, 0.9, turn=random.uniform(-0.25, 0.25))])
+        )
         y += 2 * thick
     return things
 
 
-def _pot(random: np.random.Generator, x: float) -> list[Thing]:
+def _pot(random: np.random.Generator, x: float) -> list[SceneObject]:
     """Pencils in a pot."""
     z, wide, high = WALL + random.uniform(34, 60), random.uniform(10, 13), random.uniform(27, 34)
     things = [
-        Thing(
+        SceneObject(
             Finish(_any(random, ACCENTS), 0.25, grain(random, 0.03)),
             [bowl((x, 0.6, z), high, (0.92 * wide, wide), 1.2)],
         )
@@ -205,11 +211,13 @@ def _pot(random: np.random.Generator, x: float) -> list[Thing]:
         foot = np.array([x + (k - 2.5) * 0.22 * wide, 3.0, z])
         way = np.array([random.uniform(-0.22, 0.22), 1.0, random.uniform(-0.15, 0.1)])
         tip = foot + random.uniform(42, 56) * way
-        things.append(Thing(Finish(_any(random, ACCENTS), 0.05), [limb(foot, tip, (1.5, 1.4))]))
+        things.append(
+            SceneObject(Finish(_any(random, ACCENTS), 0.05), [limb(foot, tip, (1.5, 1.4))])
+        )
     return things
 
 
-def _mug(random: np.random.Generator, x: float) -> list[Thing]:
+def _mug(random: np.random.Generator, x: float) -> list[SceneObject]:
     z, wide, high = WALL + random.uniform(60, 90), random.uniform(12, 14), random.uniform(24, 29)
     angles = np.linspace(-1.4, 1.4, 9)
     side = float(random.choice([-1, 1]))
@@ -224,18 +232,18 @@ def _mug(random: np.random.Generator, x: float) -> list[Thing]:
         return np.where((np.abs(places[:, 1] - stripe) < 3.2)[:, None], tone, 1.0)
 
     return [
-        Thing(
+        SceneObject(
             Finish(_any(random, (*ACCENTS, *NEUTRALS)), 0.35, gain),
             [bowl((x, 1, z), high, (0.94 * wide, wide), 2.0), *handle],
         )
     ]
 
 
-def _plant(random: np.random.Generator, x: float) -> list[Thing]:
+def _plant(random: np.random.Generator, x: float) -> list[SceneObject]:
     """Leaves in a flower pot."""
     z, wide, high = WALL + random.uniform(36, 48), random.uniform(17, 21), random.uniform(26, 32)
-    clay = Finish(nearly(random, (70, 106, 170), 0.08), 0.03, grain(random, 0.05))
-    things = [Thing(clay, [bowl((x, 1, z), high, (0.72 * wide, wide), 2.0, closed=True)])]
+    clay = Finish(vary_slightly(random, (70, 106, 170), 0.08), 0.03, grain(random, 0.05))
+    things = [SceneObject(clay, [bowl((x, 1, z), high, (0.72 * wide, wide), 2.0, closed=True)])]
     for _ in range(16):
         green = Finish(_any(random, ((52, 104, 60), (60, 128, 84), (44, 82, 56))), 0.08)
         way = np.array([random.uniform(-1, 1), random.uniform(0.7, 1.6), random.uniform(-0.4, 0.8)])
@@ -247,11 +255,11 @@ def _plant(random: np.random.Generator, x: float) -> list[Thing]:
             limb(bend, (bend + tip) / 2, (1.8, 5.5), 2),
             limb((bend + tip) / 2, tip, (5.5, 0.8), 2),
         ]
-        things.append(Thing(green, parts))
+        things.append(SceneObject(green, parts))
     return things
 
 
-def _tins(random: np.random.Generator, x: float) -> list[Thing]:
+def _tins(random: np.random.Generator, x: float) -> list[SceneObject]:
     """Tins with labels."""
     things = []
     for k, at in enumerate((x - 17, x + 19)):
@@ -266,7 +274,7 @@ def _tins(random: np.random.Generator, x: float) -> list[Thing]:
             return np.where((on & ~line)[:, None], tone, 1.0)
 
         things.append(
-            Thing(
+            SceneObject(
                 Finish(_any(random, ACCENTS), 0.2, gain),
                 [bowl((at, 0.8, z), high, (wide, wide), 1.4, closed=True)],
             )

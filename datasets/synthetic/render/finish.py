@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from trackmark.datasets.synthetic.render.solids import NOTHING, View, what_is_seen
+from trackmark.datasets.synthetic.render.solids import NOTHING, ParallelView, cast_rays
 from trackmark.datasets.synthetic.render.texture import fractal, lerp
 
 Array = NDArray[np.float64]
@@ -18,7 +18,7 @@ GAMMA = 2.2
 """Of the camera: light is its grey level to this power."""
 
 
-def plain(places: Array) -> Array:
+def uniform(places: Array) -> Array:
     """No pattern: gain 1 at every place."""
     return np.ones((len(places), 1))
 
@@ -30,24 +30,24 @@ class Finish:
     colour: ArrayLike  # (3,), BGR in [0, 255], as it is seen in full light
     gloss: float = 0.0  # how much of the lamp it reflects
     # from places, shape (k, 3) [pixels], to the gain of the colour there, (k, 1) or (k, 3)
-    pattern: Pattern = plain
+    pattern: Pattern = uniform
 
 
 @dataclass(frozen=True)
-class Thing:
+class SceneObject:
     """What is seen as one: solids (see `solids`) with a finish."""
 
     finish: Finish
     solids: list[Array] = field(default_factory=list)
 
 
-def painted(
-    finishes: Sequence[Finish], which: NDArray[np.int64], places: Array, lights: Array
+def shade_objects(
+    finishes: Sequence[Finish], owners: NDArray[np.int64], places: Array, lights: Array
 ) -> NDArray[np.uint8]:
-    """Picture of what `what_is_seen` found, shape (h, w, 4): BGR, and 255 where a thing is."""
-    picture = np.zeros((*which.shape, 4), np.uint8)
+    """Picture of what `cast_rays` found, shape (h, w, 4): BGR, and 255 where a thing is."""
+    picture = np.zeros((*owners.shape, 4), np.uint8)
     for k, finish in enumerate(finishes):
-        there = which == k
+        there = owners == k
         bright, shine = np.split(lights[there], 2, axis=1)
         surface = np.asarray(finish.colour, np.float64) * finish.pattern(places[there])
         light = np.clip(surface / 255, 0, 1) ** GAMMA * bright + finish.gloss * shine
@@ -130,14 +130,14 @@ EDGE = 0.5
 BEYOND = 1e9
 """Stands for the rise to another thing [pixels]."""
 
-VIEW = View(PITCH, (0.0, 0.0, 1.0))
+VIEW = ParallelView(PITCH, (0.0, 0.0, 1.0))
 
 
 @dataclass(frozen=True)
-class Surface:
+class SurfaceBuffer:
     """Surfaces, sample by sample."""
 
-    which: NDArray[np.int64]  # (h, w), index of the thing that is seen, or `NOTHING`
+    owners: NDArray[np.int64]  # (h, w), index of the thing that is seen, or `NOTHING`
     # (h, w, 3), part of the light that comes back, BGR; zeros where there is nothing, as in
     # `gloss`
     colour: Array
@@ -150,9 +150,9 @@ class Surface:
 
         Shapes are (h // fine, w // fine, 4); both are premultiplied by the coverage.
         """
-        there = (self.which != NOTHING)[..., None]
+        there = (self.owners != NOTHING)[..., None]
         sheets = (self.colour, there), (self.normal * there, self.gloss[..., None])
-        size = self.which.shape[1] // fine, self.which.shape[0] // fine
+        size = self.owners.shape[1] // fine, self.owners.shape[0] // fine
         colour, normal = (
             np.asarray(
                 cv2.resize(np.concatenate(parts, axis=2), size, interpolation=cv2.INTER_AREA),
@@ -163,33 +163,33 @@ class Surface:
         return colour, normal
 
 
-def looked_at(
-    things: Sequence[Thing], corner: tuple[float, float], size: tuple[int, int], fine: int
-) -> Surface:
-    """Look at things; arguments as of `solids.what_is_seen`."""
+def render_surfaces(
+    things: Sequence[SceneObject], corner: tuple[float, float], size: tuple[int, int], fine: int
+) -> SurfaceBuffer:
+    """Look at things; arguments as of `solids.cast_rays`."""
     solids = [thing.solids for thing in things]
-    which, places, _ = what_is_seen(solids, VIEW, corner, size, fine, shaded=False)
-    colour, gloss = np.zeros((*which.shape, 3)), np.zeros(which.shape)
+    owners, places, _ = cast_rays(solids, VIEW, corner, size, fine, shaded=False)
+    colour, gloss = np.zeros((*owners.shape, 3)), np.zeros(owners.shape)
     for k, thing in enumerate(things):
-        there = which == k
-        painted = np.asarray(thing.finish.colour) * thing.finish.pattern(places[there])
-        colour[there] = np.clip(painted / 255, 0, 1) ** GAMMA
+        there = owners == k
+        shade_objects = np.asarray(thing.finish.colour) * thing.finish.pattern(places[there])
+        colour[there] = np.clip(shade_objects / 255, 0, 1) ** GAMMA
         gloss[there] = thing.finish.gloss
     depth = places[..., 1] * np.sin(PITCH) + places[..., 2] * np.cos(PITCH)
-    return Surface(which, colour, _normals(which, depth, 1 / fine), depth, gloss)
+    return SurfaceBuffer(owners, colour, _normals(owners, depth, 1 / fine), depth, gloss)
 
 
-def _normals(which: NDArray[np.int64], depth: Array, step: float) -> Array:
+def _normals(owners: NDArray[np.int64], depth: Array, step: float) -> Array:
     """From the slopes of the depth, across the gentler side of an edge."""
-    slopes = [_slope(which, depth, axis) / step for axis in (1, 0)]
+    slopes = [_slope(owners, depth, axis) / step for axis in (1, 0)]
     normal = np.stack([-slopes[0], -slopes[1], np.ones(depth.shape)], axis=2)
     return np.asarray(normal / np.sqrt((normal * normal).sum(axis=2, keepdims=True)))
 
 
-def _slope(which: NDArray[np.int64], depth: Array, axis: int) -> Array:
+def _slope(owners: NDArray[np.int64], depth: Array, axis: int) -> Array:
     """Rise of the depth from sample to sample: both sides' mean, but for edges."""
     rise = np.diff(depth, axis=axis)
-    rise[np.diff(which, axis=axis) != 0] = BEYOND
+    rise[np.diff(owners, axis=axis) != 0] = BEYOND
     end = np.full_like(np.take(depth, [0], axis=axis), BEYOND)
     before, after = (np.concatenate(p, axis=axis) for p in ([end, rise], [rise, end]))
     gentler = np.where(np.abs(before) < np.abs(after), before, after)

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackmark.datasets.interface import Image
-from trackmark.datasets.synthetic.render.colours import varied
+from trackmark.datasets.synthetic.render.colours import vary_colour
 from trackmark.datasets.synthetic.render.painting import Colour, Painting
 from trackmark.datasets.synthetic.render.texture import fractal, lerp, ramp
 
@@ -32,7 +32,7 @@ Place = tuple[float, float]
 def printed(random: np.random.Generator, kind: str, width: int, height: int) -> Image:
     """A print of one of `KINDS`, BGR."""
     picture = np.empty((height, width, 3), np.uint8)
-    inks = [varied(random, ink, 0.06) for ink in random.permutation(INKS)[:6]]
+    inks = [vary_colour(random, ink, 0.06) for ink in random.permutation(INKS)[:6]]
     painting = Painting(picture, float(width))
     {"book": _book, "tea": _tea, "toy": _toy}[kind](painting, random, inks, height / width)
     worn = fractal(random, SIDE, 8, 256, 0.85)[:height, :width]

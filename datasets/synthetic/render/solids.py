@@ -120,7 +120,7 @@ _START, _END = 150.0, 420.0  # of a ray, from the plane of the picture [pixels]
 
 
 @dataclass(frozen=True)
-class View:
+class ParallelView:
     """From where it is looked at, and from where light falls."""
 
     pitch: float  # how far the camera looks down [radians]
@@ -327,7 +327,7 @@ def _cast(
     solids: Array, balls: Array, corner: Array, step: float, width: int, height: int,
     pitch: float, light: Array, shaded: bool,
 ) -> tuple[NDArray[np.int64], Array, Array]:  # fmt: skip
-    which = np.full((height, width), NOTHING)
+    owners = np.full((height, width), NOTHING)
     solid_steepest = np.array([_steepest(solid) for solid in solids])
     steepest = np.zeros(len(balls))
     for thing in range(len(balls)):
@@ -371,18 +371,18 @@ def _cast(
                 y, z = y - gap * up, z - gap * on
             if way >= _END:
                 continue
-            which[row, column] = owner
+            owners[row, column] = owner
             places[row, column, 0] = x
             places[row, column, 1] = y
             places[row, column, 2] = z
             if shaded:
                 lights[row, column] = _lit(solids, balls, x, y, z, light, on)
-    return which, places, lights
+    return owners, places, lights
 
 
-def what_is_seen(
+def cast_rays(
     things: Sequence[Sequence[Array]],
-    view: View,
+    view: ParallelView,
     corner: tuple[float, float],
     size: tuple[int, int],
     fine: int,

@@ -36,7 +36,7 @@ class Mesh:
 
 
 @dataclass(frozen=True)
-class Seen:
+class RenderedMesh:
     """What is seen of a mesh, in a window of the picture."""
 
     window: tuple[slice, slice]  # rows and columns of the picture
@@ -50,7 +50,7 @@ class Seen:
         return whole
 
 
-def turned_axes(tilt: float, yaw: float, pitch: float) -> Array:
+def rotation_axes(tilt: float, yaw: float, pitch: float) -> Array:
     """Directions of a thing's axes (columns), turned in the picture, to the right and down.
 
     Angles are in radians; the axes are to the right, down and towards the camera where all are 0.
@@ -62,13 +62,13 @@ def turned_axes(tilt: float, yaw: float, pitch: float) -> Array:
     return np.asarray(in_picture @ over @ aside)
 
 
-def box_around(points: Array) -> Array:
+def bounding_box(points: Array) -> Array:
     """Extents (x, y, width, height) in the picture of points, columns and rows first [pixels]."""
     low, high = points[:, :2].min(axis=0), points[:, :2].max(axis=0)
     return np.concatenate([low, high - low])
 
 
-def grid(rows: int, columns: int) -> Indices:
+def grid_triangles(rows: int, columns: int) -> Indices:
     """Triangles between the vertices of a grid, which count row by row; shape (t, 3).
 
     Each is clockwise in the picture where rows go down and columns to the right.
@@ -79,7 +79,7 @@ def grid(rows: int, columns: int) -> Indices:
     return np.concatenate([upper, lower])
 
 
-def seen(mesh: Mesh, points: Array, lights: Array, size: tuple[int, int]) -> Seen:
+def render_mesh(mesh: Mesh, points: Array, lights: Array, size: tuple[int, int]) -> RenderedMesh:
     """Look at a mesh whose vertices are at `points` [pixels], in a picture of a size.
 
     `lights`, shape (v, 3), is the light that falls on each, BGR; the size is width and height
@@ -92,12 +92,12 @@ def seen(mesh: Mesh, points: Array, lights: Array, size: tuple[int, int]) -> See
     placed[:, :2] = (placed[:, :2] - low) * FINE - 0.5
     owners = _owners(placed, mesh.triangles, mesh.closed, bottom - top, right - left)
     sheet = _lit(owners, placed, mesh.triangles, mesh.texels, lights, mesh.texture)
-    return Seen((slice(top, bottom), slice(left, right)), sheet)
+    return RenderedMesh((slice(top, bottom), slice(left, right)), sheet)
 
 
 @njit(cache=True, error_model="numpy")
-def lay(picture: Floats, sheet: Floats) -> None:
-    """Lay a sheet, see `Seen`, over a picture or another sheet of its size, in place."""
+def composite(picture: Floats, sheet: Floats) -> None:
+    """Lay a sheet, see `RenderedMesh`, over a picture or another sheet of its size, in place."""
     for row in range(picture.shape[0]):
         for column in range(picture.shape[1]):
             rest = np.float32(1) - sheet[row, column, 3]

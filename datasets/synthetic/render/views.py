@@ -65,7 +65,7 @@ FASTEST_TURN = math.radians(130) / FRAMES_PER_SECOND
 
 
 @dataclass(frozen=True)
-class Course:
+class WalkingPath:
     """Where someone is, how he is turned and in which phase of his gait, in every frame."""
 
     # x, z: (n,), place on the ground: to the right, and away from the camera [metres]
@@ -97,22 +97,22 @@ class Course:
         return type(self)(*(column[frames] for column in columns))
 
 
-def straight(
+def straight_path(
     frames: int, at: int, place: tuple[float, float], velocity: tuple[float, float], phase: float
-) -> Course:
+) -> WalkingPath:
     """Course that passes a place (x, z) [metres] in frame `at`; velocity in metres/second."""
     elapsed = (np.arange(frames) - at) / FRAMES_PER_SECOND
     x, z = (start + way * elapsed for start, way in zip(place, velocity, strict=True))
-    return Course.through(x, z, phase)
+    return WalkingPath.through(x, z, phase)
 
 
-def walk(
+def walk_through_points(
     frames: int,
     start: tuple[float, float],
     points: Iterator[tuple[float, float]],
     speed: float,
     phase: float,
-) -> Course:
+) -> WalkingPath:
     """Course from point to point (x, z) [metres], as people walk: in arcs, slower in bends.
 
     `start` is the place in the first frame; he turns to the `points` one after the other and need
@@ -133,7 +133,7 @@ def walk(
         step = speed * (1 - 0.45 * abs(turn) / FASTEST_TURN) / FRAMES_PER_SECOND
         x += step * math.cos(heading)
         z += step * math.sin(heading)
-    return Course.through(track[:, 0], track[:, 1], phase)
+    return WalkingPath.through(track[:, 0], track[:, 1], phase)
 
 
 SLOW = (2.5, 9.0)
@@ -180,7 +180,7 @@ class Views:
         return travel, (right, down)
 
 
-def fixed(random: np.random.Generator, frames: int) -> Views:
+def sample_fixed_views(random: np.random.Generator, frames: int) -> Views:
     """Camera that stands somewhat above the heads."""
     still = Viewpoint(
         focal=700.0,
@@ -191,7 +191,7 @@ def fixed(random: np.random.Generator, frames: int) -> Views:
     return Views.standing(still, frames)
 
 
-def following(random: np.random.Generator, course: Course) -> Views:
+def sample_following_views(random: np.random.Generator, course: WalkingPath) -> Views:
     """Camera in the hand of someone who walks along and keeps a walker in view, not well.
 
     He lags by half a second and wanders; he turns the camera slowly about, with a quick turn
@@ -205,15 +205,15 @@ def following(random: np.random.Generator, course: Course) -> Views:
         centre=SIZE[0] / 2,
     )
     lag = round(random.uniform(0.4, 0.6) * FRAMES_PER_SECOND)
-    x = quantised(_smoothed(course.x, lag) + wandering(random, frames, SLOW, 0.3))
-    turn = wandering(random, frames, SLOW, 34) + wandering(random, frames, QUICK, 3.5)
+    x = quantised(_smoothed(course.x, lag) + random_wander(random, frames, SLOW, 0.3))
+    turn = random_wander(random, frames, SLOW, 34) + random_wander(random, frames, QUICK, 3.5)
     time = np.arange(frames, dtype=np.float64)
     for start in np.arange(random.uniform(60, 140), frames - 40, random.uniform(150, 220)):
         rise, hold, fall = random.uniform(7, 14), random.uniform(2, 15), random.uniform(10, 25)
         off = smooth_step(time, start, start + rise)
         back = smooth_step(time, start + rise + hold, start + rise + hold + fall)
         turn += random.choice([-1, 1]) * random.uniform(40, 80) * (off - back)
-    nod = wandering(random, frames, SLOW, 9) + wandering(random, frames, QUICK, 2.5)
+    nod = random_wander(random, frames, SLOW, 9) + random_wander(random, frames, QUICK, 2.5)
     beat = random.uniform(1.7, 2.0) / FRAMES_PER_SECOND
     nod += 2.2 * np.sin(2 * np.pi * (beat * time + random.uniform()))
     # The target stays in the picture: the further off he is, the more the turn gives way.
@@ -230,7 +230,7 @@ def _smoothed(values: Array, lag: int) -> Array:
     return np.convolve(np.concatenate([before, values]), weights / weights.sum(), "valid")
 
 
-def wandering(
+def random_wander(
     random: np.random.Generator, frames: int, periods: Sequence[float], deviation: float
 ) -> Array:
     """Sum of five waves of random periods [seconds] with a standard deviation."""

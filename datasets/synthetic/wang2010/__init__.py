@@ -1,8 +1,8 @@
-"""The sequences of a paper on an improved CamShift inside a particle filter.
+"""Sequences of a paper on an improved CamShift inside a particle filter.
 
-Analogues of the three videos on which the paper shows its trackers, drawn from its words
-alone: other videos, new in every scene. The paper counts frames from 1; its frame k is ours
-k - 1.
+They imitate the three videos on which the paper shows its trackers. They follow only its text: the
+videos differ from the originals and are new in every scene. The paper counts frames from 1; its
+frame k is frame k - 1 here.
 """
 
 from pathlib import Path
@@ -20,7 +20,7 @@ SUITE = Suite(
         Entry(
             "wang2010/table-tennis",
             seeded("all that is drawn at random: wall, player, light, motion, noise"),
-            f"{MODULE}.table_tennis.scene",
+            f"{MODULE}.table_tennis",
             50,
             (142, 115),
         ),
@@ -34,7 +34,7 @@ SUITE = Suite(
         Entry(
             "wang2010/cup",
             seeded("all that is drawn at random: cup, hand, way, kitchen, noise"),
-            f"{MODULE}.cup.scene",
+            f"{MODULE}.cup",
             80,
             (108, 85),
         ),

@@ -4,13 +4,12 @@ import shlex
 
 import pytest
 
+from tests.bench.commands.conftest import TINY
 from trackmark.bench.numba_compilation import SENTENCE
 
 SMALL = "--sequences data/Small"
-SCENES = "plain/target:length=12,plain/target:length=12:scene=1"
-STRESS = (
-    "stress static --runs 20 --sequences plain/target:length=20:width=64:height=64 --knob noise"
-)
+SCENES = f"{TINY},{TINY}:scene=1"
+STRESS = f"stress static --runs 20 --jobs 1 --sequences {TINY} --knob noise"
 STATIC = f"run --trackers static {SMALL}"
 SUPERVISED = f"compare static camshift --sequences {SCENES} --protocol supervised --metrics vot"
 COMPARE = f"compare static --results-of MINE=theirs --sequences {SCENES}"
@@ -57,7 +56,7 @@ describe kcf:preset=as-written | Did you mean the tracker 'opencv-kcf'?
 describe '' | empty
 describe data/Small/img --attributes | there is no ground truth
 report nowhere | nowhere
-report data --metrics '' | one preset at least
+report data --metrics '' | at least one preset
 report data --metrics otbb | Did you mean 'otb'?
 report | Give RESULTS
 report --results-of A=theirs | Give RESULTS

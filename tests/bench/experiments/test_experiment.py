@@ -92,7 +92,7 @@ def test_mistake_is_named_with_file_and_key(tmp_path, change, words):
     assert "trial" in str(caught.value)
 
 
-def test_missing_file_unknown_name_and_invalid_folder_are_refused(tmp_path):
+def test_unknown_experiment_and_invalid_name_are_refused(tmp_path):
     with pytest.raises(ExperimentError, match=r"nothing\.toml: No such file"):
         read_experiment(tmp_path / "nothing.toml")
     with pytest.raises(ExperimentError, match=r"Did you mean 'demo'\?"):

@@ -10,11 +10,11 @@ from trackmark.datasets.synthetic.nguyen2002.film.sheet import (
     PAINTS,
     UNIT,
     WOODS,
-    Sheet,
+    PaintedSheet,
     joined,
     runs,
 )
-from trackmark.datasets.synthetic.render.colours import any_of, varied
+from trackmark.datasets.synthetic.render.colours import sample_colour, vary_colour
 from trackmark.datasets.synthetic.render.texture import noise
 
 WALLS = ((84, 98, 150), (120, 150, 176), (150, 158, 164), (104, 122, 142), (170, 186, 192))
@@ -27,23 +27,23 @@ class Hider:
     """A kind of thing that passes before the target."""
 
     # paints it, given random numbers, what it must hide and how high it is [UNIT]
-    paint: Callable[[np.random.Generator, float, float], Sheet]
+    paint: Callable[[np.random.Generator, float, float], PaintedSheet]
     fixed: bool  # it stands where it is: the camera passes it
     tall: bool  # it reaches from below the picture's lower border to above the upper one
     stands: bool = False  # it stands on wheels on the ground, nearer than the target
 
 
-def _pillar(random: np.random.Generator, width: float, height: float) -> Sheet:
+def _pillar(random: np.random.Generator, width: float, height: float) -> PaintedSheet:
     """A round pillar of stone or painted iron, with a base and a bill that somebody glued on."""
-    sheet = Sheet(width, height, UNIT, any_of(random, STONES + PAINTS[6:8]))
+    sheet = PaintedSheet(width, height, UNIT, sample_colour(random, STONES + PAINTS[6:8]))
     p = sheet.painting
     for y in np.arange(random.uniform(0, 0.4), height, random.uniform(0.5, 0.9)):
         p.darken(0, y, width, 0.018, 0.6)
     if random.random() < 0.7:
         x, y = random.uniform(0.1, 0.3) * width, random.uniform(0.6, 1.3)
-        p.patch(x, y, 0.5 * width, 0.62 * width, any_of(random, LIGHTS))
+        p.patch(x, y, 0.5 * width, 0.62 * width, sample_colour(random, LIGHTS))
         p.patch(x + 0.05 * width, y + 0.05 * width, 0.4 * width, 0.3 * width,
-                any_of(random, PAINTS))  # fmt: skip
+                sample_colour(random, PAINTS))  # fmt: skip
         p.label(random, x, y + 0.38 * width, 0.5 * width, 0.22 * width)
     sheet.cover_box(0, 0, width, height)
     across, _ = sheet.places()
@@ -53,10 +53,12 @@ def _pillar(random: np.random.Generator, width: float, height: float) -> Sheet:
     return sheet
 
 
-def _trunk(random: np.random.Generator, width: float, height: float) -> Sheet:
+def _trunk(random: np.random.Generator, width: float, height: float) -> PaintedSheet:
     """A thick trunk with bark; it is nowhere thinner than `width`."""
     bulge = 0.12 * width
-    sheet = Sheet(width + 2 * bulge, height, UNIT, any_of(random, ((58, 76, 92), (72, 82, 90))))
+    sheet = PaintedSheet(
+        width + 2 * bulge, height, UNIT, sample_colour(random, ((58, 76, 92), (72, 82, 90)))
+    )
     edges = [bulge * (0.5 + 0.45 * np.clip(noise(random, 256, 8)[0, ::8], -1, 1)) for _ in "lr"]
     rows = np.linspace(0, height, len(edges[0]))
     left, right = joined(bulge - edges[0], rows), joined(width + bulge + edges[1], rows)
@@ -67,31 +69,39 @@ def _trunk(random: np.random.Generator, width: float, height: float) -> Sheet:
     return sheet
 
 
-def _wall_end(random: np.random.Generator, width: float, height: float) -> Sheet:
+def _wall_end(random: np.random.Generator, width: float, height: float) -> PaintedSheet:
     """A piece of a wall of bricks or blocks, with a bill or a painted sign."""
-    colour = any_of(random, WALLS)
-    sheet = Sheet(width, height, UNIT, colour * 0.72)
+    colour = sample_colour(random, WALLS)
+    sheet = PaintedSheet(width, height, UNIT, colour * 0.72)
     p, course = sheet.painting, random.uniform(0.1, 0.16)
     for k, y in enumerate(np.arange(0, height, course)):
         x = -random.uniform(0.4, 0.6) * course * (k % 2) * 2
         while x < width:
-            p.patch(x, y, 2.2 * course - 0.014, course - 0.014, varied(random, colour, 0.12))
+            p.patch(x, y, 2.2 * course - 0.014, course - 0.014, vary_colour(random, colour, 0.12))
             x += 2.2 * course
     if random.random() < 0.7:
         y = random.uniform(0.7, 1.4)
-        p.plate(0.15 * width, y, 0.66 * width, 0.4 * width, any_of(random, PAINTS), 0.012)
-        p.patch(0.22 * width, y + 0.1 * width, 0.5 * width, 0.07 * width, any_of(random, LIGHTS))
-        p.patch(0.22 * width, y + 0.23 * width, 0.36 * width, 0.05 * width, any_of(random, LIGHTS))
+        p.plate(0.15 * width, y, 0.66 * width, 0.4 * width, sample_colour(random, PAINTS), 0.012)
+        p.patch(
+            0.22 * width, y + 0.1 * width, 0.5 * width, 0.07 * width, sample_colour(random, LIGHTS)
+        )
+        p.patch(
+            0.22 * width,
+            y + 0.23 * width,
+            0.36 * width,
+            0.05 * width,
+            sample_colour(random, LIGHTS),
+        )
     sheet.cover_box(0, 0, width, height)
     sheet.wear(random, 0.12, 4, 128)
     return sheet
 
 
-def _lorry(random: np.random.Generator, width: float, height: float) -> Sheet:
+def _lorry(random: np.random.Generator, width: float, height: float) -> PaintedSheet:
     """Load of a lorry under canvas, on wheels."""
-    sheet = Sheet(width, height + 0.34, UNIT, any_of(random, PAINTS))
+    sheet = PaintedSheet(width, height + 0.34, UNIT, sample_colour(random, PAINTS))
     p = sheet.painting
-    second = any_of(random, LIGHTS if random.random() < 0.6 else PAINTS)
+    second = sample_colour(random, LIGHTS if random.random() < 0.6 else PAINTS)
     p.patch(0, random.uniform(0.3, 0.6) * height, width, random.uniform(0.1, 0.2) * height, second)
     for x in np.arange(0.1, width, random.uniform(0.22, 0.34)):
         p.darken(x, 0, 0.05, height, 0.86)
@@ -108,18 +118,18 @@ def _lorry(random: np.random.Generator, width: float, height: float) -> Sheet:
     return sheet
 
 
-def _bus(random: np.random.Generator, width: float, height: float) -> Sheet:
+def _bus(random: np.random.Generator, width: float, height: float) -> PaintedSheet:
     """Side of a bus or carriage: windows above, panels and a number below."""
-    body = any_of(random, PAINTS)
-    sheet = Sheet(width, height + 0.3, UNIT, body)
+    body = sample_colour(random, PAINTS)
+    sheet = PaintedSheet(width, height + 0.3, UNIT, body)
     sheet.anchor = width / 2, height / 2
-    p, second = sheet.painting, any_of(random, LIGHTS)
+    p, second = sheet.painting, sample_colour(random, LIGHTS)
     p.patch(0, 0, width, 0.08 * height, second)
     p.patch(0, 0.54 * height, width, 0.07 * height, second)
     pitch = random.uniform(0.3, 0.4)
     for x in np.arange(0.05, width - 0.1, pitch):
         wide = min(pitch - 0.06, width - x - 0.04)
-        glass = varied(random, (112, 98, 84), 0.3)
+        glass = vary_colour(random, (112, 98, 84), 0.3)
         p.hole(x, 0.14 * height, wide, 0.34 * height, glass)
         p.area([(x + 0.3 * wide, 0.15 * height), (x + 0.6 * wide, 0.15 * height),
                 (x + 0.3 * wide, 0.48 * height), (x, 0.48 * height)], glass + 40)  # fmt: skip
@@ -131,10 +141,10 @@ def _bus(random: np.random.Generator, width: float, height: float) -> Sheet:
     return sheet
 
 
-def _container(random: np.random.Generator, width: float, height: float) -> Sheet:
+def _container(random: np.random.Generator, width: float, height: float) -> PaintedSheet:
     """A container with corrugated sides, rust and a number, on wheels."""
-    colour = any_of(random, PAINTS)
-    sheet = Sheet(width, height + 0.34, UNIT, colour)
+    colour = sample_colour(random, PAINTS)
+    sheet = PaintedSheet(width, height + 0.34, UNIT, colour)
     sheet.anchor = width / 2, height / 2
     p, pitch = sheet.painting, random.uniform(0.07, 0.11)
     for x in np.arange(0, width, pitch):
@@ -154,15 +164,15 @@ def _container(random: np.random.Generator, width: float, height: float) -> Shee
     return sheet
 
 
-def _ship(random: np.random.Generator, width: float, height: float) -> Sheet:
+def _ship(random: np.random.Generator, width: float, height: float) -> PaintedSheet:
     """A stretch of a ship's side: railing, portholes, plates, the water line."""
-    colour = any_of(random, PAINTS)
+    colour = sample_colour(random, PAINTS)
     rail, draught = 0.16, 0.3
-    sheet = Sheet(width, rail + height + draught, UNIT, colour)
+    sheet = PaintedSheet(width, rail + height + draught, UNIT, colour)
     sheet.anchor = width / 2, rail + height / 2
     p = sheet.painting
-    p.patch(0, 0, width, rail, any_of(random, LIGHTS))
-    p.plate(0, rail, width, 0.07, any_of(random, LIGHTS), 0.012)
+    p.patch(0, 0, width, rail, sample_colour(random, LIGHTS))
+    p.plate(0, rail, width, 0.07, sample_colour(random, LIGHTS), 0.012)
     for y in np.arange(rail + 0.2, rail + height, 0.22):
         p.darken(0, y, width, 0.012, 0.7)
     for x in np.arange(0.14, width - 0.05, random.uniform(0.2, 0.3)):
@@ -179,16 +189,16 @@ def _ship(random: np.random.Generator, width: float, height: float) -> Sheet:
     return sheet
 
 
-def _load(random: np.random.Generator, width: float, height: float) -> Sheet:
+def _load(random: np.random.Generator, width: float, height: float) -> PaintedSheet:
     """Boxes on a pallet that hang from a crane."""
     ropes = 1.9
-    sheet = Sheet(width, ropes + height, UNIT, (90, 110, 130))
+    sheet = PaintedSheet(width, ropes + height, UNIT, (90, 110, 130))
     sheet.anchor = width / 2, ropes + height / 2
     p = sheet.painting
     rows = int(random.integers(2, 4))
     for row in range(rows):
         for x, wide in runs(random, width, (0.22, 0.45)):
-            wood = any_of(random, WOODS + PAINTS[6:10])
+            wood = sample_colour(random, WOODS + PAINTS[6:10])
             p.plate(x, ropes + row * height / rows, wide, height / rows, wood, 0.016)
             p.label(random, x + 0.2 * wide, ropes + (row + 0.3) * height / rows, 0.5 * wide,
                     0.3 * height / rows)  # fmt: skip
@@ -203,19 +213,19 @@ def _load(random: np.random.Generator, width: float, height: float) -> Sheet:
     return sheet
 
 
-def _passer_by(random: np.random.Generator, width: float, height: float) -> Sheet:
+def _passer_by(random: np.random.Generator, width: float, height: float) -> PaintedSheet:
     """Somebody's back in a long coat, close to the camera; `width` is that of the coat.
 
     The shoulders are where the target's upper end is, or above.
     """
     head = 0.62 * width
-    cloth = any_of(random, COATS)
+    cloth = sample_colour(random, COATS)
     neck = 0.05 + 1.35 * head
     side, tall = width + 0.3, neck + 0.15 + height + 1.6
-    sheet = Sheet(side, tall, UNIT, cloth)
+    sheet = PaintedSheet(side, tall, UNIT, cloth)
     sheet.anchor = side / 2, neck + 0.15 + height / 2
     p, middle = sheet.painting, side / 2
-    p.patch(0, 0, side, neck, any_of(random, ((40, 44, 52), (60, 84, 112), (110, 120, 128))))
+    p.patch(0, 0, side, neck, sample_colour(random, ((40, 44, 52), (60, 84, 112), (110, 120, 128))))
     p.patch(0, neck - 0.35 * head, side, 0.35 * head + 0.02, (128, 152, 196))
     folds = [(0.2, 0.78), (0.42, 1.16), (0.55, 0.7), (0.7, 1.1), (0.86, 0.8)]
     for place, gain in folds:
@@ -237,9 +247,11 @@ def _passer_by(random: np.random.Generator, width: float, height: float) -> Shee
     return sheet
 
 
-def _post(random: np.random.Generator, width: float, height: float) -> Sheet:
+def _post(random: np.random.Generator, width: float, height: float) -> PaintedSheet:
     """A lamp post or a pole with painted rings."""
-    sheet = Sheet(width, height, UNIT, any_of(random, ((70, 74, 76), (60, 84, 64), WOODS[2])))
+    sheet = PaintedSheet(
+        width, height, UNIT, sample_colour(random, ((70, 74, 76), (60, 84, 64), WOODS[2]))
+    )
     if random.random() < 0.5:
         for y in np.arange(0.2, height, 0.5):
             sheet.painting.patch(0, y, width, 0.25, (60, 70, 190))
@@ -249,15 +261,15 @@ def _post(random: np.random.Generator, width: float, height: float) -> Sheet:
     return sheet
 
 
-def _heap(random: np.random.Generator, width: float, height: float) -> Sheet:
+def _heap(random: np.random.Generator, width: float, height: float) -> PaintedSheet:
     """Boxes and sacks on a heap, down to the picture's lower border."""
-    sheet = Sheet(width, height, UNIT, (70, 88, 104))
+    sheet = PaintedSheet(width, height, UNIT, (70, 88, 104))
     for x, wide in runs(random, width, (0.2, 0.4)):
         y = random.uniform(0.0, 0.07)
         sheet.cover_box(x, y, wide, height)
         while y < height:
             tall = random.uniform(0.2, 0.45)
-            sheet.painting.plate(x, y, wide, tall, any_of(random, WOODS + PAINTS), 0.012)
+            sheet.painting.plate(x, y, wide, tall, sample_colour(random, WOODS + PAINTS), 0.012)
             sheet.painting.label(random, x + 0.2 * wide, y + 0.06, 0.5 * wide, 0.1)
             y += tall
     sheet.wear(random, 0.08, 4, 64)

@@ -14,7 +14,7 @@ from trackmark.datasets.synthetic.nguyen2002.film.props import CARRIERS
 from trackmark.datasets.synthetic.nguyen2002.film.setting import SETTINGS
 from trackmark.datasets.synthetic.nguyen2002.film.targets import KINDS
 from trackmark.datasets.synthetic.render.path import quantised
-from trackmark.datasets.synthetic.render.views import Viewpoint, wandering
+from trackmark.datasets.synthetic.render.views import Viewpoint, random_wander
 from trackmark.datasets.synthetic.scene import part_generator
 
 Array = NDArray[np.float64]
@@ -98,7 +98,7 @@ class Passage:
 
 
 @dataclass(frozen=True)
-class Plan:
+class ClipPlan:
     """A clip before anything is painted."""
 
     shot: Shot
@@ -122,7 +122,7 @@ class Plan:
 
 
 @lru_cache(maxsize=32)
-def plan(seed: int, clip: int) -> Plan:
+def plan(seed: int, clip: int) -> ClipPlan:
     """Plan of a clip of a set; clips count from 1."""
     shot = script(seed)[clip - 1]
     n = shot.frames
@@ -135,18 +135,18 @@ def plan(seed: int, clip: int) -> Plan:
     across = SIZE[0] / 2 + _drifting(random, n, (3.0, 9.0), random.uniform(25, 75))
     still = Viewpoint(700.0, EYE, float(random.uniform(86, 104)), SIZE[0] / 2)
     tilt = _drifting(random, n, (2.0, 7.0), random.uniform(4, 12))
-    nod = quantised(tilt + wandering(random, n, (0.5, 3.0), random.uniform(0.2, 1.4)))
+    nod = quantised(tilt + random_wander(random, n, (0.5, 3.0), random.uniform(0.2, 1.4)))
     ground = still.horizon + nod + EYE * NEAR * scale
     drop = CARRIERS[KINDS[shot.target].carrier].drop
     level = ground - drop * size[1] * scale if drop else still.horizon + nod + 26
     centre = np.stack([across, level], axis=1)
-    centre += wandering(random, n, (0.3, 0.9), random.uniform(0.1, 0.5))[:, None] * [0.3, 0.6]
+    centre += random_wander(random, n, (0.3, 0.9), random.uniform(0.1, 0.5))[:, None] * [0.3, 0.6]
     gain = 1 + _swinging(random, n, (2.0, 8.0), random.uniform(0.03, 0.10))
 
     acts = _acts(random, shot, width)
     passed = [act.speed * width * float(scale.min()) for act in acts if HIDERS[act.kind].fixed]
     rate = _rate(random, passed)
-    hand = wandering(random, n, (1.0, 4.0), random.uniform(0.3, 1.5))
+    hand = random_wander(random, n, (1.0, 4.0), random.uniform(0.3, 1.5))
     seen = rate * np.arange(n) + hand
     passages = []
     for act in acts:
@@ -167,7 +167,7 @@ def plan(seed: int, clip: int) -> Plan:
             down = np.full(n, edge + tall / 2)
         way = quantised(np.stack([centre[middle, 0] + x, down + nod - nod[middle]], axis=1))
         passages.append(Passage(act.kind, (act.width * side, tall), way))
-    return Plan(
+    return ClipPlan(
         shot, size, quantised(centre), scale, angle, look, still,
         quantised(seen - seen.min()) / NEAR, nod, ground, gain, tuple(passages),
     )  # fmt: skip
@@ -226,7 +226,7 @@ def _swinging(
     random: np.random.Generator, frames: int, periods: tuple[float, float], most: float
 ) -> Array:
     """Waves of random periods [seconds] that reach `most` at their farthest."""
-    waves = wandering(random, frames, periods, 1.0)
+    waves = random_wander(random, frames, periods, 1.0)
     waves = waves - (waves.max() + waves.min()) / 2
     return np.asarray(waves * (most / np.abs(waves).max()))
 

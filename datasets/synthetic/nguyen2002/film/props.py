@@ -15,15 +15,15 @@ from trackmark.datasets.synthetic.nguyen2002.film.sheet import (
     PAINTS,
     UNIT,
     WOODS,
-    Sheet,
+    PaintedSheet,
     joined,
     runs,
 )
-from trackmark.datasets.synthetic.render.colours import any_of
+from trackmark.datasets.synthetic.render.colours import sample_colour
 from trackmark.datasets.synthetic.render.prop import Prop
 
 
-def _prop(sheet: Sheet, x: float, z: float, random: np.random.Generator) -> Prop:
+def _prop(sheet: PaintedSheet, x: float, z: float, random: np.random.Generator) -> Prop:
     """What stands on its sheet's lower border."""
     sheet.wear(random, 0.08, 4, 32, side=128)
     colour, coverage = sheet.reduced()
@@ -33,11 +33,11 @@ def _prop(sheet: Sheet, x: float, z: float, random: np.random.Generator) -> Prop
 def goods(random: np.random.Generator, x: float, z: float, scale: float) -> Prop:
     """Boxes and drums on a heap."""
     width, height = random.uniform(1.4, 2.6), random.uniform(0.8, 1.7)
-    sheet = Sheet(width, height, scale, any_of(random, WOODS))
+    sheet = PaintedSheet(width, height, scale, sample_colour(random, WOODS))
     p = sheet.painting
     for left, wide in runs(random, width, (0.5, 0.9), gap=0.02, rest=0.05):
         tall = random.uniform(0.5, 1) * height
-        paint = any_of(random, WOODS + PAINTS)
+        paint = sample_colour(random, WOODS + PAINTS)
         p.plate(left, height - tall, wide, tall, paint, 0.03)
         for y in np.arange(height - tall + 0.2, height, 0.3):
             p.darken(left, y, wide, 0.03, 0.7)
@@ -49,9 +49,11 @@ def goods(random: np.random.Generator, x: float, z: float, scale: float) -> Prop
 def bollard(random: np.random.Generator, x: float, z: float, scale: float) -> Prop:
     """Iron bollard, or a mooring post with rings."""
     tall = random.uniform(0.6, 1.5)
-    sheet = Sheet(0.5, tall, scale, any_of(random, ((52, 54, 58), (60, 84, 104), (46, 50, 120))))
-    sheet.painting.patch(0, 0, 0.5, 0.16, any_of(random, LIGHTS))
-    sheet.painting.patch(0, 0.3, 0.5, 0.12, any_of(random, LIGHTS))
+    sheet = PaintedSheet(
+        0.5, tall, scale, sample_colour(random, ((52, 54, 58), (60, 84, 104), (46, 50, 120)))
+    )
+    sheet.painting.patch(0, 0, 0.5, 0.16, sample_colour(random, LIGHTS))
+    sheet.painting.patch(0, 0.3, 0.5, 0.12, sample_colour(random, LIGHTS))
     sheet.cover_box(0.1, 0.0, 0.3, tall)
     sheet.cover_box(0.0, tall - 0.12, 0.5, 0.12)
     sheet.rounded(1.15, 0.5, 0.8)
@@ -60,14 +62,14 @@ def bollard(random: np.random.Generator, x: float, z: float, scale: float) -> Pr
 
 def boat(random: np.random.Generator, x: float, z: float, scale: float) -> Prop:
     """A small boat with a mast."""
-    paint = any_of(random, PAINTS)
-    sheet = Sheet(3.4, 3.6, scale, paint)
+    paint = sample_colour(random, PAINTS)
+    sheet = PaintedSheet(3.4, 3.6, scale, paint)
     p = sheet.painting
-    p.patch(0, 0, 3.4, 2.6, any_of(random, LIGHTS))
+    p.patch(0, 0, 3.4, 2.6, sample_colour(random, LIGHTS))
     p.patch(1.6, 0, 0.1, 2.6, (70, 90, 110))
     for left in (0.8, 1.4, 2.0):
         p.patch(left, 2.15, 0.4, 0.3, (76, 68, 60))
-    p.patch(0, 2.72, 3.4, 0.14, any_of(random, LIGHTS))
+    p.patch(0, 2.72, 3.4, 0.14, sample_colour(random, LIGHTS))
     p.patch(0, 3.4, 3.4, 0.2, paint * 0.5)
     sheet.cover_box(0.7, 2.0, 1.9, 0.6)
     sheet.cover_box(1.6, 0.0, 0.09, 2.2)
@@ -78,9 +80,11 @@ def boat(random: np.random.Generator, x: float, z: float, scale: float) -> Prop:
 def column(random: np.random.Generator, x: float, z: float, scale: float) -> Prop:
     """Iron column of a hall's roof, higher than the picture."""
     wide, tall = random.uniform(0.24, 0.36), 8.0
-    sheet = Sheet(2 * wide, tall, scale, any_of(random, ((84, 104, 70), (92, 86, 80), PAINTS[0])))
+    sheet = PaintedSheet(
+        2 * wide, tall, scale, sample_colour(random, ((84, 104, 70), (92, 86, 80), PAINTS[0]))
+    )
     for y in (tall - 1.1, tall - 3.2, tall - 3.5):
-        sheet.painting.patch(0, y, 2 * wide, 0.12, any_of(random, LIGHTS))
+        sheet.painting.patch(0, y, 2 * wide, 0.12, sample_colour(random, LIGHTS))
     sheet.cover_box(wide / 2, 0, wide, tall)
     sheet.cover_box(0, tall - 0.4, 2 * wide, 0.4)
     sheet.rounded(1.15, 0.6, 0.8)
@@ -90,14 +94,14 @@ def column(random: np.random.Generator, x: float, z: float, scale: float) -> Pro
 def trolley(random: np.random.Generator, x: float, z: float, scale: float) -> Prop:
     """Cases on a trolley."""
     width, height = 1.7, 1.5
-    sheet = Sheet(width, height, scale, (70, 74, 80))
+    sheet = PaintedSheet(width, height, scale, (70, 74, 80))
     p, top = sheet.painting, height - 0.35
     for _ in range(int(random.integers(1, 4))):
         wide = random.uniform(0.8, 1.4)
         left = (width - wide) / 2 + random.uniform(-0.12, 0.12)
         tall = random.uniform(0.25, 0.4)
         top -= tall
-        paint = any_of(random, WOODS + PAINTS)
+        paint = sample_colour(random, WOODS + PAINTS)
         p.plate(left, top, wide, tall, paint, 0.03)
         p.patch(left + 0.2 * wide, top, 0.08, tall, paint * 0.5)
         p.patch(left + 0.7 * wide, top, 0.08, tall, paint * 0.5)
@@ -112,23 +116,23 @@ def trolley(random: np.random.Generator, x: float, z: float, scale: float) -> Pr
 def stall(random: np.random.Generator, x: float, z: float, scale: float) -> Prop:
     """A market stall: striped awning, lamps, heaps of fruit."""
     width, height = random.uniform(2.4, 3.4), 2.7
-    sheet = Sheet(width, height, scale, (70, 84, 100))
+    sheet = PaintedSheet(width, height, scale, (70, 84, 100))
     p = sheet.painting
-    first, second = any_of(random, PAINTS), any_of(random, LIGHTS)
+    first, second = sample_colour(random, PAINTS), sample_colour(random, LIGHTS)
     stripes = int(random.integers(6, 10))
     for k in range(stripes):
         p.patch(k * width / stripes, 0, width / stripes, 0.75, first if k % 2 else second)
     p.darken(0, 0.62, width, 0.13, 0.75)
     p.patch(0, 0.75, width, 1.0, (48, 58, 70))
     for at in np.arange(0.2, width, 0.4):
-        p.patch(at, 0.8, 0.22, random.uniform(0.2, 0.7), any_of(random, PAINTS))
+        p.patch(at, 0.8, 0.22, random.uniform(0.2, 0.7), sample_colour(random, PAINTS))
     counter = 1.72
     for left, wide in runs(random, width, (0.5, 0.9), rest=0.1):
-        fruit = any_of(random, PAINTS[:5])
+        fruit = sample_colour(random, PAINTS[:5])
         for _ in range(26):
             at = left + random.uniform(0.05, wide - 0.05), counter + random.uniform(0, 0.2)
             p.disc(*at, 0.075, fruit * random.uniform(0.7, 1.2))
-    p.plate(0, 1.95, width, 0.8, any_of(random, WOODS), 0.04)
+    p.plate(0, 1.95, width, 0.8, sample_colour(random, WOODS), 0.04)
     for at in np.arange(0, width, 0.35):
         p.darken(at, 1.95, 0.03, 0.8, 0.6)
     sheet.cover((0.15, 0.0), (width - 0.15, 0.0), (width, 0.75), (0.0, 0.75))
@@ -139,7 +143,9 @@ def stall(random: np.random.Generator, x: float, z: float, scale: float) -> Prop
 def rock(random: np.random.Generator, x: float, z: float, scale: float) -> Prop:
     """A boulder with cracks."""
     width, height = random.uniform(0.8, 2.4), random.uniform(0.4, 1.1)
-    sheet = Sheet(width, height, scale, any_of(random, ((92, 128, 164), (108, 136, 158))))
+    sheet = PaintedSheet(
+        width, height, scale, sample_colour(random, ((92, 128, 164), (108, 136, 158)))
+    )
     turn = np.linspace(np.pi, 2 * np.pi, 12)
     far = random.uniform(0.75, 1.0, 12)
     along = (0.5 + 0.5 * far * np.cos(turn)) * width
@@ -159,11 +165,13 @@ STEEL, TYRE = (96, 98, 100), (36, 34, 34)  # of carriers, BGR
 SHADE = (24.0, 22.0, 20.0)  # of shadows, BGR
 
 
-def paint_carrier(random: np.random.Generator, kind: str, width: float, height: float) -> Sheet:
+def paint_carrier(
+    random: np.random.Generator, kind: str, width: float, height: float
+) -> PaintedSheet:
     """Paint one of `CARRIERS` around a target of a width and height [pixels] in its middle."""
     w, h = width / UNIT, height / UNIT
     across, down = 2.6 * w, 6.0 * h
-    sheet = Sheet(across, down, UNIT, STEEL)
+    sheet = PaintedSheet(across, down, UNIT, STEEL)
     CARRIERS[kind].paint(random, sheet, (across / 2, down / 2, w, h))
     sheet.wear(random, 0.08, 8, 64)
     return sheet
@@ -181,14 +189,14 @@ def paint_shadow(width: float, darkness: float) -> tuple[Array, Array]:
     return np.full((rows, columns, 3), SHADE), darkness * inside
 
 
-def _wheels(random: np.random.Generator, sheet: Sheet, place: Place) -> None:
+def _wheels(random: np.random.Generator, sheet: PaintedSheet, place: Place) -> None:
     """Nothing: a van's wheels are part of it."""
 
 
-def _car(random: np.random.Generator, sheet: Sheet, place: Place) -> None:
+def _car(random: np.random.Generator, sheet: PaintedSheet, place: Place) -> None:
     """Back of an off-road car with a window, that carries its spare wheel."""
     (x, y, w, h), p = place, sheet.painting
-    paint = any_of(random, PAINTS[5:] + LIGHTS[:2])
+    paint = sample_colour(random, PAINTS[5:] + LIGHTS[:2])
     left, top, low = x - 0.85 * w, y - 0.9 * h, y + 0.72 * h
     p.patch(left, top, 1.7 * w, low - top, paint)
     p.hole(left + 0.12 * w, top + 0.08 * h, 1.46 * w, 0.45 * h, np.array([84.0, 78.0, 70.0]))
@@ -202,9 +210,9 @@ def _car(random: np.random.Generator, sheet: Sheet, place: Place) -> None:
         sheet.cover_box(wheel, low, 0.3 * w, 0.25 * h)
 
 
-def _rider(random: np.random.Generator, sheet: Sheet, place: Place) -> None:
+def _rider(random: np.random.Generator, sheet: PaintedSheet, place: Place) -> None:
     (x, y, w, h), p = place, sheet.painting
-    jacket = any_of(random, PAINTS[5:] + ((50, 48, 48), (66, 60, 56)))
+    jacket = sample_colour(random, PAINTS[5:] + ((50, 48, 48), (66, 60, 56)))
     shape = [(x - 0.3 * w, y + 0.3 * h), (x + 0.3 * w, y + 0.3 * h), (x + 0.85 * w, y + 0.62 * h),
              (x + 1.1 * w, y + 1.3 * h), (x + 0.8 * w, y + 1.5 * h), (x + 0.62 * w, y + 2.9 * h),
              (x - 0.62 * w, y + 2.9 * h), (x - 0.8 * w, y + 1.5 * h), (x - 1.1 * w, y + 1.3 * h),
@@ -214,24 +222,24 @@ def _rider(random: np.random.Generator, sheet: Sheet, place: Place) -> None:
     for side in (-1, 1):
         p.line([(x + side * 0.4 * w, y + 0.5 * h), (x + side * 0.6 * w, y + 1.4 * h)], 0.05,
                jacket * 0.6)  # fmt: skip
-    p.patch(x - 0.5 * w, y + 0.86 * h, w, 0.1 * h, any_of(random, PAINTS[:5]))
+    p.patch(x - 0.5 * w, y + 0.86 * h, w, 0.1 * h, sample_colour(random, PAINTS[:5]))
     p.line([(x, y + 0.5 * h), (x, y + 2.5 * h)], 0.02, jacket * 0.5)
 
 
-def _trailer(random: np.random.Generator, sheet: Sheet, place: Place) -> None:
+def _trailer(random: np.random.Generator, sheet: PaintedSheet, place: Place) -> None:
     """A post on a low trailer."""
     (x, y, w, h), p = place, sheet.painting
     thick, deck = 0.07 * w, y + 0.86 * h
     p.patch(x - thick, y, 2 * thick, h, STEEL)
     p.patch(x - 0.5 * thick, y, 0.5 * thick, h, (150, 152, 152))
     sheet.cover_box(x - thick, y, 2 * thick, 0.9 * h)
-    p.plate(x - 0.75 * w, deck, 1.5 * w, 0.12 * h, any_of(random, PAINTS), 0.01)
+    p.plate(x - 0.75 * w, deck, 1.5 * w, 0.12 * h, sample_colour(random, PAINTS), 0.01)
     sheet.cover_box(x - 0.75 * w, deck, 1.5 * w, 0.12 * h)
     for side in (-0.5, 0.5):
         sheet.wheel(x + side * w, y + 0.98 * h, 0.12 * h, TYRE, 0.05 * h, STEEL)
 
 
-def _ropes(random: np.random.Generator, sheet: Sheet, place: Place) -> None:
+def _ropes(random: np.random.Generator, sheet: PaintedSheet, place: Place) -> None:
     (x, y, w, h), p = place, sheet.painting
     p.patch(0, 0, 2.6 * w, 3 * h, (70, 92, 106))
     for side in (-0.42, 0.42):
@@ -241,11 +249,11 @@ def _ropes(random: np.random.Generator, sheet: Sheet, place: Place) -> None:
     sheet.cover_box(x - 0.014, 0, 0.028, y - h)
 
 
-def _cart(random: np.random.Generator, sheet: Sheet, place: Place) -> None:
+def _cart(random: np.random.Generator, sheet: PaintedSheet, place: Place) -> None:
     """A hand cart with a rail, on which things stand."""
     (x, y, w, h), p = place, sheet.painting
     left, top = x - 0.66 * w, y + 0.47 * h
-    p.patch(left, top, 1.32 * w, 0.12 * h, any_of(random, PAINTS))
+    p.patch(left, top, 1.32 * w, 0.12 * h, sample_colour(random, PAINTS))
     p.patch(left, top + 0.08 * h, 1.32 * w, 0.05 * h, (50, 52, 56))
     sheet.cover_box(left, top, 1.32 * w, 0.13 * h)
     for at in (left + 0.22 * w, left + 1.1 * w):
@@ -254,7 +262,7 @@ def _cart(random: np.random.Generator, sheet: Sheet, place: Place) -> None:
     sheet.cover_box(rail, y - 0.3 * h, 0.04 * w, 0.8 * h)
 
 
-def _water(random: np.random.Generator, sheet: Sheet, place: Place) -> None:
+def _water(random: np.random.Generator, sheet: PaintedSheet, place: Place) -> None:
     """Bow wave and wake, which open to both sides of what floats."""
     (x, y, w, h), p = place, sheet.painting
     line = y + 0.46 * h
@@ -271,7 +279,7 @@ def _water(random: np.random.Generator, sheet: Sheet, place: Place) -> None:
 class Carrier:
     """What holds a target and moves with it, and how both meet the ground."""
 
-    paint: Callable[[np.random.Generator, Sheet, Place], None]
+    paint: Callable[[np.random.Generator, PaintedSheet, Place], None]
     drop: float  # of the ground below the target's middle [its height]; 0: out of the picture
     shadow: float  # width of the shadow on the ground [the target's width]; on water, of its image
 

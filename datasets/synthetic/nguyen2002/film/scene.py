@@ -24,7 +24,7 @@ from trackmark.datasets.synthetic.nguyen2002.knobs import FilmKnobs
 from trackmark.datasets.synthetic.render.camera import Camera, random_bytes
 from trackmark.datasets.synthetic.render.sprite import Sprite, instants
 from trackmark.datasets.synthetic.render.texture import fractal
-from trackmark.datasets.synthetic.scene import Scene, Truth, part_generator
+from trackmark.datasets.synthetic.scene import SceneTruth, SyntheticScene, part_generator
 
 Array = NDArray[np.float64]
 
@@ -44,7 +44,7 @@ def scene(knobs: FilmKnobs, clip: int) -> "FilmScene":
     return _scene(knobs.scene, clip)
 
 
-class FilmScene(Scene):
+class FilmScene(SyntheticScene):
     """A clip of the set with a seed; clips count from 1."""
 
     size = SIZE
@@ -55,8 +55,8 @@ class FilmScene(Scene):
         self.plan = plan(seed, clip)
         self.length = self.plan.shot.frames
 
-    def truth(self) -> Truth:
-        """See `Scene.truth`.
+    def truth(self) -> SceneTruth:
+        """See `SyntheticScene.truth`.
 
         A box follows the target's place and scale; that the target turns a little does not
         enlarge it. Attributes are `occluded` (less than half of it is visible) and `partly
@@ -65,7 +65,7 @@ class FilmScene(Scene):
         return _truth(self._seed, self._clip)
 
     def render(self, frame: int) -> Image:
-        """See `Scene.render`."""
+        """See `SyntheticScene.render`."""
         plan = self.plan
         canvas = np.empty((SIZE[1], SIZE[0], 3), np.uint8)
         x, nod = float(plan.travel[frame]), float(plan.nod[frame])
@@ -83,7 +83,7 @@ class FilmScene(Scene):
         return self._developed(canvas, frame)
 
     def mask(self, frame: int) -> Mask:
-        """See `Scene.mask`."""
+        """See `SyntheticScene.mask`."""
         return np.asarray(self.seen(frame)[1] >= 128)
 
     def seen(self, frame: int) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
@@ -227,7 +227,7 @@ def _scene(seed: int, clip: int) -> FilmScene:
 
 
 @lru_cache(maxsize=32)
-def _truth(seed: int, clip: int) -> Truth:
+def _truth(seed: int, clip: int) -> SceneTruth:
     scene = _scene(seed, clip)
     boxes, visibility = scene.plan.boxes, np.ones(len(scene))
     near = np.zeros(len(scene), np.bool_)
@@ -239,6 +239,6 @@ def _truth(seed: int, clip: int) -> Truth:
         whole, shown = scene.seen(frame)
         visibility[frame] = shown.sum(dtype=np.int64) / whole.sum(dtype=np.int64)
     hidden = visibility < 0.5
-    return Truth(
+    return SceneTruth(
         boxes, visibility, {"occluded": hidden, "partly occluded": ~hidden & (visibility < WHOLE)}
     )

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from trackmark.datasets.interface import Image
 from trackmark.datasets.synthetic.nguyen2002.film.sheet import LIGHTS, PAINTS
-from trackmark.datasets.synthetic.render.colours import any_of, varied
+from trackmark.datasets.synthetic.render.colours import sample_colour, vary_colour
 from trackmark.datasets.synthetic.render.painting import Painting
 from trackmark.datasets.synthetic.render.street.ground import SIDE, Band
 from trackmark.datasets.synthetic.render.texture import fractal, grass, paving, pebbles, ramp
@@ -50,7 +50,7 @@ def roadstead(
     _hills(random, picture, FINE * base, 0.45, np.array([132.0, 138.0, 118.0]))
     for x in np.arange(0, across, 1.2):
         if random.random() < 0.7:
-            wall, tall = any_of(random, HALLS + LIGHTS), random.uniform(0.5, 2.4)
+            wall, tall = sample_colour(random, HALLS + LIGHTS), random.uniform(0.5, 2.4)
             p.patch(x, foot - tall, 1.3, tall, wall)
             p.area([(x, foot - tall), (x + 0.65, foot - tall - 0.5), (x + 1.3, foot - tall)],
                    (84, 96, 150))  # fmt: skip
@@ -58,7 +58,7 @@ def roadstead(
                 for side in (0.25, 0.8):
                     p.patch(x + side, foot - at - 0.2, 0.2, 0.25, wall * 0.45)
     for x in np.arange(random.uniform(0, 6), across, 11):
-        paint, long = any_of(random, PAINTS), random.uniform(5, 8)
+        paint, long = sample_colour(random, PAINTS), random.uniform(5, 8)
         p.area([(x, foot - 1), (x + long, foot - 1.2), (x + long - 0.8, foot), (x + 0.6, foot)],
                paint)  # fmt: skip
         p.patch(x + 0.6, foot - 0.16, long - 1.3, 0.16, paint * 0.5)
@@ -73,12 +73,12 @@ def station(
     random: np.random.Generator, height: int, width: int, scale: float, base: float
 ) -> Image:
     """A hall with tall windows, bills and a train that waits."""
-    wall = any_of(random, HALLS)
+    wall = sample_colour(random, HALLS)
     picture = np.empty((FINE * height, FINE * width, 3), np.uint8)
     picture[:] = wall
     p, across, foot = Painting(picture, FINE * scale), width / scale, base / scale
     bay = random.uniform(3.2, 4.4)
-    glow = varied(random, (214, 218, 214))
+    glow = vary_colour(random, (214, 218, 214))
     for x in np.arange(-random.uniform(0, 2), across, bay):
         p.hole(x + 0.6, -1.0, bay - 1.3, foot - 2.2, glow)
         for at in np.arange(x + 0.6, x + bay - 0.7, 0.5):
@@ -87,9 +87,9 @@ def station(
             p.patch(x + 0.6, y, bay - 1.3, 0.05, (92, 96, 92))
         p.plate(x + 0.05, -1, 0.4, foot + 1, wall * 0.86, 0.05)
         if random.random() < 0.7:
-            p.plate(x + 0.9, foot - 2.9, 1.1, 0.8, any_of(random, PAINTS), 0.04)
+            p.plate(x + 0.9, foot - 2.9, 1.1, 0.8, sample_colour(random, PAINTS), 0.04)
             p.label(random, x + 1.0, foot - 2.8, 0.9, 0.3)
-    body, second = any_of(random, PAINTS), any_of(random, LIGHTS)
+    body, second = sample_colour(random, PAINTS), sample_colour(random, LIGHTS)
     x = -random.uniform(0, 5)
     while x < across:  # carriages
         long = 9.0
@@ -97,7 +97,7 @@ def station(
         p.patch(x, foot - 1.3, long, 0.3, second)
         p.patch(x, foot - 2.6, long, 0.25, body * 0.6)
         for k in range(6):
-            p.hole(x + 0.5 + 1.4 * k, foot - 2.2, 1.0, 0.75, varied(random, (90, 84, 74), 0.3))
+            p.hole(x + 0.5 + 1.4 * k, foot - 2.2, 1.0, 0.75, vary_colour(random, (90, 84, 74), 0.3))
             p.darken(x + 0.3 + 1.4 * k, foot - 1.4, 0.03, 1.1, 0.6)
         p.patch(x, foot - 0.3, long, 0.3, (44, 44, 46))
         x += long + 0.25
@@ -111,7 +111,7 @@ def desert(
     picture = _sky(random, height, width)
     for k in range(3):
         rise = (0.62 - 0.16 * k) * random.uniform(0.8, 1.1)
-        colour = varied(random, ROCKS[k]) * (0.85 + 0.12 * (2 - k))
+        colour = vary_colour(random, ROCKS[k]) * (0.85 + 0.12 * (2 - k))
         _hills(random, picture, FINE * base, rise, colour, mesas=k < 2)
     return _reduced(random, picture, height, width, 0.10)
 
@@ -119,8 +119,8 @@ def desert(
 def _sky(random: np.random.Generator, height: int, width: int) -> Image:
     """Clouds, lighter towards the horizon."""
     rows, columns = FINE * height, FINE * width
-    high = varied(random, (206, 176, 146), 0.12)
-    low = varied(random, (222, 222, 218), 0.06)
+    high = vary_colour(random, (206, 176, 146), 0.12)
+    low = vary_colour(random, (222, 222, 218), 0.06)
     down = np.linspace(0, 1, rows)[:, None, None]
     clouds = fractal(random, 256, 4, 64, 0.6)
     across, up = np.arange(columns) // 3 % 256, np.arange(rows) * 2 // 3 % 256
@@ -155,7 +155,7 @@ def _hills(
 
 def _crane(random: np.random.Generator, p: Painting, x: float, foot: float) -> None:
     """A gantry with its jib."""
-    paint = any_of(random, ((60, 70, 180), (70, 150, 200), (150, 120, 80)))
+    paint = sample_colour(random, ((60, 70, 180), (70, 150, 200), (150, 120, 80)))
     tall = random.uniform(6.5, 9)
     for leg in (x, x + 2.2):
         p.line([(leg, foot), (leg + 0.2, foot - tall)], 0.2, paint)
@@ -167,12 +167,12 @@ def _crane(random: np.random.Generator, p: Painting, x: float, foot: float) -> N
 
 def _shed(random: np.random.Generator, p: Painting, x: float, foot: float) -> float:
     """A warehouse with gates; returns its width [metres]."""
-    wide, tall, wall = random.uniform(5, 9), random.uniform(2.8, 3.8), any_of(random, HALLS)
+    wide, tall, wall = random.uniform(5, 9), random.uniform(2.8, 3.8), sample_colour(random, HALLS)
     p.plate(x, foot - tall, wide, tall, wall, 0.08)
     p.area([(x - 0.2, foot - tall), (x + wide / 2, foot - tall - 1.2),
             (x + wide + 0.2, foot - tall)], wall * 0.6)  # fmt: skip
     for at in np.arange(x + 0.5, x + wide - 1.8, 2.4):
-        p.hole(at, foot - 2.1, 1.6, 2.1, any_of(random, PAINTS))
+        p.hole(at, foot - 2.1, 1.6, 2.1, sample_colour(random, PAINTS))
         for y in np.arange(foot - 2.0, foot, 0.25):
             p.darken(at, y, 1.6, 0.06, 0.8)
     p.label(random, x + 0.3 * wide, foot - tall + 0.2, 0.4 * wide, 0.4)
@@ -183,11 +183,11 @@ def _stack(random: np.random.Generator, p: Painting, x: float, foot: float) -> f
     """Containers on top of one another; returns their width [metres]."""
     wide, tall = 4.2, 1.45
     for level in range(int(random.integers(1, 4))):
-        paint, top = any_of(random, PAINTS), foot - (level + 1) * tall
+        paint, top = sample_colour(random, PAINTS), foot - (level + 1) * tall
         p.plate(x, top, wide, tall, paint, 0.05)
         for at in np.arange(x + 0.1, x + wide, 0.28):
             p.darken(at, top + 0.08, 0.12, tall - 0.16, 0.78)
-        p.patch(x + 0.5, top + 0.3, random.uniform(0.8, 2.4), 0.35, any_of(random, LIGHTS))
+        p.patch(x + 0.5, top + 0.3, random.uniform(0.8, 2.4), 0.35, sample_colour(random, LIGHTS))
     return wide + float(random.uniform(0.1, 0.8))
 
 

@@ -20,7 +20,7 @@ from trackmark.datasets.synthetic.render.street.furniture import (
     sign,
     tree,
 )
-from trackmark.datasets.synthetic.render.street.ground import Band, Shade, ground_rows
+from trackmark.datasets.synthetic.render.street.ground import Band, TreeShade, ground_rows
 from trackmark.datasets.synthetic.render.views import Viewpoint
 
 Array = NDArray[np.float64]
@@ -40,7 +40,7 @@ class Standing:
 
 
 @dataclass(frozen=True)
-class Setting:
+class FilmSetting:
     """Where a clip plays, what is tracked there, what passes before it."""
 
     backdrop: Backdrop
@@ -59,7 +59,7 @@ class Place:
     """
 
     def __init__(
-        self, random: np.random.Generator, setting: Setting, still: Viewpoint,
+        self, random: np.random.Generator, setting: FilmSetting, still: Viewpoint,
         size: tuple[int, int], way: float, shake: float,
     ) -> None:  # fmt: skip
         self._setting = setting
@@ -72,7 +72,7 @@ class Place:
         height, width = int(np.ceil(base)) + 3, int(self._widths(np.array([end]))[0])
         self._far = setting.backdrop(random, height, width, end, base)
         self._ground = ground_rows(
-            random, setting.ground(random, setting.end), Shade(random, "even"), still,
+            random, setting.ground(random, setting.end), TreeShade(random, "even"), still,
             self._scales, still.x, self._widths(self._scales), self._margin,
         )  # fmt: skip
         things = [thing for kind in setting.standing for thing in self._stood(random, kind)]
@@ -130,7 +130,7 @@ class Place:
 BEHIND = 19.0, 30.0  # where things stand that a target passes before [metres]
 
 SETTINGS = {
-    "street": Setting(
+    "street": FilmSetting(
         backdrop, 33.0, scenery.road, (
             Standing(tree, 9.0, BEHIND), Standing(car, 11.0, (22.0, 27.0)),
             Standing(post, 14.0, BEHIND), Standing(sign, 12.0, BEHIND),
@@ -138,34 +138,34 @@ SETTINGS = {
         ("van", "board", "helmet", "sign", "spare wheel"),
         ("pillar", "lorry", "bus", "passer-by", "trunk", "wall end"),
     ),
-    "quay": Setting(
+    "quay": FilmSetting(
         scenery.harbour, 36.0, scenery.quay, (
             Standing(props.goods, 6.0, BEHIND), Standing(props.bollard, 6.0, BEHIND),
             Standing(post, 16.0, BEHIND)),
         ("crate", "drum", "van", "barrel", "fender", "sign"),
         ("container", "load", "lorry", "pillar", "passer-by"),
     ),
-    "basin": Setting(
+    "basin": FilmSetting(
         scenery.roadstead, 60.0, scenery.water, (
             Standing(props.boat, 9.0, (22.0, 45.0)), Standing(props.bollard, 7.0, BEHIND)),
         ("boat", "buoy"),
         ("ship", "pillar", "wall end", "load"),
     ),
-    "station": Setting(
+    "station": FilmSetting(
         scenery.station, 31.0, scenery.platform, (
             Standing(props.column, 6.5, (19.0, 24.0)),
             Standing(props.trolley, 7.0, (18.0, 24.0))),
         ("case", "crate", "board", "clock", "barrel"),
         ("pillar", "passer-by", "wall end", "lorry"),
     ),
-    "market": Setting(
+    "market": FilmSetting(
         backdrop, 34.0, scenery.market_place, (
             Standing(props.stall, 4.5, (21.0, 30.0)), Standing(props.goods, 8.0, BEHIND),
             Standing(tree, 18.0, BEHIND)),
         ("crate", "drum", "lantern", "barrel", "sign"),
         ("passer-by", "pillar", "trunk", "wall end", "lorry"),
     ),
-    "desert": Setting(
+    "desert": FilmSetting(
         scenery.desert, 120.0, scenery.sand, (
             Standing(bush, 5.0, (18.0, 60.0)), Standing(props.rock, 6.0, (18.0, 60.0)),
             Standing(post, 16.0, (24.0, 25.0))),

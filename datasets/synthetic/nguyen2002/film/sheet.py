@@ -50,7 +50,7 @@ def runs(
         left += own + gap
 
 
-class Sheet:
+class PaintedSheet:
     """A thing in front of nothing, of a width and height [metres] at a scale [pixels/metre].
 
     It has a colour, BGR in [0, 255], where its `painting` isn't painted on, beyond its outline too.

@@ -18,10 +18,10 @@ from trackmark.datasets.synthetic.nguyen2002.film.sheet import (
     PAINTS,
     UNIT,
     WOODS,
-    Sheet,
+    PaintedSheet,
     joined,
 )
-from trackmark.datasets.synthetic.render.colours import any_of, varied
+from trackmark.datasets.synthetic.render.colours import sample_colour, vary_colour
 from trackmark.datasets.synthetic.render.painting import Colour, Painting
 from trackmark.datasets.synthetic.render.texture import fractal, lerp
 
@@ -29,7 +29,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Look:
+class TargetLook:
     """Colours of a target."""
 
     body: Colour
@@ -37,7 +37,7 @@ class Look:
     ink: Colour
 
 
-Mark = Callable[[np.random.Generator, Painting, float, float, Look], None]
+Mark = Callable[[np.random.Generator, Painting, float, float, TargetLook], None]
 
 
 def _writing(
@@ -57,14 +57,16 @@ def _writing(
         x += wide + 0.22 * height
 
 
-def lettering(random: np.random.Generator, p: Painting, w: float, h: float, look: Look) -> None:
+def lettering(
+    random: np.random.Generator, p: Painting, w: float, h: float, look: TargetLook
+) -> None:
     """A name, and a smaller line below it."""
     top, tall = random.uniform(0.38, 0.5) * h, random.uniform(0.13, 0.19) * h
     _writing(random, p, (0.14 * w, top, 0.72 * w, tall), look.ink)
     _writing(random, p, (0.2 * w, top + 1.35 * tall, 0.6 * w, 0.45 * tall), look.second)
 
 
-def number(random: np.random.Generator, p: Painting, w: float, h: float, look: Look) -> None:
+def number(random: np.random.Generator, p: Painting, w: float, h: float, look: TargetLook) -> None:
     """Two or three large figures on a plate."""
     left, top = random.uniform(0.24, 0.34) * w, random.uniform(0.62, 0.68) * h
     p.patch(left - 0.05 * w, top - 0.03 * h, 0.46 * w, 0.21 * h, look.second)
@@ -72,7 +74,7 @@ def number(random: np.random.Generator, p: Painting, w: float, h: float, look: L
              np.array(LIGHTS[0], np.float64))  # fmt: skip
 
 
-def band(random: np.random.Generator, p: Painting, w: float, h: float, look: Look) -> None:
+def band(random: np.random.Generator, p: Painting, w: float, h: float, look: TargetLook) -> None:
     """One or two stripes all around."""
     top = random.uniform(0.3, 0.62) * h
     p.patch(0, top, w, random.uniform(0.1, 0.2) * h, look.second)
@@ -80,7 +82,7 @@ def band(random: np.random.Generator, p: Painting, w: float, h: float, look: Loo
         p.patch(0, top + 0.24 * h, w, 0.04 * h, look.ink)
 
 
-def slanted(random: np.random.Generator, p: Painting, w: float, h: float, look: Look) -> None:
+def slanted(random: np.random.Generator, p: Painting, w: float, h: float, look: TargetLook) -> None:
     """A slanted flash of the second colour."""
     x, lean, wide = random.uniform(0.05, 0.4) * w, random.uniform(-0.4, 0.4) * w, 0.3 * w
     p.area([(x, 0), (x + wide, 0), (x + wide + lean, h), (x + lean, h)], look.second)
@@ -88,11 +90,11 @@ def slanted(random: np.random.Generator, p: Painting, w: float, h: float, look: 
             (x + 1.2 * wide + lean, h)], look.ink)  # fmt: skip
 
 
-def window(random: np.random.Generator, p: Painting, w: float, h: float, look: Look) -> None:
+def window(random: np.random.Generator, p: Painting, w: float, h: float, look: TargetLook) -> None:
     """Panes with the sky in them."""
     top, tall = random.uniform(0.07, 0.11) * h, random.uniform(0.24, 0.32) * h
     panes = int(random.integers(1, 3))
-    glass = varied(random, GLASS, 0.2)
+    glass = vary_colour(random, GLASS, 0.2)
     p.plate(0.08 * w, top - 0.02 * h, 0.84 * w, tall + 0.04 * h, look.body * 0.55, 0.01)
     for pane in range(panes):
         wide = 0.8 * w / panes
@@ -104,18 +106,18 @@ def window(random: np.random.Generator, p: Painting, w: float, h: float, look: L
         p.patch(x + 0.01, top + 0.75 * tall, wide - 0.02, 0.25 * tall, glass * 0.6)
 
 
-def lamps(random: np.random.Generator, p: Painting, w: float, h: float, look: Look) -> None:
+def lamps(random: np.random.Generator, p: Painting, w: float, h: float, look: TargetLook) -> None:
     """Lamps on both sides, a bumper, a number plate."""
-    paint = any_of(random, ((52, 52, 190), (90, 200, 226), (216, 226, 228)))
+    paint = sample_colour(random, ((52, 52, 190), (90, 200, 226), (216, 226, 228)))
     for x in (0.05 * w, 0.83 * w):
         p.plate(x, 0.66 * h, 0.12 * w, 0.13 * h, paint, 0.008)
         p.patch(x, 0.73 * h, 0.12 * w, 0.03 * h, (70, 150, 230))
-    p.plate(0.02 * w, 0.85 * h, 0.96 * w, 0.09 * h, varied(random, (88, 88, 90)), 0.01)
+    p.plate(0.02 * w, 0.85 * h, 0.96 * w, 0.09 * h, vary_colour(random, (88, 88, 90)), 0.01)
     p.patch(0.32 * w, 0.74 * h, 0.36 * w, 0.09 * h, LIGHTS[0])
     _writing(random, p, (0.35 * w, 0.755 * h, 0.3 * w, 0.055 * h), DARK)
 
 
-def door(random: np.random.Generator, p: Painting, w: float, h: float, look: Look) -> None:
+def door(random: np.random.Generator, p: Painting, w: float, h: float, look: TargetLook) -> None:
     """Gap between two leaves, hinges, a handle."""
     x = random.uniform(0.42, 0.58) * w
     p.darken(x, 0.03 * h, 0.012, 0.9 * h, 0.5)
@@ -123,10 +125,10 @@ def door(random: np.random.Generator, p: Painting, w: float, h: float, look: Loo
         p.plate(x + 0.02, y * h, 0.07 * w, 0.03 * h, look.body * 0.6 + 30, 0.006)
 
 
-def visor(random: np.random.Generator, p: Painting, w: float, h: float, look: Look) -> None:
+def visor(random: np.random.Generator, p: Painting, w: float, h: float, look: TargetLook) -> None:
     """Dark visor with a glare, and its rim."""
     top, low = random.uniform(0.32, 0.38) * h, random.uniform(0.58, 0.66) * h
-    glass = varied(random, (66, 54, 50), 0.3)
+    glass = vary_colour(random, (66, 54, 50), 0.3)
     rim = [(0, top - 0.05 * h), (w, top - 0.05 * h), (w, low), (0.5 * w, low + 0.07 * h), (0, low)]
     p.area(rim, look.ink)
     p.area([(0.04 * w, top), (0.96 * w, top), (0.95 * w, low - 0.05 * h),
@@ -136,14 +138,14 @@ def visor(random: np.random.Generator, p: Painting, w: float, h: float, look: Lo
             (x - 0.04 * w, low - 0.04 * h)], glass + 110)  # fmt: skip
 
 
-def crest(random: np.random.Generator, p: Painting, w: float, h: float, look: Look) -> None:
+def crest(random: np.random.Generator, p: Painting, w: float, h: float, look: TargetLook) -> None:
     """Stripes over the crown."""
     x = random.uniform(0.36, 0.5) * w
     p.patch(x, 0, 0.18 * w, h, look.second)
     p.patch(x + 0.24 * w, 0, 0.05 * w, h, look.ink)
 
 
-def planks(random: np.random.Generator, p: Painting, w: float, h: float, look: Look) -> None:
+def planks(random: np.random.Generator, p: Painting, w: float, h: float, look: TargetLook) -> None:
     """Boards with gaps, a frame and nails."""
     count = int(random.integers(4, 7))
     for k in range(count):
@@ -158,15 +160,15 @@ def planks(random: np.random.Generator, p: Painting, w: float, h: float, look: L
         p.line([(beam, h), (w - beam, 0)], 0.1 * w, look.body * 0.86)
 
 
-def label(random: np.random.Generator, p: Painting, w: float, h: float, look: Look) -> None:
+def label(random: np.random.Generator, p: Painting, w: float, h: float, look: TargetLook) -> None:
     """A paper label with fine print, and an arrow or a bar in colour."""
     x, y = random.uniform(0.16, 0.4) * w, random.uniform(0.1, 0.2) * h
-    p.plate(x, y, 0.42 * w, 0.26 * h, any_of(random, LIGHTS), 0.008)
+    p.plate(x, y, 0.42 * w, 0.26 * h, sample_colour(random, LIGHTS), 0.008)
     p.label(random, x + 0.02, y + 0.02, 0.42 * w - 0.04, 0.16 * h, LIGHTS[0], DARK)
     p.patch(x + 0.02, y + 0.19 * h, 0.2 * w, 0.05 * h, look.second)
 
 
-def straps(random: np.random.Generator, p: Painting, w: float, h: float, look: Look) -> None:
+def straps(random: np.random.Generator, p: Painting, w: float, h: float, look: TargetLook) -> None:
     """Leather straps with buckles, and patched corners."""
     leather = look.body * 0.5
     for x in (0.22 * w, 0.68 * w):
@@ -179,14 +181,16 @@ def straps(random: np.random.Generator, p: Painting, w: float, h: float, look: L
     p.darken(0, 0.46 * h, w, 0.016, 0.45)
 
 
-def stickers(random: np.random.Generator, p: Painting, w: float, h: float, look: Look) -> None:
+def stickers(
+    random: np.random.Generator, p: Painting, w: float, h: float, look: TargetLook
+) -> None:
     """Labels of hotels."""
     for place in ((0.36, 0.12), (0.4, 0.56), (0.05, 0.36)):
         x, y = (np.array(place) + random.uniform(-0.03, 0.05, 2)) * (w, h)
-        paint = any_of(random, PAINTS)
+        paint = sample_colour(random, PAINTS)
         if random.random() < 0.5:
             p.disc(x + 0.13 * w, y + 0.12 * h, 0.13 * w, paint)
-            p.disc(x + 0.13 * w, y + 0.12 * h, 0.09 * w, any_of(random, LIGHTS))
+            p.disc(x + 0.13 * w, y + 0.12 * h, 0.09 * w, sample_colour(random, LIGHTS))
             p.patch(x + 0.06 * w, y + 0.1 * h, 0.14 * w, 0.04 * h, paint)
         else:
             p.patch(x, y, 0.28 * w, 0.22 * h, paint)
@@ -194,7 +198,7 @@ def stickers(random: np.random.Generator, p: Painting, w: float, h: float, look:
                      np.array(LIGHTS[0], np.float64))  # fmt: skip
 
 
-def hoops(random: np.random.Generator, p: Painting, w: float, h: float, look: Look) -> None:
+def hoops(random: np.random.Generator, p: Painting, w: float, h: float, look: TargetLook) -> None:
     """Rolled hoops, and rust that runs down."""
     for y in (0.0, 0.3, 0.64, 0.95):
         p.plate(0, y * h, w, 0.05 * h, look.body * 0.86, 0.01)
@@ -203,7 +207,7 @@ def hoops(random: np.random.Generator, p: Painting, w: float, h: float, look: Lo
         p.darken(x, y, random.uniform(0.02, 0.07) * w, random.uniform(0.1, 0.3) * h, 0.72)
 
 
-def ribs(random: np.random.Generator, p: Painting, w: float, h: float, look: Look) -> None:
+def ribs(random: np.random.Generator, p: Painting, w: float, h: float, look: TargetLook) -> None:
     """Hoops of a paper lantern, darker towards its ends."""
     count = int(random.integers(7, 11))
     for k in range(count):
@@ -213,7 +217,7 @@ def ribs(random: np.random.Generator, p: Painting, w: float, h: float, look: Loo
         p.patch(0, y + 0.04 * h, w, 0.03 * h, look.second)
 
 
-def emblem(random: np.random.Generator, p: Painting, w: float, h: float, look: Look) -> None:
+def emblem(random: np.random.Generator, p: Painting, w: float, h: float, look: TargetLook) -> None:
     """A disc with a device in it."""
     x, y, size = 0.5 * w, random.uniform(0.4, 0.52) * h, random.uniform(0.2, 0.27) * w
     p.disc(x, y, size, look.second)
@@ -224,15 +228,15 @@ def emblem(random: np.random.Generator, p: Painting, w: float, h: float, look: L
     p.area(joined(x + far * np.cos(turn), y + far * np.sin(turn)), inner)
 
 
-def rim(random: np.random.Generator, p: Painting, w: float, h: float, look: Look) -> None:
+def rim(random: np.random.Generator, p: Painting, w: float, h: float, look: TargetLook) -> None:
     """Plate of a sign: a coloured ring around a light field."""
     turn = np.linspace(0, 2 * np.pi, 61)
     wide = random.uniform(0.36, 0.41)
     x, y = 0.5 + wide * np.cos(turn), 0.5 + wide * np.sin(turn)
-    p.area(joined(x * w, y * h), any_of(random, LIGHTS))
+    p.area(joined(x * w, y * h), sample_colour(random, LIGHTS))
 
 
-def device(random: np.random.Generator, p: Painting, w: float, h: float, look: Look) -> None:
+def device(random: np.random.Generator, p: Painting, w: float, h: float, look: TargetLook) -> None:
     """What a sign says: an arrow, bars or a peak, with a line of writing below."""
     side = float(random.choice([-1, 1]))
     ink = look.body * 0.6 if look.body.mean() > 90 else DARK
@@ -249,7 +253,7 @@ def device(random: np.random.Generator, p: Painting, w: float, h: float, look: L
     _writing(random, p, (0.28 * w, 0.62 * h, 0.44 * w, 0.13 * h), look.second * 0.7)
 
 
-def dial(random: np.random.Generator, p: Painting, w: float, h: float, look: Look) -> None:
+def dial(random: np.random.Generator, p: Painting, w: float, h: float, look: TargetLook) -> None:
     """Face of a clock: strokes and hands; it has stopped."""
     rim(random, p, w, h, look)
     for k in range(12):
@@ -263,9 +267,9 @@ def dial(random: np.random.Generator, p: Painting, w: float, h: float, look: Loo
     _writing(random, p, (0.36 * w, 0.62 * h, 0.28 * w, 0.06 * h), look.body * 0.7)
 
 
-def poster(random: np.random.Generator, p: Painting, w: float, h: float, look: Look) -> None:
+def poster(random: np.random.Generator, p: Painting, w: float, h: float, look: TargetLook) -> None:
     """A printed picture: ground and sky, something round, something pointed."""
-    sky, ground, sun = (any_of(random, PAINTS) for _ in range(3))
+    sky, ground, sun = (sample_colour(random, PAINTS) for _ in range(3))
     p.patch(0.07 * w, 0.06 * h, 0.86 * w, 0.56 * h, sky)
     level = random.uniform(0.38, 0.5) * h
     p.patch(0.07 * w, level, 0.86 * w, 0.62 * h - level, ground)
@@ -278,7 +282,7 @@ def poster(random: np.random.Generator, p: Painting, w: float, h: float, look: L
     _writing(random, p, (0.14 * w, 0.88 * h, 0.72 * w, 0.06 * h), look.second)
 
 
-def tyre(random: np.random.Generator, p: Painting, w: float, h: float, look: Look) -> None:
+def tyre(random: np.random.Generator, p: Painting, w: float, h: float, look: TargetLook) -> None:
     """Rubber around a painted cover."""
     turn = np.linspace(0, 2 * np.pi, 61)
     for far, paint in ((0.47, DARK), (0.43, DARK * 1.5), (0.405, look.ink)):
@@ -286,15 +290,15 @@ def tyre(random: np.random.Generator, p: Painting, w: float, h: float, look: Loo
         p.line(joined(x, y), 0.07 * w, paint)
 
 
-def hull(random: np.random.Generator, p: Painting, w: float, h: float, look: Look) -> None:
+def hull(random: np.random.Generator, p: Painting, w: float, h: float, look: TargetLook) -> None:
     """A bow: cabin above, planking, a stripe, the water line."""
-    p.patch(0.0, 0, w, 0.4 * h, varied(random, LIGHTS[0]))
+    p.patch(0.0, 0, w, 0.4 * h, vary_colour(random, LIGHTS[0]))
     for x in (0.18, 0.42, 0.66):
-        p.hole(x * w, 0.1 * h, 0.17 * w, 0.17 * h, varied(random, GLASS, 0.3))
+        p.hole(x * w, 0.1 * h, 0.17 * w, 0.17 * h, vary_colour(random, GLASS, 0.3))
     p.plate(0, 0.38 * h, w, 0.06 * h, look.second, 0.012)
     for y in (0.55, 0.66, 0.77):
         p.darken(0, y * h, w, 0.01, 0.72)
-    p.patch(0, 0.86 * h, w, 0.14 * h, varied(random, (52, 56, 120)))
+    p.patch(0, 0.86 * h, w, 0.14 * h, vary_colour(random, (52, 56, 120)))
     p.darken(0.5 * w, 0.44 * h, 0.5 * w, h, 0.8)
     _writing(random, p, (0.1 * w, 0.48 * h, 0.34 * w, 0.1 * h), look.ink)
     for x in (0.64, 0.82):
@@ -302,15 +306,15 @@ def hull(random: np.random.Generator, p: Painting, w: float, h: float, look: Loo
         p.disc(x * w, 0.62 * h, 0.025 * w, look.body)
 
 
-def foam(random: np.random.Generator, p: Painting, w: float, h: float, look: Look) -> None:
+def foam(random: np.random.Generator, p: Painting, w: float, h: float, look: TargetLook) -> None:
     """Foam at the water line."""
     for x in np.arange(0, w, 0.02):
         tall = random.uniform(0.02, 0.09) * h
-        p.patch(float(x), h - tall, 0.02, tall, varied(random, (214, 210, 198), 0.06))
+        p.patch(float(x), h - tall, 0.02, tall, vary_colour(random, (214, 210, 198), 0.06))
 
 
 @dataclass(frozen=True)
-class Kind:
+class TargetKind:
     """What targets of a kind have in common."""
 
     shape: str  # `round` (an ellipse: the corners of its box are background), `box`, `van`, `boat`
@@ -325,15 +329,17 @@ class Kind:
         return self.shape == "round"
 
 
-def paint_target(random: np.random.Generator, kind: Kind, width: float, height: float) -> Sheet:
+def paint_target(
+    random: np.random.Generator, kind: TargetKind, width: float, height: float
+) -> PaintedSheet:
     """Paint a target of a kind, a width and a height [pixels]."""
     w, h = width / UNIT, height / UNIT
-    body = any_of(random, kind.paints)
+    body = sample_colour(random, kind.paints)
     others = [paint for paint in PAINTS if np.abs(np.subtract(paint, body)).sum() > 110]
-    light = any_of(random, LIGHTS)
-    second = light if random.random() < 0.45 else any_of(random, others)
-    look = Look(body, second, DARK if body.mean() > 125 else light)
-    sheet = Sheet(w, h, UNIT, body)
+    light = sample_colour(random, LIGHTS)
+    second = light if random.random() < 0.45 else sample_colour(random, others)
+    look = TargetLook(body, second, DARK if body.mean() > 125 else light)
+    sheet = PaintedSheet(w, h, UNIT, body)
     for mark in kind.marks:
         mark(random, sheet.painting, w, BODY * h if kind.shape == "van" else h, look)
     OUTLINES[kind.shape](sheet, w, h, kind.corner * w)
@@ -357,19 +363,19 @@ def two_looks(random: np.random.Generator, colour: Array) -> tuple[Array, Array]
 
 
 KINDS = {
-    "van": Kind("van", 0.05, (band, door, window, lettering, lamps), PAINTS, "wheels"),
-    "helmet": Kind("round", 0.0, (crest, visor, number), PAINTS, "rider"),
-    "sign": Kind("round", 0.0, (rim, device), PAINTS[:6], "trailer"),
-    "board": Kind("box", 0.01, (poster,), PAINTS, "trailer"),
-    "boat": Kind("boat", 0.12, (hull, foam), PAINTS, "water"),
-    "buoy": Kind("round", 0.0, (slanted, band, emblem, number, foam), PAINTS[:4], "water"),
-    "fender": Kind("round", 0.0, (slanted, band, emblem, lettering), PAINTS, "ropes"),
-    "crate": Kind("box", 0.01, (planks, label, number), WOODS, "ropes"),
-    "barrel": Kind("round", 0.0, (planks, emblem, lettering), WOODS, "cart"),
-    "spare wheel": Kind("round", 0.0, (slanted, emblem, lettering, tyre), PAINTS, "car"),
-    "drum": Kind("box", 0.06, (band, hoops, label, lettering), PAINTS, "cart"),
-    "case": Kind("box", 0.07, (straps, stickers), WOODS + PAINTS[6:9], "cart"),
-    "clock": Kind("round", 0.0, (dial,), PAINTS, "trailer"),
-    "lantern": Kind("round", 0.0, (slanted, ribs, emblem), PAINTS[:6], "ropes"),
+    "van": TargetKind("van", 0.05, (band, door, window, lettering, lamps), PAINTS, "wheels"),
+    "helmet": TargetKind("round", 0.0, (crest, visor, number), PAINTS, "rider"),
+    "sign": TargetKind("round", 0.0, (rim, device), PAINTS[:6], "trailer"),
+    "board": TargetKind("box", 0.01, (poster,), PAINTS, "trailer"),
+    "boat": TargetKind("boat", 0.12, (hull, foam), PAINTS, "water"),
+    "buoy": TargetKind("round", 0.0, (slanted, band, emblem, number, foam), PAINTS[:4], "water"),
+    "fender": TargetKind("round", 0.0, (slanted, band, emblem, lettering), PAINTS, "ropes"),
+    "crate": TargetKind("box", 0.01, (planks, label, number), WOODS, "ropes"),
+    "barrel": TargetKind("round", 0.0, (planks, emblem, lettering), WOODS, "cart"),
+    "spare wheel": TargetKind("round", 0.0, (slanted, emblem, lettering, tyre), PAINTS, "car"),
+    "drum": TargetKind("box", 0.06, (band, hoops, label, lettering), PAINTS, "cart"),
+    "case": TargetKind("box", 0.07, (straps, stickers), WOODS + PAINTS[6:9], "cart"),
+    "clock": TargetKind("round", 0.0, (dial,), PAINTS, "trailer"),
+    "lantern": TargetKind("round", 0.0, (slanted, ribs, emblem), PAINTS[:6], "ropes"),
 }
 """By name."""

@@ -12,9 +12,9 @@ from trackmark.datasets.synthetic.nguyen2002.lights.setting import (
     HELD,
     PASSING,
     ROOM_FINE,
-    Pose,
-    Setting,
-    Shade,
+    CardPose,
+    LightsSetting,
+    ShadowMask,
 )
 from trackmark.datasets.synthetic.render.lamp import (
     AMBIENT,
@@ -53,12 +53,16 @@ def drawn_lamps(random: np.random.Generator) -> tuple[Lamp, Lamp]:
 class Lighting:
     """Pictures of a setting in linear light."""
 
-    def __init__(self, setting: Setting, lamps: Sequence[Lamp]) -> None:
+    def __init__(self, setting: LightsSetting, lamps: Sequence[Lamp]) -> None:
         self._setting = setting
         self._lamps = lamps
 
     def picture(
-        self, on: Sequence[int], held: Pose, turn: Array, passing: Sequence[tuple[int, Pose, int]]
+        self,
+        on: Sequence[int],
+        held: CardPose,
+        turn: Array,
+        passing: Sequence[tuple[int, CardPose, int]],
     ) -> Floats:
         """What is seen in the light of the lamps with indices `on`, shape (height, width, 3).
 
@@ -128,18 +132,18 @@ class Lighting:
         return [crossing(lamp, points, PASSING) for lamp in self._lamps]
 
     @cached_property
-    def _held_shades(self) -> list[Shade]:
+    def _held_shades(self) -> list[ShadowMask]:
         return [self._setting.carried.shade(softness(lamp, HELD, AFAR)) for lamp in self._lamps]
 
     @cached_property
-    def _far_shades(self) -> list[list[Shade]]:
+    def _far_shades(self) -> list[list[ShadowMask]]:
         return self._passers_shades(AFAR)
 
     @cached_property
-    def _near_shades(self) -> list[list[Shade]]:
+    def _near_shades(self) -> list[list[ShadowMask]]:
         return self._passers_shades(HELD)
 
-    def _passers_shades(self, depth: float) -> list[list[Shade]]:
+    def _passers_shades(self, depth: float) -> list[list[ShadowMask]]:
         """What each passer takes of each lamp from what is at a depth."""
         return [
             [card.shade(softness(lamp, PASSING, depth)) for card in self._setting.passers]

@@ -28,7 +28,7 @@ class Passing:
 
 
 @dataclass(frozen=True)
-class Plan:
+class LightsPlan:
     """The course of events."""
 
     loop: Loop  # way of the object's middle [pixels]
@@ -67,7 +67,7 @@ class Plan:
         return np.asarray(size * np.sin(2 * np.pi * np.asarray(times) / period + phase))
 
 
-def drawn_plan(random: np.random.Generator) -> Plan:
+def drawn_plan(random: np.random.Generator) -> LightsPlan:
     """A course of events, drawn at random."""
     loop = random_loop(random, (70, 66), (250, 150), random.uniform(1.2, 1.7))
     sizes = (0.06, 0.11), (0.010, 0.025), (0.05, 0.12), (0.03, 0.08)
@@ -82,4 +82,4 @@ def drawn_plan(random: np.random.Generator) -> Plan:
         pace = side * random.uniform(6.5, 8.0) * (1.3 if kind == "back" else 1)
         passings.append(Passing(kind, middle, pace))
     off, on = (at + int(random.integers(-4, 5)) for at in (OFF, ON))
-    return Plan(loop, np.array(waves), tuple(passings), off, on)
+    return LightsPlan(loop, np.array(waves), tuple(passings), off, on)

@@ -13,11 +13,11 @@ import numpy as np
 from trackmark.datasets.interface import Image, Mask
 from trackmark.datasets.synthetic.nguyen2002.knobs import LightsKnobs
 from trackmark.datasets.synthetic.nguyen2002.lights.lighting import Lighting, drawn_lamps
-from trackmark.datasets.synthetic.nguyen2002.lights.plan import FRAMES, SIZE, Plan
-from trackmark.datasets.synthetic.nguyen2002.lights.setting import Pose, Setting
+from trackmark.datasets.synthetic.nguyen2002.lights.plan import FRAMES, SIZE, LightsPlan
+from trackmark.datasets.synthetic.nguyen2002.lights.setting import CardPose, LightsSetting
 from trackmark.datasets.synthetic.render.camera import LENS, Camera
 from trackmark.datasets.synthetic.render.finish import GAMMA
-from trackmark.datasets.synthetic.scene import Scene, Truth, part_generator
+from trackmark.datasets.synthetic.scene import SceneTruth, SyntheticScene, part_generator
 
 EXPOSURE = 0.5  # part of the time between two frames for which the shutter is open
 SENSITIVITY = 0.92  # of the camera, which stays as it is: what light of 1 on white comes to
@@ -31,7 +31,7 @@ def scene(knobs: LightsKnobs) -> "LightsScene":
     return LightsScene(knobs.scene)
 
 
-class LightsScene(Scene):
+class LightsScene(SyntheticScene):
     """A printed thing in a hand, in the light of two lamps."""
 
     length, size = FRAMES, SIZE
@@ -41,8 +41,8 @@ class LightsScene(Scene):
         self.setting = _setting(seed)
         self.plan = self.setting.plan
 
-    def truth(self) -> Truth:
-        """See `Scene.truth`.
+    def truth(self) -> SceneTruth:
+        """See `SyntheticScene.truth`.
 
         Boxes are those of the object upright, hidden parts included; its slight tilt does not
         enlarge them. Attributes are `occluded` (less than half of it is seen), `partly occluded`
@@ -51,7 +51,7 @@ class LightsScene(Scene):
         return _truth(self._seed)
 
     def render(self, frame: int) -> Image:
-        """See `Scene.render`."""
+        """See `SyntheticScene.render`."""
         lighting = _lighting(self._seed)
         on = [0, 1] if self.plan.lit(frame) else [1]
         passing = [
@@ -65,30 +65,30 @@ class LightsScene(Scene):
         return CAMERA.exposed(canvas, self._seed, frame)
 
     def mask(self, frame: int) -> Mask:
-        """See `Scene.mask`."""
+        """See `SyntheticScene.mask`."""
         seen = self.setting.silhouette.at(_pose(self.plan, frame))[0][..., 0]
         for number, passer in _passing(self.plan, frame):
             seen = seen * (1 - self.setting.passers[number].at(passer)[0][..., 3])
         return np.asarray(seen >= 0.5)
 
 
-def _pose(plan: Plan, frame: int) -> Pose:
-    return Pose(plan.place(frame), float(plan.scale(frame)), float(plan.tilt(frame)))
+def _pose(plan: LightsPlan, frame: int) -> CardPose:
+    return CardPose(plan.place(frame), float(plan.scale(frame)), float(plan.tilt(frame)))
 
 
-def _passing(plan: Plan, frame: int) -> list[tuple[int, Pose]]:
+def _passing(plan: LightsPlan, frame: int) -> list[tuple[int, CardPose]]:
     """What is in the picture or shades it, by its number, and where."""
     poses = []
     for number, passing in enumerate(plan.passings):
         column = float(plan.passer(passing, frame))
         if -REACH < column < SIZE[0] + REACH:
-            poses.append((number, Pose((column, SIZE[1] / 2))))
+            poses.append((number, CardPose((column, SIZE[1] / 2))))
     return poses
 
 
 @lru_cache(maxsize=4)
-def _setting(seed: int) -> Setting:
-    return Setting(seed)
+def _setting(seed: int) -> LightsSetting:
+    return LightsSetting(seed)
 
 
 @lru_cache(maxsize=4)
@@ -98,7 +98,7 @@ def _lighting(seed: int) -> Lighting:
 
 
 @lru_cache(maxsize=4)
-def _truth(seed: int) -> Truth:
+def _truth(seed: int) -> SceneTruth:
     setting = _setting(seed)
     plan = setting.plan
     times = np.arange(FRAMES)
@@ -111,7 +111,7 @@ def _truth(seed: int) -> Truth:
         for number, passer in _passing(plan, frame):
             visibility[frame] *= 1 - shades[number].at(passer, seen.astype(np.float32)).mean()
     occluded = visibility < 0.5
-    return Truth(
+    return SceneTruth(
         np.hstack([plan.place(times) - size / 2, size]),
         visibility,
         {

@@ -15,8 +15,13 @@ from trackmark.datasets.synthetic.nguyen2002.lights.things import (
     passer,
 )
 from trackmark.datasets.synthetic.render.desk import seen_room
-from trackmark.datasets.synthetic.render.finish import VIEW, Surface, Thing, looked_at
-from trackmark.datasets.synthetic.render.solids import what_is_seen
+from trackmark.datasets.synthetic.render.finish import (
+    VIEW,
+    SceneObject,
+    SurfaceBuffer,
+    render_surfaces,
+)
+from trackmark.datasets.synthetic.render.solids import cast_rays
 from trackmark.datasets.synthetic.scene import part_generator
 
 Array = NDArray[np.float64]
@@ -33,7 +38,7 @@ CORNER, EXTENT = (-45, -56), (90, 112)
 HELD_CORNER, HELD_SIZE = (-125, -56), (250, 272)
 
 
-class Pose:
+class CardPose:
     """Where a card is: place (2,) of its anchor [pixels], scale, tilt to the right [radians]."""
 
     def __init__(self, place: ArrayLike, scale: float = 1.0, tilt: float = 0.0) -> None:
@@ -51,7 +56,7 @@ class Pose:
         return np.column_stack([back, fine * anchor - back @ self._place - 0.5])
 
 
-class Card:
+class FlatCard:
     """A flat picture of something that moves, parallel to the camera's, around a point of it.
 
     Its sheets (fine * h, fine * w, 4) lie on one another, premultiplied by the coverage, which is
@@ -64,7 +69,7 @@ class Card:
         self._anchor = np.asarray(anchor, np.float64)
         self._fine = fine
 
-    def at(self, pose: Pose) -> list[Floats]:
+    def at(self, pose: CardPose) -> list[Floats]:
         """Its sheets as they lie in the picture, each of shape (height, width, 4)."""
         matrix = pose.onto_card(self._anchor, self._fine)
         matrix[:, 2] += matrix[:, :2] @ np.full(2, 0.5 / CARD_LAID)
@@ -77,39 +82,39 @@ class Card:
             for sheet in laid
         ]
 
-    def may_be_seen(self, pose: Pose) -> bool:
+    def may_be_seen(self, pose: CardPose) -> bool:
         """Return whether a part of it may lie in the picture."""
         height, width = self._sheets[0].shape[:2]
         corners = np.array([(x, y) for x in (-1, width + 1) for y in (-1, height + 1)])
         places = pose.onto_picture(corners / self._fine - self._anchor)
         return bool((places.max(axis=0) > 0).all() and (places.min(axis=0) < SIZE).all())
 
-    def shade(self, softness: float = 0.0) -> "Shade":
+    def shade(self, softness: float = 0.0) -> "ShadowMask":
         """What it covers, its edges softened by a standard deviation [pixels]."""
         coverage = self._sheets[0][..., 3]
         if not softness:
-            return Shade(coverage, self._anchor, self._fine)
+            return ShadowMask(coverage, self._anchor, self._fine)
         margin = round(3 * softness) * self._fine
         soft = cv2.GaussianBlur(np.pad(coverage, margin), (0, 0), softness * self._fine)
-        return Shade(np.asarray(soft), self._anchor + margin / self._fine, self._fine)
+        return ShadowMask(np.asarray(soft), self._anchor + margin / self._fine, self._fine)
 
 
-class Shade:
-    """What a card covers, to be asked for at any points; arguments as of `Card`."""
+class ShadowMask:
+    """What a card covers, to be asked for at any points; arguments as of `FlatCard`."""
 
     def __init__(self, coverage: Floats, anchor: Array, fine: int) -> None:
         self._coverage = coverage
         self._anchor = anchor
         self._fine = fine
 
-    def at(self, pose: Pose, points: Floats) -> Floats:
+    def at(self, pose: CardPose, points: Floats) -> Floats:
         """Coverage in [0, 1] at points (h, w, 2) of the picture, columns and rows [pixels]."""
         places = cv2.transform(points, pose.onto_card(self._anchor, self._fine))
         columns, rows = (np.ascontiguousarray(places[..., k]) for k in (0, 1))
         return np.asarray(cv2.remap(self._coverage, columns, rows, cv2.INTER_LINEAR), np.float32)
 
 
-class Setting:
+class LightsSetting:
     """A room and what moves in it, whatever light is on it; all is drawn at random by a seed."""
 
     def __init__(self, seed: int) -> None:
@@ -117,17 +122,17 @@ class Setting:
         self.plan = drawn_plan(self._random("plan"))
 
     @cached_property
-    def carried(self) -> Card:
+    def carried(self) -> FlatCard:
         """Object, hand and arm: colour, and normal with gloss; by the middle of the object."""
-        surface = looked_at(self._things, HELD_CORNER, HELD_SIZE, CARD_FINE)
-        return Card(surface.reduced(1), self._middle - HELD_CORNER, CARD_FINE)
+        surface = render_surfaces(self._things, HELD_CORNER, HELD_SIZE, CARD_FINE)
+        return FlatCard(surface.reduced(1), self._middle - HELD_CORNER, CARD_FINE)
 
     @cached_property
-    def silhouette(self) -> Card:
+    def silhouette(self) -> FlatCard:
         """What is seen of the object in the hand, nothing, nothing, the whole object."""
         whole, seen = self._outlines
         sheet = np.stack([seen, 0 * seen, 0 * seen, whole], axis=2)
-        return Card([sheet.astype(np.float32)], self._middle - CORNER, CARD_FINE)
+        return FlatCard([sheet.astype(np.float32)], self._middle - CORNER, CARD_FINE)
 
     @property
     def extent(self) -> Array:
@@ -148,23 +153,23 @@ class Setting:
         return points, int(whole.sum())
 
     @cached_property
-    def passers(self) -> list[Card]:
+    def passers(self) -> list[FlatCard]:
         """What passes, in order of time: as `carried`."""
         cards = []
         for k, passing in enumerate(self.plan.passings):
             things = passer(passing.kind, self._random(f"passer {k}"))
             size = 2 * HALF_WIDTH, 2 * HALF_HEIGHT
-            surface = looked_at(things, (-HALF_WIDTH, -HALF_HEIGHT), size, ROOM_FINE)
-            cards.append(Card(surface.reduced(1), (HALF_WIDTH, HALF_HEIGHT), ROOM_FINE))
+            surface = render_surfaces(things, (-HALF_WIDTH, -HALF_HEIGHT), size, ROOM_FINE)
+            cards.append(FlatCard(surface.reduced(1), (HALF_WIDTH, HALF_HEIGHT), ROOM_FINE))
         return cards
 
     @cached_property
-    def room(self) -> Surface:
+    def room(self) -> SurfaceBuffer:
         """What stands still, `ROOM_FINE` samples a pixel."""
         return seen_room(self._random("room"), SIZE, HORIZON, ROOM_FINE)
 
     @cached_property
-    def _things(self) -> list[Thing]:
+    def _things(self) -> list[SceneObject]:
         """What is held, and hand and arm."""
         return held(self._random("object"))
 
@@ -173,7 +178,7 @@ class Setting:
         """Samples of the whole object, and those that the hand leaves of it."""
         solids = [thing.solids for thing in self._things]
         whole, seen = (
-            what_is_seen(things, VIEW, CORNER, EXTENT, CARD_FINE, shaded=False)[0] == 0
+            cast_rays(things, VIEW, CORNER, EXTENT, CARD_FINE, shaded=False)[0] == 0
             for things in (solids[:1], solids)
         )
         return whole, seen

@@ -7,12 +7,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackmark.datasets.interface import Image
-from trackmark.datasets.synthetic.render.colours import ACCENTS, CLOTHES, COUNTERS, NEUTRALS, one_of
-from trackmark.datasets.synthetic.render.figure.look import drawn_skin
+from trackmark.datasets.synthetic.render.colours import (
+    ACCENTS,
+    CLOTHES,
+    COUNTERS,
+    NEUTRALS,
+    sample_similar,
+)
+from trackmark.datasets.synthetic.render.figure.look import sample_skin
 from trackmark.datasets.synthetic.render.finish import (
     Finish,
     Pattern,
-    Thing,
+    SceneObject,
     grain,
     picture_on,
     staggered,
@@ -30,7 +36,7 @@ SATURATION = 0.5  # of the print, of that of its inks: a faded print
 DEPTHS = {"book": 5.0, "tea": 11.0, "toy": 13.0}  # half the thickness of things of a kind [pixels]
 
 
-def held(random: np.random.Generator) -> list[Thing]:
+def held(random: np.random.Generator) -> list[SceneObject]:
     """A printed thing, the hand that holds it, its sleeve; it leans backwards a little."""
     kind = KINDS[int(random.integers(len(KINDS)))]
     wide = random.uniform(28, 31)
@@ -38,13 +44,13 @@ def held(random: np.random.Generator) -> list[Thing]:
     lean = random.uniform(0.06, 0.2)
     width, height = (round(2 * PRINT_FINE * side) for side in half[:2])
     face = picture_on(_faded(printed(random, kind, width, height)), (0.0, 0.0), half[:2], lean)
-    skin, cloth = drawn_skin(random), one_of(random, CLOTHES, 0.06)
+    skin, cloth = sample_skin(random), sample_similar(random, CLOTHES, 0.06)
     side, slope = float(random.choice([-1, 1])), random.uniform(-0.1, 0.4)
     solid = box(np.zeros(3), half, 0.8, lean=-lean)
     return [
-        Thing(Finish(np.full(3, 255.0), 0.05, face), [solid]),
-        Thing(Finish(skin, 0.03, grain(random, 0.035)), _hand(half, side, slope)),
-        Thing(Finish(cloth, 0.0, _knitted(random)), _sleeve(half[1], side, slope)),
+        SceneObject(Finish(np.full(3, 255.0), 0.05, face), [solid]),
+        SceneObject(Finish(skin, 0.03, grain(random, 0.035)), _hand(half, side, slope)),
+        SceneObject(Finish(cloth, 0.0, _knitted(random)), _sleeve(half[1], side, slope)),
     ]
 
 
@@ -91,28 +97,28 @@ def _knitted(random: np.random.Generator) -> Pattern:
     return gain
 
 
-def passer(kind: str, random: np.random.Generator) -> list[Thing]:
+def passer(kind: str, random: np.random.Generator) -> list[SceneObject]:
     """One of `board`, `door`, `cloth`, `back`."""
     makers = {"board": _board, "door": _door, "cloth": _cloth, "back": _back}
     return makers[kind](random)
 
 
 def _any(random: np.random.Generator, colours: tuple[tuple[int, int, int], ...]) -> Array:
-    return one_of(random, colours, 0.08)
+    return sample_similar(random, colours, 0.08)
 
 
-def _board(random: np.random.Generator) -> list[Thing]:
+def _board(random: np.random.Generator) -> list[SceneObject]:
     """Three planks that two battens hold together, and something dark behind the gaps."""
     half = random.uniform(56, 62)
     wood = _any(random, COUNTERS[:3])
     things = [
-        Thing(
+        SceneObject(
             Finish(wood * random.uniform(0.86, 1.1), 0.03, _wooden(random)),
             [box((x, 0, 0), (half / 3 - 0.4, LENGTH, 4), 1.0)],
         )
         for x in (-2 * half / 3, 0, 2 * half / 3)
     ]
-    things.append(Thing(Finish(wood * 0.4), [box((0, 0, -3), (half - 2, LENGTH, 1.5), 0.5)]))
+    things.append(SceneObject(Finish(wood * 0.4), [box((0, 0, -3), (half - 2, LENGTH, 1.5), 0.5)]))
     battens = [box((0, y, 7), (half - 6, 11, 4), 1.0) for y in (random.uniform(40, 80), -70.0)]
     nails = [
         limb((x, y, 10.5), (x, y, 11), (1.6, 1.6))
@@ -121,8 +127,8 @@ def _board(random: np.random.Generator) -> list[Thing]:
     ]
     return [
         *things,
-        Thing(Finish(wood * 0.8, 0.03, _wooden(random, along=0)), battens),
-        Thing(Finish((150, 152, 154), 0.4), nails),
+        SceneObject(Finish(wood * 0.8, 0.03, _wooden(random, along=0)), battens),
+        SceneObject(Finish((150, 152, 154), 0.4), nails),
     ]
 
 
@@ -142,7 +148,7 @@ def _wooden(random: np.random.Generator, along: int = 1) -> Pattern:
     return gain
 
 
-def _door(random: np.random.Generator) -> list[Thing]:
+def _door(random: np.random.Generator) -> list[SceneObject]:
     """A painted cupboard's door: frame, sunk panels, a knob."""
     half = random.uniform(58, 66)
     colour = _any(random, (*ACCENTS[:5], *NEUTRALS[2:]))
@@ -157,20 +163,22 @@ def _door(random: np.random.Generator) -> list[Thing]:
     x = float(random.choice([-1, 1])) * (half - stile)
     knob = [limb((x, 20, 8), (x, 20, 17), (3, 5.5), 2.0)]
     return [
-        Thing(Finish(colour, 0.10, paint), rails),
-        Thing(Finish(colour * 0.86, 0.08, panel), [*fields, *raised]),
-        Thing(Finish((120, 160, 178), 0.5), knob),
+        SceneObject(Finish(colour, 0.10, paint), rails),
+        SceneObject(Finish(colour * 0.86, 0.08, panel), [*fields, *raised]),
+        SceneObject(Finish((120, 160, 178), 0.5), knob),
     ]
 
 
-def _cloth(random: np.random.Generator) -> list[Thing]:
+def _cloth(random: np.random.Generator) -> list[SceneObject]:
     """A printed curtain in folds."""
     half = random.uniform(60, 68)
     folds = random.uniform(3.0, 4.2), random.uniform(0.17, 0.24)
     ground, ink = _any(random, (*CLOTHES, *NEUTRALS)), _any(random, ACCENTS[:5])
     pattern = _dotted(random, ink / ground)
     return [
-        Thing(Finish(ground, 0.0, pattern), [box((0, 0, 0), (half, LENGTH, 5), 2, folds=folds)])
+        SceneObject(
+            Finish(ground, 0.0, pattern), [box((0, 0, 0), (half, LENGTH, 5), 2, folds=folds)]
+        )
     ]
 
 
@@ -191,7 +199,7 @@ def _dotted(random: np.random.Generator, ink: Array) -> Pattern:
     return gain
 
 
-def _back(random: np.random.Generator) -> list[Thing]:
+def _back(random: np.random.Generator) -> list[SceneObject]:
     """Somebody's back, from the shoulders to the hips, with both arms."""
     shirt, trousers = _any(random, (*CLOTHES, *ACCENTS[:5])), _any(random, CLOTHES[:2])
     checks = _checked(random) if random.random() < 0.6 else grain(random, 0.06)
@@ -213,8 +221,8 @@ def _back(random: np.random.Generator) -> list[Thing]:
         for side in (-1, 1)
     ]
     return [
-        Thing(Finish(shirt, 0.0, checks), [*torso, *spine, *arms]),
-        Thing(Finish(trousers, 0.0, grain(random, 0.06, coarsest=32)), hips),
+        SceneObject(Finish(shirt, 0.0, checks), [*torso, *spine, *arms]),
+        SceneObject(Finish(trousers, 0.0, grain(random, 0.06, coarsest=32)), hips),
     ]
 
 

@@ -22,7 +22,13 @@ from trackmark.datasets.synthetic.nummiaro2003.campus.setting import (
     parked_cars,
 )
 from trackmark.datasets.synthetic.render.prop import Prop
-from trackmark.datasets.synthetic.render.views import SIZE, Viewpoint, Views, straight, walk
+from trackmark.datasets.synthetic.render.views import (
+    SIZE,
+    Viewpoint,
+    Views,
+    straight_path,
+    walk_through_points,
+)
 from trackmark.datasets.synthetic.scene import part_generator
 
 WALK = 250  # length of the sequence [frames]
@@ -53,7 +59,7 @@ def _target(seed: int, things: list[Prop]) -> Person:
     camera, frames = _camera(seed), COMING_IN + WALK
     random = _generator(seed, "target way")
     start, points = _way(random, camera, _door(seed))
-    course = walk(frames, start, points, random.uniform(1.15, 1.3), random.uniform())
+    course = walk_through_points(frames, start, points, random.uniform(1.15, 1.3), random.uniform())
     first = target_person(_generator(seed, "target"), course)
     plan = VisitPlan(0, Views.standing(camera, frames), [first], slice(0, None), things, CarPark)
     seen = [plan.seen(f)[2].sum() / plan.coverage(0, f)[2].sum() for f in range(COMING_IN)]
@@ -95,7 +101,7 @@ def _passers_by(seed: int, first: Person) -> list[Person]:
         place = random.uniform(-6, 6), random.uniform(*PAVEMENT)
         velocity = random.choice([-1, 1]) * random.uniform(0.9, 1.5), 0.0
         at = int(random.integers(len(course.x)))
-        way = straight(len(course.x), at, place, velocity, random.uniform())
+        way = straight_path(len(course.x), at, place, velocity, random.uniform())
         before = (way.z < course.z) & (np.abs(way.x / way.z - course.x / course.z) < 0.8 / 16)
         near = [
             np.hypot(way.x - other.x, way.z - other.z) < ELBOW_ROOM

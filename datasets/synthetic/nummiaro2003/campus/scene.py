@@ -8,26 +8,26 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackmark.datasets.synthetic.multipart import casting, wardrobe
-from trackmark.datasets.synthetic.multipart.look import Look
-from trackmark.datasets.synthetic.multipart.plan import Person, Plan, body_boxes
+from trackmark.datasets.synthetic.multipart.look import WalkerLook
+from trackmark.datasets.synthetic.multipart.plan import Person, WalkPlan, body_boxes
 from trackmark.datasets.synthetic.multipart.scene import WalkingScene
 from trackmark.datasets.synthetic.render.attributes import rescaled
 from trackmark.datasets.synthetic.render.prop import Coverage, Prop
 from trackmark.datasets.synthetic.render.street.ground import Light
 from trackmark.datasets.synthetic.render.street.street import Reach, Street
-from trackmark.datasets.synthetic.render.views import SIZE, Course, Views
-from trackmark.datasets.synthetic.scene import Truth
+from trackmark.datasets.synthetic.render.views import SIZE, Views, WalkingPath
+from trackmark.datasets.synthetic.scene import SceneTruth
 
 # Colours differ clearly whose channels differ by this much in one of them [grey levels].
 UNLIKE = 40
 
 
-def target(random: np.random.Generator, course: Course) -> Person:
+def target(random: np.random.Generator, course: WalkingPath) -> Person:
     """Someone in a shirt and trousers that differ clearly, without a bag."""
     return casting.dressed(random, course, wardrobe.street_clothes(random))
 
 
-def bystander(random: np.random.Generator, course: Course, other: Look) -> Person:
+def bystander(random: np.random.Generator, course: WalkingPath, other: WalkerLook) -> Person:
     """Someone dressed in clearly other colours than another person; half of them carry a bag."""
     worn = other.shirt, other.trousers
     clothes = wardrobe.other_clothes(random, worn)
@@ -37,7 +37,7 @@ def bystander(random: np.random.Generator, course: Course, other: Look) -> Perso
     return casting.dressed(random, course, clothes, bag=bag)
 
 
-class VisitPlan(Plan):
+class VisitPlan(WalkPlan):
     """Plan of a visit: before and after it all is as it is, without the target.
 
     The target, who is the first of the `people`, takes part in the frames of `visit` as far as his
@@ -70,11 +70,11 @@ class VisitPlan(Plan):
         return list(self._obstacles)
 
     def in_picture(self, frame: int) -> list[int]:
-        """See `Plan.in_picture`; an absent target is not."""
+        """See `WalkPlan.in_picture`; an absent target is not."""
         return [person for person in super().in_picture(frame) if person or self.present[frame]]
 
     def seen(self, frame: int) -> Coverage:
-        """See `Plan.seen`; of an absent target nothing is."""
+        """See `WalkPlan.seen`; of an absent target nothing is."""
         left, top, alpha = super().seen(frame)
         return left, top, alpha if self.present[frame] else np.zeros_like(alpha)
 
@@ -87,7 +87,7 @@ class VisitScene(WalkingScene):
     def __init__(self, plan: VisitPlan, kind: Light) -> None:
         super().__init__(plan, kind)
 
-    def truth(self) -> Truth:
+    def truth(self) -> SceneTruth:
         """See `Scene.truth`, and `WalkingScene` for what there is where he is.
 
         Sizes are compared with the first in which he is there.

@@ -18,7 +18,13 @@ from trackmark.datasets.synthetic.nummiaro2003.campus.scene import VisitPlan, Vi
 from trackmark.datasets.synthetic.nummiaro2003.campus.scene import target as target_person
 from trackmark.datasets.synthetic.nummiaro2003.campus.setting import old_tree
 from trackmark.datasets.synthetic.render.path import smooth_step
-from trackmark.datasets.synthetic.render.views import SIZE, Course, Views, fixed, straight
+from trackmark.datasets.synthetic.render.views import (
+    SIZE,
+    Views,
+    WalkingPath,
+    sample_fixed_views,
+    straight_path,
+)
 from trackmark.datasets.synthetic.scene import part_generator
 
 LENGTH = 242
@@ -72,10 +78,10 @@ def _generator(seed: int, part: str) -> np.random.Generator:
 
 
 def _views(seed: int) -> Views:
-    return fixed(_generator(seed, "camera"), LENGTH)
+    return sample_fixed_views(_generator(seed, "camera"), LENGTH)
 
 
-def _across(random: np.random.Generator, views: Views) -> Course:
+def _across(random: np.random.Generator, views: Views) -> WalkingPath:
     """Way through the picture, from one side until he is gone at the other."""
     time = (np.arange(LENGTH) - COMES) / (GONE - COMES)
     start, swing = random.uniform(45, 80), random.uniform(-8, 8)
@@ -89,18 +95,20 @@ def _across(random: np.random.Generator, views: Views) -> Course:
     x = side * (column - views.still.centre) / views.still.scale(z)
     # His legs are together behind the tree: a narrow one hides all of him.
     together = random.choice([0.0, 0.5]) + random.uniform(0.03, 0.13)
-    return Course.through(x, z, together - float(Course.through(x, z, 0.0).phase[HIDDEN]))
+    return WalkingPath.through(x, z, together - float(WalkingPath.through(x, z, 0.0).phase[HIDDEN]))
 
 
-def _passing(random: np.random.Generator, target: Course, when: int, pace: float) -> Course:
+def _passing(
+    random: np.random.Generator, target: WalkingPath, when: int, pace: float
+) -> WalkingPath:
     """Way of someone who comes towards the target and passes close before him, quickly."""
     at = when + int(random.integers(-2, 2, endpoint=True))
     place = _abreast(target, at, 1 - random.uniform(0.6, 0.75) / float(target.z[at]))
     way = float(np.sign(target.x[at + 1] - target.x[at]))
-    return straight(LENGTH, at, place, (-way * pace, 0.0), random.uniform())
+    return straight_path(LENGTH, at, place, (-way * pace, 0.0), random.uniform())
 
 
-def _abreast(target: Course, frame: int, ratio: float) -> tuple[float, float]:
+def _abreast(target: WalkingPath, frame: int, ratio: float) -> tuple[float, float]:
     """Place (x, z) [metres] in the target's column, at a ratio of his depth."""
     return float(target.x[frame]) * ratio, float(target.z[frame]) * ratio
 

@@ -10,17 +10,17 @@ from numpy.typing import NDArray
 from trackmark.datasets.synthetic.nummiaro2003.driving.laying import lay_facets, sprite_of
 from trackmark.datasets.synthetic.nummiaro2003.driving.paintwork import BGR, painted
 from trackmark.datasets.synthetic.nummiaro2003.driving.shape import (
+    CarShape,
+    FacetPose,
     Facets,
     Lens,
     Pictures,
-    Pose,
-    Shape,
     any_shape,
     blank,
 )
 from trackmark.datasets.synthetic.nummiaro2003.driving.view import (
     NEAREST_DRAWN,
-    View,
+    PerspectiveView,
     Window,
     extents,
     posed,
@@ -38,7 +38,7 @@ _SPARE = 16  # pixels beyond the canvas, for what motion brings in
 class Car:
     """A car: its proportions, its paint (BGR), and the seed of what is drawn at random on it."""
 
-    def __init__(self, shape: Shape, paint: BGR, seed: int) -> None:
+    def __init__(self, shape: CarShape, paint: BGR, seed: int) -> None:
         self.shape = shape
         self.paint = paint
         self._seed = seed
@@ -79,12 +79,12 @@ class CarAt:
 
     reach = 3.0  # See `Thing.reach`
 
-    def box(self, view: View) -> Array:
+    def box(self, view: PerspectiveView) -> Array:
         """Extents [x, y, width, height] of the whole car in the picture [pixels]."""
         left, right, top, bottom, _ = self._extents(self.car.body, view)
         return np.array([left, top, right - left, bottom - top])
 
-    def window(self, view: View) -> Window | None:
+    def window(self, view: PerspectiveView) -> Window | None:
         low_x, high_x, low_y, high_y, nearest = self._extents(self.car.facets, view)
         if nearest < NEAREST_DRAWN / 2:
             return None
@@ -96,7 +96,7 @@ class CarAt:
             math.ceil(high_y) + y,
         )
 
-    def draw(self, canvas: NDArray[np.uint8], view: View) -> None:
+    def draw(self, canvas: NDArray[np.uint8], view: PerspectiveView) -> None:
         """See `Thing.draw`; its shadow belongs to it."""
         laid = self._laid(self.car.facets, view, canvas.shape[1::-1], self.car.pictures)
         if laid is None:
@@ -107,7 +107,7 @@ class CarAt:
         tops = np.round((top + down) * 64).astype(np.int64)
         blend_sprite(canvas, sprite, lefts, tops, 65536)
 
-    def coverage(self, view: View, size: tuple[int, int]) -> Coverage:
+    def coverage(self, view: PerspectiveView, size: tuple[int, int]) -> Coverage:
         """Silhouette of what is in a picture of a size (width, height)."""
         laid = self._laid(self.car.body, view, size, _BLANK)
         if laid is None:
@@ -115,16 +115,18 @@ class CarAt:
         sprite, left, top = laid
         return left, top, sprite[1:-1, 1:-1, 3].copy()
 
-    def _extents(self, facets: Facets, view: View) -> tuple[float, float, float, float, float]:
+    def _extents(
+        self, facets: Facets, view: PerspectiveView
+    ) -> tuple[float, float, float, float, float]:
         pose = self._pose(facets, view)
         left, right, top, bottom, nearest = extents(facets, pose, Lens(view.focal, *view.centre))
         return left, right, top, bottom, nearest
 
-    def _pose(self, facets: Facets, view: View) -> Pose:
+    def _pose(self, facets: Facets, view: PerspectiveView) -> FacetPose:
         return posed(view, facets, (self.x, 0.0, self.z), self.heading)
 
     def _laid(
-        self, facets: Facets, view: View, size: tuple[int, ...], pictures: Pictures
+        self, facets: Facets, view: PerspectiveView, size: tuple[int, ...], pictures: Pictures
     ) -> tuple[NDArray[np.uint8], int, int] | None:
         """What is in a picture or near it: a sprite with its left and top [pixels]."""
         window = self.window(view)

@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 
 from trackmark.datasets.synthetic.nummiaro2003.driving.shape import (
     MOST,
+    FacetPose,
     Facets,
     Lens,
     Pictures,
-    Pose,
 )
 
 FULL = 0xFFFF  # all samples of a pixel are taken
@@ -133,7 +133,7 @@ def lay_facets(
     pictures: Pictures,
     shade: Pictures,
     lens: Lens,
-    pose: Pose,
+    pose: FacetPose,
     order: NDArray[np.int64],
 ) -> None:
     """Lay facets, numbered by `order` from front to back, under what is there already.

@@ -18,8 +18,8 @@ from trackmark.datasets.synthetic.nummiaro2003.driving.shape import (
     TOP,
     TYRE,
     WIDE,
+    CarShape,
     Pictures,
-    Shape,
     packed,
 )
 
@@ -37,7 +37,7 @@ _CHROME = (186.0, 184.0, 182.0)
 _RED, _AMBER, _CLEAR = (38.0, 30.0, 168.0), (40.0, 130.0, 214.0), (214.0, 216.0, 214.0)
 
 
-class Sheet:
+class CarSheet:
     """A drawing to scale: one of the car's pictures, on paper of a colour (BGR)."""
 
     def __init__(self, kind: int, colour: Sequence[float]) -> None:
@@ -94,7 +94,7 @@ class Sheet:
         return np.round(np.stack([x, y], axis=1) * (1 << bits)).astype(np.int32)
 
 
-def painted(random: np.random.Generator, shape: Shape, paint: BGR) -> Pictures:
+def painted(random: np.random.Generator, shape: CarShape, paint: BGR) -> Pictures:
     """All pictures of a car in a paint; what is not paint is drawn at random."""
     style = _Style(random)
     sheets = [
@@ -128,8 +128,8 @@ _METAL = [(0.2, 0.62), (0.45, 0.8), (0.6, 0.98), (0.62, 1.06), (0.72, 1.0), (0.8
 """Sheet metal mirrors the street below its crease and the sky above."""
 
 
-def _side(shape: Shape, paint: BGR, style: _Style) -> Array:
-    sheet = Sheet(SIDE, paint)
+def _side(shape: CarShape, paint: BGR, style: _Style) -> Array:
+    sheet = CarSheet(SIDE, paint)
     end, dark = shape.length / 2, _times(paint, 0.5)
     rear_axle = shape.axles[1]
     sheet.light(_METAL)
@@ -177,7 +177,7 @@ def _side(shape: Shape, paint: BGR, style: _Style) -> Array:
     return sheet.finished()
 
 
-def _pane(sheet: Sheet, outline: Points, low: float, high: float) -> None:
+def _pane(sheet: CarSheet, outline: Points, low: float, high: float) -> None:
     """Glass: dark inside, the sky on its upper part."""
     sheet.fill(outline, _GLASS)
     cut = low + 0.62 * (high - low)
@@ -185,9 +185,9 @@ def _pane(sheet: Sheet, outline: Points, low: float, high: float) -> None:
         _GLASS, _SKY, strict=True)])  # fmt: skip
 
 
-def _end(kind: int, paint: BGR, style: _Style) -> Sheet:
+def _end(kind: int, paint: BGR, style: _Style) -> CarSheet:
     """Front or rear: sheet metal above the dark below the car, and its bumper."""
-    sheet = Sheet(kind, paint)
+    sheet = CarSheet(kind, paint)
     sheet.light(_METAL)
     sheet.box((-WIDE, WIDE), (0.0, 0.23), (26.0, 24.0, 24.0))
     if style.bumper:
@@ -195,7 +195,7 @@ def _end(kind: int, paint: BGR, style: _Style) -> Sheet:
     return sheet
 
 
-def _front(random: np.random.Generator, shape: Shape, paint: BGR, style: _Style) -> Array:
+def _front(random: np.random.Generator, shape: CarShape, paint: BGR, style: _Style) -> Array:
     sheet = _end(FRONT, paint, style)
     wide, edge = shape.width / 2, shape.bonnet
     sheet.box((-0.42, 0.42), (0.26, 0.34), (24.0, 22.0, 22.0))
@@ -223,7 +223,7 @@ def _front(random: np.random.Generator, shape: Shape, paint: BGR, style: _Style)
     return sheet.finished()
 
 
-def _rear(random: np.random.Generator, shape: Shape, paint: BGR, style: _Style) -> Array:
+def _rear(random: np.random.Generator, shape: CarShape, paint: BGR, style: _Style) -> Array:
     sheet = _end(REAR, paint, style)
     wide = shape.width / 2
     inner, low = wide - random.uniform(0.3, 0.42), 0.57
@@ -246,7 +246,7 @@ def _rear(random: np.random.Generator, shape: Shape, paint: BGR, style: _Style) 
     return sheet.finished()
 
 
-def _screen(sheet: Sheet, shape: Shape, paint: BGR, edge: float) -> None:
+def _screen(sheet: CarSheet, shape: CarShape, paint: BGR, edge: float) -> None:
     foot, eaves, _ = shape.cabin
     low, high = BELT + edge, eaves.height - 0.05
     sheet.fill([(-foot.half_width - 0.1, BELT), (foot.half_width + 0.1, BELT),
@@ -259,7 +259,7 @@ def _screen(sheet: Sheet, shape: Shape, paint: BGR, edge: float) -> None:
     _pane(sheet, outline, low, high)
 
 
-def _plate(sheet: Sheet, random: np.random.Generator, height: float, colour: BGR) -> None:
+def _plate(sheet: CarSheet, random: np.random.Generator, height: float, colour: BGR) -> None:
     sheet.box((-0.265, 0.265), (height - 0.06, height + 0.06), (30.0, 30.0, 30.0))
     sheet.box((-0.255, 0.255), (height - 0.052, height + 0.052), colour)
     left = -0.22
@@ -272,8 +272,8 @@ def _plate(sheet: Sheet, random: np.random.Generator, height: float, colour: BGR
         left += wide + 0.017
 
 
-def _top(shape: Shape, paint: BGR, style: _Style) -> Array:
-    sheet = Sheet(TOP, _times(paint, 1.06))
+def _top(shape: CarShape, paint: BGR, style: _Style) -> Array:
+    sheet = CarSheet(TOP, _times(paint, 1.06))
     dark = _times(paint, 0.55)
     foot = shape.cabin[0]
     for side in (-1, 1):
@@ -291,7 +291,7 @@ def _top(shape: Shape, paint: BGR, style: _Style) -> Array:
     return sheet.finished()
 
 
-def _shadow(shape: Shape) -> Array:
+def _shadow(shape: CarShape) -> Array:
     """Dark below the car, softer towards its outline; a rounded rectangle's fourth power."""
     width, height = SIZES[SHADOW]
     y, x = np.meshgrid(

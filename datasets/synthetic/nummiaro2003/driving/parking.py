@@ -17,13 +17,13 @@ from trackmark.datasets.synthetic.nummiaro2003.driving.plan import (
     FRAMES_PER_SECOND,
     SIZE,
     Bend,
-    Course,
-    Plan,
+    DrivingPath,
+    DrivingPlan,
     Way,
     car_at,
 )
 from trackmark.datasets.synthetic.nummiaro2003.driving.scene import DrivingScene
-from trackmark.datasets.synthetic.nummiaro2003.driving.view import View, meet
+from trackmark.datasets.synthetic.nummiaro2003.driving.view import PerspectiveView, meet
 from trackmark.datasets.synthetic.nummiaro2003.driving.world import (
     House,
     Layout,
@@ -50,7 +50,7 @@ def scene(knobs: SceneKnobs) -> DrivingScene:
 
 
 @lru_cache(maxsize=4)
-def parking_plan(seed: int) -> Plan:
+def parking_plan(seed: int) -> DrivingPlan:
     """Place, cars and camera of a scene."""
 
     def generator(part: str) -> np.random.Generator:
@@ -74,19 +74,19 @@ def parking_plan(seed: int) -> Plan:
         parked,
     )
     cars = [(target, course), (passing, _passing(generator("passing way")))]
-    return Plan(layout, [view] * FRAMES, cars)
+    return DrivingPlan(layout, [view] * FRAMES, cars)
 
 
-def _meet(one: CarAt, other: CarAt, view: View) -> bool:
+def _meet(one: CarAt, other: CarAt, view: PerspectiveView) -> bool:
     first, second = one.window(view), other.window(view)
     return first is not None and second is not None and meet(first, second)
 
 
-def _camera(random: np.random.Generator, side: float) -> View:
+def _camera(random: np.random.Generator, side: float) -> PerspectiveView:
     """Camera on a mast across the road; it turns somewhat to where the target comes from."""
     x, z = side * random.uniform(-3.5, 1.0), -random.uniform(17.5, 19.0)
     aim = side * random.uniform(0.0, 1.0), random.uniform(8.0, 11.0)
-    return View(
+    return PerspectiveView(
         focal=590.0,
         centre=(SIZE[0] / 2, SIZE[1] / 2),
         place=(x, random.uniform(5.6, 7.0), z),
@@ -95,7 +95,9 @@ def _camera(random: np.random.Generator, side: float) -> View:
     )
 
 
-def _way(random: np.random.Generator, side: float) -> tuple[Course, tuple[float, float] | None]:
+def _way(
+    random: np.random.Generator, side: float
+) -> tuple[DrivingPath, tuple[float, float] | None]:
     """Down the lane on a side, across, and up the other lane or into a bay beside it."""
     right = side > 0  # he keeps to the right of the lane, whichever way he goes round
     inner = random.uniform(1.3, 1.7)
@@ -125,15 +127,15 @@ def _way(random: np.random.Generator, side: float) -> tuple[Course, tuple[float,
     travelled = way.travelled(frames, top, end)
     stands = np.full(FRAMES - frames, travelled[-1])
     places = way.at(np.concatenate([travelled, stands]))
-    return Course(*places.T), bay
+    return DrivingPath(*places.T), bay
 
 
-def _passing(random: np.random.Generator) -> Course:
+def _passing(random: np.random.Generator) -> DrivingPath:
     """A car on the near side of the road while the target is far off."""
     frame = int(random.integers(40, 80))
     speed = random.uniform(7.0, 9.0)
     x = (np.arange(FRAMES) - frame) * (speed / FRAMES_PER_SECOND)
-    return Course.of(FRAMES, x, -1.65, np.pi / 2)
+    return DrivingPath.of(FRAMES, x, -1.65, np.pi / 2)
 
 
 def _parked(

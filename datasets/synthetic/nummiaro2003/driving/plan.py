@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from trackmark.datasets.synthetic.nummiaro2003.driving.car import Car, CarAt
-from trackmark.datasets.synthetic.nummiaro2003.driving.view import View, meet
+from trackmark.datasets.synthetic.nummiaro2003.driving.view import PerspectiveView, meet
 from trackmark.datasets.synthetic.nummiaro2003.driving.world import Layout
 from trackmark.datasets.synthetic.render.prop import Coverage, visible
 from trackmark.datasets.synthetic.render.sprite import instants
@@ -105,7 +105,7 @@ def unhurried(fastest: Array, end: float) -> Array:
 
 
 @dataclass(frozen=True)
-class Course:
+class DrivingPath:
     """Where a car is in every frame."""
 
     # x, z: (n,), its middle on the ground [metres]
@@ -127,12 +127,12 @@ EXPOSURE = 0.4  # part of the time between two frames for which the shutter is o
 
 
 @dataclass(frozen=True)
-class Plan:
+class DrivingPlan:
     """Cars and camera of a scene."""
 
     layout: Layout  # the place
-    views: Sequence[View]  # the camera in every frame
-    cars: Sequence[tuple[Car, Course]]  # what drives; the target first
+    views: Sequence[PerspectiveView]  # the camera in every frame
+    cars: Sequence[tuple[Car, DrivingPath]]  # what drives; the target first
 
     def __len__(self) -> int:
         return len(self.views)
@@ -194,13 +194,13 @@ class Plan:
         ]
 
 
-def car_at(car: Car, course: Course, frame: int) -> CarAt:
+def car_at(car: Car, course: DrivingPath, frame: int) -> CarAt:
     """A car where its course has it in a frame."""
     x, z, heading = (float(a[frame]) for a in (course.x, course.z, course.heading))
     return CarAt(car, x, z, heading)
 
 
-def _apart(view: View, car: CarAt) -> float:
+def _apart(view: PerspectiveView, car: CarAt) -> float:
     """Square of the distance from the camera over the ground."""
     x, z = car.x - view.place[0], car.z - view.place[2]
     return x * x + z * z

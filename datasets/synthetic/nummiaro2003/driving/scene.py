@@ -6,12 +6,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackmark.datasets.interface import Image, Mask
-from trackmark.datasets.synthetic.nummiaro2003.driving.plan import FRAMES_PER_SECOND, SIZE, Plan
-from trackmark.datasets.synthetic.nummiaro2003.driving.view import Thing, Window, from_far, meet
+from trackmark.datasets.synthetic.nummiaro2003.driving.plan import (
+    FRAMES_PER_SECOND,
+    SIZE,
+    DrivingPlan,
+)
+from trackmark.datasets.synthetic.nummiaro2003.driving.view import Drawable, Window, from_far, meet
 from trackmark.datasets.synthetic.nummiaro2003.driving.world import World
 from trackmark.datasets.synthetic.render.attributes import occluded, out_of_view, rescaled, turning
 from trackmark.datasets.synthetic.render.camera import Camera, slow_exposure
-from trackmark.datasets.synthetic.scene import Scene, Truth, part_generator, pasted
+from trackmark.datasets.synthetic.scene import (
+    SceneTruth,
+    SyntheticScene,
+    part_generator,
+    paste_window,
+)
 
 Array = NDArray[np.float64]
 
@@ -19,7 +28,7 @@ TURNING = 15.0  # the side that is seen turns if it does so by this much in a se
 FASTEST = 0.2  # share of the frames that count as fast
 
 
-def driving_truth(plan: Plan) -> Truth:
+def driving_truth(plan: DrivingPlan) -> SceneTruth:
     """Return the ground truth of all frames.
 
     `boxes` are the extents of the whole car. Attributes are `occlusion` (less than 0.9 of the
@@ -33,7 +42,7 @@ def driving_truth(plan: Plan) -> Truth:
     sight = np.unwrap(np.arctan2(course.x - places[:, 0], course.z - places[:, 2]))
     steps = np.gradient(boxes[:, :2] + boxes[:, 2:] / 2, axis=0)
     speed = np.sqrt((steps * steps).sum(axis=1))
-    return Truth(
+    return SceneTruth(
         boxes,
         visibility,
         {
@@ -49,7 +58,7 @@ def driving_truth(plan: Plan) -> Truth:
 CAMERA = Camera(SIZE, noise=2.0)
 
 
-class DrivingScene(Scene):
+class DrivingScene(SyntheticScene):
     """Cars, the first of them the target, before a camera that moves or is `still`.
 
     Where it is still, what does not move is drawn once.
@@ -58,11 +67,11 @@ class DrivingScene(Scene):
     size = SIZE
     fps = FRAMES_PER_SECOND
 
-    def __init__(self, plan: Plan, still: bool) -> None:
+    def __init__(self, plan: DrivingPlan, still: bool) -> None:
         self.plan, self.length = plan, len(plan)
         self._is_still = still
 
-    def truth(self) -> Truth:
+    def truth(self) -> SceneTruth:
         return driving_truth(self.plan)
 
     def render(self, frame: int) -> Image:
@@ -70,7 +79,7 @@ class DrivingScene(Scene):
         return CAMERA.exposed(canvas, self.plan.layout.seed, frame, self._exposure[frame])
 
     def mask(self, frame: int) -> Mask:
-        return pasted(SIZE, *self.plan.seen(frame)) >= 128
+        return paste_window(SIZE, *self.plan.seen(frame)) >= 128
 
     def _painted(self, frame: int) -> Image:
         """Everything, before a camera that moves."""
@@ -105,7 +114,7 @@ class DrivingScene(Scene):
         return canvas
 
     @cached_property
-    def _at_rest(self) -> tuple[Image, Image, list[tuple[Window | None, Thing]]]:
+    def _at_rest(self) -> tuple[Image, Image, list[tuple[Window | None, Drawable]]]:
         """The place without and with what stands and parks; and all that, with its windows."""
         view = self.plan.views[0]
         empty = np.empty((SIZE[1], SIZE[0], 3), np.uint8)

@@ -43,7 +43,7 @@ class Lens(NamedTuple):
     row: float
 
 
-class Pose(NamedTuple):
+class FacetPose(NamedTuple):
     """Where a solid is for the camera, and its light."""
 
     turn: NDArray[np.float64]  # (3, 3), from the solid's frame to the camera's: right, down, ahead
@@ -184,7 +184,7 @@ _DARK = 0.55  # reach of the shadow beyond the body [metres]
 
 
 @dataclass(frozen=True)
-class Shape:
+class CarShape:
     """Proportions of a car, in metres; along the car from its middle, ahead positive."""
 
     # length, width: of the body
@@ -280,7 +280,7 @@ class Shape:
         )
 
 
-def any_shape(random: np.random.Generator) -> Shape:
+def any_shape(random: np.random.Generator) -> CarShape:
     """Saloon, hatchback or estate, with proportions of its own."""
     kind = ("saloon", "hatchback", "estate")[random.integers(3)]
     length = random.uniform(*{"saloon": (4.25, 4.6), "hatchback": (3.75, 4.1),
@@ -294,7 +294,7 @@ def any_shape(random: np.random.Generator) -> Shape:
         rear = -end + random.uniform(0.12, 0.16), -end + random.uniform(0.5, 0.66)
     else:
         rear = -end + random.uniform(0.1, 0.14), -end + random.uniform(0.3, 0.4)
-    return Shape(
+    return CarShape(
         length=length,
         width=random.uniform(1.66, 1.76),
         roof=random.uniform(1.39, 1.47),

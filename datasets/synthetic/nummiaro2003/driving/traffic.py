@@ -19,12 +19,12 @@ from trackmark.datasets.synthetic.nummiaro2003.driving.plan import (
     FRAMES_PER_SECOND,
     SIZE,
     Bend,
-    Course,
-    Plan,
+    DrivingPath,
+    DrivingPlan,
     Way,
 )
 from trackmark.datasets.synthetic.nummiaro2003.driving.scene import DrivingScene
-from trackmark.datasets.synthetic.nummiaro2003.driving.view import View
+from trackmark.datasets.synthetic.nummiaro2003.driving.view import PerspectiveView
 from trackmark.datasets.synthetic.nummiaro2003.driving.world import (
     House,
     Layout,
@@ -34,7 +34,7 @@ from trackmark.datasets.synthetic.nummiaro2003.driving.world import (
     dashes,
 )
 from trackmark.datasets.synthetic.render.path import smooth_step, spaced
-from trackmark.datasets.synthetic.render.views import QUICK, SLOW, wandering
+from trackmark.datasets.synthetic.render.views import QUICK, SLOW, random_wander
 from trackmark.datasets.synthetic.scene import part_generator
 
 Array = NDArray[np.float64]
@@ -55,7 +55,7 @@ def scene(knobs: SceneKnobs) -> DrivingScene:
 
 
 @lru_cache(maxsize=4)
-def traffic_plan(seed: int) -> Plan:
+def traffic_plan(seed: int) -> DrivingPlan:
     """Place, cars and camera of a scene."""
 
     def generator(part: str) -> np.random.Generator:
@@ -75,10 +75,10 @@ def traffic_plan(seed: int) -> Plan:
     cars = [(target, course)]
     for i, way in enumerate(_oncoming(generator("oncoming ways"), course, crossing)):
         cars.append((any_car(generator(f"oncoming car {i}"), others), way))
-    return Plan(layout, views, cars)
+    return DrivingPlan(layout, views, cars)
 
 
-def _ways(random: np.random.Generator) -> tuple[Course, Course, float]:
+def _ways(random: np.random.Generator) -> tuple[DrivingPath, DrivingPath, float]:
     """Courses of the target and of the camera's car, and where the roads cross [metres].
 
     Both take the same way; the gap between them is what makes the target small and large.
@@ -100,20 +100,22 @@ def _ways(random: np.random.Generator) -> tuple[Course, Course, float]:
     last = random.uniform(24.0, 27.0)
     # Steady in the logarithm: the target grows and shrinks by the same share in every frame.
     distance = gap * (least / gap) ** closing * (last / least) ** leaving
-    sway = wandering(random, FRAMES, (3.0, 7.0), 0.16)
+    sway = random_wander(random, FRAMES, (3.0, 7.0), 0.16)
     courses = [_swaying(way.at(s), sway * k) for s, k in ((ahead, 1.0), (ahead - distance, 0.4))]
     return courses[0], courses[1], crossing
 
 
-def _swaying(places: Array, sway: Array) -> Course:
+def _swaying(places: Array, sway: Array) -> DrivingPath:
     """Course that leaves the middle of its lane by some metres."""
     x, z, heading = places.T
     x, z = x + sway * np.cos(heading), z - sway * np.sin(heading)
     step = np.maximum(np.sqrt(np.gradient(x) ** 2 + np.gradient(z) ** 2), 0.05)
-    return Course(x, z, heading + np.arctan2(np.gradient(sway), step))
+    return DrivingPath(x, z, heading + np.arctan2(np.gradient(sway), step))
 
 
-def _views(random: np.random.Generator, target: Course, follower: Course) -> list[View]:
+def _views(
+    random: np.random.Generator, target: DrivingPath, follower: DrivingPath
+) -> list[PerspectiveView]:
     """Camera behind the windscreen: it nods and shakes with the road, and turns to the target.
 
     The farther off the target is, the more the turn gives way, so that it stays in view.
@@ -124,34 +126,38 @@ def _views(random: np.random.Generator, target: Course, follower: Course) -> lis
     height = random.uniform(1.3, 1.45)
     bearing = np.unwrap(np.arctan2(target.x - x, target.z - z))
     off = bearing - follower.heading
-    wander = wandering(random, FRAMES, SLOW, 0.05)
+    wander = random_wander(random, FRAMES, SLOW, 0.05)
     yaw = bearing - ROOM * np.tanh((FREE * off + wander) / ROOM)
-    yaw += wandering(random, FRAMES, QUICK, 0.004)
-    pitch = random.uniform(0.015, 0.045) + wandering(random, FRAMES, SLOW, 0.008)
-    pitch += wandering(random, FRAMES, QUICK, 0.004)
+    yaw += random_wander(random, FRAMES, QUICK, 0.004)
+    pitch = random.uniform(0.015, 0.045) + random_wander(random, FRAMES, SLOW, 0.008)
+    pitch += random_wander(random, FRAMES, QUICK, 0.004)
     for frame in random.choice(np.arange(20, FRAMES - 20, 15), 5, replace=False):  # holes
         time = np.arange(FRAMES) - frame
         hit = np.exp(-np.maximum(time, 0) / 6.0) * np.sin(time * 1.3) * (time >= 0)
         pitch += random.uniform(0.008, 0.014) * hit
     return [
-        View(560.0, (SIZE[0] / 2, SIZE[1] / 2), (float(a), height, float(b)), float(c), float(d))
+        PerspectiveView(
+            560.0, (SIZE[0] / 2, SIZE[1] / 2), (float(a), height, float(b)), float(c), float(d)
+        )
         for a, b, c, d in zip(x, z, yaw, pitch, strict=True)
     ]
 
 
-def _oncoming(random: np.random.Generator, target: Course, crossing: float) -> list[Course]:
+def _oncoming(
+    random: np.random.Generator, target: DrivingPath, crossing: float
+) -> list[DrivingPath]:
     """Cars in the opposite lanes; none is at the crossing when the target turns there."""
     enters = int(np.searchsorted(target.z, crossing - 3 * EDGE))
     courses = []
     for earlier in (random.uniform(60, 80), random.uniform(110, 150)):
         step = random.uniform(9.0, 12.0) / FRAMES_PER_SECOND
         z = crossing + (enters - earlier - np.arange(FRAMES)) * step
-        courses.append(Course.of(FRAMES, -LANE, z, np.pi))
+        courses.append(DrivingPath.of(FRAMES, -LANE, z, np.pi))
     # One more in the side road, which the camera meets there.
     side = float(np.sign(target.x[-1] - target.x[0]))
     away = FRAMES + random.uniform(20, 60) - np.arange(FRAMES)
     x = side * away * (random.uniform(9.0, 11.0) / FRAMES_PER_SECOND)
-    courses.append(Course.of(FRAMES, x, crossing + side * LANE, -side * np.pi / 2))
+    courses.append(DrivingPath.of(FRAMES, x, crossing + side * LANE, -side * np.pi / 2))
     return courses
 
 

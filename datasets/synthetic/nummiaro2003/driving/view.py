@@ -13,7 +13,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
-from trackmark.datasets.synthetic.nummiaro2003.driving.shape import Facets, Lens, Pose
+from trackmark.datasets.synthetic.nummiaro2003.driving.shape import FacetPose, Facets, Lens
 from trackmark.datasets.synthetic.render.prop import Prop
 from trackmark.datasets.synthetic.render.sprite import Sprite
 from trackmark.datasets.synthetic.render.views import Viewpoint
@@ -24,7 +24,7 @@ _STEP = 2.0**-30  # of sines and cosines: the same on every platform
 
 
 @dataclass(frozen=True)
-class View:
+class PerspectiveView:
     """Camera at one instant."""
 
     focal: float  # focal length [pixels]
@@ -51,7 +51,7 @@ class View:
         level, down = _direction(self.pitch)
         return self.centre[1] - self.focal * down / level
 
-    def shifted(self, right: int, down: int) -> "View":
+    def shifted(self, right: int, down: int) -> "PerspectiveView":
         """The same camera, its picture shifted by some pixels."""
         return replace(self, centre=(self.centre[0] + right, self.centre[1] + down))
 
@@ -107,8 +107,11 @@ _DENSITY = STAINS_SIDE / STAINS_PERIOD * np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1
 
 
 def posed(
-    view: View, facets: Facets, place: tuple[float, float, float] = (0, 0, 0), heading: float = 0.0
-) -> Pose:
+    view: PerspectiveView,
+    facets: Facets,
+    place: tuple[float, float, float] = (0, 0, 0),
+    heading: float = 0.0,
+) -> FacetPose:
     """Pose of a solid that stands at a place, its axis in a heading."""
     eye, axes = np.array(view.place), heading_axes(heading)
     return _pose(view.turn, eye, axes, np.array(place, float), facets.normals, _SKY, _DENSITY)
@@ -123,7 +126,7 @@ def _pose(
     normals: NDArray[np.float64],
     sky: NDArray[np.float64],
     density: NDArray[np.float64],
-) -> Pose:
+) -> FacetPose:
     """Pose of a solid at a `place` for a camera at `eye` [metres].
 
     `view`, shape (3, 3), turns the world's axes to the camera's, `axes` the solid's to the world's;
@@ -149,11 +152,13 @@ def _pose(
             for j in range(3):
                 gain += sky[k] * axes[k, j] * normals[f, j]
         gains[f] = np.int64(np.floor(gain * 256 + 0.5))
-    return Pose(turn, apart, gains, shading)
+    return FacetPose(turn, apart, gains, shading)
 
 
 @njit(cache=True)
-def extents(facets: Facets, pose: Pose, lens: Lens) -> tuple[float, float, float, float, float]:
+def extents(
+    facets: Facets, pose: FacetPose, lens: Lens
+) -> tuple[float, float, float, float, float]:
     """Lowest and highest column and row of a solid's corners, and the nearest one's depth.
 
     Where one of them is not clearly before the camera, columns and rows are 0.
@@ -182,7 +187,7 @@ Window = tuple[int, int, int, int]
 NEAREST_DRAWN = 2.0  # things nearer to the camera than this are not drawn [metres]
 
 
-class Thing(Protocol):
+class Drawable(Protocol):
     """Something at a place on the ground."""
 
     @property
@@ -200,16 +205,16 @@ class Thing(Protocol):
         """No part of it is farther from its middle, over the ground [metres]."""
         ...
 
-    def window(self, view: View) -> Window | None:
+    def window(self, view: PerspectiveView) -> Window | None:
         """Pixels that it may be seen in, wherever they lie; None behind the camera."""
         ...
 
-    def draw(self, canvas: NDArray[np.uint8], view: View) -> None:
+    def draw(self, canvas: NDArray[np.uint8], view: PerspectiveView) -> None:
         """Draw it over a canvas, which is changed in place."""
         ...
 
 
-def from_far(things: list[Thing], view: View, width: int) -> list[Thing]:
+def from_far(things: list[Drawable], view: PerspectiveView, width: int) -> list[Drawable]:
     """Things that may be in a picture of a width [pixels], the farthest first."""
     x, z, reach = np.array([(thing.x, thing.z, thing.reach) for thing in things]).T
     right, _, ahead = view.seen_from(np.stack([x, np.zeros(len(x)), z], axis=1)).T
@@ -238,7 +243,7 @@ class Cutout:
 
 @dataclass(frozen=True)
 class Standing:
-    """A thing that stands upright at a place and faces the camera; a `Thing`."""
+    """A thing that stands upright at a place and faces the camera; a `Drawable`."""
 
     cutout: Cutout
     # x, z: [metres]
@@ -250,7 +255,7 @@ class Standing:
     def reach(self) -> float:
         return float(self.cutout.sprite.width / 2 * self.size / METRE)
 
-    def window(self, view: View) -> Window | None:
+    def window(self, view: PerspectiveView) -> Window | None:
         column, row, depth = view.place_of(self.x, self.z)
         if depth < NEAREST_DRAWN:
             return None
@@ -263,7 +268,7 @@ class Standing:
             math.ceil(top + self.cutout.sprite.height * scale) + 1,
         )
 
-    def draw(self, canvas: NDArray[np.uint8], view: View) -> None:
+    def draw(self, canvas: NDArray[np.uint8], view: PerspectiveView) -> None:
         column, row, depth = view.place_of(self.x, self.z)
         if depth >= NEAREST_DRAWN:
             scale = view.focal / depth * self.size / METRE

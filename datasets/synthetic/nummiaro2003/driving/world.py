@@ -25,9 +25,9 @@ from trackmark.datasets.synthetic.nummiaro2003.driving.shape import (
 from trackmark.datasets.synthetic.nummiaro2003.driving.view import (
     STAINS_SIDE,
     Cutout,
+    Drawable,
+    PerspectiveView,
     Standing,
-    Thing,
-    View,
     cut_out,
     posed,
 )
@@ -105,7 +105,7 @@ class Houses:
         self.facets = assembled([face for own in faces for face in own], np.array(projections))
         self.pictures = packed(pictures)
 
-    def order(self, view: View) -> NDArray[np.int64]:
+    def order(self, view: PerspectiveView) -> NDArray[np.int64]:
         """Numbers of the facets of houses that may be seen, from the nearest house on."""
         right, _, ahead = view.seen_from(self._places).T
         seen = (ahead > -self._reach) & (np.abs(right) - self._reach < 0.8 * (ahead + self._reach))
@@ -228,7 +228,7 @@ class Panorama:
         picture = backdrop(random, height + _BELOW, around, focal / _DISTANCE, float(height))
         self._picture = _with_trees(random, picture, height, focal / 90.0)
 
-    def draw(self, canvas: NDArray[np.uint8], view: View) -> int:
+    def draw(self, canvas: NDArray[np.uint8], view: PerspectiveView) -> int:
         """Fill all rows down to the horizon and a few below it; how many these are."""
         last = int(np.clip(np.ceil(view.horizon) + _BELOW, 0, len(canvas)))
         left = np.round((view.yaw - self._start) * self._focal * 64)
@@ -347,7 +347,7 @@ class World:
         self._ground = laid(layout.strips)
         self._whole_ground = np.arange(len(layout.strips))
 
-    def draw(self, canvas: NDArray[np.uint8], view: View) -> None:
+    def draw(self, canvas: NDArray[np.uint8], view: PerspectiveView) -> None:
         """Fill a picture with ground, houses and what is far off."""
         height, width = canvas.shape[:2]
         canvas[:] = 0
@@ -371,7 +371,7 @@ class World:
         return packed([np.repeat((128 * stains)[..., None], 3, axis=2)])
 
     @cached_property
-    def resting(self) -> list[Thing]:
+    def resting(self) -> list[Drawable]:
         """What stands about and parks."""
         random = part_generator(self._layout.seed, "plants")
         kinds: dict[str, list[Cutout]] = {

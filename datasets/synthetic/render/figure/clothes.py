@@ -6,7 +6,7 @@ Lengths are in metres. A limb's frame begins at its upper joint and hangs down f
 import numpy as np
 from numpy.typing import NDArray
 
-from trackmark.datasets.synthetic.render.figure.look import Look
+from trackmark.datasets.synthetic.render.figure.look import FigureLook
 from trackmark.datasets.synthetic.render.figure.mesh import AROUND, Solid, loft, turns
 from trackmark.datasets.synthetic.render.texture import creases, lerp
 
@@ -56,7 +56,7 @@ _COLLAR = (
 )
 
 
-def body(look: Look, random: np.random.Generator) -> list[Solid]:
+def body(look: FigureLook, random: np.random.Generator) -> list[Solid]:
     """Neck, collar, trunk, upper arms, forearms, hands, legs: left before right."""
     folds = _Folds(random)
     sleeve = np.asarray(look.shirt if look.bib else look.clothes, np.float64)
@@ -106,7 +106,7 @@ def _sleeve(length: float, radii: tuple[float, float, float], colour: Array, gai
     return Solid(loft(rows, profile), colour * (gain[:rows] * seam)[..., None], (4, 16))
 
 
-def _hand(look: Look, gain: Array) -> Solid:
+def _hand(look: FigureLook, gain: Array) -> Solid:
     rows = 49
     knots = [(-0.02, 0.020, 0.024), (0.03, 0.026, 0.020), (0.08, 0.042, 0.018)]
     knots += [(0.13, 0.040, 0.016), (HAND - 0.02, 0.030, 0.012), (HAND, 0.008, 0.005)]
@@ -118,7 +118,7 @@ def _hand(look: Look, gain: Array) -> Solid:
     return Solid(loft(rows, profile), skin, (4, 16))
 
 
-def _trunk(look: Look, folds: _Folds) -> Solid:
+def _trunk(look: FigureLook, folds: _Folds) -> Solid:
     rows = 193
     surface = loft(rows, _TRUNK, 2.4) * np.array([look.bulk, 1.0, look.bulk])
     x, height, z = (surface[:, :-1, axis] for axis in range(3))

@@ -6,7 +6,7 @@ Lengths are in metres, about the middle between chin and crown.
 import numpy as np
 from numpy.typing import NDArray
 
-from trackmark.datasets.synthetic.render.figure.look import Look
+from trackmark.datasets.synthetic.render.figure.look import FigureLook
 from trackmark.datasets.synthetic.render.figure.mesh import AROUND, Solid, loft, turns
 from trackmark.datasets.synthetic.render.texture import fractal, lerp
 
@@ -42,7 +42,7 @@ _LINES = {
 _THICK = {"short": 0.009, "full": 0.017, "wreath": 0.006}
 
 
-def head(look: Look, random: np.random.Generator) -> Solid:
+def head(look: FigureLook, random: np.random.Generator) -> Solid:
     """Head with its hair."""
     skull = loft(ROWS, _SKULL, 2.15)
     strands = _pattern(random, 32, 128, 0.9, stretched=4)
@@ -69,7 +69,7 @@ def _bump(values: Array, middle: float, width: float) -> Array:
     return np.asarray(np.exp(-u * u))
 
 
-def _hair(look: Look, skull: Array, strands: Array) -> Array:
+def _hair(look: FigureLook, skull: Array, strands: Array) -> Array:
     """How far each texel is hair, in [0, 1]."""
     _, angle = turns(ROWS)
     turn = np.minimum(angle, 2 * np.pi - angle)
@@ -97,7 +97,7 @@ def _with_features(skull: Array) -> Array:
     return np.asarray(skull + shifts)
 
 
-def _skin(look: Look, skull: Array, random: np.random.Generator) -> Array:
+def _skin(look: FigureLook, skull: Array, random: np.random.Generator) -> Array:
     """Face, ears and throat, with a beard and glasses where they are worn."""
     x, y, z = skull[..., 0], skull[..., 1], skull[..., 2]
     before, aside = np.clip((z - 0.02) / 0.02, 0, 1), np.abs(x)
@@ -121,7 +121,7 @@ def _skin(look: Look, skull: Array, random: np.random.Generator) -> Array:
     return _glasses(skin, before, skull) if look.glasses else skin
 
 
-def _face(look: Look, skin: Array, before: Array, aside: Array, y: Array) -> Array:
+def _face(look: FigureLook, skin: Array, before: Array, aside: Array, y: Array) -> Array:
     """Eyes, brows, mouth and nostrils, painted where the head's front is."""
     lips = np.asarray(look.skin, np.float64) * np.array([0.62, 0.60, 0.84])
     white, dark = np.array([176.0, 182.0, 185.0]), np.array([44.0, 46.0, 52.0])

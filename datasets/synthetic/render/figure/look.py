@@ -42,7 +42,7 @@ CUTS: tuple[Cut, ...] = ("short", "short", "full", "wreath")
 
 
 @dataclass(frozen=True)
-class Look:
+class FigureLook:
     """Head and working clothes. Colours are BGR in [0, 255]."""
 
     hair: BGR
@@ -59,15 +59,15 @@ class Look:
     stature: float  # [metres]
 
 
-def drawn_skin(random: np.random.Generator) -> NDArray[np.float64]:
+def sample_skin(random: np.random.Generator) -> NDArray[np.float64]:
     """Colour of somebody's skin, BGR in [0, 255]."""
     return np.asarray(COMPLEXIONS[random.integers(len(COMPLEXIONS))][0], np.float64)
 
 
-def drawn_look(random: np.random.Generator) -> Look:
+def sample_figure_look(random: np.random.Generator) -> FigureLook:
     """Somebody, each trait for itself."""
     skin, hairs = COMPLEXIONS[random.integers(len(COMPLEXIONS))]
-    return Look(
+    return FigureLook(
         hair=hairs[random.integers(len(hairs))],
         skin=skin,
         cut=CUTS[random.integers(len(CUTS))],

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackmark.datasets.synthetic.render.path import smooth_step
-from trackmark.datasets.synthetic.render.views import wandering
+from trackmark.datasets.synthetic.render.views import random_wander
 
 Array = NDArray[np.float64]
 
@@ -112,16 +112,16 @@ def drawn_routine(random: np.random.Generator) -> Routine:
     glance, peer = _glances(random, operations)
     hands = _keyed(operations, [o.hands for o in operations])
     nod = _keyed(operations, [o.nod for o in operations]) + peer
-    busy = np.stack([wandering(random, FRAMES, (0.5, 2.5), 0.018) for _ in range(6)], axis=1)
+    busy = np.stack([random_wander(random, FRAMES, (0.5, 2.5), 0.018) for _ in range(6)], axis=1)
     return Routine(
-        x=x + wandering(random, FRAMES, (1.5, 5.0), 0.014),
-        z=z + wandering(random, FRAMES, (1.5, 5.0), 0.010),
+        x=x + random_wander(random, FRAMES, (1.5, 5.0), 0.014),
+        z=z + random_wander(random, FRAMES, (1.5, 5.0), 0.010),
         crouch=_keyed(operations, [o.crouch for o in operations]) + bob,
         heading=heading,
-        lean=lean + wandering(random, FRAMES, (1.2, 4.0), 0.02),
-        turn=turn + glance + wandering(random, FRAMES, (0.8, 4.0), 0.06),
-        nod=nod + wandering(random, FRAMES, (0.8, 4.0), 0.05),
-        tilt=wandering(random, FRAMES, (1.0, 6.0), 0.07),
+        lean=lean + random_wander(random, FRAMES, (1.2, 4.0), 0.02),
+        turn=turn + glance + random_wander(random, FRAMES, (0.8, 4.0), 0.06),
+        nod=nod + random_wander(random, FRAMES, (0.8, 4.0), 0.05),
+        tilt=random_wander(random, FRAMES, (1.0, 6.0), 0.07),
         hands=hands + busy.reshape(hands.shape),
         to_face=_gesture(random, operations),
     )

@@ -18,7 +18,7 @@ from trackmark.datasets.synthetic.render.figure.clothes import (
     body,
 )
 from trackmark.datasets.synthetic.render.figure.head import head
-from trackmark.datasets.synthetic.render.figure.look import Look
+from trackmark.datasets.synthetic.render.figure.look import FigureLook
 from trackmark.datasets.synthetic.render.figure.mesh import (
     FINE,
     NOBODY,
@@ -50,7 +50,7 @@ class Bones(NamedTuple):
     origins: Array  # (n, 12, 3), [metres]
 
 
-def place_bones(routine: Routine, look: Look) -> Bones:
+def place_bones(routine: Routine, look: FigureLook) -> Bones:
     """Frames of all bones in every frame of a routine."""
     nothing = np.zeros_like(routine.x)
     trunk = _turned(routine.heading, routine.lean, nothing)
@@ -149,7 +149,9 @@ class Worker:
     the direction to the light, and the light where none of it falls; `seed` that of hair and folds.
     """
 
-    def __init__(self, look: Look, routine: Routine, camera: Array, lamp: Array, seed: int) -> None:
+    def __init__(
+        self, look: FigureLook, routine: Routine, camera: Array, lamp: Array, seed: int
+    ) -> None:
         random = part_generator(seed, "factory worker")
         solids = [head(look, random), *body(look, random)]
         self._bones: Bones = place_bones(routine, look)

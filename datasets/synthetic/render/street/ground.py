@@ -26,7 +26,7 @@ SLANT_X, SLANT_Z = 0.45, 0.3
 _SIZE = 512
 
 
-class Shade:
+class TreeShade:
     """Light at every place of the ground and above it: dappled under crowns, or 1 everywhere.
 
     Nothing is drawn from `random` in even light.
@@ -137,7 +137,7 @@ def _slabs(random: np.random.Generator) -> Array:
 def ground_rows(
     random: np.random.Generator,
     bands: list[Band],
-    shade: Shade,
+    shade: TreeShade,
     camera: Viewpoint,
     scales: Array,
     x_low: float,

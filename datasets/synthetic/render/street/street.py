@@ -21,7 +21,7 @@ from trackmark.datasets.synthetic.render.street.furniture import (
 from trackmark.datasets.synthetic.render.street.ground import (
     Band,
     Light,
-    Shade,
+    TreeShade,
     ground_rows,
     street_bands,
 )
@@ -120,8 +120,8 @@ class Street:
         return self._shade.on_upright(x, z, heights)
 
     @cached_property
-    def _shade(self) -> Shade:
-        return Shade(part_generator(self._seed, "shade"), self._light)
+    def _shade(self) -> TreeShade:
+        return TreeShade(part_generator(self._seed, "shade"), self._light)
 
     @cached_property
     def _backdrop(self) -> tuple[NDArray[np.uint8], float]:

@@ -1,1 +1,1 @@
-"""A room in which a hand moves, in front of somebody's face."""
+"""`wang2010/hand`: a hand moves in front of a face in an office."""

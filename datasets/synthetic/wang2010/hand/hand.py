@@ -1,9 +1,8 @@
-"""A hand with closed fingers on a sleeved forearm, on its way across a face.
+"""Hand with closed fingers on a sleeved forearm that crosses a face.
 
-The palm is towards the camera.
-
-Lengths are in centimetres and a right hand's: x to the right, y up from the wrist, z towards the
-camera. The thumb is on the right, as one's own right hand looks to whom one waves at.
+The palm faces the camera. Lengths are in centimetres and those of a right hand: x to the right, y
+up from the wrist, z towards the camera. The thumb is on the right, as on one's own right hand when
+waving.
 """
 
 from dataclasses import dataclass
@@ -14,25 +13,25 @@ from numpy.typing import ArrayLike, NDArray
 
 from trackmark.datasets.synthetic.render.path import quantised
 from trackmark.datasets.synthetic.render.texture import fractal
-from trackmark.datasets.synthetic.render.views import wandering
+from trackmark.datasets.synthetic.render.views import random_wander
 from trackmark.datasets.synthetic.wang2010.hand.setting import BLUE, CLOTH, COLUMNS, CREASE, SKIN
 
 Array = NDArray[np.float64]
 
 SIDE = 256  # rows and columns of a texture
-TEXELS = 10.0  # a centimetre
-WRIST_ROW = 226  # the wrist lies in the middle of this row
+TEXELS = 10.0  # texels per centimetre
+WRIST_ROW = 226  # row of the texture whose middle is the wrist
 
 
-def textures(random: np.random.Generator, side: int) -> Array:
-    """Gain of light on skin and on cloth, shape (2, SIDE, SIDE); see `cones.paint`.
+def hand_textures(random: np.random.Generator, side: int) -> Array:
+    """Return the light gain on skin and cloth, shape (2, SIDE, SIDE); see `setting.paint`.
 
     `side` is 1 for a right hand, -1 for a left one.
     """
     y, x = np.indices((SIDE, SIDE))
     right, up = (x + 0.5 - SIDE / 2) / TEXELS * side, (WRIST_ROW - y) / TEXELS
     shift = random.uniform(-0.25, 0.25, 3)
-    around = np.hypot(right - 4.3, up - 2.6)  # of the thumb's ball
+    around = np.hypot(right - 4.3, up - 2.6)  # distance from the ball of the thumb
     life = _line(around - 3.9 - shift[0], 0.22) * (up > 1.2) * (up < 6.6) * (right < 3.4)
     heart = _line(up - 7.6 - shift[1] + 0.09 * np.square(right - 1.6), 0.20)
     heart = heart * (right > -3.6) * (right < 1.6)
@@ -52,59 +51,57 @@ def _line(distance: Array, width: float) -> Array:
 
 FRAMES = 100
 CENTRED = 48  # frame in which the hand is centred on the face: frame 49 of the paper
-FINGERS = 5  # the thumb first, the little finger last
+FINGERS = 5  # thumb first, little finger last
 JOINTS = 3
 
 
 @dataclass(frozen=True)
-class Pose:
-    """How a hand is held in every frame; angles are in radians."""
+class HandPose:
+    """Joint angles of a hand in every frame [radians]."""
 
-    # tilt, arm_tilt: (n,), of hand and forearm, to the right from upright
-    tilt: Array
-    arm_tilt: Array
-    # yaw, pitch: (n,), turn of the palm to the right, and of the fingers towards the camera
-    yaw: Array
-    pitch: Array
-    # (FINGERS, n), turn of a finger away from where it usually points, in the palm's plane
+    tilt: Array  # (n,): of the hand, to the right from upright
+    arm_tilt: Array  # (n,): of the forearm, to the right from upright
+    yaw: Array  # (n,): rotation of the palm to the right
+    pitch: Array  # (n,): rotation of the fingers towards the camera
+    # (FINGERS, n): deviation of each finger from its rest direction, in the palm's plane
     spread: Array
-    bend: Array  # (FINGERS, 3, n), of each joint, towards the palm
+    bend: Array  # (FINGERS, 3, n): of each joint, towards the palm
 
 
-def drawn_way(random: np.random.Generator, side: int) -> Array:
-    """Places [pixels] relative to the one in frame `CENTRED`, shape (FRAMES, 2).
+def sample_path(random: np.random.Generator, side: int) -> Array:
+    """Sample positions relative to the one in frame `CENTRED`, shape (FRAMES, 2) [pixels].
 
-    The way goes to the right where `side` is 1, to the left where it is -1; it is faster in the
-    middle than at the ends, and neither straight nor even.
+    The path leads to the right if `side` is 1, to the left if it is -1. It is faster in the middle
+    than at the ends, and neither straight nor even.
     """
     time = np.arange(FRAMES) - CENTRED
     slow, fast, long = random.uniform(0.95, 1.02), random.uniform(1.4, 1.65), random.uniform(22, 27)
     swell = np.clip(1 - np.square(time / long), 0, None)
     across = np.cumsum(slow + (fast - slow) * swell * swell)
-    across += wandering(random, FRAMES, (1.2, 3.5), 0.5)
-    sag = random.uniform(3, 7) * np.square(time / CENTRED)  # about an elbow
+    across += random_wander(random, FRAMES, (1.2, 3.5), 0.5)
+    sag = random.uniform(3, 7) * np.square(time / CENTRED)  # arc around the elbow
     lean = random.uniform(-4, 4) * time / CENTRED
-    down = sag + lean + wandering(random, FRAMES, (1.2, 4.0), 1.3)
-    way = np.stack([side * across, down], axis=1)
-    return np.asarray(way - way[CENTRED])
+    down = sag + lean + random_wander(random, FRAMES, (1.2, 4.0), 1.3)
+    path = np.stack([side * across, down], axis=1)
+    return np.asarray(path - path[CENTRED])
 
 
-def drawn_pose(random: np.random.Generator, way: Array) -> Pose:
-    """A hand with closed fingers, held easily on its way (see `drawn_way`).
+def sample_pose(random: np.random.Generator, path: Array) -> HandPose:
+    """Sample a relaxed hand with closed fingers on its path (see `sample_path`).
 
-    The forearm leans the more, the farther it has to reach.
+    The forearm leans more, the farther it has to reach.
     """
 
     def wave(periods: tuple[float, float], degrees: float) -> Array:
-        return np.radians(wandering(random, FRAMES, periods, degrees))
+        return np.radians(random_wander(random, FRAMES, periods, degrees))
 
-    reach = way[:, 0] / np.abs(way[:, 0]).max()
+    reach = path[:, 0] / np.abs(path[:, 0]).max()
     arm_tilt = np.radians(random.uniform(6, 11)) * reach + wave((2.0, 5.0), 1.5)
     tilt = np.radians(random.uniform(1, 3)) * reach + wave((1.2, 3.5), 1.2)
     rest = np.radians(random.uniform(8, 17, (FINGERS, JOINTS, 1)))
     together = wave((1.5, 4.0), 5.0)
     bends = [[wave((0.9, 2.5), 2.0) for _ in range(JOINTS)] for _ in range(FINGERS)]
-    return Pose(
+    return HandPose(
         tilt,
         arm_tilt,
         np.radians(random.uniform(-14, 14)) + wave((1.5, 4.0), 6.0),
@@ -114,7 +111,7 @@ def drawn_pose(random: np.random.Generator, way: Array) -> Pose:
     )
 
 
-# Root and tip of the bones in the palm with their radii: thumb, then the four fingers.
+# root and tip of the bones in the palm with their radii: thumb, then the four fingers
 _PALM = (
     ((1.7, 1.9, 0.3), (3.4, 4.9, 0.9), 1.55, 1.15),
     ((1.3, 1.5, 0.0), (2.9, 9.2, 0.0), 1.55, 1.15),
@@ -127,7 +124,7 @@ _PADS = (
     ((-1.7, 2.3, 0.35), (-2.3, 5.4, 0.30), 1.50, 1.15),  # of the little finger
     ((2.4, 8.7, 0.35), (-2.4, 7.9, 0.30), 0.95, 0.90),  # below the fingers
 )
-# Where each points [degrees to the right], lengths of its bones, radii at their ends.
+# direction of each finger [degrees to the right], lengths of its bones, radii at their ends
 _FINGERS = (
     (6, (3.1, 2.7), (1.15, 1.10, 0.82)),
     (-1, (4.2, 2.5, 2.0), (1.10, 1.02, 0.92, 0.74)),
@@ -135,35 +132,35 @@ _FINGERS = (
     (1, (4.3, 2.6, 2.1), (1.08, 1.00, 0.90, 0.74)),
     (2, (3.4, 2.0, 1.8), (0.98, 0.88, 0.80, 0.66)),
 )
-WRIST = 2.45  # half its width
-CUFF = 0.9  # how far below the wrist the sleeve begins
-CREASED = 0.12  # part of the light that a joint's crease takes
-FOREARM = 40.0  # longer than it is: the elbow is out of the picture
+WRIST = 2.45  # half width of the wrist
+CUFF = 0.9  # distance from the wrist to the sleeve
+CREASED = 0.12  # share of the light that a joint's crease removes
+FOREARM = 40.0  # length of the forearm; it exceeds a real one to keep the elbow outside the image
 
 
 @dataclass(frozen=True)
 class Hand:
     """Hand and forearm in every frame."""
 
-    cones: Array  # (n, m, COLUMNS), see `cones`; those of the hand first
-    frames: Array  # (n, 2, 4), where the textures lie; see `cones.paint`
-    boxes: Array  # (n, 4), around the hand, down to the sleeve [pixels]
+    cones: Array  # (n, m, COLUMNS), see `setting.COLUMNS`; the hand's cones come first
+    frames: Array  # (n, 2, 4): positions of the textures; see `setting.paint`
+    boxes: Array  # (n, 4): boxes of the hand, down to the sleeve [pixels]
 
 
-def hand_in_motion(
-    pose: Pose, way: Array, place: ArrayLike, when: int, scale: float, side: int,
+def animate_hand(
+    pose: HandPose, path: Array, place: ArrayLike, when: int, scale: float, side: int,
     skin: ArrayLike, cloth: ArrayLike,
 ) -> Hand:  # fmt: skip
-    """A hand on its way, the middle of its box at `place` in the frame `when`.
+    """Return a hand on its path, with the centre of its box at `place` in the frame `when`.
 
-    `way`, shape (n, 2), and `place` are in pixels, `scale` in pixels/centimetre; `side` is 1 for a
+    `path`, shape (n, 2), and `place` are in pixels, `scale` in pixels/centimetre; `side` is 1 for a
     right hand, -1 for a left one; `skin` and `cloth` are BGR in [0, 255].
     """
     skin, cloth = np.asarray(skin, np.float64), np.asarray(cloth, np.float64)
-    turn = _turning(pose) * [side, 1.0, 1.0]
+    turn = _rotations(pose) * [side, 1.0, 1.0]
     bones = _hand_bones(pose, skin)
     parts = [
-        _cone(_placed(turn, bone.root), _placed(turn, bone.tip), bone.radii, bone.colour,
+        _cone(_rotate(turn, bone.root), _rotate(turn, bone.tip), bone.radii, bone.colour,
               SKIN, crease=bone.crease)
         for bone in bones
     ]  # fmt: skip
@@ -175,7 +172,7 @@ def hand_in_motion(
     edge = CUFF * scale * down
     boxes = _boxes(cones[:, :palm], edge, WRIST * scale * np.abs(down[:, 0]))
     middle = boxes[when, :2] + boxes[when, 2:] / 2
-    shift = quantised(way - way[when] + np.asarray(place, np.float64) - middle)
+    shift = quantised(path - path[when] + np.asarray(place, np.float64) - middle)
     cones[..., :BLUE] = quantised(cones[..., :BLUE])
     for end in (0, 4):
         cones[..., end : end + 2] += shift[:, None]
@@ -187,7 +184,7 @@ def hand_in_motion(
 
 
 class _Bone(NamedTuple):
-    """What a part of the hand is drawn around; its ends in every frame, shape (n, 3)."""
+    """Axis, radii and colour of a part of the hand; its ends in every frame, shape (n, 3)."""
 
     root: Array
     tip: Array
@@ -196,7 +193,7 @@ class _Bone(NamedTuple):
     crease: float
 
 
-def _hand_bones(pose: Pose, skin: Array) -> list[_Bone]:
+def _hand_bones(pose: HandPose, skin: Array) -> list[_Bone]:
     pale, rosy = skin * [1.0, 1.0, 1.02], skin * [0.88, 0.91, 1.03]
     still = np.ones((FRAMES, 1))
     bones = [
@@ -209,27 +206,27 @@ def _hand_bones(pose: Pose, skin: Array) -> list[_Bone]:
         for i, length in enumerate(lengths):
             bent = bent + pose.bend[finger, i]
             flat = np.cos(bent)
-            way = np.stack([np.sin(across) * flat, np.cos(across) * flat, np.sin(bent)], axis=1)
+            path = np.stack([np.sin(across) * flat, np.cos(across) * flat, np.sin(bent)], axis=1)
             colour = rosy if i == len(lengths) - 1 else (pale + rosy) / 2
             ends = radii[i], radii[i + 1]
-            bones.append(_Bone(joint, joint + length * way, ends, colour, CREASED))
+            bones.append(_Bone(joint, joint + length * path, ends, colour, CREASED))
             joint = bones[-1].tip
     return bones
 
 
-def _turning(pose: Pose) -> Array:
-    """Rotations from the hand into the picture, shape (n, 3, 3); y down there."""
+def _rotations(pose: HandPose) -> Array:
+    """Return rotations from the hand to the image, whose y axis points down; shape (n, 3, 3)."""
     cos, sin = np.cos(pose.yaw), np.sin(pose.yaw)
-    nothing, one = np.zeros(FRAMES), np.ones(FRAMES)
-    yaw = np.array([[cos, nothing, sin], [nothing, one, nothing], [-sin, nothing, cos]])
+    nothing, unit = np.zeros(FRAMES), np.ones(FRAMES)
+    yaw = np.array([[cos, nothing, sin], [nothing, unit, nothing], [-sin, nothing, cos]])
     cos, sin = np.cos(pose.pitch), np.sin(pose.pitch)
-    pitch = np.array([[one, nothing, nothing], [nothing, cos, -sin], [nothing, sin, cos]])
+    pitch = np.array([[unit, nothing, nothing], [nothing, cos, -sin], [nothing, sin, cos]])
     cos, sin = np.cos(pose.tilt), np.sin(pose.tilt)
-    tilt = np.array([[cos, sin, nothing], [sin, -cos, nothing], [nothing, nothing, one]])
+    tilt = np.array([[cos, sin, nothing], [sin, -cos, nothing], [nothing, nothing, unit]])
     return np.asarray(np.einsum("ijn,jkn,kln->nil", tilt, pitch, yaw))
 
 
-def _placed(turn: Array, points: Array) -> Array:
+def _rotate(turn: Array, points: Array) -> Array:
     return np.asarray((turn * points[:, None, :]).sum(axis=2))
 
 
@@ -237,7 +234,7 @@ def _cone(
     start: Array, end: Array, radii: ArrayLike, colour: Array, material: int,
     crease: float = 0.0, flat: bool = False,
 ) -> Array:  # fmt: skip
-    """Cone in every frame, shape (n, COLUMNS)."""
+    """Return a cone in every frame, shape (n, COLUMNS)."""
     cone = np.empty((len(start), COLUMNS))
     cone[:, :3], cone[:, 4:7] = start, end
     cone[:, 3:8:4] = radii
@@ -247,12 +244,12 @@ def _cone(
 
 
 def _forearm(down: Array, skin: Array, cloth: Array) -> list[Array]:
-    """Wrist, sleeve and cuff, from the wrist down."""
+    """Return wrist, sleeve and cuff, from the wrist down."""
     aside = np.stack([down[:, 1], -down[:, 0], 0 * down[:, 0]], axis=1)
     back = np.array([0.0, 0.0, 1.0])
     parts = []
-    for by in (-0.85, 0.85):
-        start = by * aside - 0.2 * back
+    for offset in (-0.85, 0.85):
+        start = offset * aside - 0.2 * back
         parts.append(_cone(start - 1.2 * down, start + 4 * down, (1.5, 1.6), skin, SKIN))
     elbow, below = FOREARM * down - 2.0 * back, (CUFF + 0.5) * down - 0.4 * back
     parts.append(_cone(elbow, below, (5.6, 2.95), cloth, CLOTH, flat=True))
@@ -262,7 +259,7 @@ def _forearm(down: Array, skin: Array, cloth: Array) -> list[Array]:
 
 
 def _boxes(cones: Array, edge: Array, drop: Array) -> Array:
-    """Boxes around the cones of a hand that ends where its sleeve begins."""
+    """Return boxes around the cones of a hand that ends at its sleeve."""
     balls = np.concatenate([cones[..., :4], cones[..., 4:8]], axis=1)
     low = (balls[..., :2] - balls[..., 3:]).min(axis=1)
     right = (balls[..., 0] + balls[..., 3]).max(axis=1)
@@ -271,7 +268,7 @@ def _boxes(cones: Array, edge: Array, drop: Array) -> Array:
 
 
 def _texture_frame(wrist: Array, tilt: Array, scale: float) -> Array:
-    """See `cones.paint`, for a texture whose wrist is at a place."""
+    """Return the texture frame (see `setting.paint`) of a texture with its wrist at a position."""
     cos, sin = np.cos(tilt), np.sin(tilt)
     left, up = SIDE / 2 / TEXELS * scale, WRIST_ROW / TEXELS * scale
     x = wrist[:, 0] - left * cos + up * sin

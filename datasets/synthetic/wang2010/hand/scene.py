@@ -1,10 +1,10 @@
 """`wang2010/hand`: a hand crosses a face of its own colour.
 
-The paper says: an own recording of 100 frames, 160 x 120, a moving hand; in frame 49 it is
-disturbed by a face in the background. It shows frames 10, 38, 49, 58. All the rest is ours:
-whose face it is, the office, that the hand comes from one side, passes before the face and
-goes on to the other side, its middle on the face's middle in frame 49. The paper's frame k is
-frame k - 1 here.
+The paper describes an own recording of 100 frames, 160 x 120, of a moving hand, which a face in the
+background disturbs in frame 49. It shows frames 10, 38, 49 and 58. All other properties are our
+choice: the person, the office, and the path of the hand. The hand enters on one side, passes in
+front of the face and leaves on the other side; it is centred on the face in frame 49. The paper's
+frame k is frame k - 1 here.
 """
 
 from functools import cached_property, lru_cache
@@ -15,42 +15,41 @@ from numpy.typing import NDArray
 from trackmark.datasets.interface import Image, Mask
 from trackmark.datasets.synthetic.knobs import SceneKnobs
 from trackmark.datasets.synthetic.render.camera import Camera, slow_exposure
-from trackmark.datasets.synthetic.render.figure.look import Look
+from trackmark.datasets.synthetic.render.figure.look import FigureLook
 from trackmark.datasets.synthetic.render.sprite import Sprite
-from trackmark.datasets.synthetic.render.views import wandering
-from trackmark.datasets.synthetic.scene import Scene, Truth, part_generator
+from trackmark.datasets.synthetic.render.views import random_wander
+from trackmark.datasets.synthetic.scene import SceneTruth, SyntheticScene, part_generator
 from trackmark.datasets.synthetic.wang2010.hand import setting
 from trackmark.datasets.synthetic.wang2010.hand.hand import (
     CENTRED,
     FRAMES,
     Hand,
-    drawn_pose,
-    drawn_way,
-    hand_in_motion,
-    textures,
+    animate_hand,
+    hand_textures,
+    sample_path,
+    sample_pose,
 )
 
 Array = NDArray[np.float64]
 
 SIZE = 160, 120
 
-# Size of what is drawn around the face's middle: it reaches below the picture [pixels].
-PORTRAIT = 160, 144
-EXPOSURE = 0.5  # part of the time between two frames for which the shutter is open
+PORTRAIT = 160, 144  # size of the portrait around the face; it reaches below the image [pixels]
+EXPOSURE = 0.5  # share of the frame time for which the shutter is open
 CAMERA = Camera(SIZE, noise=2.2)
 
-# Width and height of the face without hair and ears [heights of the head].
+# width and height of the face without hair and ears [heights of the head]
 FACE = np.array([0.66, 0.74])
-SWAY = 0.25  # standard deviation of somebody's place who sits still [pixels]
+SWAY = 0.25  # standard deviation of the position of a seated person [pixels]
 
 
 def scene(knobs: SceneKnobs) -> "HandScene":
-    """Renderer and truth; nothing is drawn yet."""
+    """Return the renderer with its ground truth, without rendering."""
     return HandScene(knobs.scene)
 
 
-class HandScene(Scene):
-    """A hand before somebody's face in an office."""
+class HandScene(SyntheticScene):
+    """Hand in front of a face in an office."""
 
     length, size = FRAMES, SIZE
 
@@ -58,18 +57,18 @@ class HandScene(Scene):
         self._seed = seed
         self.hand = _hand(seed)
 
-    def truth(self) -> Truth:
-        """See `Scene.truth`.
+    def truth(self) -> SceneTruth:
+        """Return the ground truth of all frames without rendering.
 
-        Boxes are those of the hand without the sleeve; nothing hides it. The attribute is
-        `on the face`: the hand's box overlaps that of the face.
+        Boxes are those of the hand without the sleeve; nothing occludes it. The attribute is `on
+        the face`: the boxes of hand and face overlap.
         """
         boxes = self.hand.boxes
-        middle, head = _place(self._seed)
+        middle, head = _face_position(self._seed)
         low, high = middle - head * FACE / 2, middle + head * FACE / 2
         overlap = np.logical_and(boxes[:, :2] < high, boxes[:, :2] + boxes[:, 2:] > low)
         before = np.asarray(overlap.all(axis=1))
-        return Truth(boxes, np.ones(FRAMES), {"on the face": before})
+        return SceneTruth(boxes, np.ones(FRAMES), {"on the face": before})
 
     def render(self, frame: int) -> Image:
         canvas = self._room.copy()
@@ -83,7 +82,7 @@ class HandScene(Scene):
         return np.asarray(2 * samples >= setting.FINE**2)
 
     def _exposed(self, frame: int) -> tuple[Array, Array]:
-        """Cones and their textures' places at the moments of the exposure."""
+        """Return the cones and texture frames at the instants of the exposure."""
         around = max(frame - 1, 0), min(frame + 1, FRAMES - 1)
         moments = ((np.arange(setting.FINE) + 0.5) / setting.FINE - 0.5) * EXPOSURE
         both = []
@@ -100,21 +99,21 @@ class HandScene(Scene):
     @cached_property
     def _portrait(self) -> Sprite:
         random = part_generator(self._seed, "wang2010/hand portrait")
-        _, head = _place(self._seed)
+        _, head = _face_position(self._seed)
         return setting.portrait(random, _look(self._seed), _lamp(self._seed), head, PORTRAIT)
 
     @cached_property
     def _sway(self) -> Array:
-        """Where the middle of the face is in every frame [pixels]; as truth has it in `CENTRED`."""
+        """Centre of the face in every frame [pixels]; the ground truth uses that of `CENTRED`."""
         random = part_generator(self._seed, "wang2010/hand sway")
-        sway = [wandering(random, FRAMES, (2.0, 6.0), SWAY) for _ in range(2)]
-        middle, _ = _place(self._seed)
+        sway = [random_wander(random, FRAMES, (2.0, 6.0), SWAY) for _ in range(2)]
+        middle, _ = _face_position(self._seed)
         return np.asarray(middle + np.stack(sway, axis=1) - [s[CENTRED] for s in sway])
 
     @cached_property
     def _textures(self) -> Array:
         random = part_generator(self._seed, "wang2010/hand textures")
-        return textures(random, _side(self._seed))
+        return hand_textures(random, _side(self._seed))
 
     @cached_property
     def _exposure(self) -> Array:
@@ -123,22 +122,22 @@ class HandScene(Scene):
 
 
 def _side(seed: int) -> int:
-    """1 where the hand goes to the right."""
+    """Return 1 if the hand moves to the right, otherwise -1."""
     return int(part_generator(seed, "wang2010/hand side").choice([-1, 1]))
 
 
-def _place(seed: int) -> tuple[Array, float]:
-    """Middle of the face, and height of the head [pixels]."""
+def _face_position(seed: int) -> tuple[Array, float]:
+    """Return the centre of the face and the height of the head [pixels]."""
     random = part_generator(seed, "wang2010/hand place")
     return np.array([80.0, 54.0]) + random.uniform(-4, 4, 2) * [1, 0.75], random.uniform(40, 43)
 
 
-def _look(seed: int) -> Look:
-    return setting.drawn_person(part_generator(seed, "wang2010/hand look"))
+def _look(seed: int) -> FigureLook:
+    return setting.sample_person(part_generator(seed, "wang2010/hand look"))
 
 
 def _lamp(seed: int) -> Array:
-    """Direction to the window, and the light where none of it falls; y up, z away."""
+    """Return the direction to the window (y up, z away), and the light in its shade."""
     random = part_generator(seed, "wang2010/hand lamp")
     lamp = np.array([random.choice([-1, 1]) * random.uniform(0.35, 0.65), 0.6, -0.75])
     return np.append(lamp / np.sqrt((lamp * lamp).sum()), 0.5)
@@ -148,9 +147,9 @@ def _lamp(seed: int) -> Array:
 def _hand(seed: int) -> Hand:
     random = part_generator(seed, "wang2010/hand way")
     look, side = _look(seed), _side(seed)
-    way = drawn_way(random, side)
-    pose = drawn_pose(random, way)
-    middle, head = _place(seed)
+    path = sample_path(random, side)
+    pose = sample_pose(random, path)
+    middle, head = _face_position(seed)
     skin = np.array(look.skin) * random.uniform(0.98, 1.06)
     scale = head * random.uniform(0.0365, 0.0385)
-    return hand_in_motion(pose, way, middle, CENTRED, scale, side, skin, look.clothes)
+    return animate_hand(pose, path, middle, CENTRED, scale, side, skin, look.clothes)

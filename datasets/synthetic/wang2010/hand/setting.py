@@ -1,11 +1,8 @@
-"""Background of the hand: the wall of an office with somebody before it.
+"""Rendering of round cones, and the office with a seated person behind the hand.
 
-Nothing in the room has the hue of skin: the face alone has.
-
-Round cones, seen from far: what limbs and fingers are made of.
-
-A cone joins two balls. Only sums, products and square roots of numbers that are rounded
-before: the same bytes on every platform.
+Limbs and fingers consist of round cones; a cone joins two balls. Coordinates are rounded beforehand
+and the renderer uses only sums, products and square roots, so every platform gives the same bytes.
+In the room only the face has the hue of skin.
 """
 
 import math
@@ -17,8 +14,8 @@ from numba import njit
 from numpy.typing import NDArray
 
 from trackmark.datasets.interface import Image
-from trackmark.datasets.synthetic.render.colours import BGR, any_of
-from trackmark.datasets.synthetic.render.figure.look import Cut, Look, drawn_look
+from trackmark.datasets.synthetic.render.colours import BGR, sample_colour
+from trackmark.datasets.synthetic.render.figure.look import Cut, FigureLook, sample_figure_look
 from trackmark.datasets.synthetic.render.figure.routine import Routine
 from trackmark.datasets.synthetic.render.figure.worker import Worker
 from trackmark.datasets.synthetic.render.painting import Painting
@@ -26,24 +23,29 @@ from trackmark.datasets.synthetic.render.sprite import Sprite
 from trackmark.datasets.synthetic.render.texture import fractal, lerp, ramp
 
 COLUMNS = 14
-"""Of a cone: its two ends, x to the right, y down, z towards the camera, and radius, [pixels];
-then `BLUE` and the two after it, `CREASE`, `MATERIAL` and whether its second end is flat."""
+"""Columns of a cone: x (to the right), y (down), z (towards the camera) and radius of both ends
+
+[pixels]; then `BLUE` and the next two, `CREASE`, `MATERIAL` and `FLAT`.
+"""
 
 BLUE, CREASE, MATERIAL, FLAT = 8, 11, 12, 13
-"""Columns of its colour, BGR in [0, 255], of how dark the crease at its first end is, of its
-material (`SKIN` or `CLOTH`: what lies beside one another of the same flows together)."""
+"""Columns of a cone: first of its colour, BGR in [0, 255]; darkness of the crease at its first end;
+
+its material (`SKIN` or `CLOTH`; adjacent cones of one material merge); whether its second end is
+flat.
+"""
 
 SKIN, CLOTH = 0, 1
 
-GRID = 4  # samples a pixel, in either direction
-TRAVEL = 1.5  # what moves farther than this during the exposure is cut off [pixels]
-MELT = 1.1  # depth over which surfaces of one material flow together [pixels]
+GRID = 4  # samples per pixel and axis
+TRAVEL = 1.5  # motion during the exposure beyond which a moving cone is clipped [pixels]
+MELT = 1.1  # depth difference over which surfaces of one material merge [pixels]
 
 
 @njit(cache=True, error_model="numpy")
-def _there(cones: NDArray[np.float64], column: int, row: int) -> NDArray[np.int64]:
-    """Cones that a pixel may show during the exposure."""
-    found = np.empty(len(cones), np.int64)
+def _candidates(cones: NDArray[np.float64], column: int, row: int) -> NDArray[np.int64]:
+    """Return the cones that a pixel may show during the exposure."""
+    indices = np.empty(len(cones), np.int64)
     count = 0
     for i in range(len(cones)):
         reach = max(cones[i, 3], cones[i, 7]) + 0.5 + TRAVEL
@@ -52,16 +54,16 @@ def _there(cones: NDArray[np.float64], column: int, row: int) -> NDArray[np.int6
             min(cones[i, 0], cones[i, 4]) - reach < x < max(cones[i, 0], cones[i, 4]) + reach
             and min(cones[i, 1], cones[i, 5]) - reach < y < max(cones[i, 1], cones[i, 5]) + reach
         ):
-            found[count] = i
+            indices[count] = i
             count += 1
-    return found[:count]
+    return indices[:count]
 
 
 @njit(cache=True, error_model="numpy", inline="always")
-def _height(cones: NDArray[np.float64], i: int, x: float, y: float) -> tuple[float, float]:
-    """How near the surface of a cone is to the camera, and where along the cone (0 to 1).
+def _surface_depth(cones: NDArray[np.float64], i: int, x: float, y: float) -> tuple[float, float]:
+    """Return the depth of a cone's surface and the position along the cone (0 to 1).
 
-    The first is -1e9 beside the cone.
+    The depth is -1e9 outside the cone.
     """
     along_x, along_y = cones[i, 4] - cones[i, 0], cones[i, 5] - cones[i, 1]
     from_x, from_y = x - cones[i, 0], y - cones[i, 1]
@@ -80,19 +82,19 @@ def _height(cones: NDArray[np.float64], i: int, x: float, y: float) -> tuple[flo
 @njit(cache=True, error_model="numpy", inline="always")
 def _nearest(
     cones: NDArray[np.float64],
-    there: NDArray[np.int64],
+    candidates: NDArray[np.int64],
     x: float,
     y: float,
     heights: NDArray[np.float64],
     places: NDArray[np.float64],
 ) -> int:
-    """Cone, of those that are there, whose surface is seen at a point, or -1.
+    """Return the candidate cone whose surface is visible at a point, or -1.
 
-    Their `heights` and `places` are filled.
+    Fills `heights` and `places` of the candidates.
     """
     nearest = -1
-    for i in there:
-        heights[i], places[i] = _height(cones, i, x, y)
+    for i in candidates:
+        heights[i], places[i] = _surface_depth(cones, i, x, y)
         if heights[i] > -1e8 and (nearest < 0 or heights[i] > heights[nearest]):
             nearest = i
     return nearest
@@ -100,18 +102,19 @@ def _nearest(
 
 @njit(cache=True, error_model="numpy")
 def cover(cones: NDArray[np.float64], material: int, height: int, width: int) -> NDArray[np.int64]:
-    """How many of a pixel's samples, of `GRID` * `GRID`, show a material; shape (height, width).
+    """Count the samples of each pixel, of `GRID` * `GRID`, that show a material.
 
-    `cones` has a row of `COLUMNS` numbers for each; `material` is `SKIN` or `CLOTH`.
+    `cones` has a row of `COLUMNS` numbers per cone; `material` is `SKIN` or `CLOTH`. Returns shape
+    (height, width).
     """
     samples = np.zeros((height, width), np.int64)
     heights, places = np.empty(len(cones)), np.empty(len(cones))
     for row in range(height):
         for column in range(width):
-            there = _there(cones, column, row)
-            for sample in range(GRID * GRID if len(there) else 0):
+            candidates = _candidates(cones, column, row)
+            for sample in range(GRID * GRID if len(candidates) else 0):
                 x, y = column + (sample % GRID + 0.5) / GRID, row + (sample // GRID + 0.5) / GRID
-                seen = _nearest(cones, there, x, y, heights, places)
+                seen = _nearest(cones, candidates, x, y, heights, places)
                 if seen >= 0 and cones[seen, MATERIAL] == material:
                     samples[row, column] += 1
     return samples
@@ -125,13 +128,14 @@ def paint(
     textures: NDArray[np.float64],
     lamp: NDArray[np.float64],
 ) -> None:
-    """Lay cones over a picture in place, blurred by their motion.
+    """Paint cones over an image in place, blurred by their motion.
 
-    Each sample of a pixel has its own of the `moments` of the exposure, shape (GRID, m, COLUMNS).
-    `frames`, shape (GRID, 2, 4), says for each moment and material where texel (0, 0) lies [pixels]
-    and how many texels right and down the picture moves on by a pixel to the right; a pixel down is
-    at right angles to it. `textures`, shape (2, 2**k, 2**k), are periodic gains of light for each
-    material; `lamp` is the direction to the light, and the light where none of it falls.
+    `moments`, shape (GRID, m, COLUMNS), are the cones at instants of the exposure; each sample of a
+    pixel uses one instant. `frames`, shape (GRID, 2, 4), holds the position of texel (0, 0)
+    [pixels] for each instant and material. Its last two numbers are the step in texels, right and
+    down, per pixel to the right; a step down is perpendicular to it. `textures`, shape (2, 2**k,
+    2**k), are periodic light gains per material. `lamp` is the direction to the light, and the
+    light on surfaces that it does not reach.
     """
     height, width = canvas.shape[:2]
     count, size = moments.shape[1], textures.shape[1]
@@ -139,15 +143,15 @@ def paint(
     sums = np.empty(3)
     for row in range(height):
         for column in range(width):
-            there = _there(moments[GRID // 2], column, row)
+            candidates = _candidates(moments[GRID // 2], column, row)
             sums[:] = 0.0
             covered = 0
-            for sample in range(GRID * GRID if len(there) else 0):
+            for sample in range(GRID * GRID if len(candidates) else 0):
                 down, across = sample // GRID, sample % GRID
                 moment = (2 * down + across + down // 2) % GRID
                 cones = moments[moment]
                 x, y = column + (across + 0.5) / GRID, row + (down + 0.5) / GRID
-                seen = _nearest(cones, there, x, y, heights, places)
+                seen = _nearest(cones, candidates, x, y, heights, places)
                 if seen < 0:
                     continue
                 covered += 1
@@ -156,7 +160,7 @@ def paint(
                 u = (x - frame[0]) * frame[2] + (y - frame[1]) * frame[3]
                 v = (y - frame[1]) * frame[2] - (x - frame[0]) * frame[3]
                 texel = textures[material, math.floor(v) & (size - 1), math.floor(u) & (size - 1)]
-                _add(sums, cones, there, seen, x, y, heights, places, lamp, texel)
+                _add_sample(sums, cones, candidates, seen, x, y, heights, places, lamp, texel)
             if covered:
                 for c in range(3):
                     value = sums[c] + canvas[row, column, c] * (GRID * GRID - covered)
@@ -164,10 +168,10 @@ def paint(
 
 
 @njit(cache=True, error_model="numpy", inline="always")
-def _add(
+def _add_sample(
     sums: NDArray[np.float64],
     cones: NDArray[np.float64],
-    there: NDArray[np.int64],
+    candidates: NDArray[np.int64],
     seen: int,
     x: float,
     y: float,
@@ -176,10 +180,10 @@ def _add(
     lamp: NDArray[np.float64],
     texel: float,
 ) -> None:
-    """Add the colour of a sample: what is nearly as near as the nearest flows into it."""
+    """Add the colour of a sample; surfaces of similar depth are blended."""
     normal_x, normal_y, normal_z, total, fold = 0.0, 0.0, 0.0, 0.0, 0.0
     blue, green, red = 0.0, 0.0, 0.0
-    for i in there:
+    for i in candidates:
         share = 1.0 - (heights[seen] - heights[i]) / MELT
         if share <= 0.0 or cones[i, MATERIAL] != cones[seen, MATERIAL]:
             continue
@@ -196,7 +200,7 @@ def _add(
         total += share
     length = math.sqrt(normal_x * normal_x + normal_y * normal_y + normal_z * normal_z) + 1e-9
     towards = (lamp[0] * normal_x + lamp[1] * normal_y + lamp[2] * normal_z) / length
-    # Like a hall's: what faces sideways still gets half of it; what lies deep gets little.
+    # Diffuse light of a hall: sideways surfaces receive half of it, recessed ones little.
     light = lamp[3] + (1.0 - lamp[3]) * (0.5 + 0.5 * towards)
     light *= (0.72 + 0.28 * normal_z / length) * (1.0 - fold / total) * texel / total
     sums[0] += min(blue * light, 255.0)
@@ -206,8 +210,8 @@ def _add(
 
 Array = NDArray[np.float64]
 
-FINE = 4  # pixels that are painted for one, in either direction
-SCALE = 110.0  # [pixels/metre] on the wall
+FINE = 4  # painted pixels per pixel and axis
+SCALE = 110.0  # pixels/metre on the wall
 SIDE = 512
 
 WALLS = ((196, 186, 168), (176, 184, 164), (192, 176, 170), (204, 190, 172), (168, 166, 152))
@@ -220,11 +224,11 @@ PAPERS = ((222, 214, 202), (216, 204, 184), (146, 216, 224), (200, 228, 196))
 LEAVES = ((46, 92, 40), (58, 116, 52), (44, 74, 34), (70, 130, 76))
 SEAS = np.array([[92, 62, 34], [146, 108, 58], [190, 172, 132], [222, 214, 200]], np.float64)
 
-_one_of = partial(any_of, spread=0.05)  # it keeps its hue
+_sample_paint = partial(sample_colour, spread=0.05)  # a small spread keeps the hue
 
 
 def office(random: np.random.Generator, width: int, height: int) -> Image:
-    """Wall with a shelf, a picture, a cupboard, and a plant or a pinboard."""
+    """Paint a wall with a shelf, a picture, a cupboard, and a plant or a pinboard."""
     wall = _wall(random, width, height)
     across, up = width / SCALE, height / SCALE
     painting = Painting(wall, SCALE * FINE)
@@ -232,7 +236,7 @@ def office(random: np.random.Generator, width: int, height: int) -> Image:
     _rail(painting, up, across, random)
     _cupboard(painting, random, across, up, left)
     _shelf(painting, random, across, left)
-    _framed(painting, random, 0.10 if left else across - 0.50, random.uniform(0.07, 0.14))
+    _framed_picture(painting, random, 0.10 if left else across - 0.50, random.uniform(0.07, 0.14))
     if random.random() < 0.5:
         _plant(painting, random, 0.16 if left else across - 0.16, up)
     else:
@@ -241,17 +245,17 @@ def office(random: np.random.Generator, width: int, height: int) -> Image:
 
 
 def _wall(random: np.random.Generator, width: int, height: int) -> Image:
-    """Paint with its grain and blotches; lighter towards a window on one side."""
+    """Return grained paint with blotches, lighter towards a window on one side."""
     tone = 1 + 0.025 * fractal(random, SIDE, 32, 256, 0.9) + 0.03 * fractal(random, SIDE, 2, 16)
     tone = np.tile(tone, (1, 2))[: height * FINE, : width * FINE]
     aside = np.linspace(-1, 1, width * FINE) * random.choice([-1, 1])
     tone = tone * (1 + 0.10 * aside) * (1 - 0.06 * np.linspace(-1, 1, height * FINE)[:, None])
-    paint = _one_of(random, WALLS)
+    paint = _sample_paint(random, WALLS)
     return np.asarray(np.clip(np.round(paint * tone[..., None]), 0, 255), np.uint8)
 
 
 def _reduced(picture: Image) -> Image:
-    """Pixels as the lens sees them, not quite sharp."""
+    """Downsample an image and blur it slightly, like a lens."""
     rows, columns = picture.shape[0] // FINE, picture.shape[1] // FINE
     blocks = picture.reshape(rows, FINE, columns, FINE, 3).sum(axis=(1, 3), dtype=np.int64)
     padded = np.pad(blocks, ((1, 1), (1, 1), (0, 0)), mode="edge")
@@ -262,7 +266,7 @@ def _reduced(picture: Image) -> Image:
 
 
 def _rail(painting: Painting, up: float, across: float, random: np.random.Generator) -> None:
-    """A cable duct along the wall, with a socket."""
+    """Paint a cable duct with a socket along the wall."""
     y = up - random.uniform(0.16, 0.24)
     painting.plate(-0.1, y, across + 0.2, 0.07, (206, 200, 190), 0.008)
     for x in random.uniform(0.1, across - 0.2, 2):
@@ -273,8 +277,8 @@ def _rail(painting: Painting, up: float, across: float, random: np.random.Genera
 def _cupboard(
     painting: Painting, random: np.random.Generator, across: float, up: float, left: bool
 ) -> None:
-    """Two doors of steel, as high as the chest, with binders on top."""
-    colour = _one_of(random, FURNITURE)
+    """Paint a steel cupboard with two doors, as high as the chest, with binders on top."""
+    colour = _sample_paint(random, FURNITURE)
     width, top = random.uniform(0.40, 0.50), random.uniform(0.56, 0.66)
     x = across - width + 0.04 if left else -0.04
     _binders(painting, random, x + 0.05, top, width * 0.6)
@@ -287,7 +291,7 @@ def _cupboard(
 
 
 def _shelf(painting: Painting, random: np.random.Generator, across: float, left: bool) -> None:
-    """A board on the wall with books."""
+    """Paint a board with books."""
     width, y = random.uniform(0.38, 0.48), random.uniform(0.33, 0.40)
     x = across - width - 0.02 if left else 0.02
     books = Painting(painting.picture, painting.scale, x + 0.02, y)
@@ -297,12 +301,12 @@ def _shelf(painting: Painting, random: np.random.Generator, across: float, left:
         if random.random() < 0.12:
             place += 0.03
             continue
-        back = _one_of(random, BACKS)
+        back = _sample_paint(random, BACKS)
         books.plate(place, -high, thick, high, back, 0.005)
         books.patch(place + 0.003, -high * 0.82, thick - 0.006, 0.014, back * 0.4 + 130)
         books.patch(place + 0.003, -high * 0.22, thick - 0.006, 0.007, back * 0.6 + 60)
         place += thick + 0.002
-    painting.plate(x, y, width, 0.022, _one_of(random, FURNITURE), 0.012)
+    painting.plate(x, y, width, 0.022, _sample_paint(random, FURNITURE), 0.012)
     painting.darken(x + 0.01, y + 0.022, width, 0.05, 0.84)
 
 
@@ -311,16 +315,18 @@ def _binders(
 ) -> None:
     end = x + width
     while x < end:
-        back = _one_of(random, BACKS[:6])
+        back = _sample_paint(random, BACKS[:6])
         painting.plate(x, bottom - 0.125, 0.038, 0.125, back, 0.006)
         painting.patch(x + 0.008, bottom - 0.10, 0.022, 0.045, (222, 216, 208))
         x += 0.041
 
 
-def _framed(painting: Painting, random: np.random.Generator, x: float, y: float) -> None:
-    """A landscape behind glass: sky, hills, water."""
+def _framed_picture(painting: Painting, random: np.random.Generator, x: float, y: float) -> None:
+    """Paint a framed landscape: sky, hills, water."""
     width, height, rim = random.uniform(0.30, 0.38), random.uniform(0.22, 0.28), 0.018
-    painting.plate(x, y, width, height, _one_of(random, ((46, 42, 40), (112, 102, 90))), 0.014)
+    painting.plate(
+        x, y, width, height, _sample_paint(random, ((46, 42, 40), (112, 102, 90))), 0.014
+    )
     painting.patch(x + rim, y + rim, width - 2 * rim, height - 2 * rim, (220, 216, 208))
     mat = 2.2 * rim
     top, start = (round((place + mat) * painting.scale) for place in (y, x))
@@ -336,7 +342,7 @@ def _framed(painting: Painting, random: np.random.Generator, x: float, y: float)
 
 
 def _plant(painting: Painting, random: np.random.Generator, x: float, up: float) -> None:
-    """Leaves out of a pot that stands below the picture."""
+    """Paint leaves of a plant whose pot is below the image."""
     for _ in range(38):
         angle, length = random.uniform(-1.0, 1.0), random.uniform(0.16, 0.46)
         bow = random.uniform(0.02, 0.10) * np.sign(angle)
@@ -346,27 +352,27 @@ def _plant(painting: Painting, random: np.random.Generator, x: float, up: float)
         wide = 0.016 * np.sin(np.pi * np.clip(t, 0.04, 0.98)) + 0.001
         edge = list(zip((along - wide).tolist(), high.tolist(), strict=True))
         back = list(zip((along + wide).tolist(), high.tolist(), strict=True))[::-1]
-        painting.area(edge + back, _one_of(random, LEAVES) * random.uniform(0.75, 1.25))
+        painting.area(edge + back, _sample_paint(random, LEAVES) * random.uniform(0.75, 1.25))
         painting.line(list(zip(along.tolist(), high.tolist(), strict=True)), 0.003, (84, 146, 96))
 
 
 def _pinboard(painting: Painting, random: np.random.Generator, x: float, y: float) -> None:
-    """Felt with sheets of paper."""
-    painting.plate(x, y, 0.30, 0.26, _one_of(random, ((120, 92, 62), (88, 104, 74))), 0.010)
+    """Paint felt with sheets of paper."""
+    painting.plate(x, y, 0.30, 0.26, _sample_paint(random, ((120, 92, 62), (88, 104, 74))), 0.010)
     for column in range(3):
         for row in range(2):
             if random.random() < 0.8:
                 painting.label(
                     random, x + 0.02 + 0.09 * column + random.uniform(0, 0.012),
                     y + 0.02 + 0.12 * row + random.uniform(0, 0.015),
-                    0.068, random.uniform(0.07, 0.095), paper=_one_of(random, PAPERS),
+                    0.068, random.uniform(0.07, 0.095), paper=_sample_paint(random, PAPERS),
                 )  # fmt: skip
 
 
 DISTANCE = 1.6  # from the camera [metres]
-HEAD = 0.222  # from chin to crown [metres]
-CROWN = 0.118  # above the middle of the head [metres]
-BELOW = 0.022  # the face's middle lies so far below the head's [metres]
+HEAD = 0.222  # height of the head from chin to crown [metres]
+CROWN = 0.118  # height of the crown above the centre of the head [metres]
+BELOW = 0.022  # distance of the face's centre below that of the head [metres]
 CLOTHES: tuple[BGR, ...] = (
     (84, 52, 38),  # navy
     (120, 78, 48),  # blue
@@ -381,10 +387,10 @@ SHIRTS: tuple[BGR, ...] = ((214, 208, 200), (176, 150, 118), (150, 142, 130), (8
 CUTS: tuple[Cut, ...] = ("short", "short", "full", "full", "wreath")
 
 
-def drawn_person(random: np.random.Generator) -> Look:
-    """Somebody in an office: clean-shaven, and in no colour like skin's."""
+def sample_person(random: np.random.Generator) -> FigureLook:
+    """Sample a clean-shaven person with clothes in colours unlike skin."""
     return replace(
-        drawn_look(random),
+        sample_figure_look(random),
         cut=CUTS[random.integers(len(CUTS))],
         beard=False,
         bib=False,
@@ -394,12 +400,12 @@ def drawn_person(random: np.random.Generator) -> Look:
 
 
 def portrait(
-    random: np.random.Generator, look: Look, lamp: Array, head: float, size: tuple[int, int]
+    random: np.random.Generator, look: FigureLook, lamp: Array, head: float, size: tuple[int, int]
 ) -> Sprite:
-    """Head and shoulders in a picture of a size, the face in its middle.
+    """Render head and shoulders with the face in the centre.
 
-    `lamp` is as of `Worker`; `head` is the head's height, and `size` width and height, in pixels of
-    the scene's picture, of which the portrait has `FINE` a pixel.
+    `lamp`: see `Worker`. `head` is the head's height, and `size` is width and height, in pixels of
+    the scene's image; the portrait has `FINE` samples per pixel and axis.
     """
     width, height = (FINE * length for length in size)
     focal = head * FINE / HEAD * DISTANCE
@@ -412,19 +418,19 @@ def portrait(
     )
     for canvas in (black, white):
         sitter.draw(canvas, 0, 1.0, 0.0)
-    # What is seen of both is not covered.
+    # Pixels that differ between the black and the white background are not covered.
     coverage = 1 - (white.astype(np.float64) - black).mean(axis=2) / 255
     return Sprite(black / np.maximum(coverage, 1 / 255)[..., None], coverage)
 
 
-def _sitting(random: np.random.Generator, look: Look, eye: float) -> Routine:
-    """Two frames of the same pose: towards the camera, the arms hang."""
+def _sitting(random: np.random.Generator, look: FigureLook, eye: float) -> Routine:
+    """Return two frames of one pose: facing the camera with hanging arms."""
     ahead = np.pi / 2
     heading, turn = ahead + np.radians(random.uniform(-14, 14, 2) * [1.0, 0.6])
     nod, tilt = np.radians(random.uniform(-4, 4, 2))
-    one = np.ones(2)
+    unit = np.ones(2)
     hands = np.array([[[0.30, -0.55, 0.10], [-0.30, -0.55, 0.10]]] * 2)
     return Routine(
-        x=0 * one, z=DISTANCE * one, crouch=0 * one, heading=heading * one, lean=0.04 * one,
-        turn=turn * one, nod=nod * one, tilt=tilt * one, hands=hands, to_face=np.zeros((2, 2)),
+        x=0 * unit, z=DISTANCE * unit, crouch=0 * unit, heading=heading * unit, lean=0.04 * unit,
+        turn=turn * unit, nod=nod * unit, tilt=tilt * unit, hands=hands, to_face=np.zeros((2, 2)),
     )  # fmt: skip

@@ -6,9 +6,14 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from tests.datasets.synthetic.scenes import SEEDS, scenes_of, unless_sealed
-from trackmark.datasets.synthetic.moreno2005.book.book import Bending, bent, self_shadow, unshaded
-from trackmark.datasets.synthetic.moreno2005.book.scene import Setting
-from trackmark.datasets.synthetic.render.triangles import grid
+from trackmark.datasets.synthetic.moreno2005.book import (
+    Bending,
+    BookSetting,
+    bend_sheet,
+    lit_share,
+    self_shadow,
+)
+from trackmark.datasets.synthetic.render.triangles import grid_triangles
 
 pytestmark = unless_sealed("moreno2005/book")
 
@@ -24,7 +29,7 @@ def flat_places(half_width=40.0, height=100.0, rows=26, columns=21):
 @settings(max_examples=4, deadline=None)
 @given(seed=SEEDS)
 def test_the_book_is_let_go_at_first_then_bends(seed):
-    setting = Setting(seed)
+    setting = BookSetting(seed)
     surfaces = map(setting.surface, range(0, FRAMES, 3))
     shadow = [self_shadow(surface, setting.lamp) for surface in surfaces]
     assert shadow[0] < 0.25
@@ -44,9 +49,12 @@ def test_a_bent_sheet_keeps_its_lengths_and_its_normals_stand_on_it(left, right,
     # Along an edge the sheet turns evenly, but for where its bend changes: there the middle of the
     # normals at both ends is off by up to an eighth of what the bend changes by over the edge.
     change = max(abs(right - left), abs(left), abs(right)) / 40.0
-    points, normals, _ = bent(Bending(left, right, slant), 40.0, u, v)
+    points, normals, _ = bend_sheet(Bending(left, right, slant), 40.0, u, v)
     flat = np.stack([u, v, 0 * u], axis=1)
-    for corners in np.moveaxis(grid(26, 21), 1, 0)[[0, 1]], np.moveaxis(grid(26, 21), 1, 0)[[1, 2]]:
+    for corners in (
+        np.moveaxis(grid_triangles(26, 21), 1, 0)[[0, 1]],
+        np.moveaxis(grid_triangles(26, 21), 1, 0)[[1, 2]],
+    ):
         lengths = [np.linalg.norm(p[corners[0]] - p[corners[1]], axis=1) for p in (points, flat)]
         assert lengths[0] == pytest.approx(lengths[1], rel=0.01)
         middle = normals[corners].mean(axis=0)
@@ -79,14 +87,14 @@ def test_a_part_is_in_anothers_way_where_rays_meet_triangles(bending):
         [[-0.85, -0.35, 0.4], [0.85, -0.3, 0.42], [0.5, -0.82, 0.28], [-0.4, 0.86, 0.3]]
     )
     u, v = flat_places(rows=61, columns=61)
-    points, normals, section = bent(bending, 40.0, u, v)
+    points, normals, section = bend_sheet(bending, 40.0, u, v)
     chosen = random.choice(len(u), 60, replace=False)
     agree, blocked = [], []
     for towards in lamp:
-        left = unshaded(section, bending, (40.0, 100.0), u[chosen], v[chosen], towards[None])
+        left = lit_share(section, bending, (40.0, 100.0), u[chosen], v[chosen], towards[None])
         for place, share in zip(chosen, left, strict=True):
             if normals[place] @ towards > 0.05:
-                slow = blocked_slowly(points, grid(61, 61), points[place], towards)
+                slow = blocked_slowly(points, grid_triangles(61, 61), points[place], towards)
                 agree.append(slow == (share == 0))
                 blocked.append(slow)
     assert 0.05 < np.mean(blocked) < 0.9
@@ -94,11 +102,11 @@ def test_a_part_is_in_anothers_way_where_rays_meet_triangles(bending):
 
 
 def test_a_flat_sheet_shades_nothing_and_is_lit_by_lamberts_law():
-    setting = Setting(0)
+    setting = BookSetting(0)
     u, v = flat_places()
     flat = Bending(0.0, 0.0, 0.3)
-    _, _, section = bent(flat, 40.0, u, v)
-    assert (unshaded(section, flat, (40.0, 100.0), u, v, setting.lamp[None]) == 1).all()
+    _, _, section = bend_sheet(flat, 40.0, u, v)
+    assert (lit_share(section, flat, (40.0, 100.0), u, v, setting.lamp[None]) == 1).all()
     surface = setting.surface(0)
     facing = np.maximum(surface.normals @ setting.lamp, 0)
     assert (surface.straight <= facing + 1e-12).all()
@@ -106,7 +114,7 @@ def test_a_flat_sheet_shades_nothing_and_is_lit_by_lamberts_law():
 
 
 def test_a_part_that_faces_the_light_is_shaded_by_another():
-    setting = Setting(1)
+    setting = BookSetting(1)
     shares = []
     for frame in range(0, FRAMES, 5):
         surface = setting.surface(frame)

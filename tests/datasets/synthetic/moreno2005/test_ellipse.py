@@ -8,7 +8,7 @@ from shapely import affinity
 from shapely.geometry import Point, Polygon
 
 from tests.datasets.synthetic.scenes import SEEDS, grown, scenes_of, unless_sealed
-from trackmark.datasets.synthetic.moreno2005.ellipse import HALF_AXES, drawn_plan
+from trackmark.datasets.synthetic.moreno2005.ellipse import HALF_AXES, sample_plan
 
 pytestmark = unless_sealed("moreno2005/ellipse")
 
@@ -27,7 +27,7 @@ def region(plan, frame, samples=720):
 @settings(max_examples=12, deadline=None)
 @given(seed=SEEDS)
 def test_shape_and_colour_change_at_random_but_smoothly(seed):
-    plan = drawn_plan(seed)
+    plan = sample_plan(seed)
     assert HALF_AXES[0] - 0.1 < plan.half_axes.min() < plan.half_axes.max() < HALF_AXES[1] + 0.1
     assert np.abs(np.diff(np.log(plan.half_axes), axis=0)).max() < 0.13
     assert (np.ptp(plan.half_axes, axis=0) > 0.5).all()
@@ -40,7 +40,7 @@ def test_shape_and_colour_change_at_random_but_smoothly(seed):
 def test_steps_of_the_shape_are_small_and_independent():
     steps = []
     for seed in range(20):
-        plan = drawn_plan(seed)
+        plan = sample_plan(seed)
         shape = np.column_stack([np.log(plan.half_axes), plan.angle])
         steps.append(np.diff(shape, axis=0))
     new = np.stack(steps)
@@ -51,7 +51,7 @@ def test_steps_of_the_shape_are_small_and_independent():
 def test_the_colour_goes_a_twentieth_a_frame_along_a_way_that_bends():
     lengths, straight, missed = [], [], []
     for seed in range(20):
-        colour = drawn_plan(seed).colour
+        colour = sample_plan(seed).colour
         steps = np.diff(colour, axis=0)
         lengths.append(np.linalg.norm(steps, axis=1))
         straight.append(np.linalg.norm(colour[20:] - colour[:-20], axis=1).mean())

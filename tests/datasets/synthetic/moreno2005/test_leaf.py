@@ -6,11 +6,11 @@ from hypothesis import given, settings
 
 from tests.datasets.synthetic.scenes import SEEDS, grown, scenes_of, unless_sealed
 from trackmark.datasets.synthetic.moreno2005.leaf import (
-    Shape,
-    drawn_blade,
-    drawn_shapes,
-    fallen,
-    placed,
+    LeafShape,
+    incident_light,
+    place_blade,
+    sample_blade,
+    sample_shapes,
 )
 
 pytestmark = unless_sealed("moreno2005/leaf")
@@ -19,7 +19,7 @@ opened, image = scenes_of("moreno2005/leaf")
 
 
 def middles(seed):
-    shapes = drawn_shapes(np.random.default_rng(seed))
+    shapes = sample_shapes(np.random.default_rng(seed))
     return np.stack([shape.place for shape in shapes])
 
 
@@ -64,23 +64,23 @@ def test_its_outline_turns_and_shears_and_bends_a_little_besides(seed):
 
 
 def test_a_leaf_that_is_neither_bent_nor_folded_is_seen_as_it_grew():
-    blade = drawn_blade(np.random.default_rng(0), 80.0, (50, 120, 90))
-    shape = Shape(np.array([100.0, 90.0]), 0.0, 0.0, 0.0, 0.0, 0.0)
-    points, normals = placed(blade, shape)
+    blade = sample_blade(np.random.default_rng(0), 80.0, (50, 120, 90))
+    shape = LeafShape(np.array([100.0, 90.0]), 0.0, 0.0, 0.0, 0.0, 0.0)
+    points, normals = place_blade(blade, shape)
     assert points[:, 0] == pytest.approx(100 + blade.across.ravel())
     assert points[:, 1] == pytest.approx(90 + 40 - blade.along.ravel())
     assert normals == pytest.approx(np.broadcast_to([0.0, 0.0, 1.0], normals.shape))
-    folded, _ = placed(blade, Shape(shape.place, 0.0, 0.0, 0.0, 0.0, 0.5))
+    folded, _ = place_blade(blade, LeafShape(shape.place, 0.0, 0.0, 0.0, 0.0, 0.5))
     assert folded[:, 2] == pytest.approx(np.abs(blade.across.ravel()) * np.sin(0.5))
     assert folded[:, 0] == pytest.approx(100 + blade.across.ravel() * np.cos(0.5))
-    turned, _ = placed(blade, Shape(shape.place, np.pi / 2, 0.0, 0.0, 0.0, 0.0))
+    turned, _ = place_blade(blade, LeafShape(shape.place, np.pi / 2, 0.0, 0.0, 0.0, 0.0))
     assert turned[:, 0] == pytest.approx(100 + blade.along.ravel() - 40)  # its tip to the right
 
 
 def test_a_bent_and_folded_leaf_keeps_its_lengths():
-    blade = drawn_blade(np.random.default_rng(1), 80.0, (50, 120, 90))
-    shape = Shape(np.zeros(2), 0.4, 0.5, -0.3, 0.9, 0.3)
-    points = placed(blade, shape)[0].reshape(*blade.along.shape, 3)
+    blade = sample_blade(np.random.default_rng(1), 80.0, (50, 120, 90))
+    shape = LeafShape(np.zeros(2), 0.4, 0.5, -0.3, 0.9, 0.3)
+    points = place_blade(blade, shape)[0].reshape(*blade.along.shape, 3)
     vein = points[:, points.shape[1] // 2]
     lengths = np.linalg.norm(np.diff(vein, axis=0), axis=1)
     middle = blade.along.shape[1] // 2
@@ -115,8 +115,8 @@ def test_light_changes_once_and_by_channel(seed):
 def test_light_falls_by_lamberts_law_on_the_side_that_is_seen():
     sun = np.array([0.0, -0.6, 0.8])
     normals = np.array([[0.0, 0.0, 1.0], [0.0, 0.0, -1.0], [0.0, -0.6, 0.8], [0.0, 0.8, 0.6]])
-    around, straight = fallen(normals, sun, np.array([1.0, 1.0, 0.5, 1.0]))
+    around, straight = incident_light(normals, sun, np.array([1.0, 1.0, 0.5, 1.0]))
     assert straight == pytest.approx([0.8, 0.8, 0.5, 0.0])
     assert around == pytest.approx([1.0, 1.0, 0.95, 0.9])
-    behind = fallen(np.array([[0.0, 0.95, 0.3122499]]), sun, np.ones(1))[1]
+    behind = incident_light(np.array([[0.0, 0.95, 0.3122499]]), sun, np.ones(1))[1]
     assert 0.05 < behind[0] < 0.15  # some comes through

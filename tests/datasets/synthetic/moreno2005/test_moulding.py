@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from trackmark.datasets.synthetic.moreno2005.octopus.body import colour_skin, mould
+from trackmark.datasets.synthetic.moreno2005.octopus import colour_skin, mould
 
 SIDE = 16
 

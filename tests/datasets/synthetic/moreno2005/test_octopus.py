@@ -6,8 +6,14 @@ import pytest
 from hypothesis import given, settings
 
 from tests.datasets.synthetic.scenes import SEEDS, scenes_of, unless_sealed
-from trackmark.datasets.synthetic.moreno2005.octopus.body import FLOOR_KINDS, SKINS, lit, painted
-from trackmark.datasets.synthetic.moreno2005.octopus.scene import OWN, drawn_plan
+from trackmark.datasets.synthetic.moreno2005.octopus import (
+    FLOOR_KINDS,
+    OWN,
+    SKINS,
+    paint_texture,
+    relief_light,
+    sample_plan,
+)
 
 pytestmark = unless_sealed("moreno2005/octopus")
 
@@ -31,7 +37,7 @@ def beside(mask, near=4, far=16):
 @settings(max_examples=8, deadline=None)
 @given(seed=SEEDS)
 def test_it_crawls_through_the_picture(seed):
-    plan = drawn_plan(seed)
+    plan = sample_plan(seed)
     steps = np.hypot(*np.diff(plan.place, axis=0).T)
     assert 0.3 < steps.min() < steps.max() < 4
     assert np.hypot(*(plan.place[-1] - plan.place[0])) > 130
@@ -41,7 +47,7 @@ def test_it_crawls_through_the_picture(seed):
 @settings(max_examples=6, deadline=None)
 @given(seed=SEEDS)
 def test_outline_changes_little_beyond_an_affine_map(seed):
-    plan = drawn_plan(seed)
+    plan = sample_plan(seed)
     left = []
     for frame in range(0, 90, 15):
         one, other = (plan.posture(k).balls[:, :2] for k in (frame, frame + 10))
@@ -73,7 +79,7 @@ def test_it_throws_a_shadow_on_the_floor_away_from_the_light():
 @settings(max_examples=8, deadline=None)
 @given(seed=SEEDS)
 def test_it_comes_with_a_look_of_its_own_and_changes_twice(seed):
-    plan = drawn_plan(seed)
+    plan = sample_plan(seed)
     looks = [plan.look(frame) for frame in range(FRAMES)]
     assert looks[0] == (OWN, 0, 0.0)
     worn = np.zeros((FRAMES, OWN + 1))
@@ -93,7 +99,7 @@ def test_it_comes_with_a_look_of_its_own_and_changes_twice(seed):
 
 
 def test_scenes_are_camouflaged_about_a_third_of_the_time():
-    plans = [drawn_plan(seed) for seed in range(16)]
+    plans = [sample_plan(seed) for seed in range(16)]
     assert {kind for plan in plans for kind in plan.kinds} == {*FLOOR_KINDS, *SKINS}
     camouflaged = [plan.camouflaged for plan in plans]
     assert 0.2 < np.mean(camouflaged) < 0.5
@@ -128,7 +134,7 @@ def test_where_it_is_camouflaged_its_pixels_are_like_those_around_it(seed):
 @pytest.mark.parametrize("kind", [*FLOOR_KINDS, *SKINS])
 def test_a_look_has_its_colour_in_the_mean_and_repeats(kind):
     look = {**FLOOR_KINDS, **SKINS}[kind]
-    texture = painted(np.random.default_rng(1), look, np.array(look.colour))
+    texture = paint_texture(np.random.default_rng(1), look, np.array(look.colour))
     assert texture.mean(axis=(0, 1))[::-1] == pytest.approx(look.colour, abs=0.012)
     seam = np.abs(texture[0] - texture[-1]).mean()
     assert seam < 1.6 * np.abs(np.diff(texture, axis=0)).mean()
@@ -136,8 +142,10 @@ def test_a_look_has_its_colour_in_the_mean_and_repeats(kind):
 
 def test_light_on_level_ground_is_one_and_falls_from_the_left_top():
     rows, columns = np.indices((60, 60)).astype(np.float32)
-    assert lit(np.full((60, 60), 3, np.float32), 1.5)[20:40, 20:40] == pytest.approx(1, abs=1e-5)
-    towards, away = (lit(sign * 0.5 * (rows + columns), 1.5)[30, 30] for sign in (1, -1))
+    assert relief_light(np.full((60, 60), 3, np.float32), 1.5)[20:40, 20:40] == pytest.approx(
+        1, abs=1e-5
+    )
+    towards, away = (relief_light(sign * 0.5 * (rows + columns), 1.5)[30, 30] for sign in (1, -1))
     # The cosine of the angle between the light and the slope's normal, beside level ground's.
     normal = np.array([-0.5, -0.5, 1]) / np.sqrt(1.5)
     straight = max(normal @ (-0.42, -0.5, 0.757), 0)

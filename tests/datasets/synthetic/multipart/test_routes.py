@@ -9,7 +9,12 @@ from tests.datasets.synthetic.scenes import SEEDS
 from trackmark.datasets.synthetic.multipart import routes, wardrobe
 from trackmark.datasets.synthetic.multipart.designs import DESIGNS
 from trackmark.datasets.synthetic.render import views
-from trackmark.datasets.synthetic.render.views import FRAMES_PER_SECOND, Viewpoint, straight, walk
+from trackmark.datasets.synthetic.render.views import (
+    FRAMES_PER_SECOND,
+    Viewpoint,
+    straight_path,
+    walk_through_points,
+)
 
 FOLLOWED = [design for design in DESIGNS.values() if design.follows]
 FIXED = [design for design in DESIGNS.values() if not design.follows]
@@ -21,7 +26,7 @@ def columns(seen, course):
 
 
 def test_a_straight_walker_makes_steps_of_his_speed_and_faces_his_way():
-    course = straight(100, 40, (2.0, 8.0), (-1.3, 0.0), 0.25)
+    course = straight_path(100, 40, (2.0, 8.0), (-1.3, 0.0), 0.25)
     assert (course.x[40], course.z[40]) == (2.0, 8.0)
     assert np.diff(course.x) * FRAMES_PER_SECOND == pytest.approx(-1.3)
     assert np.abs(course.heading) == pytest.approx(np.pi, abs=0.02)
@@ -34,7 +39,7 @@ def test_a_straight_walker_makes_steps_of_his_speed_and_faces_his_way():
     ("goal", "heading"), [((9, 5), 0), ((0, -9), np.pi / 2), ((0, 19), -np.pi / 2)]
 )
 def test_heading_is_towards_the_camera_where_the_depth_falls(goal, heading):
-    course = walk(40, (0.0, 5.0), iter([goal]), 1.2, 0.0)
+    course = walk_through_points(40, (0.0, 5.0), iter([goal]), 1.2, 0.0)
     assert course.heading == pytest.approx(heading, abs=0.02)
 
 
@@ -43,7 +48,7 @@ def test_heading_is_towards_the_camera_where_the_depth_falls(goal, heading):
 def test_a_followed_target_stays_in_the_picture_and_in_his_depths_and_turns(seed, design):
     random = np.random.default_rng(seed)
     course = routes.along_the_street(random, design)
-    seen = views.following(random, course)
+    seen = views.sample_following_views(random, course)
     assert len(course.x) == design.length
     assert (course.z > design.depths[0] - 0.6).all()
     assert (course.z < design.depths[1] + 0.6).all()
@@ -67,7 +72,7 @@ def test_the_size_of_the_followed_target_changes_by_a_third_or_more(seed, number
 @given(seed=SEEDS, design=st.sampled_from(FIXED))
 def test_a_target_before_a_fixed_camera_stays_in_view_with_his_feet(seed, design):
     random = np.random.default_rng(seed)
-    seen = views.fixed(random, design.length)
+    seen = views.sample_fixed_views(random, design.length)
     course = routes.in_view(random, design, seen)
     place = columns(seen, course)
     assert (place > 20).all()
@@ -81,7 +86,7 @@ def test_a_target_before_a_fixed_camera_stays_in_view_with_his_feet(seed, design
 @given(seed=SEEDS, design=st.sampled_from(FIXED))
 def test_who_passes_before_the_target_hides_his_axis_when_it_was_asked(seed, design):
     random = np.random.default_rng(seed)
-    seen = views.fixed(random, design.length)
+    seen = views.sample_fixed_views(random, design.length)
     target = routes.in_view(random, design, seen)
     when = design.length * 0.5
     course = routes.before_the_target(random, seen, target, [], when)
@@ -97,8 +102,8 @@ def test_who_passes_before_the_target_hides_his_axis_when_it_was_asked(seed, des
 @given(seed=SEEDS, distance=st.floats(0, 3))
 def test_the_twin_comes_as_near_as_asked_and_not_nearer(seed, distance):
     random = np.random.default_rng(seed)
-    seen = views.fixed(random, 150)
-    target = straight(150, 75, (0.0, 8.0), (0.55, 0.0), 0.0)
+    seen = views.sample_fixed_views(random, 150)
+    target = straight_path(150, 75, (0.0, 8.0), (0.55, 0.0), 0.0)
     width = 0.24 * 1.75 * seen.still.scale(target.z)
     twin = routes.beside_the_target(random, seen, target, width, distance)
     apart = np.abs(columns(seen, twin) - columns(seen, target)) / width
@@ -110,7 +115,7 @@ def test_the_twin_comes_as_near_as_asked_and_not_nearer(seed, distance):
 
 def test_a_fixed_camera_has_no_rate_and_a_followed_one_its_differences():
     random = np.random.default_rng(0)
-    assert views.fixed(random, 9).rate(4) == (0.0, (0.0, 0.0))
+    assert views.sample_fixed_views(random, 9).rate(4) == (0.0, (0.0, 0.0))
     still = Viewpoint(700.0, 1.6, 190.0, 320.0)
     x, right, down = np.array([[0, 1, 4.0], [5, 5, 9.0], [3, 2, 1.0]])
     seen = views.Views(still, x, right, down)
@@ -124,7 +129,7 @@ def test_a_fixed_camera_has_no_rate_and_a_followed_one_its_differences():
 @given(seed=SEEDS)
 def test_overtaking_walker_stays_clear_and_passes_once(seed):
     random = np.random.default_rng(seed)
-    seen = views.fixed(random, 300)
+    seen = views.sample_fixed_views(random, 300)
     target = routes.in_view(random, DESIGNS["5"], seen)
     course = routes.overtaking(random, seen, target, [], 150, 0.9)
     apart = np.hypot(course.x - target.x, course.z - target.z)
@@ -137,7 +142,7 @@ def test_overtaking_walker_stays_clear_and_passes_once(seed):
 @given(seed=SEEDS)
 def test_crossing_walker_passes_before_the_target_in_time(seed):
     random = np.random.default_rng(seed)
-    seen = views.fixed(random, 377)
+    seen = views.sample_fixed_views(random, 377)
     target = routes.in_view(random, DESIGNS["7"], seen)
     course = routes.crossing(random, seen, target, [], (0.87, 0.9))
     apart = np.abs(columns(seen, course) - columns(seen, target))[300:]

@@ -5,10 +5,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from trackmark.datasets.synthetic.multipart.look import Look
-from trackmark.datasets.synthetic.multipart.walker import Pose, Walker
+from trackmark.datasets.synthetic.multipart.look import WalkerLook
+from trackmark.datasets.synthetic.multipart.walker import GaitPose, Walker
 
-LOOK = Look(shirt=(40, 50, 170), trousers=(120, 70, 40), bag=(60, 160, 60))
+LOOK = WalkerLook(shirt=(40, 50, 170), trousers=(120, 70, 40), bag=(60, 160, 60))
 WALKER = Walker(LOOK, 1)
 ONES = np.ones(5)
 
@@ -17,7 +17,7 @@ RIGHT, FRONT, LEFT, BACK = 0.0, np.pi / 2, np.pi, -np.pi / 2
 
 def drawn(walker=WALKER, ground=128, x=160.0, y=280.0, height=240.0, gains=ONES, **pose):
     canvas = np.full((320, 320, 3), ground, np.uint8)
-    chosen = Pose(**{"phase": 0.2, "stride": 1.0, "heading": RIGHT} | pose)
+    chosen = GaitPose(**{"phase": 0.2, "stride": 1.0, "heading": RIGHT} | pose)
     walker.draw(canvas, x, y, height, chosen, gains)
     return canvas
 
@@ -34,7 +34,7 @@ def test_the_silhouette_is_what_is_drawn_while_nothing_moves(heading, phase):
     pose = {"phase": phase, "stride": 0.0, "heading": heading}
     dark, light = drawn(ground=0, **pose), drawn(ground=255, **pose)
     painted = 255 - (light.astype(int) - dark).mean(axis=2)
-    left, top, coverage = WALKER.coverage(160.0, 280.0, 240.0, Pose(**pose))
+    left, top, coverage = WALKER.coverage(160.0, 280.0, 240.0, GaitPose(**pose))
     whole = np.zeros((320, 320))
     whole[top : top + coverage.shape[0], left : left + coverage.shape[1]] = coverage
     body = np.arange(320)[:, None] < 262  # below it the shadow begins
@@ -48,7 +48,7 @@ def test_the_silhouette_is_that_of_mid_exposure_while_limbs_are_blurred(heading,
     pose = {"phase": phase, "heading": heading}
     dark, light = drawn(ground=0, **pose), drawn(ground=255, **pose)
     painted = ((255 - (light.astype(int) - dark).mean(axis=2)) > 127)[:255]
-    left, top, coverage = WALKER.coverage(160.0, 280.0, 240.0, Pose(stride=1.0, **pose))
+    left, top, coverage = WALKER.coverage(160.0, 280.0, 240.0, GaitPose(stride=1.0, **pose))
     whole = np.zeros((320, 320), bool)
     whole[top : top + coverage.shape[0], left : left + coverage.shape[1]] = coverage > 127
     assert (painted & whole[:255]).sum() / (painted | whole[:255]).sum() > 0.98
@@ -57,11 +57,11 @@ def test_the_silhouette_is_that_of_mid_exposure_while_limbs_are_blurred(heading,
 @pytest.mark.parametrize("heading", np.linspace(-np.pi, np.pi, 5))
 @pytest.mark.parametrize("phase", [0.0, 0.3, 0.7])
 def test_head_and_feet_are_where_they_are_said_to_be(heading, phase):
-    _, top, coverage = WALKER.coverage(160, 280, 240, Pose(phase, 1.0, heading))
+    _, top, coverage = WALKER.coverage(160, 280, 240, GaitPose(phase, 1.0, heading))
     rows = top + np.flatnonzero((coverage > 127).any(axis=1))
     assert abs(rows[-1] + 1 - 280) <= 3
     assert -1 <= rows[0] - 40 <= 0.05 * 240  # a wide step lowers the head
-    standing = WALKER.coverage(160, 280, 240, Pose(phase, 0.0, heading))
+    standing = WALKER.coverage(160, 280, 240, GaitPose(phase, 0.0, heading))
     assert abs(standing[1] + np.flatnonzero((standing[2] > 127).any(axis=1))[0] - 40) <= 2
 
 
@@ -84,7 +84,7 @@ def test_turning_changes_what_is_seen():
     assert green(drawn(heading=BACK)) > 1500
     assert green(drawn(heading=FRONT)) < 200  # the straps alone
     assert 200 < green(drawn(heading=RIGHT)) < green(drawn(heading=BACK))
-    opened = Walker(Look((220, 220, 220), (60, 55, 50), jacket=(60, 80, 60)), 2)
+    opened = Walker(WalkerLook((220, 220, 220), (60, 55, 50), jacket=(60, 80, 60)), 2)
     white = [int((drawn(opened, heading=way).min(axis=2) > 150).sum()) for way in (FRONT, BACK)]
     assert white[0] > 800 > 50 > white[1]
     skin = [drawn(heading=way)[44:75].astype(int) for way in (FRONT, BACK)]
@@ -105,6 +105,6 @@ def test_turning_changes_what_is_seen():
 def test_nothing_is_drawn_outside_the_canvas(x, y, height, phase, stride, heading, motion):
     room = np.full((160, 140, 3), 77, np.uint8)
     canvas = room[20:140, 20:120]
-    WALKER.draw(canvas, x, y, height, Pose(phase, stride, heading), ONES, (motion, 0.0))
+    WALKER.draw(canvas, x, y, height, GaitPose(phase, stride, heading), ONES, (motion, 0.0))
     room[20:140, 20:120] = 77
     assert (room == 77).all()

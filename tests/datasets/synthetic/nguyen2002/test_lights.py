@@ -13,9 +13,9 @@ from trackmark.datasets.synthetic.nguyen2002.lights.scene import (
     _passing,
     _pose,
 )
-from trackmark.datasets.synthetic.nguyen2002.lights.setting import Card, Pose, Setting
+from trackmark.datasets.synthetic.nguyen2002.lights.setting import CardPose, FlatCard, LightsSetting
 from trackmark.datasets.synthetic.nguyen2002.lights.things import HALF_HEIGHT, passer
-from trackmark.datasets.synthetic.render.finish import Thing, looked_at
+from trackmark.datasets.synthetic.render.finish import SceneObject, render_surfaces
 from trackmark.datasets.synthetic.render.solids import NOTHING
 
 FRAMES = 300
@@ -87,10 +87,10 @@ def test_visibility_is_the_masks_part_of_the_whole_object():
 @pytest.mark.slow
 def test_what_changes_with_the_objects_print_is_the_mask():
     other = LightsScene(0)
-    other.setting = Setting(0)
+    other.setting = LightsSetting(0)
     thing, *rest = other.setting._things
     inverse = replace(thing.finish, pattern=lambda at: 1 - thing.finish.pattern(at))
-    other.setting.__dict__["_things"] = [Thing(inverse, thing.solids), *rest]
+    other.setting.__dict__["_things"] = [SceneObject(inverse, thing.solids), *rest]
     for part in ("room", "passers"):  # they stay, and take long
         other.setting.__dict__[part] = getattr(opened(0).setting, part)
     other._lighting.__dict__["_returned"] = opened(0)._lighting._returned
@@ -107,8 +107,8 @@ def test_what_changes_with_the_objects_print_is_the_mask():
 def test_what_passes_has_no_holes(kind):
     for seed in range(3):
         things = passer(kind, np.random.default_rng(seed))
-        seen = looked_at(things, (-34, -HALF_HEIGHT), (68, 2 * HALF_HEIGHT), 1)
-        assert (seen.which != NOTHING).all()
+        seen = render_surfaces(things, (-34, -HALF_HEIGHT), (68, 2 * HALF_HEIGHT), 1)
+        assert (seen.owners != NOTHING).all()
 
 
 def test_brightness_falls_to_two_fifths_at_once_and_unevenly():
@@ -136,7 +136,7 @@ def test_the_held_thing_throws_a_shadow_away_from_each_lamp(lamp):
     one = opened(0)
     lighting = _lighting(0)
     pose = _pose(one.plan, 0)
-    away = Pose((-2000.0, 0.0))
+    away = CardPose((-2000.0, 0.0))
     shaded, free = (lighting.picture([lamp], p, np.zeros(2), []) for p in (pose, away))
     beside = one.setting.carried.at(pose)[0][..., 3] == 0
     lost = np.where(beside, 1 - shaded.sum(axis=2) / free.sum(axis=2), 0)
@@ -165,14 +165,18 @@ def test_what_passes_shades_the_object_before_it_hides_it():
     assert losses[1] > 0.01
 
 
-POSES = [Pose((100.0, 80.0)), Pose((121.4, 77.3), 1.1, 0.02), Pose((60.0, 140.25), 0.9, -0.3)]
+POSES = [
+    CardPose((100.0, 80.0)),
+    CardPose((121.4, 77.3), 1.1, 0.02),
+    CardPose((60.0, 140.25), 0.9, -0.3),
+]
 
 
 @pytest.fixture
 def card():
     """40 x 60 pixels in three samples each, anchored in its middle."""
     sheet = np.ones((180, 120, 4), np.float32)
-    return Card([sheet, sheet], (20.0, 30.0), 3)
+    return FlatCard([sheet, sheet], (20.0, 30.0), 3)
 
 
 @pytest.mark.parametrize("pose", POSES)
@@ -185,7 +189,7 @@ def test_a_card_covers_its_area_around_its_place(card, pose):
 
 
 def test_a_card_leans_to_the_right():
-    corner = Pose((0.0, 0.0), 1.0, 0.1).onto_picture(np.array([[0.0, -30.0]]))[0]
+    corner = CardPose((0.0, 0.0), 1.0, 0.1).onto_picture(np.array([[0.0, -30.0]]))[0]
     assert corner == pytest.approx([30 * np.sin(0.1), -30 * np.cos(0.1)])
 
 

@@ -11,7 +11,7 @@ from tests.datasets.synthetic.scenes import SEEDS
 from trackmark.datasets.synthetic.nummiaro2003.driving.car import Car, CarAt
 from trackmark.datasets.synthetic.nummiaro2003.driving.plan import BRAKING, Bend, Way, unhurried
 from trackmark.datasets.synthetic.nummiaro2003.driving.shape import any_shape
-from trackmark.datasets.synthetic.nummiaro2003.driving.view import View, heading_axes
+from trackmark.datasets.synthetic.nummiaro2003.driving.view import PerspectiveView, heading_axes
 
 angles = st.floats(-3.1, 3.1)
 
@@ -32,7 +32,7 @@ def projected(view, point):
 
 @given(yaw=angles, pitch=st.floats(-0.5, 0.5), x=st.floats(-20, 20), z=st.floats(3, 60))
 def test_the_camera_projects_as_a_pinhole(yaw, pitch, x, z):
-    view = View(560.0, (320.0, 240.0), (3.0, 1.4, -7.0), yaw, pitch)
+    view = PerspectiveView(560.0, (320.0, 240.0), (3.0, 1.4, -7.0), yaw, pitch)
     turned = heading_axes(yaw) @ [x, 0.8, z]
     point = turned + [3.0, 0.0, -7.0]
     expected = projected(view, point)
@@ -47,7 +47,7 @@ def test_the_camera_projects_as_a_pinhole(yaw, pitch, x, z):
 
 
 def test_far_ground_is_on_the_horizon():
-    view = View(560.0, (320.0, 240.0), (3.0, 6.0, -7.0), 0.4, 0.2)
+    view = PerspectiveView(560.0, (320.0, 240.0), (3.0, 6.0, -7.0), 0.4, 0.2)
     far = np.array([math.sin(0.4), 0.0, math.cos(0.4)]) * 1e7
     assert view.project(far)[1] == pytest.approx(view.horizon, abs=0.01)
 
@@ -66,7 +66,9 @@ def test_faces_of_a_car_are_plane_and_look_outwards(seed):
 @given(seed=SEEDS, heading=angles)
 def test_a_cars_box_holds_its_length_width_and_height(seed, heading):
     shape = any_shape(np.random.default_rng(seed))
-    view = View(5000.0, (320.0, 240.0), (0.0, 0.7, -100.0), 0.0, 0.0)  # nearly parallel rays
+    view = PerspectiveView(
+        5000.0, (320.0, 240.0), (0.0, 0.7, -100.0), 0.0, 0.0
+    )  # nearly parallel rays
     box = CarAt(Car(shape, (0.0, 0.0, 0.0), 0), 0.0, 0.0, heading).box(view)
     metre = 50.0
     # The corners of the outline are cut off.

@@ -20,11 +20,11 @@ from trackmark.datasets.synthetic.nummiaro2003.driving.shape import (
     blank,
     packed,
 )
-from trackmark.datasets.synthetic.nummiaro2003.driving.view import View, posed
+from trackmark.datasets.synthetic.nummiaro2003.driving.view import PerspectiveView, posed
 
 SIZE = 48, 40  # width and height
 LENS = Lens(40.0, 24.0, 20.0)
-VIEW = View(LENS.focal, (LENS.column, LENS.row), (0.0, 0.0, 0.0), 0.0, 0.0)
+VIEW = PerspectiveView(LENS.focal, (LENS.column, LENS.row), (0.0, 0.0, 0.0), 0.0, 0.0)
 PLAIN = np.array([[[0.0, 0, 0, 0], [0, 0, 0, 0]]])
 
 

@@ -7,11 +7,11 @@ from hypothesis import given, settings
 from tests.datasets.synthetic.scenes import SEEDS, runs, unless_sealed
 from trackmark import datasets
 from trackmark.datasets.synthetic.knobs import SceneKnobs
-from trackmark.datasets.synthetic.multipart.look import Look
+from trackmark.datasets.synthetic.multipart.look import WalkerLook
 from trackmark.datasets.synthetic.multipart.plan import Person, body_boxes
 from trackmark.datasets.synthetic.nummiaro2003.campus import person, students
 from trackmark.datasets.synthetic.nummiaro2003.campus.scene import VisitPlan, VisitScene
-from trackmark.datasets.synthetic.render.views import fixed, straight
+from trackmark.datasets.synthetic.render.views import sample_fixed_views, straight_path
 
 pytestmark = unless_sealed("nummiaro2003/person") and unless_sealed("nummiaro2003/students")
 
@@ -116,9 +116,9 @@ def test_without_the_target_all_is_the_same_but_where_he_is(visit):
 
 
 def test_a_target_is_absent_as_soon_as_his_box_is_out_of_the_picture():
-    way = straight(240, 120, (0.0, 8.0), (1.3, 0.0), 0.0)
-    someone = Person(Look((0, 0, 90), (90, 0, 0)), 0, 1.75, way)
-    views = fixed(np.random.default_rng(0), 240)
+    way = straight_path(240, 120, (0.0, 8.0), (1.3, 0.0), 0.0)
+    someone = Person(WalkerLook((0, 0, 90), (90, 0, 0)), 0, 1.75, way)
+    views = sample_fixed_views(np.random.default_rng(0), 240)
     passing = VisitPlan(0, views, [someone], slice(10, None))
     x, _, width, _ = body_boxes(*passing.places[0].T).T
     ((first, frames),) = spells(passing.present)

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from trackmark.datasets.synthetic.plain.knobs import TargetKnobs
 from trackmark.datasets.synthetic.plain.scene import (
     TargetMotion,
-    columns_of_silhouette,
+    silhouette_columns,
     target_truth,
 )
 
@@ -142,7 +142,7 @@ def test_visibility_in_closed_form_at_the_edge_of_the_view():
 
 @pytest.mark.parametrize(("power", "area"), [(2, np.pi), (4, 3.7081493546)])
 def test_columns_add_up_to_the_silhouettes_area(power, area):
-    x, chord = columns_of_silhouette(power)
+    x, chord = silhouette_columns(power)
     assert (2 * chord).sum() * (x[1] - x[0]) == pytest.approx(area, rel=1e-3)
 
 

@@ -7,28 +7,28 @@ from trackmark.datasets.synthetic.render.solids import (
     _END,
     _START,
     NOTHING,
-    View,
+    ParallelView,
     _distance,
     bowl,
     box,
+    cast_rays,
     half_space,
     limb,
     packed,
-    what_is_seen,
 )
 
 PITCH = 0.3
-VIEW = View(PITCH, (0.6, 0.64, 0.48))
+VIEW = ParallelView(PITCH, (0.6, 0.64, 0.48))
 FINE = 4
 
 
 def look(*things, shaded=False):
     """At 40 x 40 pixels around the origin."""
-    return what_is_seen(things, VIEW, (-20.0, -20.0), (40, 40), FINE, shaded)
+    return cast_rays(things, VIEW, (-20.0, -20.0), (40, 40), FINE, shaded)
 
 
-def area(which, thing=0):
-    return (which == thing).sum() / FINE**2
+def area(owners, thing=0):
+    return (owners == thing).sum() / FINE**2
 
 
 def ball(place, radius):
@@ -36,44 +36,44 @@ def ball(place, radius):
 
 
 def test_a_ball_is_seen_as_a_disc():
-    which, places, _ = look([ball((1, 2, 3), 6.0)])
-    assert area(which) == pytest.approx(np.pi * 36, rel=0.01)
-    there = places[which == 0]
+    owners, places, _ = look([ball((1, 2, 3), 6.0)])
+    assert area(owners) == pytest.approx(np.pi * 36, rel=0.01)
+    there = places[owners == 0]
     assert np.linalg.norm(there - (1, 2, 3), axis=1) == pytest.approx(6, abs=0.03)
-    rows, columns = np.nonzero(which == 0)
+    rows, columns = np.nonzero(owners == 0)
     assert (columns.mean() + 0.5) / FINE - 20 == pytest.approx(1, abs=0.05)
     assert (rows.mean() + 0.5) / FINE - 20 == pytest.approx(float(VIEW.row(2, 3)), abs=0.05)
 
 
 def test_a_limb_between_two_balls_is_as_wide_as_they_are():
-    which, _, _ = look([limb((-10, 0, 0), (10, 0, 0), (3, 3))])
-    assert area(which) == pytest.approx(20 * 6 + np.pi * 9, rel=0.01)
+    owners, _, _ = look([limb((-10, 0, 0), (10, 0, 0), (3, 3))])
+    assert area(owners) == pytest.approx(20 * 6 + np.pi * 9, rel=0.01)
 
 
 @pytest.mark.parametrize("turn", [0.0, 0.5])
 def test_a_box_shows_its_front_and_its_top(turn):
     half = np.array([6.0, 4.0, 3.0])
-    which, _, _ = look([box((0, 0, 0), half, 0.01, turn=turn)])
+    owners, _, _ = look([box((0, 0, 0), half, 0.01, turn=turn)])
     front = 4 * (half[0] * np.cos(turn) + half[2] * np.sin(turn)) * half[1] * np.cos(PITCH)
     top = 4 * half[0] * half[2] * np.sin(PITCH)
-    assert area(which) == pytest.approx(front + top, rel=0.02)
+    assert area(owners) == pytest.approx(front + top, rel=0.02)
 
 
 def test_a_box_that_leans_back_by_the_cameras_pitch_shows_its_front_alone():
-    which, _, _ = look([box((0, 0, 0), (6, 4, 3), 0.01, lean=PITCH)])
-    assert area(which) == pytest.approx(12 * 8, rel=0.02)
+    owners, _, _ = look([box((0, 0, 0), (6, 4, 3), 0.01, lean=PITCH)])
+    assert area(owners) == pytest.approx(12 * 8, rel=0.02)
 
 
 @pytest.mark.parametrize("closed", [False, True])
 def test_a_bowl_shows_its_far_wall_inside_unless_a_lid_is_on_it(closed):
-    which, places, _ = look([bowl((0, -5, 0), 10.0, (7.0, 7.0), 0.4, closed)])
-    x, y, z = places[which == 0].T
+    owners, places, _ = look([bowl((0, -5, 0), 10.0, (7.0, 7.0), 0.4, closed)])
+    x, y, z = places[owners == 0].T
     far = (z < -3) & (np.abs(x) < 2)
     deepest = 5.2 if closed else 5.2 - (7 + 6.8) * np.tan(PITCH)
     assert y[far].min() == pytest.approx(deepest, abs=0.3)  # the rim is round
     assert (np.hypot(x, z)[far].min() < 4) == closed
     outline = 14.4 * 10 * np.cos(PITCH) + np.pi * 7.2**2 * np.sin(PITCH)
-    assert area(which) == pytest.approx(outline, rel=0.04)
+    assert area(owners) == pytest.approx(outline, rel=0.04)
 
 
 def test_the_nearest_thing_is_seen_whatever_their_order():
@@ -104,10 +104,10 @@ def test_folds_move_the_surface_of_a_cloth_to_and_fro():
 
 def test_what_faces_the_lamp_is_brighter_and_throws_a_shadow_on_the_ground():
     ground = [half_space((0, 1, 0), -4)]
-    which, places, lights = look(ground, [ball((0, 3, 0), 4.0)], shaded=True)
+    owners, places, lights = look(ground, [ball((0, 3, 0), 4.0)], shaded=True)
     shaft = np.array(VIEW.light)
     towards = (places - (0, 3, 0)) @ shaft / 4
-    on_ball, on_ground = which == 1, which == 0
+    on_ball, on_ground = owners == 1, owners == 0
     bright = lights[..., 0]
     assert bright[on_ball & (towards > 0.8)].min() > 1.5 * bright[on_ball & (towards < 0)].max()
     aside = np.linalg.norm(np.cross(places - (0, 3, 0), shaft), axis=2)
@@ -117,8 +117,8 @@ def test_what_faces_the_lamp_is_brighter_and_throws_a_shadow_on_the_ground():
 
 
 def test_the_lamp_is_reflected_where_the_surface_faces_between_it_and_the_camera():
-    which, places, lights = look([ball((0, 0, 0), 10.0)], shaded=True)
-    shine = np.where(which == 0, lights[..., 1], 0)
+    owners, places, lights = look([ball((0, 0, 0), 10.0)], shaded=True)
+    shine = np.where(owners == 0, lights[..., 1], 0)
     x, _, z = places[np.unravel_index(shine.argmax(), shine.shape)]
     between = np.array([VIEW.light[0], VIEW.light[2] + np.cos(PITCH)])
     assert np.arctan2(x, z) == pytest.approx(np.arctan2(*between), abs=0.06)
@@ -139,7 +139,7 @@ def test_rays_end_as_if_all_distances_were_measured(with_planes):
     things += [[bowl(at, 5.0, (2.0, 3.0), 0.6)] for at in places[10:]]
     if with_planes:
         things += [[half_space((0, 1, 0), -15.0)], [half_space((0, 0, 1), -25.0)]]
-    which, seen, _ = look(*things)
+    owners, seen, _ = look(*things)
     solids, balls = packed(things)
     up, on = np.sin(PITCH), np.cos(PITCH)
     for row, column in random.integers(0, 40 * FINE, (400, 2)):
@@ -153,7 +153,7 @@ def test_rays_end_as_if_all_distances_were_measured(with_planes):
             way += 0.9 * gap
             y, z = y - 0.9 * gap * up, z - 0.9 * gap * on
         if way < _END:
-            assert which[row, column] == owner
+            assert owners[row, column] == owner
             assert seen[row, column] == pytest.approx([x, y, z], abs=1e-9)
         else:
-            assert which[row, column] == NOTHING
+            assert owners[row, column] == NOTHING

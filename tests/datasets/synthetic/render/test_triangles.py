@@ -4,7 +4,13 @@ import numpy as np
 import pytest
 
 from trackmark.datasets.synthetic.render.lamp import light_left
-from trackmark.datasets.synthetic.render.triangles import FINE, Mesh, grid, lay, seen
+from trackmark.datasets.synthetic.render.triangles import (
+    FINE,
+    Mesh,
+    composite,
+    grid_triangles,
+    render_mesh,
+)
 
 SIZE = 16, 12
 
@@ -44,7 +50,7 @@ def looked_at_slowly(mesh, points, lights):
 @pytest.mark.parametrize("closed", [False, True])
 def test_the_nearest_triangle_is_seen_at_every_sample(closed):
     mesh, points, lights = triangles(np.random.default_rng(4), closed=closed)
-    found = seen(mesh, points, lights, SIZE)
+    found = render_mesh(mesh, points, lights, SIZE)
     picture = np.zeros((*SIZE[::-1], 4))
     picture[found.window] = found.sheet
     owner, light = looked_at_slowly(mesh, points, lights)
@@ -61,7 +67,7 @@ def test_the_nearest_triangle_is_seen_at_every_sample(closed):
 
 def test_a_grid_covers_its_rectangle_once_and_clockwise():
     places = np.stack(np.meshgrid(np.arange(5.0), np.arange(4.0)), axis=2).reshape(-1, 2)
-    a, b, c = np.moveaxis(places[grid(4, 5)], 1, 0)
+    a, b, c = np.moveaxis(places[grid_triangles(4, 5)], 1, 0)
     (ux, uy), (vx, vy) = (b - a).T, (c - a).T
     areas = (ux * vy - uy * vx) / 2
     assert areas.min() > 0
@@ -74,7 +80,7 @@ def test_a_sheet_lies_over_a_picture_by_its_coverage():
     coverage = random.choice([0, 0.25, 1], (5, 6, 1)).astype(np.float32)
     colour = random.random((5, 6, 3)).astype(np.float32)
     expected = picture * (1 - coverage) + colour * coverage
-    lay(picture, np.concatenate([colour * coverage, coverage], axis=2))
+    composite(picture, np.concatenate([colour * coverage, coverage], axis=2))
     assert picture == pytest.approx(expected, abs=1e-6)
 
 

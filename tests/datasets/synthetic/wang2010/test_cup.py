@@ -66,7 +66,7 @@ def test_the_thing_behind_and_the_box_have_the_cups_hue(seed):
     cup = opened(seed)
     image = cup.render(0)
     hue = hue_of_cup(cup)
-    carried = grown(sided(cup, cup.setting.carried.at(*cup._pose(0))[..., 3]) > 0.01, 1)
+    carried = grown(sided(cup, cup.setting.carried.render_at(*cup._pose(0))[..., 3]) > 0.01, 1)
     box = sided(cup, cup.setting.hidden) > 0.99
     behind = (sided(cup, cup.setting.similar) > 0.99) & ~grown(box, 2)
     for part in (shrunk(cup.mask(0), 1), box & ~carried, behind & ~carried):

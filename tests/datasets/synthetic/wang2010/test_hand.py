@@ -57,7 +57,7 @@ def test_nothing_else_in_the_office_has_the_hue_of_skin(seed):
 
 @pytest.mark.parametrize("side", [-1, 1])
 def test_the_line_around_the_thumbs_ball_is_on_the_thumbs_side(side):
-    skin, _ = palm.textures(np.random.default_rng(0), side)
+    skin, _ = palm.hand_textures(np.random.default_rng(0), side)
     ball = skin[
         round(palm.WRIST_ROW - 4.5 * palm.TEXELS) : round(palm.WRIST_ROW - 1.5 * palm.TEXELS)
     ]

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from trackmark.datasets.synthetic.wang2010.cup.setting import FINE, SIZE, Layer
+from trackmark.datasets.synthetic.wang2010.cup import FINE, SIZE, PlacedLayer
 
 
 @pytest.fixture(scope="module")
 def bar():
     """12 x 6 pixels, placed by its middle."""
-    return Layer(np.full((6 * FINE, 12 * FINE), 255, np.uint8), (6, 3))
+    return PlacedLayer(np.full((6 * FINE, 12 * FINE), 255, np.uint8), (6, 3))
 
 
 def centre(coverage):
@@ -20,7 +20,7 @@ def centre(coverage):
 @pytest.mark.parametrize("tilt", [0.0, 0.06, -1.2])
 @pytest.mark.parametrize("place", [(50.0, 40.0), (30.28125, 41.59375)])
 def test_its_anchor_lies_where_it_is_placed(bar, place, tilt):
-    coverage = bar.at(place, tilt)
+    coverage = bar.render_at(place, tilt)
     assert coverage.shape == SIZE[::-1]
     assert coverage.sum() == pytest.approx(72, rel=0.01)
     assert centre(coverage) == pytest.approx(place, abs=0.03)
@@ -30,13 +30,13 @@ def test_it_leans_to_the_right():
     """A point above the anchor comes to lie to the right of it."""
     picture = np.zeros((20 * FINE, 20 * FINE), np.uint8)
     picture[2 * FINE : 4 * FINE, 9 * FINE : 11 * FINE] = 255
-    x, y = centre(Layer(picture, (10, 10)).at((50, 40), 0.5))
+    x, y = centre(PlacedLayer(picture, (10, 10)).render_at((50, 40), 0.5))
     assert x == pytest.approx(50 + 7 * np.sin(0.5), abs=0.05)
     assert y == pytest.approx(40 - 7 * np.cos(0.5), abs=0.05)
 
 
 def test_its_extents_are_those_of_the_turned_rectangle():
-    bar = Layer(np.full((6 * FINE, 12 * FINE), 255, np.uint8), (1, 2))
+    bar = PlacedLayer(np.full((6 * FINE, 12 * FINE), 255, np.uint8), (1, 2))
     tilts = np.array([0.0, 0.3])
     boxes = bar.extents(np.array([[50.0, 40.0]] * 2), tilts)
     cosine, sine = np.cos(0.3), np.sin(0.3)
@@ -44,6 +44,6 @@ def test_its_extents_are_those_of_the_turned_rectangle():
     turned = [left, top, 12 * cosine + 6 * sine, 12 * sine + 6 * cosine]
     assert boxes == pytest.approx(np.array([[49, 38, 12, 6], turned]))
     for box, tilt in zip(boxes, tilts, strict=True):
-        rows, columns = np.nonzero(bar.at((50, 40), float(tilt)) > 0.02)
+        rows, columns = np.nonzero(bar.render_at((50, 40), float(tilt)) > 0.02)
         assert columns.min() == pytest.approx(box[0], abs=1)
         assert rows.max() + 1 == pytest.approx(box[1] + box[3], abs=1)

@@ -8,9 +8,8 @@ from tests.datasets.synthetic.scenes import SEEDS, unless_sealed
 from trackmark import datasets
 from trackmark.datasets.synthetic.knobs import SceneKnobs
 from trackmark.datasets.synthetic.render.sprite import blend_sprite
-from trackmark.datasets.synthetic.wang2010.table_tennis import scene as table_tennis
-from trackmark.datasets.synthetic.wang2010.table_tennis.player import blend_swung
-from trackmark.datasets.synthetic.wang2010.table_tennis.scene import CATCH, Play
+from trackmark.datasets.synthetic.wang2010 import table_tennis
+from trackmark.datasets.synthetic.wang2010.table_tennis import CATCH, Play, blend_swung
 
 pytestmark = unless_sealed("wang2010/table-tennis")
 

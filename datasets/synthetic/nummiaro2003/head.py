@@ -1,29 +1,42 @@
-"""A wall of a factory: machines, shelves, boards with tools, notices; pipes and cables above them.
+"""X."""
 
-Each unit paints itself on a piece of wall of a given width and height [metres], from what is drawn
-at random.
-
-Machines and switchboards along the wall of a factory, and the instruments on their fronts.
-
-Each paints itself on a piece of wall of a given width and height [metres], from what is drawn at
-random.
-"""
+from dataclasses import replace
+from functools import cached_property, lru_cache
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from trackmark.datasets.interface import Image, Mask
+from trackmark.datasets.synthetic.knobs import SceneKnobs
+from trackmark.datasets.synthetic.render.attributes import occluded
+from trackmark.datasets.synthetic.render.camera import Camera, slow_exposure
 from trackmark.datasets.synthetic.render.colours import (
     DARK,
     MACHINES,
     SIGNALS,
     STEEL,
     STORED,
-    any_of,
-    varied,
+    sample_colour,
+    vary_colour,
 )
+from trackmark.datasets.synthetic.render.figure.look import sample_figure_look
+from trackmark.datasets.synthetic.render.figure.routine import (
+    FOCAL,
+    FRAMES,
+    FRAMES_PER_SECOND,
+    SIZE,
+    drawn_routine,
+)
+from trackmark.datasets.synthetic.render.figure.worker import Worker
 from trackmark.datasets.synthetic.render.painting import Painting
 from trackmark.datasets.synthetic.render.texture import fractal
+from trackmark.datasets.synthetic.scene import (
+    SceneTruth,
+    SyntheticScene,
+    part_generator,
+    paste_window,
+)
 
 SCREENS = ((120, 60, 20), (40, 70, 30), (170, 150, 120), (90, 40, 70))
 WRITING = ((80, 220, 120), (230, 230, 230), (60, 200, 230))
@@ -42,7 +55,7 @@ def _row_of_instruments(
     """Gauges, buttons, signs, displays or switches, as many as there is room for [metres]."""
     kind = random.integers(5)
     if random.random() < 0.5:
-        wall.hole(x, y, width, height, any_of(random, MACHINES) * 0.8)
+        wall.hole(x, y, width, height, sample_colour(random, MACHINES) * 0.8)
     size = height * random.uniform(0.75, 0.95)
     place = x + 0.01
     while place + size < x + width:
@@ -52,15 +65,20 @@ def _row_of_instruments(
         elif kind == 1:
             small = max(0.4 * size / 2, 0.011)
             for row in (-0.25, 0.25):
-                wall.knob(middle[0], middle[1] + row * size, small, any_of(random, SIGNALS))
+                wall.knob(middle[0], middle[1] + row * size, small, sample_colour(random, SIGNALS))
         elif kind == 2:
             wall.plate(
-                place, y + 0.15 * height, 0.8 * size, 0.7 * height, any_of(random, SIGNALS), 0.006
+                place,
+                y + 0.15 * height,
+                0.8 * size,
+                0.7 * height,
+                sample_colour(random, SIGNALS),
+                0.006,
             )
             wall.label(random, place, y, 0.8 * size, 0.016)
         elif kind == 3:
             wall.plate(place, y + 0.1 * height, 0.85 * size, 0.8 * height, DARK, 0.006)
-            lit = any_of(random, DIGITS)
+            lit = sample_colour(random, DIGITS)
             wall.label(
                 random, place + 0.1 * size, y + 0.22 * height, 0.65 * size, 0.5 * height, DARK, lit
             )
@@ -92,21 +110,21 @@ def _warning(wall: Painting, random: np.random.Generator, x: float, y: float, si
         wall.area(inner, (40, 196, 226))
         wall.line([(middle, y + 0.45 * size), (middle, y + 0.72 * size)], 0.1 * size, BLACK)
     else:
-        wall.label(random, x, y, size, size, any_of(random, SIGNALS[:6]))
+        wall.label(random, x, y, size, size, sample_colour(random, SIGNALS[:6]))
 
 
 def _controls(wall: Painting, random: np.random.Generator, width: float, height: float) -> None:
     """Screen, keys and the button that stops it all."""
-    wall.plate(0, 0, width, height, any_of(random, MACHINES), 0.02)
+    wall.plate(0, 0, width, height, sample_colour(random, MACHINES), 0.02)
     wall.plate(0.03, 0.03, width - 0.06, 0.2, DARK, 0.006)
-    back, ink = any_of(random, SCREENS), any_of(random, WRITING)
+    back, ink = sample_colour(random, SCREENS), sample_colour(random, WRITING)
     wall.label(random, 0.045, 0.045, width - 0.09, 0.17, back, ink)
     for row in range(4):
         for x in np.arange(0.035, width - 0.045, 0.042):
-            wall.plate(x, 0.26 + 0.042 * row, 0.032, 0.032, any_of(random, KEYS), 0.005)
+            wall.plate(x, 0.26 + 0.042 * row, 0.032, 0.032, sample_colour(random, KEYS), 0.005)
     wall.disc(0.10, height - 0.09, 0.06, (40, 190, 220))
     wall.knob(0.10, height - 0.09, 0.042, (36, 32, 196))
-    wall.knob(width - 0.08, height - 0.09, 0.035, any_of(random, SIGNALS))
+    wall.knob(width - 0.08, height - 0.09, 0.035, sample_colour(random, SIGNALS))
 
 
 def _stripes(wall: Painting, x: float, y: float, width: float, height: float) -> None:
@@ -120,7 +138,7 @@ def _stripes(wall: Painting, x: float, y: float, width: float, height: float) ->
 
 def cabinet(wall: Painting, random: np.random.Generator, width: float, height: float) -> None:
     """Control cabinet: instruments in rows on its doors."""
-    paint = any_of(random, MACHINES)
+    paint = sample_colour(random, MACHINES)
     wall.plate(0, 0, width, height, paint, 0.03)
     doors = 2 if width > 0.75 else 1
     for door in range(doors):
@@ -141,10 +159,10 @@ def cabinet(wall: Painting, random: np.random.Generator, width: float, height: f
 
 def machine_tool(wall: Painting, random: np.random.Generator, width: float, height: float) -> None:
     """Machine tool: a window with the tool behind it, a panel with a screen, hand wheels."""
-    paint, other = any_of(random, MACHINES), any_of(random, MACHINES)
+    paint, other = sample_colour(random, MACHINES), sample_colour(random, MACHINES)
     wall.plate(0, 0.05, width, height - 0.05, paint, 0.03)
     wall.plate(0, 0, width, 0.22, other, 0.02)
-    paper, ink = any_of(random, SIGNALS), any_of(random, SIGNALS)
+    paper, ink = sample_colour(random, SIGNALS), sample_colour(random, SIGNALS)
     wall.label(random, 0.06, 0.06, 0.3 * width, 0.09, paper, ink)
     wide = 0.60 * width
     top, deep = 0.30, 0.55
@@ -156,15 +174,15 @@ def machine_tool(wall: Painting, random: np.random.Generator, width: float, heig
     for angle in np.arange(3) * 2.1 + random.uniform(0, 2):
         jaw = middle - 0.02 + 0.05 * np.cos(angle), top + 0.30 + 0.05 * np.sin(angle)
         wall.knob(*jaw, 0.018, (90, 92, 92))
-    wall.plate(middle + 0.10, top + 0.2, 0.11, 0.2, any_of(random, MACHINES) * 0.8, 0.01)
+    wall.plate(middle + 0.10, top + 0.2, 0.11, 0.2, sample_colour(random, MACHINES) * 0.8, 0.01)
     for _ in range(5):
         start = random.uniform(0.1, wide - 0.1), top + 0.02
         end = middle + random.uniform(-0.1, 0.15), top + 0.25
-        wall.wire(start, end, 0.05, 0.014, any_of(random, SIGNALS))
+        wall.wire(start, end, 0.05, 0.014, sample_colour(random, SIGNALS))
     for _ in range(40):  # chips
         spot = 0.08 + random.uniform(0, wide - 0.09), top + deep - random.uniform(0, 0.07)
         end = spot[0] + 0.015, spot[1] + random.uniform(-0.01, 0.01)
-        wall.line([spot, end], 0.006, any_of(random, CHIPS))
+        wall.line([spot, end], 0.006, sample_colour(random, CHIPS))
     wall.darken(0.07, top, 0.35 * wide, deep, 1.25)  # its pane mirrors something bright
     _controls(wall.part(wide + 0.06, 0.28), random, width - wide - 0.09, 0.62)
     _stripes(wall, 0, 0.97, width, 0.06)
@@ -173,28 +191,28 @@ def machine_tool(wall: Painting, random: np.random.Generator, width: float, heig
         for x in np.arange(0.08, width - 0.1, random.uniform(0.16, 0.3)):
             choice = random.random()
             if choice < 0.3:
-                wall.knob(x + 0.05, y + 0.07, 0.05, any_of(random, SIGNALS))
+                wall.knob(x + 0.05, y + 0.07, 0.05, sample_colour(random, SIGNALS))
                 wall.knob(x + 0.05, y + 0.07, 0.016, STEEL)
             elif choice < 0.6:
                 _row_of_instruments(wall, random, x, y, 0.14, 0.1)
             else:
-                wall.plate(x, y, 0.12, 0.13, varied(random, other), 0.008)
+                wall.plate(x, y, 0.12, 0.13, vary_colour(random, other), 0.008)
         y += 0.19
 
 
 def wiring(wall: Painting, random: np.random.Generator, width: float, height: float) -> None:
     """Open switch cabinet: breakers in rows, ducts, and bundles of coloured wires."""
-    wall.plate(0, 0, width, height, any_of(random, MACHINES), 0.03)
-    wall.hole(0.03, 0.03, width - 0.06, height - 0.06, any_of(random, BACKS))
+    wall.plate(0, 0, width, height, sample_colour(random, MACHINES), 0.03)
+    wall.hole(0.03, 0.03, width - 0.06, height - 0.06, sample_colour(random, BACKS))
     rows = np.arange(0.12, height - 0.2, random.uniform(0.2, 0.27))
     for y in rows:
         wall.patch(0.05, y + 0.035, width - 0.10, 0.02, STEEL)
         x = 0.06
         while x < width - 0.10:
             wide = random.uniform(0.02, 0.07)
-            paint = any_of(random, BREAKERS)
+            paint = sample_colour(random, BREAKERS)
             wall.plate(x, y, wide, 0.095, paint, 0.008)
-            wall.patch(x + 0.2 * wide, y + 0.03, 0.5 * wide, 0.025, any_of(random, SIGNALS))
+            wall.patch(x + 0.2 * wide, y + 0.03, 0.5 * wide, 0.025, sample_colour(random, SIGNALS))
             for _ in range(2):
                 ends = x + random.uniform(0.1, 0.9) * wide, x + random.uniform(-0.15, 0.15)
                 wall.wire(
@@ -202,7 +220,7 @@ def wiring(wall: Painting, random: np.random.Generator, width: float, height: fl
                     (float(np.clip(ends[1], 0.05, width - 0.05)), y + 0.17),
                     0.01,
                     0.006,
-                    any_of(random, SIGNALS),
+                    sample_colour(random, SIGNALS),
                 )
             x += wide + 0.003
         wall.plate(0.05, y + 0.15, width - 0.10, 0.03, (150, 156, 158), 0.006)
@@ -213,7 +231,7 @@ def wiring(wall: Painting, random: np.random.Generator, width: float, height: fl
             wall.line(
                 [(side + 0.004 * (k - 3), 0.06), (side + 0.004 * (k - 3), height - 0.08)],
                 0.005,
-                any_of(random, SIGNALS),
+                sample_colour(random, SIGNALS),
             )
 
 
@@ -226,8 +244,8 @@ PAPERS = ((222, 226, 226), (222, 226, 226), (150, 214, 228), *SIGNALS)
 
 def _shelf(wall: Painting, random: np.random.Generator, width: float, height: float) -> None:
     """Shelf with boxes, cans, parts and papers."""
-    wall.hole(0, 0, width, height, any_of(random, MACHINES) * 0.45)
-    frame = any_of(random, MACHINES)
+    wall.hole(0, 0, width, height, sample_colour(random, MACHINES) * 0.45)
+    frame = sample_colour(random, MACHINES)
     y = random.uniform(0.22, 0.32)
     while y < height:
         x = 0.03
@@ -250,7 +268,7 @@ def _shelf(wall: Painting, random: np.random.Generator, width: float, height: fl
 def _stored(
     wall: Painting, random: np.random.Generator, x: float, y: float, width: float, height: float
 ) -> None:
-    colour = any_of(random, STORED)
+    colour = sample_colour(random, STORED)
     choice = random.random()
     if choice < 0.35:  # a box with a label
         wall.plate(x, y, width, height, colour, 0.01)
@@ -262,30 +280,30 @@ def _stored(
         wall.patch(x, y + 0.2 * height, width, 0.3 * height, DARK)
         for _ in range(14):
             spot = x + random.uniform(0.1, 0.9) * width, y + random.uniform(0.15, 0.45) * height
-            wall.disc(*spot, 0.01, any_of(random, PARTS))
+            wall.disc(*spot, 0.01, sample_colour(random, PARTS))
         wall.plate(x, y + 0.45 * height, width, 0.55 * height, colour, 0.008)
         wall.label(random, x + 0.3 * width, y + 0.6 * height, 0.4 * width, 0.2 * height)
     elif choice < 0.8:  # cans and bottles
         place = x
         while place + 0.04 < x + width:
-            paint = any_of(random, GOODS)
+            paint = sample_colour(random, GOODS)
             high = height * random.uniform(0.6, 0.95)
             middle, label = place + 0.02, y + height - 0.6 * high
             wall.pipe((middle, y + height - 0.01), (middle, y + height - high), 0.018, paint)
-            wall.patch(place + 0.006, label, 0.028, 0.3 * high, any_of(random, SIGNALS))
+            wall.patch(place + 0.006, label, 0.028, 0.3 * high, sample_colour(random, SIGNALS))
             place += 0.045
     else:  # files, books
         place = x
         while place + 0.03 < x + width:
             wide = random.uniform(0.015, 0.032)
             top = y + random.uniform(0, 0.2) * height
-            wall.plate(place, top, wide, height, any_of(random, GOODS), 0.004)
+            wall.plate(place, top, wide, height, sample_colour(random, GOODS), 0.004)
             place += wide
 
 
 def _tools(wall: Painting, random: np.random.Generator, width: float, height: float) -> None:
     """Board with tools that hang in rows, and drawers below it."""
-    board = any_of(random, BOARDS)
+    board = sample_colour(random, BOARDS)
     deep = 0.62 * height
     wall.plate(0, 0, width, deep, board, 0.012)
     for y in np.arange(0.03, deep - 0.02, 0.04):
@@ -300,20 +318,20 @@ def _tools(wall: Painting, random: np.random.Generator, width: float, height: fl
         y += high + 0.04
     wall.plate(-0.01, deep, width + 0.02, 0.05, (70, 104, 142), 0.02)
     top = deep + 0.06
-    paint = any_of(random, MACHINES)
+    paint = sample_colour(random, MACHINES)
     rows, columns = 5, max(2, int(width / 0.18))
     for row in range(rows):
         for column in range(columns):
             wide, high = width / columns, (height - top) / rows
             drawer = wall.part(column * wide, top + row * high)
-            tone = varied(random, paint, 0.15)
+            tone = vary_colour(random, paint, 0.15)
             drawer.plate(0.006, 0.006, wide - 0.012, high - 0.012, tone, 0.008)
             drawer.label(random, 0.3 * wide, 0.2 * high, 0.4 * wide, 0.2 * high)
             drawer.plate(0.3 * wide, 0.6 * high, 0.4 * wide, 0.02, DARK, 0.006)
 
 
 def _tool(wall: Painting, random: np.random.Generator, x: float, y: float, length: float) -> None:
-    grip = any_of(random, GRIPS)
+    grip = sample_colour(random, GRIPS)
     shadow = np.array(DARK) * 1.2
     choice = random.integers(4)
     if choice == 0:  # spanner
@@ -341,22 +359,22 @@ def _notices(wall: Painting, random: np.random.Generator, width: float, height: 
         x, y = random.uniform(0, width - 0.16), random.uniform(0, 0.75 * height)
         wide, high = random.uniform(0.08, 0.22), random.uniform(0.08, 0.28)
         wide = min(wide, width - x)
-        paper = any_of(random, PAPERS)
+        paper = sample_colour(random, PAPERS)
         wall.plate(x, y, wide, high, paper, 0.006)
         start, span, tall = x + 0.1 * wide, 0.8 * wide, 0.35 * high
-        ink = any_of(random, SIGNALS)
+        ink = sample_colour(random, SIGNALS)
         wall.label(random, start, y + 0.1 * high, span, tall, paper, ink)
         if random.random() < 0.6:
-            picture = any_of(random, (*SIGNALS, *MACHINES))
+            picture = sample_colour(random, (*SIGNALS, *MACHINES))
             wall.patch(start, y + 0.55 * high, span, tall, picture)
     for x in np.cumsum(random.uniform(0.08, 0.3, 4)):
         if x > width - 0.03:
             break
-        paint = any_of(random, (*MACHINES, STEEL))
+        paint = sample_colour(random, (*MACHINES, STEEL))
         wall.pipe((x, -0.5), (x, height + 0.2), random.uniform(0.014, 0.032), paint)
         for y in random.uniform(0.1, height, 3):
             wall.patch(x - 0.035, y, 0.07, 0.035, paint * 0.75)
-            wall.knob(x, y + 0.017, 0.035, any_of(random, SIGNALS))
+            wall.knob(x, y + 0.017, 0.035, sample_colour(random, SIGNALS))
     x, y = random.uniform(0.08, max(width - 0.1, 0.09)), 0.62 * height
     wall.pipe((x, y), (x, y + 0.42), 0.075, (36, 30, 178))
     wall.label(random, x - 0.05, y + 0.1, 0.10, 0.16)
@@ -375,12 +393,12 @@ UNITS = (cabinet, machine_tool, _shelf, _tools, wiring, _notices)
 
 def hall(random: np.random.Generator, width: int, height: int, scale: float) -> NDArray[np.uint8]:
     """Paint a wall with machines, shape (height, width, 3), at a scale [pixels/metre]."""
-    wall = any_of(random, WALLS)
+    wall = sample_colour(random, WALLS)
     picture = np.empty((FINE * height, FINE * width, 3), np.uint8)
     picture[:] = np.round(wall).astype(np.uint8)
     painting = Painting(picture, FINE * scale)
     wide, high = width / scale, height / scale
-    painting.patch(0, 0.55 * high, wide, high, any_of(random, MACHINES) * 0.9)
+    painting.patch(0, 0.55 * high, wide, high, sample_colour(random, MACHINES) * 0.9)
     order = random.permutation(len(UNITS)).tolist()
     x, k = -random.uniform(0.0, 0.4), 0
     while x < wide:
@@ -401,16 +419,16 @@ def _overhead(painting: Painting, random: np.random.Generator, width: float) -> 
     y = 0.02
     while y < 0.26:
         radius = random.uniform(0.012, 0.035)
-        paint = any_of(random, (*MACHINES, STEEL))
+        paint = sample_colour(random, (*MACHINES, STEEL))
         painting.pipe((-0.1, y), (width + 0.1, y), radius, paint)
         for x in random.uniform(0, width, 4):
-            painting.patch(x, y - radius, 0.05, 2 * radius, any_of(random, SIGNALS))
+            painting.patch(x, y - radius, 0.05, 2 * radius, sample_colour(random, SIGNALS))
         y += 2 * radius + random.uniform(0.01, 0.05)
     for _ in range(8):
         start = random.uniform(0, width), random.uniform(0.1, 0.28)
         end = start[0] + random.uniform(-0.5, 0.5), random.uniform(0.25, 0.8)
         sag, thick = random.uniform(0.02, 0.2), random.uniform(0.005, 0.012)
-        painting.wire(start, end, sag, thick, any_of(random, (*CABLES, *SIGNALS)))
+        painting.wire(start, end, sag, thick, sample_colour(random, (*CABLES, *SIGNALS)))
 
 
 def _used(random: np.random.Generator, picture: NDArray[np.uint8]) -> NDArray[np.uint8]:
@@ -425,3 +443,95 @@ def _used(random: np.random.Generator, picture: NDArray[np.uint8]) -> NDArray[np
     used = soft * gain[..., None]
     used = used + (np.array([40.0, 50.0, 58.0]) - used) * 0.6 * grime
     return np.clip(np.round(used), 0, 255).astype(np.uint8)
+
+
+Array = NDArray[np.float64]
+
+WALL = 3.2  # distance of the machines from the camera [metres]
+AXIS = 235.0  # row of the camera's horizon [pixels]
+EXPOSURE = 0.4  # part of the time between two frames for which the shutter is open
+CAMERA = Camera(SIZE, noise=2.5)
+
+# Where the head faces away from the camera by more than this, nothing is seen of the face.
+TURNED_AWAY = np.radians(120)
+FAST = 0.1  # a head is fast that moves by this part of its width in a frame
+
+
+def scene(knobs: SceneKnobs) -> "HeadScene":
+    """Return renderer and ground truth; nothing is drawn yet."""
+    return HeadScene(knobs.scene)
+
+
+class HeadScene(SyntheticScene):
+    """A worker before machines, in a bright hall."""
+
+    length, size = FRAMES, SIZE
+    fps = FRAMES_PER_SECOND
+
+    def __init__(self, seed: int) -> None:
+        self._seed = seed
+        self.worker = _worker(seed)
+
+    def truth(self) -> SceneTruth:
+        """See `SyntheticScene.truth`.
+
+        Boxes are those of the head, from the chin to the crown, with hair and ears.
+        Attributes are `turned_away` (nothing is seen of the face), `fast` (moves by a tenth of
+        its width in a frame) and `occlusion` (less than 0.9 of it is seen: hands, shoulders).
+        """
+        return _truth(self._seed)
+
+    def render(self, frame: int) -> Image:
+        canvas = self._wall.copy()
+        self.worker.draw(canvas, frame, 1.0, EXPOSURE)
+        return CAMERA.exposed(canvas, self._seed, frame, self._exposure[frame])
+
+    def mask(self, frame: int) -> Mask:
+        left, top, _, seen = self.worker.head_seen(frame)
+        return paste_window(SIZE, left, top, seen) >= 128
+
+    @cached_property
+    def _wall(self) -> Image:
+        wall = hall(part_generator(self._seed, "factory hall"), *SIZE, FOCAL / WALL)
+        return np.clip(np.round(wall), 0, 255).astype(np.uint8)
+
+    @cached_property
+    def _exposure(self) -> Array:
+        random = part_generator(self._seed, "factory exposure")
+        return 1.04 * slow_exposure(random, FRAMES)
+
+
+def _camera(seed: int) -> Array:
+    random = part_generator(seed, "factory camera")
+    return np.array([FOCAL, SIZE[0] / 2, AXIS, random.uniform(1.45, 1.55)])
+
+
+@lru_cache(maxsize=4)
+def _worker(seed: int) -> Worker:
+    look = sample_figure_look(part_generator(seed, "factory look"))
+    # Front and back of the head differ in colour, so that large rotations show.
+    look = replace(look, beard=False, cut="short" if look.cut == "full" else look.cut)
+    routine = drawn_routine(part_generator(seed, "factory routine"))
+    lamp = np.array([part_generator(seed, "factory light").uniform(-0.5, 0.5), 0.8, -0.7])
+    lamp /= np.sqrt((lamp * lamp).sum())
+    return Worker(look, routine, _camera(seed), np.append(lamp, 0.5), seed)
+
+
+@lru_cache(maxsize=4)
+def _truth(seed: int) -> SceneTruth:
+    worker = _worker(seed)
+    boxes = np.stack([worker.head_box(frame) for frame in range(FRAMES)])
+    motion = np.stack([worker.motion(frame) for frame in range(FRAMES)])
+    visibility = np.empty(FRAMES)
+    for frame in range(FRAMES):
+        _, _, whole, seen = worker.head_seen(frame)
+        visibility[frame] = seen.sum(dtype=np.float64) / whole.sum(dtype=np.float64)
+    return SceneTruth(
+        boxes,
+        visibility,
+        {
+            "turned_away": worker.facing < np.cos(TURNED_AWAY),
+            "fast": np.sqrt((motion * motion).sum(axis=1)) > FAST * boxes[:, 2],
+            "occlusion": occluded(visibility),
+        },
+    )

@@ -1,1 +1,0 @@
-"""A worker in a factory: his head, close up, before machines."""
