@@ -136,7 +136,7 @@ def test_incomplete_copy_is_one_message(trackmark, one_line, vot2016, got10k):
 
     for image in (vot2016 / "bolt").glob("*.jpg"):
         image.unlink()
-    assert "there is 'groundtruth.txt, occlusion.label'" in message("vot2016/bolt")
+    assert "It contains 'groundtruth.txt, occlusion.label'" in message("vot2016/bolt")
     assert "(VOT)" in message("vot2016/bolt")
     (got10k / "GOT-10k_Val_000001" / "groundtruth.txt").unlink()
     assert "there is no ground truth" in message("GOT-10k/val/GOT-10k_Val_000001")
