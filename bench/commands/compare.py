@@ -41,7 +41,7 @@ if TYPE_CHECKING:
 
     from trackmark.bench.comparing.comparison import Comparison
     from trackmark.bench.store.layout import Cell
-    from trackmark.reports.tables import Measure
+    from trackmark.reports.tables import ScoreMeasure
 
 WIDTH = 96
 
@@ -154,7 +154,7 @@ def _presets(metrics: Sequence[str], filed: str) -> list[str]:
     return list(dict.fromkeys(replaced.get(name, name) for name in metrics))
 
 
-def _measure(preset: str, options: CompareOptions) -> "Measure":
+def _measure(preset: str, options: CompareOptions) -> "ScoreMeasure":
     """Return the score that is compared, with its margin."""
     from trackmark.bench.reporting.tables import PRESET, SUMMARY
 
@@ -171,11 +171,11 @@ def _measure(preset: str, options: CompareOptions) -> "Measure":
     return measure if options.margin is None else replace(measure, margin=options.margin)
 
 
-def _preset_measure(preset: str, options: CompareOptions) -> "Measure":
+def _preset_measure(preset: str, options: CompareOptions) -> "ScoreMeasure":
     """Return a column of a metrics preset as a measure, with the default margin of shares."""
     from trackmark.bench.metrics import preset as metrics_preset
     from trackmark.bench.metrics.preset import heading, mean_of_sequences
-    from trackmark.reports.tables import Measure
+    from trackmark.reports.tables import ScoreMeasure
 
     definitions = metrics_preset(preset)
     judging = {key: column for key, column in definitions.columns.items() if column.better}
@@ -197,7 +197,7 @@ def _preset_measure(preset: str, options: CompareOptions) -> "Measure":
     title = f"{heading(name)} ({preset})"
     if definitions.combine is not mean_of_sequences:  # `report` prints a different mean
         title = f"mean of sequences' {title}"
-    return Measure(
+    return ScoreMeasure(
         name,
         title,
         direction=better,
@@ -290,7 +290,7 @@ def _load(
 
 
 def _compare(
-    runs: _Runs, against: str | None, options: CompareOptions, preset: str, measure: "Measure"
+    runs: _Runs, against: str | None, options: CompareOptions, preset: str, measure: "ScoreMeasure"
 ) -> "Comparison":
     """Compare the runs by a score of a metrics preset."""
     from trackmark.bench.comparing.comparable_runs import of_protocol, same_boxes, with_published

@@ -21,7 +21,7 @@ from trackmark.bench.reporting.tables import own_times, uncertainty_of
 from trackmark.bench.statistics.intervals import Interval
 from trackmark.bench.statistics.rules import Decision, decide
 from trackmark.bench.statistics.units import StatisticalUnits, units_of
-from trackmark.reports.tables import Measure, timed_by
+from trackmark.reports.tables import ScoreMeasure, timed_by
 
 Means: TypeAlias = Mapping[str, NDArray[np.float64]]
 """Means over repetitions, shape (n_sequences,), by tracker."""
@@ -78,7 +78,7 @@ class Pair:
 class Comparison:
     """Trackers compared by one measure; differences up to its margin are irrelevant."""
 
-    measure: Measure
+    measure: ScoreMeasure
     units: StatisticalUnits
     sequences: Sequence[str]
     scores: Mapping[str, Sequence[NDArray[np.float64]]]  # of repetitions, by tracker and sequence
@@ -173,7 +173,7 @@ def _in_order(value: str) -> tuple[bool, float, str]:
 
 def compare(
     runs: pd.DataFrame,
-    measure: Measure,
+    measure: ScoreMeasure,
     trackers: Sequence[str] | None = None,
     against: str | None = None,
     *,
@@ -228,7 +228,7 @@ def compare(
 
 
 def _standings(
-    runs: pd.DataFrame, means: Means, losses: Losses, units: StatisticalUnits, measure: Measure
+    runs: pd.DataFrame, means: Means, losses: Losses, units: StatisticalUnits, measure: ScoreMeasure
 ) -> list[Standing]:
     clock = timed_by(runs[(runs["protocol"] == TIMING) & runs["tracker"].isin(list(means))])
     by_unit = units.means(list(means.values()))
@@ -246,7 +246,7 @@ def _standings(
 def _pairs(
     means: Means,
     units: StatisticalUnits,
-    measure: Measure,
+    measure: ScoreMeasure,
     against: str | None,
     same_boxes: Mapping[tuple[str, str], int],
 ) -> list[Pair]:
@@ -271,7 +271,7 @@ def _pairs(
     return pairs
 
 
-def _sign(measure: Measure) -> float:
+def _sign(measure: ScoreMeasure) -> float:
     """Return 1 if higher scores are better, -1 if lower ones are."""
     return 1.0 if measure.direction == "higher" else -1.0
 

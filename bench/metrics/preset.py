@@ -20,7 +20,7 @@ Protocol: TypeAlias = Literal["one pass", "supervised", "anchors"]
 """Kind of runs that a preset scores: initialised once, restarted after failures or from anchors."""
 
 
-class State(IntEnum):
+class FrameState(IntEnum):
     """State of a frame of a supervised run."""
 
     SKIPPED = 0  # after a failure, before the tracker is initialised again
@@ -47,7 +47,7 @@ class RunEstimates:
     boxes: ArrayLike  # (n, 4); rows up to the initialisation are ignored
     visible: NDArray[Any] | None = None  # (n,): True if the target was reported; None if unknown
     confidence: NDArray[Any] | None = None  # (n,): NaN if missing
-    states: NDArray[Any] | None = None  # (n,): a `State` per frame of a supervised run
+    states: NDArray[Any] | None = None  # (n,): a `FrameState` per frame of a supervised run
     n_sequence_frames: int = 0  # length of the sequence, if the run covers a part of it
 
 

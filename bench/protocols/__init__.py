@@ -78,7 +78,7 @@ class Action(Enum):
 class Controller:
     """Decisions on one tracker, frame by frame after its first; this class always updates it."""
 
-    states: NDArray[np.int32] | None = None  # (n,): a `bench.metrics.preset.State` per frame
+    states: NDArray[np.int32] | None = None  # (n,): a `bench.metrics.preset.FrameState` per frame
     source_frames: NDArray[np.int32] | None = None  # (n,): frame on which each estimate was made
 
     def action(self, frame: int) -> Action:

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from trackmark.bench.metrics.native import GroundTruth
-from trackmark.bench.metrics.preset import State
+from trackmark.bench.metrics.preset import FrameState
 from trackmark.bench.metrics.region_overlap import raster_overlap
 from trackmark.bench.protocols import Action, Controller, Protocol
 from trackmark.trackers.base.parameters import whole
@@ -35,8 +35,8 @@ class _Supervision(Controller):
         self._truth, self._shapes = truth.boxes, getattr(truth, "shapes", None)
         self._present: NDArray[np.bool_] = np.asarray(np.isfinite(truth.boxes).all(axis=1))
         self._size, self._skip, self._threshold = size, skip, threshold
-        self.states = np.full(len(truth.boxes), State.SKIPPED, np.int32)
-        self.states[first] = State.INITIALISED
+        self.states = np.full(len(truth.boxes), FrameState.SKIPPED, np.int32)
+        self.states[first] = FrameState.INITIALISED
         self._restart_frame = 0  # earliest frame of the next initialisation
         self._failed = False
 
@@ -47,17 +47,17 @@ class _Supervision(Controller):
         if frame < self._restart_frame or not self._present[frame]:
             return Action.SKIP
         self._failed = False
-        self.states[frame] = State.INITIALISED
+        self.states[frame] = FrameState.INITIALISED
         return Action.RESTART
 
     def on_estimate(self, frame: int, row: NDArray[np.float64], seconds: float) -> str:
         """See `Controller.on_estimate`."""
-        self.states[frame] = State.TRACKED
+        self.states[frame] = FrameState.TRACKED
         if self._present[frame]:
             shape = None if self._shapes is None else [self._shapes[frame]]
             (overlap,) = raster_overlap(self._truth[frame, None], row[None, :4], self._size, shape)
             if overlap <= self._threshold:
-                self.states[frame] = State.FAILED
+                self.states[frame] = FrameState.FAILED
                 self._failed, self._restart_frame = True, frame + self._skip
         return ""
 

@@ -42,7 +42,7 @@ from trackmark.reports.renderers import to_text
 from trackmark.reports.table_width import on_terminal
 from trackmark.reports.tables import (
     MISSING,
-    Measure,
+    ScoreMeasure,
     Table,
     complete,
     counted,
@@ -57,7 +57,7 @@ TOGETHER = "all sequences"
 MEANS = "mean of sequences"
 """Label of rows with means over units, if the preset weights sequences in another way."""
 
-LATE = Measure("late_share", "late answers", "%", None, 1, scale=100, rank=-1)
+LATE = ScoreMeasure("late_share", "late answers", "%", None, 1, scale=100, rank=-1)
 """Frames after the first that have an estimate of an earlier frame, in real-time evaluation."""
 
 NOT_SCORED = "not scored"
@@ -336,10 +336,10 @@ def _overall(
     return preset.overall(by_sequence)
 
 
-def _measure(name: str, column: Column) -> Measure:
+def _measure(name: str, column: Column) -> ScoreMeasure:
     """Return a preset's score as a column; scores of which more is better are shares."""
     share = column.better == "higher"
-    return Measure(
+    return ScoreMeasure(
         name,
         heading(name),
         direction=column.better,

@@ -21,11 +21,11 @@ from trackmark.bench.metrics.native import GroundTruth
 from trackmark.bench.metrics.preset import (
     Axes,
     Column,
+    FrameState,
     Preset,
     PresetResult,
     RunEstimates,
     Runs,
-    State,
     select_evaluated,
     single_run_result,
 )
@@ -53,7 +53,7 @@ def judge(truth: GroundTruth, estimates: RunEstimates) -> PresetResult:
     )
     evidence = {"states": states}
     for kind, overlaps in overlaps_by_kind.items():
-        evidence[f"overlaps{kind}"] = np.where(states == State.TRACKED, overlaps, 0.0)
+        evidence[f"overlaps{kind}"] = np.where(states == FrameState.TRACKED, overlaps, 0.0)
     return single_run_result(combine, evidence)
 
 
@@ -65,7 +65,10 @@ def combine(runs: Runs) -> PresetResult:
         return float(np.average(values, weights=lengths))
 
     failures = weighted(
-        [_mean((run.evidence["states"] == State.FAILED).sum() for run in group) for group in runs]
+        [
+            _mean((run.evidence["states"] == FrameState.FAILED).sum() for run in group)
+            for group in runs
+        ]
     )
     rate = failures / lengths.mean()
     scores = {"failures": failures, "robustness": float(np.exp(-_SENSITIVITY * rate))}
@@ -93,17 +96,17 @@ def _check_states(overlaps: NDArray[np.float64], states: NDArray[Any] | None) ->
                 "vot-supervised: the tracker failed and was not restarted. Expected: runs by "
                 "--protocol supervised."
             )
-        states = np.full(len(overlaps), State.TRACKED)
-        states[0] = State.INITIALISED
+        states = np.full(len(overlaps), FrameState.TRACKED)
+        states[0] = FrameState.INITIALISED
     states = np.asarray(states, np.int64)
-    if states.shape != overlaps.shape or states[0] != State.INITIALISED:
+    if states.shape != overlaps.shape or states[0] != FrameState.INITIALISED:
         raise ValueError(
             f"The states of a supervised run have shape {states.shape}. Expected: "
             f"{overlaps.shape}, with INITIALISED first."
         )
-    after_failure = np.isin(states[:-1], (State.FAILED, State.SKIPPED))
-    follows = np.isin(states[1:], (State.SKIPPED, State.INITIALISED))
-    wrong = (follows != after_failure) | ~np.isin(states[1:], list(State))
+    after_failure = np.isin(states[:-1], (FrameState.FAILED, FrameState.SKIPPED))
+    follows = np.isin(states[1:], (FrameState.SKIPPED, FrameState.INITIALISED))
+    wrong = (follows != after_failure) | ~np.isin(states[1:], list(FrameState))
     if wrong.any():
         frame = int(wrong.argmax()) + 1
         raise ValueError(
@@ -121,8 +124,8 @@ def _mean(values: Iterable[float]) -> float:
 def _accuracy(run: PresetResult, kind: str) -> float:
     """Return the mean overlap of the frames that count; 0 without such frames."""
     states = run.evidence["states"]
-    counted = states == State.TRACKED
-    for start in np.flatnonzero(states == State.INITIALISED):
+    counted = states == FrameState.TRACKED
+    for start in np.flatnonzero(states == FrameState.INITIALISED):
         counted[start : start + _BURN_IN] = False
     return float(run.evidence[f"overlaps{kind}"][counted].mean()) if counted.any() else 0.0
 
@@ -130,8 +133,8 @@ def _accuracy(run: PresetResult, kind: str) -> float:
 def _pieces(run: PresetResult, kind: str) -> Iterable[tuple[NDArray[np.float64], bool]]:
     """Yield the overlaps from each initialisation to the failure, and whether there was one."""
     states, overlaps = run.evidence["states"], run.evidence[f"overlaps{kind}"]
-    failures = np.flatnonzero(states == State.FAILED)
-    for start in np.flatnonzero(states == State.INITIALISED):
+    failures = np.flatnonzero(states == FrameState.FAILED)
+    for start in np.flatnonzero(states == FrameState.INITIALISED):
         later = failures[failures > start]
         end = int(later[0]) if len(later) else len(states)
         yield overlaps[start:end], bool(len(later))

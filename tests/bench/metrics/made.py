@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from trackmark.bench.metrics.preset import GroundTruthArrays, RunEstimates, State
+from trackmark.bench.metrics.preset import FrameState, GroundTruthArrays, RunEstimates
 
 SIZE = (320, 240)
 
@@ -28,12 +28,12 @@ def noisy(truth, scale=4.0, seed=1):
 
 def states_of(n, failures=(), skip=5):
     """States of a supervised run of n frames that failed in some."""
-    states = np.full(n, State.TRACKED)
-    states[:1] = State.INITIALISED
+    states = np.full(n, FrameState.TRACKED)
+    states[:1] = FrameState.INITIALISED
     for frame in failures:
-        states[frame] = State.FAILED
-        states[frame + 1 : frame + skip] = State.SKIPPED
-        states[frame + skip : frame + skip + 1] = State.INITIALISED
+        states[frame] = FrameState.FAILED
+        states[frame + 1 : frame + skip] = FrameState.SKIPPED
+        states[frame + skip : frame + skip + 1] = FrameState.INITIALISED
     return states
 
 

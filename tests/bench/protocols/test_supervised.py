@@ -9,10 +9,10 @@ from tests.bench.conftest import Noise, straight_line
 from tests.bench.evaluation.walkers import Walker
 from trackmark import bench, datasets
 from trackmark.bench.evaluation.scoring import judge
-from trackmark.bench.metrics.preset import State
+from trackmark.bench.metrics.preset import FrameState
 from trackmark.trackers import Estimate
 
-S, I, F, T = (int(state) for state in State)  # noqa: E741  # skipped, initialised, failed, tracked
+S, I, F, T = (int(state) for state in FrameState)  # noqa: E741  # skipped, initialised, failed, tracked
 
 
 def scripted(sequence, lost):
