@@ -46,7 +46,8 @@ def _summary(name: str) -> str:
 def trackmark() -> None:
     """A benchmark harness for classic visual trackers.
 
-    Exit status: 0 fine; 1 the answer is no (failed runs, say); 2 wrong usage or input.
+    Exit codes: 0 success; 1 negative result, such as failed runs or a regression; 2 invalid usage
+    or input; 3 inconclusive; 130 interrupted. See COMMAND --help for the codes of each command.
     """
 
 

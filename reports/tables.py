@@ -36,7 +36,7 @@ _NUMBER = re.compile(
 
 
 @dataclass(frozen=True)
-class Measure:
+class ScoreMeasure:
     """A score as tables show it: a column of theirs."""
 
     name: str  # column of the runs' data frame
@@ -77,7 +77,7 @@ class Table:
     rows: list[list[Cell]]
     notes: list[str] = field(default_factory=list)  # beneath it: failures, what is missing
     data: pd.DataFrame = field(default_factory=pd.DataFrame)  # at full precision, a row a value
-    ranks: list[int] = field(default_factory=list)  # of the columns of scores, see `Measure`
+    ranks: list[int] = field(default_factory=list)  # of the columns of scores, see `ScoreMeasure`
 
 
 def text_table(
@@ -117,13 +117,13 @@ class Uncertainty(NamedTuple):
     marks: Sequence[bool]
 
 
-Uncertainties: TypeAlias = Callable[[NDArray[np.float64], Measure], Uncertainty]
+Uncertainties: TypeAlias = Callable[[NDArray[np.float64], ScoreMeasure], Uncertainty]
 """Computes it from a measure's values of shape (trackers, units)."""
 
 
 def summary_table(
     runs: pd.DataFrame,
-    measures: Sequence[Measure],
+    measures: Sequence[ScoreMeasure],
     title: str,
     preset: str,
     uncertainties: Uncertainties | None = None,
@@ -140,7 +140,7 @@ def summary_table(
         `missing`, `stale`, which give no mean), `failure`, a column a measure, and optionally
         `unit`: what is averaged over, the sequences by default. Failed runs count if they have a
         score.
-    measures : sequence of Measure
+    measures : sequence of ScoreMeasure
         The columns.
     title, preset : str
         Beginning of the caption, and the metrics preset that it names.
@@ -187,7 +187,7 @@ def means_over(sequences: Sequence[str], n_units: int) -> str:
 
 
 def sequence_table(
-    runs: pd.DataFrame, measures: Sequence[Measure], title: str, preset: str
+    runs: pd.DataFrame, measures: Sequence[ScoreMeasure], title: str, preset: str
 ) -> Table:
     """Make a table of trackers by measures on every sequence; parameters as `summary_table`.
 
@@ -239,7 +239,7 @@ def _numbers(runs: pd.DataFrame) -> list[tuple[NDArray[np.int64], list[str]]]:
 def _statistics(
     runs: pd.DataFrame,
     groups: NDArray[np.int64] | pd.Index,
-    measures: Sequence[Measure],
+    measures: Sequence[ScoreMeasure],
     *,
     skip_undefined: bool = False,
 ) -> tuple[pd.DataFrame, pd.DataFrame, pd.Series]:
@@ -255,7 +255,7 @@ def _statistics(
 
 
 def _lacking(
-    runs: pd.DataFrame, groups: NDArray[np.int64], measures: Sequence[Measure]
+    runs: pd.DataFrame, groups: NDArray[np.int64], measures: Sequence[ScoreMeasure]
 ) -> list[tuple[int, str]]:
     """Return the runs of each group, and why they have no mean: `2 of 5 stale`; '' if they have.
 
@@ -278,7 +278,7 @@ def _entries(
     mean: pd.DataFrame,
     spread: pd.DataFrame,
     out_of: pd.DataFrame,
-    measures: Sequence[Measure],
+    measures: Sequence[ScoreMeasure],
 ) -> list[list[_Entry]]:
     """A row a group."""
     absent = pd.Series(math.nan, mean.index)
@@ -301,7 +301,7 @@ def _entries(
 
 
 def _rows(
-    labels: list[list[str]], entries: list[list[_Entry]], measures: Sequence[Measure]
+    labels: list[list[str]], entries: list[list[_Entry]], measures: Sequence[ScoreMeasure]
 ) -> list[list[Cell]]:
     return [
         [Cell(text) for text in names]
@@ -317,7 +317,7 @@ def _with_uncertainty(
     entries: list[list[_Entry]],
     by_unit: pd.DataFrame,
     n_units: int,
-    measures: Sequence[Measure],
+    measures: Sequence[ScoreMeasure],
     uncertainties: Uncertainties,
 ) -> list[list[_Entry]]:
     """Return entries with intervals and marks; missing means stay missing.
@@ -339,7 +339,7 @@ def _with_uncertainty(
     return made
 
 
-def _shown(entry: _Entry, measure: Measure) -> str:
+def _shown(entry: _Entry, measure: ScoreMeasure) -> str:
     if entry.lacking:
         return f"{MISSING} ({entry.lacking})"
     if np.isnan(entry.mean):
@@ -362,7 +362,7 @@ def _shown(entry: _Entry, measure: Measure) -> str:
 def _tidy(
     labels: list[dict[str, str]],
     entries: list[list[_Entry]],
-    measures: Sequence[Measure],
+    measures: Sequence[ScoreMeasure],
     preset: str,
 ) -> pd.DataFrame:
     return pd.DataFrame(

@@ -1,4 +1,4 @@
-"""Options of commands as dataclasses: the fields are click's arguments and options."""
+"""Options of commands as dataclasses: each field is an argument or an option of click."""
 
 import dataclasses
 import functools
@@ -25,42 +25,79 @@ Options = TypeVar("Options", bound="DataclassInstance")
 EXISTING_FILE = click.Path(path_type=Path, exists=True, dir_okay=False)
 
 
+LAST_GROUPS = ("Output", "Execution", "Other")
+"""Groups of options that help texts list after all other groups, in this order."""
+
+
+class GroupedOption(click.Option):
+    """Option that belongs to a group of the help text."""
+
+    def __init__(self, *arguments: Any, group: str, **settings: Any) -> None:
+        super().__init__(*arguments, **settings)
+        self.group = group
+
+
+class Command(click.Command):
+    """Command whose help text lists options by group and keeps the lines of examples."""
+
+    def __init__(self, *arguments: Any, **settings: Any) -> None:
+        super().__init__(*arguments, **settings)
+        # Click does not wrap a paragraph after this mark.
+        self.help = inspect.cleandoc(self.help or "").replace(
+            "\n\nFor example:", "\n\n\b\nFor example:"
+        )
+
+    def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write a section for each group, and the option --help at the end."""
+        groups: dict[str, list[tuple[str, str]]] = {}
+        for parameter in self.get_params(ctx):
+            record = parameter.get_help_record(ctx)
+            if record is not None and isinstance(parameter, click.Option):
+                groups.setdefault(getattr(parameter, "group", "Other"), []).append(record)
+        ranks = {name: rank for rank, name in enumerate(LAST_GROUPS, 1)}
+        for group in sorted(groups, key=lambda name: ranks.get(name, 0)):
+            with formatter.section(group):
+                formatter.write_dl(groups[group])
+
+
 def argument(*, required: bool = True, **settings: Any) -> Any:
     """Return the field of an argument of a command."""
     return dataclasses.field(metadata={"required": required, **settings})
 
 
 def option(
-    help: str,  # noqa: A002  # as click calls it
+    help: str,  # noqa: A002  # named as in click
     *names: str,
+    group: str = "Input",
     default: Any = dataclasses.MISSING,
     minimum: float | None = None,
     choices: Any = (),
-    type: Any = None,  # noqa: A002  # as click calls it
+    type: Any = None,  # noqa: A002  # named as in click
     **settings: Any,
 ) -> Any:
     """Return the field of an option of a command; its type is that of the field.
 
-    `names`: as typed; by default that of the field. `default`: shown in the help text. `minimum`:
-    least number. `choices`: all valid texts. `type`: of click, or a function of the text.
+    `names`: by default `--` and the name of the field. `group`: section of the help text.
+    `default`: shown in the help text. `minimum`: smallest valid number. `choices`: all valid texts.
+    `type`: a type of click, or a function of the text.
     """
     if choices:
-        type = click.Choice(choices)  # noqa: A001  # as click calls it
+        type = click.Choice(choices)  # noqa: A001  # named as in click
     if default is not dataclasses.MISSING:
         settings |= {"default": default, "show_default": True}
-    metadata = {"names": names, "help": help, "minimum": minimum, "type": type, **settings}
-    return dataclasses.field(default=settings.get("default"), metadata=metadata)
+    metadata = {"names": names, "help": help, "minimum": minimum, "type": type, "group": group}
+    return dataclasses.field(default=settings.get("default"), metadata=metadata | settings)
 
 
 def with_options(
     kind: type[Options],
 ) -> Callable[[Callable[[Options], Any]], Callable[..., Any]]:
-    """Make a command's function of one dataclass a function of click's arguments and options.
+    """Decorate a function of one dataclass as a function of click's arguments and options.
 
     Options of base classes are listed after those of the class.
     """
-    own = inspect.get_annotations(kind)
-    fields = sorted(dataclasses.fields(kind), key=lambda field: field.name not in own)
+    own_names = inspect.get_annotations(kind)
+    fields = sorted(dataclasses.fields(kind), key=lambda field: field.name not in own_names)
 
     def decorate(function: Callable[[Options], Any]) -> Callable[..., Any]:
         @functools.wraps(function)
@@ -93,24 +130,29 @@ def _parameter(field: "dataclasses.Field[Any]") -> Callable[[Any], Any]:
     elif types.NoneType not in args and "default" not in settings:
         settings["required"] = True
     name = f"--{field.name.replace('_', '-')}"
-    return click.option(*(names or [name]), field.name, type=kind, **settings)
+    if minimum is not None:
+        settings.setdefault("metavar", "INTEGER" if annotation is int else "FLOAT")
+    arguments = (*(names or [name]), field.name)
+    return click.option(*arguments, cls=GroupedOption, type=kind, **settings)
 
 
 def _presets(context: click.Context, parameter: click.Parameter, text: str) -> list[str]:
     from trackmark.bench import metrics
 
     if not split_list(text):
-        raise click.BadParameter("name one preset at least (`trackmark list metrics`).")
+        raise click.BadParameter("name at least one preset (`trackmark list metrics`).")
     try:
-        return list(dict.fromkeys(metrics.canonical(name) for name in split_list(text)))
+        return list(dict.fromkeys(metrics.canonical_name(name) for name in split_list(text)))
     except ValueError as error:
         raise click.BadParameter(str(error)) from error
 
 
-def metrics_option() -> Any:
+def metrics_option(group: str = "Output") -> Any:
     """Return the field of --metrics: canonical names of presets."""
     return option(
-        "Comma-separated metrics presets (`trackmark list metrics`).",
+        "Comma-separated metrics presets; see `trackmark list metrics`.",
+        group=group,
+        metavar="NAMES",
         default="native",
         type=str,
         callback=_presets,
@@ -120,7 +162,7 @@ def metrics_option() -> Any:
 def protocol_option() -> Any:
     """Return the field of --protocol."""
     return option(
-        "Evaluation protocol (`trackmark list protocols`).  [default: one-pass]",
+        "Evaluation protocol; see `trackmark list protocols`.  [default: one-pass]",
         metavar="NAME[:PARAMETER=VALUE]…",
     )
 
@@ -128,7 +170,7 @@ def protocol_option() -> Any:
 def trace_option() -> Any:
     """Return the field of --trace."""
     return option(
-        "Boxes returned frame by frame, or boxes revised later.",
+        "Boxes as returned frame by frame, or as revised later.",
         default="online",
         choices=["online", "revised"],
     )
@@ -137,13 +179,13 @@ def trace_option() -> Any:
 def truth_option() -> Any:
     """Return the field of --truth."""
     return option(
-        "Ground truth of a recorded sequence without its own: CSV frame,x,y,width,height.",
+        "Ground truth of a recorded sequence without its own: CSV with frame,x,y,width,height.",
         type=EXISTING_FILE,
     )
 
 
 def memory_size(text: str) -> int:
-    """Return the bytes of `500MB`, `4GiB` or a plain number."""
+    """Return the number of bytes of a text such as `500MB`, `4GiB` or `1000`."""
     match = re.fullmatch(r"(\d+(?:\.\d+)?) ?(?:([kmgt])(i?)b?)?b?", text.strip().lower())
     if match is None:
         raise click.BadParameter(f"{text!r} is not a valid size. Use, for example, 500MB or 4GiB.")
@@ -156,7 +198,7 @@ def memory_size(text: str) -> int:
 class JsonOptions:
     """Option of commands that print JSON."""
 
-    as_json: bool = option("Print JSON for scripts.", "--json")
+    as_json: bool = option("Print JSON instead of text.", "--json", group="Output")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -164,28 +206,38 @@ class EngineOptions:
     """Options of commands that execute runs."""
 
     output: Path = option(
-        "Results folder; each experiment gets a subfolder.", default=Path("results")
+        "Folder that contains one results folder per experiment.",
+        group="Output",
+        default=Path("results"),
     )
-    jobs: int | None = option("Worker processes.  [default: one per core]", minimum=1)
+    jobs: int | None = option(
+        "Number of worker processes.  [default: number of cores]", group="Execution", minimum=1
+    )
     engine: str = option(
-        "Execute on this machine or on a Dask cluster.", default="local", metavar="local|dask"
+        "Execute runs on this machine or on a Dask cluster.",
+        group="Execution",
+        default="local",
+        metavar="local|dask",
     )
-    address: str | None = option("Scheduler of a running Dask cluster.")
+    address: str | None = option(
+        "Address of the scheduler of a running Dask cluster.", group="Execution"
+    )
     frame_limit: float | None = option(
-        "Time limit of a tracker per frame.  [default: 60]", metavar="SECONDS"
+        "Time limit per frame.  [default: 60]", group="Execution", metavar="SECONDS"
     )
     run_limit: float | None = option(
-        "Time limit of a tracker per run.  [default: 21600]", metavar="SECONDS"
+        "Time limit per run.  [default: 21600]", group="Execution", metavar="SECONDS"
     )
     memory_limit: int | None = option(
-        "Memory limit of a worker process, as 4GB.  [default: a core's share]",
+        "Memory limit per worker, such as 4GB.  [default: total memory / number of cores]",
+        group="Execution",
         metavar="SIZE",
         type=memory_size,
     )
 
     @property
     def engine_settings(self) -> dict[str, Any]:
-        """Settings of the engine for `Execution`."""
+        """Arguments of `Execution` that select and limit the engine."""
         from trackmark.bench.engine.work_unit import Limits
 
         limits = {
@@ -203,7 +255,7 @@ class EngineOptions:
 
 
 def utf8_text(context: click.Context, parameter: click.Parameter, text: str | None) -> str | None:
-    """Refuse the text of an option that a file in UTF-8 cannot hold."""
+    """Return the text of an option; refuse a text that a UTF-8 file cannot hold."""
     try:
         (text or "").encode()
     except UnicodeEncodeError as error:
@@ -219,9 +271,10 @@ def split_list(text: str) -> list[str]:
 
 
 def matching_sequences(text: str, truth: Path | None = None) -> tuple[SequenceSource, ...]:
-    """Return the distinct sequences of a comma-separated list of what `datasets.matching` takes.
+    """Return the distinct sequences of a comma-separated list of names, paths and patterns.
 
-    Raises `SequenceError` for a pattern without match, `ExperimentError` if several share `truth`.
+    Raises `SequenceError` for a pattern without match, and `ExperimentError` if `truth` is given
+    for more or fewer than one sequence.
     """
     from trackmark import datasets
 
@@ -229,7 +282,7 @@ def matching_sequences(text: str, truth: Path | None = None) -> tuple[SequenceSo
         names = [name for item in split_list(text) for name in datasets.matching(item)]
     names = list(dict.fromkeys(names))
     if truth is not None and len(names) != 1:
-        raise ExperimentError(f"--truth goes with one sequence; there are {len(names)}.")
+        raise ExperimentError(f"--truth: {len(names)} sequences are selected. Select one.")
     return tuple(SequenceSource(name, truth) for name in names)
 
 
@@ -240,5 +293,7 @@ def only_experiment(results: Path) -> Path:
     folders = experiment_folders(results)
     if len(folders) > 1:
         names = ", ".join(path.name for path in folders)
-        raise click.UsageError(f"{results} holds several experiments ({names}): name one.")
+        raise click.UsageError(
+            f"{results} contains several experiments ({names}). Give one of them."
+        )
     return folders[0]

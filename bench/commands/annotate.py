@@ -1,4 +1,4 @@
-"""Write the ground truth of a video from boxes marked on some of its frames."""
+"""Write the ground truth of a video from boxes on key frames."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from trackmark.bench.commands._options import EXISTING_FILE, argument, option, with_options
+from trackmark.bench.commands._options import EXISTING_FILE, Command, argument, option, with_options
 from trackmark.bench.commands._progress import patience
 from trackmark.bench.experiments.experiment import ExperimentError
 
@@ -27,38 +27,46 @@ class AnnotateOptions:
 
     video: Path = argument(type=click.Path(path_type=Path, exists=True))
     boxes: tuple[str, ...] = option(
-        "Box on a key frame [pixels]; frames count from 0. Repeat for every key frame.",
+        "Box on a key frame [pixels]; frames count from 0. Repeatable.",
         "--box",
         metavar="FRAME:X,Y,WIDTH,HEIGHT",
     )
     keys: Path | None = option(
-        "CSV frame,x,y,width,height with more key frames.", type=EXISTING_FILE
+        "More key frames: CSV with frame,x,y,width,height.", type=EXISTING_FILE
     )
     absent: tuple[str, ...] = option(
-        "Frames, both included, in which the target is absent or covered.", metavar="FIRST-LAST"
+        "Frames without visible target, both ends included. Repeatable.", metavar="FIRST-LAST"
     )
     output: Path | None = option(
-        "Ground-truth file.  [default: next to the video, its name with .csv, for `run`]",
+        "Ground-truth file.  [default: the name of the video with .csv, next to the video]",
+        group="Output",
         type=click.Path(path_type=Path, dir_okay=False),
     )
     pick: bool = option("Draw boxes on a page in the browser.")
-    note: str | None = option("Line for the file's head: who marked what, and how.")
-    force: bool = option("Replace an existing file.")
+    note: str | None = option(
+        "Comment for the head of the file: who marked what, and how.", group="Output"
+    )
+    force: bool = option("Replace an existing file.", group="Output")
 
 
-@click.command("annotate")
+@click.command("annotate", cls=Command)
 @with_options(AnnotateOptions)
 def command(options: AnnotateOptions) -> None:
-    """Write the ground truth of VIDEO (a video file or a folder of images).
+    """Write the ground truth of a video from boxes on key frames.
 
-    Boxes between key frames are interpolated linearly, and marked so in the file. Frames
-    before the first key frame and after the last are without target. A check strip is drawn
-    next to the file: look at it, mark more frames where a box does not fit, and repeat.
+    VIDEO is a video file or a folder of images. Boxes between key frames are interpolated linearly;
+    the file marks them as interpolated. Frames before the first and after the last key frame are
+    without target. A check strip is drawn next to the file. Where a box does not fit, add key
+    frames and repeat the command.
 
-    Example: trackmark annotate cup.mp4 --box 0:310,120,64,80 --box 12:298,131,64,80
-
-    With --pick boxes are drawn in a browser, which opens if there is a display. Otherwise open the
+    With --pick, draw the boxes in a browser, which opens if there is a display. Otherwise open the
     printed address, from another machine through a tunnel (ssh -L).
+
+    For example:
+      trackmark annotate cup.mp4 --box 0:310,120,64,80 --box 12:298,131,64,80
+      trackmark annotate cup.mp4 --pick
+
+    Exit codes: 0 success; 2 invalid usage or input; 130 interrupted.
     """
     from trackmark import datasets
     from trackmark.datasets import truth_file

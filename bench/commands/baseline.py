@@ -1,4 +1,4 @@
-"""Write what trackers score to a baseline for `trackmark check`."""
+"""Store scores of trackers as a baseline for `trackmark check`."""
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING
 import click
 
 from trackmark.bench.commands import EXIT_ANSWER_IS_NO
-from trackmark.bench.commands._baseline_runs import CellRunner, are_baseline_cells, first_cells
+from trackmark.bench.commands._baseline_runs import BaselineRunner, check_entries
 from trackmark.bench.commands._options import (
+    Command,
     EngineOptions,
     argument,
     matching_sequences,
@@ -26,31 +27,40 @@ class BaselineOptions(EngineOptions):
     """Options of the command."""
 
     name: str = argument()
-    trackers: str = option("Comma-separated, as for `run`.")
-    sequences: str = option("Comma-separated names or paths, as for `run`.")
+    trackers: str = option("Comma-separated trackers, as for `run`.", metavar="TRACKERS")
+    sequences: str = option(
+        "Comma-separated names, paths or patterns, as for `run`.", metavar="SEQUENCES"
+    )
     seeds: int = option(
-        "Runs per sequence of trackers that declare randomness; others run once.",
+        "Number of repetitions of stochastic trackers.",
+        metavar="INTEGER",
         default=20,
         type=click.IntRange(6, 10_000),
     )
     detect: float = option(
-        "Drop of the mean overlap on one sequence that must not be missed.",
+        "Drop of the mean overlap on one sequence that a check must detect.",
+        metavar="FLOAT",
         default=0.05,
         type=click.FloatRange(0, 1, min_open=True),
     )
-    force: bool = option("Replace an existing baseline.")
+    force: bool = option("Replace an existing baseline.", group="Output")
 
 
-@click.command("baseline")
+@click.command("baseline", cls=Command)
 @with_options(BaselineOptions)
 def command(options: BaselineOptions) -> int:
-    """Write the baseline NAME (baselines/NAME.toml, or a path that ends in .toml).
+    """Store scores of trackers as a baseline for `trackmark check`.
 
-    It is a small text file to be committed: a line per tracker and sequence, with score and digest
-    of each run. Stored runs are not repeated.
+    The command writes baselines/NAME.toml, or NAME itself if it ends in .toml. Commit this small
+    text file: it has one line per tracker and sequence, with the score and a digest of the boxes of
+    each run. Missing runs are executed.
 
-    Exit codes: 0 success; 1 runs failed, nothing is written; 2 invalid usage or input, or a tracker
-    uses random numbers without declaring it; 130 interrupted.
+    For example:
+      trackmark baseline mine --trackers camshift,matcher.py --sequences 'samples/*'
+      trackmark baseline mine --trackers camshift --sequences plain/target --seeds 40 --force
+
+    Exit codes: 0 success; 1 a run failed and nothing is written; 2 invalid usage or input, or a
+    tracker uses random numbers without declaring them; 130 interrupted.
     """
     from trackmark.bench.comparing.baseline import (
         Baseline,
@@ -73,15 +83,15 @@ def command(options: BaselineOptions) -> int:
     plan = make_plan(requested, Results(options.output / experiment), {})
     texts = {spec.label: text for text, spec in plan.trackers.items()}
     sources = {sequence.name: sequence.source for sequence in plan.sequences}
-    runner = CellRunner(experiment, texts, sources, options)
+    runner = BaselineRunner(experiment, texts, sources, options)
     names = {label: list(sources) for label in texts}
-    cells = runner.run(names, options.seeds)
-    repeated = runner.repeat(first_cells(names))
-    if not are_baseline_cells(cells, repeated, f"{path} is not written: runs failed."):
+    entries = runner.run(names, options.seeds)
+    repeated = runner.repeat({label: list(sources)[:1] for label in texts})
+    if not check_entries(entries, repeated, f"{path} is not written: runs failed."):
         return EXIT_ANSWER_IS_NO
-    baseline = Baseline(cells, texts, options.seeds, options.detect, surroundings())
+    baseline = Baseline(entries, texts, options.seeds, options.detect, surroundings())
     write_baseline(baseline, path)
-    runs = sum(len(cell.overlap) for row in cells.values() for cell in row.values())
+    runs = sum(len(entry.overlap) for row in entries.values() for entry in row.values())
     click.echo(
         f"{path}: {len(texts)} x {len(sources)} trackers and sequences, {runs} runs.\n"
         f"Commit it; `trackmark check {name}` compares with it."
@@ -100,8 +110,8 @@ def _sensitivity(baseline: "Baseline") -> list[str]:
     )
 
     lines = {}
-    for tracker, row in baseline.cells.items():
-        scores = [cell.overlap for cell in row.values()]
+    for tracker, row in baseline.entries.items():
+        scores = [entry.overlap for entry in row.values()]
         spread = pooled_spread(scores) if len(scores[0]) > 1 else 0.0
         if spread == 0.0:
             continue

@@ -1,4 +1,4 @@
-"""Compare trackers pair by pair, on stored or new runs."""
+"""Compare trackers pairwise on the same sequences."""
 
 import json
 import math
@@ -12,9 +12,14 @@ import click
 
 from trackmark.bench.commands import EXIT_ANSWER_IS_NO
 from trackmark.bench.commands._execution import run_experiment
-from trackmark.bench.commands._imported_results import guests_of, imported_option, with_imported
+from trackmark.bench.commands._imported_results import (
+    imported_option,
+    parse_imported,
+    with_imported,
+)
 from trackmark.bench.commands._options import (
     EXISTING_FILE,
+    Command,
     EngineOptions,
     JsonOptions,
     argument,
@@ -36,7 +41,7 @@ if TYPE_CHECKING:
 
     from trackmark.bench.comparing.comparison import Comparison
     from trackmark.bench.store.layout import Cell
-    from trackmark.reports.tables import Measure
+    from trackmark.reports.tables import ScoreMeasure
 
 WIDTH = 96
 
@@ -50,74 +55,86 @@ class CompareOptions(JsonOptions, EngineOptions):
 
     trackers: tuple[str, ...] = argument(nargs=-1, required=False)
     sequences: str | None = option(
-        "Comma-separated names, paths or patterns with * and ?. Missing runs are executed."
+        "Comma-separated names, paths or patterns with * and ?. Missing runs are executed.",
+        metavar="SEQUENCES",
     )
     results: Path | None = option("Results folder to compare.")
     results_of: tuple[str, ...] = imported_option()
     protocol: str | None = protocol_option()
-    metrics: list[str] = metrics_option()
-    metric: str | None = option(
-        f"Score to compare: {', '.join(MARGINS)} of `native`, or a column of --metrics.  "
-        "[default: mean_overlap, or the first column of the preset]"
-    )
-    margin: float | None = option("Equivalence margin.", minimum=0)
-    against: str | None = option("Compare this tracker with each other tracker.", metavar="NAME")
-    unit: str | None = option(
-        "Use scenes as units; answers then hold for new scenes of these families only.",
-        choices=["scene"],
-    )
-    seeds: int | None = option("Repetitions of stochastic trackers.", minimum=1)
-    name: str | None = option("Name of the results folder; as in `run`.")
     published: Path | None = option(
         "Published scores: CSV with tracker,sequence,METRIC.", type=EXISTING_FILE
     )
+    seeds: int | None = option("Number of repetitions of stochastic trackers.", minimum=1)
+    metrics: list[str] = metrics_option("Statistics")
+    metric: str | None = option(
+        f"Score to compare: {', '.join(MARGINS)} of `native`, or a column of --metrics.  "
+        "[default: mean_overlap, or the first column of the preset]",
+        group="Statistics",
+        metavar="NAME",
+    )
+    margin: float | None = option("Equivalence margin.", group="Statistics", minimum=0)
+    against: str | None = option(
+        "Compare only this tracker with each other tracker.", group="Statistics", metavar="NAME"
+    )
+    unit: str | None = option(
+        "Use scenes as units; results then hold for new scenes of these families only.",
+        group="Statistics",
+        choices=["scene"],
+    )
+    name: str | None = option(
+        "Name of the results folder; as in `run`.", group="Output", metavar="NAME"
+    )
     folder: Path | None = option(
-        "Write tables, figures and a paragraph for a paper to this folder."
+        "Write tables, figures and a paragraph for a paper to this folder.", group="Output"
     )
 
 
-@click.command("compare")
+@click.command("compare", cls=Command)
 @with_options(CompareOptions)
 def command(options: CompareOptions) -> int:
-    """Compare TRACKERS pairwise on the same sequences.
+    """Compare trackers pairwise on the same sequences.
 
     Give either --sequences (missing runs are executed) or --results (stored runs are compared; all
     trackers if none is named). The first tracker of each pair is reported as better, worse,
     equivalent or inconclusive. Each metrics preset gets its own comparison. Failed runs count as
     the worst score.
 
-    Exit codes: 0 success; 1 every run of a tracker failed, which is left out; 2 invalid usage or
+    For example:
+      trackmark compare camshift opencv-mil --sequences 'samples/*' --seeds 5
+      trackmark compare --results results/windows --folder paper
+
+    Exit codes: 0 success; 1 all runs of a tracker failed, which is left out; 2 invalid usage or
     input, or a missing run in --results; 130 interrupted.
     """
     from trackmark.bench.comparing.comparable_runs import AllFailedError
     from trackmark.bench.protocols import STORED_ONE_PASS, parse_protocol
 
     if (options.sequences is None) == (options.results is None):
-        raise click.UsageError("Give --sequences or --results (one of them).")
+        raise click.UsageError("Give either --sequences or --results.")
     if options.margin is not None and not math.isfinite(options.margin):
-        raise click.UsageError("--margin must be a finite number.")
+        raise click.UsageError(f"--margin: {options.margin} is not a finite number.")
     filed = STORED_ONE_PASS if options.protocol is None else parse_protocol(options.protocol).text
     measures = {preset: _measure(preset, options) for preset in _presets(options.metrics, filed)}
-    guests = guests_of(options.results_of)
-    trackers, against = _trackers(options, [guest.tracker for guest in guests])
+    imported_trackers = parse_imported(options.results_of)
+    imported = [guest.tracker for guest in imported_trackers]
+    trackers, against = _trackers(options, imported)
     labels: list[str] | None = [label for label, _ in trackers] or None
     cells: Collection[Cell] | None = None
     experiments = []
-    if options.sequences is not None and len(trackers) + len(guests) < 2:
-        raise click.UsageError("Name the trackers to compare, two or more.")
+    if options.sequences is not None and len(trackers) + len(imported) < 2:
+        raise click.UsageError("Name at least two trackers to compare.")
     if options.results is not None:
         experiments = [only_experiment(options.results)]
     elif trackers:
         folder, labels, cells = _run(options, [text for _, text in trackers])
         experiments = [folder]
     only = None if cells is None else {sequence for _, sequence, _, _ in cells}
-    with with_imported(experiments, guests, options.sequences, only) as (experiment,):
-        imported = [guest.tracker for guest in guests]
+    with with_imported(experiments, imported_trackers, options.sequences, only) as (experiment,):
         runs = _load(experiment, labels, cells, imported, filed)
         if options.results is not None:
             _report_older_versions(runs.table[~runs.table["tracker"].isin(imported)])
         try:
-            compared = {  # before any output: a preset may refuse the runs
+            compared = {  # all before any output, since a preset may refuse the runs
                 preset: _compare(runs, against, options, preset, measure)
                 for preset, measure in measures.items()
             }
@@ -128,7 +145,7 @@ def command(options: CompareOptions) -> int:
 
 
 def _presets(metrics: Sequence[str], filed: str) -> list[str]:
-    """Return the presets; instead of `native`, if it cannot judge the runs, the protocol's own."""
+    """Return the presets; the preset of the protocol replaces a `native` that cannot judge runs."""
     from trackmark.bench.evaluation.scoring import can_judge
     from trackmark.bench.protocols import parse_protocol
     from trackmark.bench.reporting.tables import PRESET
@@ -137,8 +154,8 @@ def _presets(metrics: Sequence[str], filed: str) -> list[str]:
     return list(dict.fromkeys(replaced.get(name, name) for name in metrics))
 
 
-def _measure(preset: str, options: CompareOptions) -> "Measure":
-    """Return the score of a preset by which runs are compared, with its margin."""
+def _measure(preset: str, options: CompareOptions) -> "ScoreMeasure":
+    """Return the score that is compared, with its margin."""
     from trackmark.bench.reporting.tables import PRESET, SUMMARY
 
     if preset != PRESET:
@@ -154,31 +171,33 @@ def _measure(preset: str, options: CompareOptions) -> "Measure":
     return measure if options.margin is None else replace(measure, margin=options.margin)
 
 
-def _preset_measure(preset: str, options: CompareOptions) -> "Measure":
-    """Return a column of a metrics preset as a measure with the margin of shares."""
+def _preset_measure(preset: str, options: CompareOptions) -> "ScoreMeasure":
+    """Return a column of a metrics preset as a measure, with the default margin of shares."""
     from trackmark.bench.metrics import preset as metrics_preset
     from trackmark.bench.metrics.preset import heading, mean_of_sequences
-    from trackmark.reports.tables import Measure
+    from trackmark.reports.tables import ScoreMeasure
 
     definitions = metrics_preset(preset)
     judging = {key: column for key, column in definitions.columns.items() if column.better}
     columns = {key: column for key, column in judging.items() if not column.whole}
     name = options.metric or next(iter(columns))
     if name not in columns:
-        problem = f"{preset} has no {name!r}"
+        problem = f"{preset} has no score {name!r}"
         if name in judging:
-            problem = f"{name} is of all sequences together, and trackers are compared by sequence"
+            problem = (
+                f"{name} is a score of all sequences together; trackers are compared by sequence"
+            )
         raise click.BadParameter(
-            f"{problem}; by {preset}, trackers can be compared by {', '.join(columns)}.",
+            f"{problem}. Choose one of {', '.join(columns)}.",
             param_hint="--metric",
         )
     better = columns[name].better
     if options.margin is None and better == "lower":
-        raise click.UsageError(f"{name} is not a share: give its equivalence --margin.")
+        raise click.UsageError(f"{name} has no default equivalence margin. Give one with --margin.")
     title = f"{heading(name)} ({preset})"
-    if definitions.combine is not mean_of_sequences:  # `report` prints another number
+    if definitions.combine is not mean_of_sequences:  # `report` prints a different mean
         title = f"mean of sequences' {title}"
-    return Measure(
+    return ScoreMeasure(
         name,
         title,
         direction=better,
@@ -192,9 +211,9 @@ def _preset_measure(preset: str, options: CompareOptions) -> "Measure":
 def _trackers(
     options: CompareOptions, imported: Sequence[str]
 ) -> tuple[list[tuple[str, str]], str | None]:
-    """Return label and text of each named tracker, and the label of --against.
+    """Return label and specification of each named tracker, and the label of --against.
 
-    The tracker of --against is added to the named ones.
+    The tracker of --against is added to the named trackers.
     """
     trackers = [
         (label, text) for text in split_list(",".join(options.trackers)) for label in [_label(text)]
@@ -208,20 +227,20 @@ def _trackers(
 
 
 def _label(text: str) -> str:
-    """Return the label of a tracker; a text that names no tracker is its own label."""
+    """Return the label of a specification; the text itself if there is no such tracker."""
     from trackmark.bench.experiments.tracker_files import resolve_trackers
     from trackmark.trackers import TrackerError
 
     try:
         return resolve_trackers([text])[text].label
     except TrackerError:
-        return text  # the results may be stored without the tracker
+        return text  # stored runs can be compared without the tracker
 
 
 def _run(
     options: CompareOptions, trackers: Sequence[str]
 ) -> "tuple[Path, list[str], Collection[Cell]]":
-    """Execute missing runs; return the experiment's folder, the labels and the requested runs."""
+    """Execute missing runs; return the results folder, the labels and the requested runs."""
     sequences = options.sequences or ""
     experiment = Experiment(
         name=options.name or default_name(trackers, split_list(sequences), None),
@@ -253,7 +272,7 @@ def _load(
     imported: Sequence[str],
     filed: str,
 ) -> _Runs:
-    """Load the requested runs (all stored ones if None), imported ones and timing runs."""
+    """Load requested runs (all stored runs if None), imported runs and timing runs."""
     from trackmark.bench.protocols import TIMING
     from trackmark.bench.store.loading import load_results
     from trackmark.bench.store.results import Results
@@ -266,14 +285,14 @@ def _load(
         cells = [*cells, *((*cell[:3], TIMING) for cell in cells)]
     runs = load_results(experiment, cells)
     if labels is not None and set(labels) <= set(runs["tracker"].unique()):
-        runs = runs[runs["tracker"].isin(labels)]  # other runs may be missing or damaged
+        runs = runs[runs["tracker"].isin(labels)]  # runs of other trackers may be damaged
     return _Runs(experiment, runs, labels, filed)
 
 
 def _compare(
-    runs: _Runs, against: str | None, options: CompareOptions, preset: str, measure: "Measure"
+    runs: _Runs, against: str | None, options: CompareOptions, preset: str, measure: "ScoreMeasure"
 ) -> "Comparison":
-    """Compare the runs by a preset's score."""
+    """Compare the runs by a score of a metrics preset."""
     from trackmark.bench.comparing.comparable_runs import of_protocol, same_boxes, with_published
     from trackmark.bench.comparing.comparison import compare
     from trackmark.bench.reporting.by_preset import runs_by

@@ -1,4 +1,4 @@
-"""Run four trackers on a synthetic and two recorded sequences, with a page and tables."""
+"""Show what trackmark does: run four trackers and write a page."""
 
 import os
 import sys
@@ -8,7 +8,7 @@ from pathlib import Path
 import click
 
 from trackmark.bench.commands._execution import plan_experiment
-from trackmark.bench.commands._options import EngineOptions, option, with_options
+from trackmark.bench.commands._options import Command, EngineOptions, option, with_options
 from trackmark.bench.commands._progress import print_message, progress_bar
 from trackmark.bench.commands.run import execute
 from trackmark.bench.experiments.experiment import read_experiment
@@ -18,16 +18,23 @@ from trackmark.bench.experiments.experiment import read_experiment
 class DemoOptions:
     """Options of the command."""
 
-    output: Path = option("Folder for results and report.", default=Path("out"))
-    jobs: int | None = option("Worker processes.  [default: one per core]", minimum=1)
+    output: Path = option("Folder for results and report.", group="Output", default=Path("out"))
+    jobs: int | None = option(
+        "Number of worker processes.  [default: number of cores]", group="Execution", minimum=1
+    )
 
 
-@click.command("demo")
+@click.command("demo", cls=Command)
 @with_options(DemoOptions)
 def command(options: DemoOptions) -> int:
-    """Show what trackmark does, in about a minute, without a download.
+    """Show what trackmark does: run four trackers and write a page.
 
-    It runs the experiment `demo`: bench/experiments/demo.toml.
+    The command runs the built-in experiment `demo` in about a minute, without a download.
+
+    For example:
+      trackmark demo
+
+    Exit codes: 0 success; 1 at least one run failed; 2 invalid usage or input; 130 interrupted.
     """
     from trackmark.bench.pages.report import Commands, write_report_page
     from trackmark.bench.pages.report_figures import FigureFiles

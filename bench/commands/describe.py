@@ -1,4 +1,4 @@
-"""Describe a tracker, sequence, folder of sequences, metrics preset, attribute or protocol."""
+"""Describe a tracker, sequence, metrics preset, attribute or protocol."""
 
 import ast
 import json
@@ -10,6 +10,7 @@ from typing import Any
 import click
 
 from trackmark.bench.commands._options import (
+    Command,
     JsonOptions,
     argument,
     option,
@@ -27,17 +28,23 @@ class DescribeOptions(JsonOptions):
     name: str = argument()
     truth: Path | None = truth_option()
     measure: bool = option(
-        "Also the measured attributes of a sequence; its frames are read once.", "--attributes"
+        "Also measure the attributes of a sequence; this reads all of its frames.", "--attributes"
     )
 
 
-@click.command("describe")
+@click.command("describe", cls=Command)
 @with_options(DescribeOptions)
 def command(options: DescribeOptions) -> None:
-    """Describe NAME: a tracker, sequence (built-in or a path), preset, attribute or protocol.
+    """Describe a tracker, sequence, metrics preset, attribute or protocol.
 
-    Of a folder of sequences or a pattern, the sequences are listed. Presets are those of metrics,
-    attributes those that are measured of sequences (`trackmark list`).
+    NAME is a name of `trackmark list`, the path of a sequence or tracker file, or a folder or
+    pattern, whose sequences are listed.
+
+    For example:
+      trackmark describe camshift
+      trackmark describe samples/face --attributes
+
+    Exit codes: 0 success; 2 unknown name or invalid input.
     """
     name, truth = options.name, options.truth
     if not name.strip():
@@ -98,7 +105,7 @@ def _named(name: str) -> Description | None:
     from trackmark.bench import metrics, protocols
 
     bare = name.partition(":")[0]
-    if metrics.knows(name):
+    if metrics.is_preset(name):
         data, lines = _metrics(name)
         if name in protocols.names():  # a preset and a protocol have this name
             data["protocol_of_this_name"] = protocols.definition(name)
@@ -116,21 +123,21 @@ def _metrics(name: str) -> Description:
     from trackmark.bench import metrics
 
     preset = metrics.preset(name)
-    summary, _, definition = metrics.definition(name).partition("\n\n")
+    summary, _, definition = metrics.read_definition(name).partition("\n\n")
     data = {
-        "name": metrics.canonical(name),
+        "name": metrics.canonical_name(name),
         "summary": summary,
         "definition": definition,
-        "also": list(preset.also),
-        "agrees": preset.agrees,
+        "also": list(preset.aliases),
+        "agrees": preset.agrees_with,
         "protocol": preset.protocol,
         "columns": {key: asdict(column) for key, column in preset.columns.items()},
         "curves": {key: asdict(axes) for key, axes in preset.curves.items()},
     }
-    lines = [metrics.canonical(name), "", summary, "", definition, ""]
-    lines.append(f"agrees with  {preset.agrees or 'no toolkit'}")
+    lines = [metrics.canonical_name(name), "", summary, "", definition, ""]
+    lines.append(f"agrees with  {preset.agrees_with or 'no toolkit'}")
     lines.append(f"judges       runs by the protocol {preset.protocol!r}")
-    lines += [f"also called  {', '.join(preset.also)}"] if preset.also else []
+    lines += [f"also called  {', '.join(preset.aliases)}"] if preset.aliases else []
     lines += [f"curves       {', '.join(preset.curves)}"] if preset.curves else []
     lines.append("scores, and those of a perfect tracker")
     width = max(map(len, preset.columns))

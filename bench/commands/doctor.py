@@ -1,4 +1,4 @@
-"""Check this installation: versions, caches, what optional trackers need."""
+"""Check the installation: versions, caches and optional trackers."""
 
 import importlib
 import json
@@ -12,7 +12,7 @@ from typing import Any
 import click
 
 from trackmark.bench.commands import EXIT_ANSWER_IS_NO
-from trackmark.bench.commands._options import JsonOptions, with_options
+from trackmark.bench.commands._options import Command, JsonOptions, with_options
 from trackmark.reports.printable import wrapped
 
 LIBRARIES = ("numpy", "numba", "pandas", "matplotlib", "av", "scikit-video")
@@ -20,12 +20,15 @@ OPENCV = "opencv"
 MISSING = "not installed"
 
 
-@click.command("doctor")
+@click.command("doctor", cls=Command)
 @with_options(JsonOptions)
 def command(options: JsonOptions) -> int:
-    """Check this installation.
+    """Check the installation: versions, caches and optional trackers.
 
-    Exit codes: 0 success; 1 there is a problem.
+    For example:
+      trackmark doctor --json
+
+    Exit codes: 0 no problem; 1 at least one problem, which is printed with a remedy.
     """
     versions = _versions()
     data: dict[str, Any] = {

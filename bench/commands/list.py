@@ -1,11 +1,11 @@
-"""List trackers, sequences, experiments, metrics presets, attributes, protocols and formats."""
+"""List trackers, sequences, metrics presets and other named things."""
 
 import json
 from dataclasses import dataclass
 
 import click
 
-from trackmark.bench.commands._options import JsonOptions, argument, with_options
+from trackmark.bench.commands._options import Command, JsonOptions, argument, with_options
 from trackmark.reports.printable import wrapped
 
 KINDS = (
@@ -26,14 +26,20 @@ class ListOptions(JsonOptions):
     kind: str | None = argument(metavar="[KIND]", type=click.Choice(KINDS), required=False)
 
 
-@click.command("list")
+@click.command("list", cls=Command)
 @with_options(ListOptions)
 def command(options: ListOptions) -> None:
-    """List everything that is available, or one KIND of it.
+    """List trackers, sequences, metrics presets and other named things.
 
-    Kinds are trackers, sequences (built-in ones), experiments, metrics (presets), attributes,
-    protocols, and formats of recorded data. Trackers whose libraries are not installed are listed,
-    too; `describe` names what they need.
+    KIND is trackers, sequences (built-in), experiments, metrics (presets), attributes, protocols or
+    formats (of recorded data). Without it, all kinds are listed. Trackers whose libraries are not
+    installed are included; `describe` names what they need.
+
+    For example:
+      trackmark list
+      trackmark list trackers --json
+
+    Exit codes: 0 success; 2 invalid usage.
     """
     data = {name: _summaries(name) for name in ((options.kind,) if options.kind else KINDS)}
     if options.as_json:
@@ -66,9 +72,9 @@ def _summaries(kind: str) -> dict[str, str]:
         from trackmark.bench import metrics
 
         lines = {}
-        for name in metrics.names():
-            also = metrics.preset(name).also
-            lines[name] = metrics.definition(name).partition("\n")[0]
+        for name in metrics.preset_names():
+            also = metrics.preset(name).aliases
+            lines[name] = metrics.read_definition(name).partition("\n")[0]
             lines[name] += f" Also called {', '.join(also)}." if also else ""
         return lines
     if kind == "attributes":

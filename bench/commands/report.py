@@ -1,4 +1,4 @@
-"""Make tables, plots and a page of stored results."""
+"""Write tables, plots and a page of stored results."""
 
 import functools
 from collections.abc import Sequence
@@ -9,8 +9,13 @@ from typing import TYPE_CHECKING
 import click
 
 from trackmark.bench.commands import EXIT_ANSWER_IS_NO
-from trackmark.bench.commands._imported_results import guests_of, imported_option, with_imported
+from trackmark.bench.commands._imported_results import (
+    imported_option,
+    parse_imported,
+    with_imported,
+)
 from trackmark.bench.commands._options import (
+    Command,
     JsonOptions,
     argument,
     metrics_option,
@@ -39,23 +44,27 @@ class ReportOptions(JsonOptions):
 
     results: Path | None = argument(required=False)
     form: str | None = option(
-        "Format of the printed tables; or, with --folder, of the plots.",
+        "Format of the printed tables or, with --folder, of the plots.",
         "--format",
+        group="Output",
         choices=TEXTS + FIGURES,
     )
     folder: Path | None = option(
         "Write the page, tables in every format, plots and film strips to this folder.  "
-        "[default: the page alone, to RESULTS]"
+        "[default: only the page, to RESULTS]",
+        group="Output",
     )
-    frames: bool = option("Write frames in full size next to the page.")
+    frames: bool = option("Write frames in full size next to the page.", group="Output")
     results_of: tuple[str, ...] = imported_option()
-    sequences: str | None = option("Sequences of --results-of without RESULTS; as for `run`.")
+    sequences: str | None = option(
+        "Sequences of --results-of if RESULTS is not given; as for `run`.", metavar="SEQUENCES"
+    )
     metrics: list[str] = metrics_option()
     by_attribute: bool = option(
-        "Add scores by attribute of the sequences (docs/attributes.md), measured if needed."
+        "Add scores by attribute of the sequences; see docs/attributes.md.", group="Output"
     )
-    wide: bool = option("Print all columns of the tables.")
-    no_pictures: bool = option("Print tables only: no page, no plots.")
+    wide: bool = option("Print all columns of the tables.", group="Output")
+    no_pictures: bool = option("Write tables only: no page, no plots.", group="Output")
 
     @property
     def has_page(self) -> bool:
@@ -63,17 +72,23 @@ class ReportOptions(JsonOptions):
         return not self.no_pictures and (self.folder is not None or not (self.as_json or self.form))
 
 
-@click.command("report")
+@click.command("report", cls=Command)
 @with_options(ReportOptions)
 def command(options: ReportOptions) -> int:
-    """Report on RESULTS (the folder of an experiment, or one that holds several).
+    """Write tables, plots and a page of stored results.
 
-    Prints tables, and writes report.html, a page with a player of the frames; with --json or a
-    --format of tables and no --folder it only prints. Nothing is run: --metrics scores stored runs
-    by other definitions, --results-of adds imported results on the same sequences. Film strips,
-    the page and --by-attribute read the frames of the sequences.
+    RESULTS is the results folder of an experiment, or a folder that contains several. The command
+    prints tables and writes report.html, a page with a player of the frames. With --json or a text
+    --format and without --folder, it only prints. No tracker is run: --metrics scores stored runs
+    by other presets, and --results-of adds results of other toolkits on the same sequences. Film
+    strips, the page and --by-attribute read the frames of the sequences.
 
-    Exit codes: 0 success; 1 every run of a tracker failed; 2 invalid usage or input.
+    For example:
+      trackmark report results/windows
+      trackmark report results/windows --metrics native,otb --folder paper --format pdf
+
+    Exit codes: 0 success; 1 all runs of a tracker failed; 2 invalid usage or input; 130
+    interrupted.
     """
     from trackmark.bench.store.layout import experiment_folders
 
@@ -89,7 +104,7 @@ def command(options: ReportOptions) -> int:
     if options.frames and not options.has_page:
         raise click.UsageError("--frames needs a page, which is not written: give --folder.")
     stored = [] if results is None else experiment_folders(results)
-    with with_imported(stored, guests_of(options.results_of), sequences) as experiments:
+    with with_imported(stored, parse_imported(options.results_of), sequences) as experiments:
         for number, experiment in enumerate(experiments):
             _report(experiment, stored[number] if stored else None, options, len(experiments) > 1)
         return _print_left_out(experiments)

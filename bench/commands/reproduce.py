@@ -1,4 +1,4 @@
-"""Reproduce a paper: its main table and figures, and a verdict on each of its claims."""
+"""Reproduce a paper: main table, figures and a verdict on each claim."""
 
 import json
 import time
@@ -12,6 +12,7 @@ import click
 from trackmark.bench.commands import EXIT_ANSWER_IS_NO
 from trackmark.bench.commands._execution import execute_runs, plan_experiment
 from trackmark.bench.commands._options import (
+    Command,
     EngineOptions,
     JsonOptions,
     argument,
@@ -32,25 +33,33 @@ class ReproduceOptions(JsonOptions, EngineOptions):
     """Options of the command."""
 
     paper: str | None = argument(required=False)
-    all_papers: bool = option("Every paper, and one page for all of them.")
-    quick: bool = option("Main table and figure strips in a minute; no verdicts.")
-    everything: bool = option("Also the sensitivity table.", "--all")
-    seeds: int | None = option("Largest number of repetitions.", minimum=1)
+    all_papers: bool = option("Reproduce every paper, and write a page that lists all of them.")
+    quick: bool = option("Main table and figure strips in a minute, without verdicts.")
+    everything: bool = option("Add the sensitivity table.", "--all")
+    seeds: int | None = option("Maximum number of repetitions.", minimum=1)
     page: Path | None = option(
-        "Markdown file to write the paper's page to.",
+        "Markdown file for the page of the paper.",
+        group="Output",
         type=click.Path(path_type=Path, dir_okay=False),
     )
-    strict: bool = option("Exit with 1 if a claim does not hold as recommended.")
+    strict: bool = option("Exit with code 1 if a claim does not hold in the setting `recommended`.")
 
 
-@click.command("reproduce")
+@click.command("reproduce", cls=Command)
 @with_options(ReproduceOptions)
 def command(options: ReproduceOptions) -> int:
-    """Reproduce PAPER on synthetic sequences: its main table next to ours, and verdicts.
+    """Reproduce a paper: main table, figures and a verdict on each claim.
 
-    Every claim is judged in two settings: `as-written` takes the paper literally, `recommended`
-    differs in a few values that the paper leaves open. Runs go to folders in --output, the report
-    to a folder of the paper's name there. Stored runs are not repeated.
+    Every claim is tested on synthetic sequences in two settings: `as-written` takes the paper
+    literally, `recommended` differs in a few values that the paper leaves open. Runs are stored in
+    folders in --output, the report in the folder OUTPUT/PAPER. Stored runs are not repeated.
+
+    For example:
+      trackmark reproduce wang2010 --quick
+      trackmark reproduce --all-papers --strict
+
+    Exit codes: 0 success; 1 a claim does not hold (only with --strict); 2 invalid usage or input;
+    130 interrupted.
     """
     from trackmark.bench.papers import Effort, paper_names
     from trackmark.bench.papers.markdown_page import write_page
@@ -61,9 +70,11 @@ def command(options: ReproduceOptions) -> int:
         names = ", ".join(paper_names())
         raise click.UsageError(f"Give one PAPER ({names}) or --all-papers.")
     if page is not None and (options.all_papers or quick):
-        raise click.UsageError("--page needs one PAPER, and a report with verdicts (no --quick).")
+        raise click.UsageError(
+            "--page requires one PAPER and verdicts. Omit --all-papers and --quick."
+        )
     if quick and options.everything:
-        raise click.UsageError("Give --quick or --all, not both.")
+        raise click.UsageError("Give either --quick or --all.")
     effort = Effort(
         quick=quick, everything=options.everything, seeds=options.seeds, jobs=options.jobs
     )
@@ -90,9 +101,9 @@ def _reproduce(paper: "Reproduction", effort: "Effort", options: ReproduceOption
 
     started_at, folder = time.monotonic(), options.output / paper.name
     requested: dict[str, Collection[Cell]] = {}
-    known: KnownSequences = {}
+    opened_sequences: KnownSequences = {}
     for experiment in paper.experiments(effort):
-        execution = plan_experiment(experiment, options, known=known)
+        execution = plan_experiment(experiment, options, opened_sequences=opened_sequences)
         print_message(f"{experiment.title}: {len(execution.plan)} runs")
         execute_runs(execution)
         requested[experiment.name] = execution.plan.asked().cells

@@ -1,4 +1,4 @@
-"""Manage stored results: list, log, remove, check, merge, import, export."""
+"""List, check, remove, merge, import and export stored results."""
 
 import json
 from collections import Counter, defaultdict
@@ -12,8 +12,9 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from trackmark.bench.commands import EXIT_ANSWER_IS_NO
-from trackmark.bench.commands._imported_results import guests_of, import_guests
+from trackmark.bench.commands._imported_results import parse_imported, store_imported
 from trackmark.bench.commands._options import (
+    Command,
     JsonOptions,
     argument,
     only_experiment,
@@ -27,6 +28,8 @@ from trackmark.bench.commands._progress import print_message, progress_bar
 if TYPE_CHECKING:
     from trackmark.bench.evaluation.run_record import Trace
 
+SELECTION = "Selection"
+
 
 @dataclass(frozen=True, kw_only=True)
 class FolderOptions(JsonOptions):
@@ -37,15 +40,24 @@ class FolderOptions(JsonOptions):
 
 @click.group("results")
 def command() -> None:
-    """Manage stored results."""
+    """List, check, remove, merge, import and export stored results."""
+
+
+command.command_class = Command
 
 
 @command.command("list")
 @with_options(FolderOptions)
 def list_results(options: FolderOptions) -> None:
-    """List the runs in FOLDER, counted by tracker and sequence.
+    """List stored runs by tracker and sequence.
 
-    With --json, one line per run with its scores.
+    FOLDER is a results folder, or a folder that contains several. With --json, the command prints
+    one line per run with its scores.
+
+    For example:
+      trackmark results list results/windows --json
+
+    Exit codes: 0 success; 2 invalid usage or input.
     """
     from trackmark.bench.store.index import for_json, read_index
     from trackmark.bench.store.layout import experiment_folders
@@ -71,9 +83,15 @@ def list_results(options: FolderOptions) -> None:
 @command.command("failures")
 @with_options(FolderOptions)
 def failures(options: FolderOptions) -> None:
-    """Print why runs in FOLDER failed, at which frame, and their last output.
+    """Print reason, frame and last output of failed runs.
 
-    With --json, one line per failed run.
+    FOLDER is a results folder, or a folder that contains several. With --json, the command prints
+    one line per failed run.
+
+    For example:
+      trackmark results failures results/windows
+
+    Exit codes: 0 success; 2 invalid usage or input.
     """
     import numpy as np
 
@@ -106,9 +124,15 @@ def failures(options: FolderOptions) -> None:
 @command.command("log")
 @with_options(FolderOptions)
 def log(options: FolderOptions) -> None:
-    """Print the executions in FOLDER: when, where, and at what cost.
+    """Print time, place and cost of executions.
 
-    With --json, one line per event.
+    FOLDER is a results folder, or a folder that contains several. With --json, the command prints
+    one line per event.
+
+    For example:
+      trackmark results log results/windows
+
+    Exit codes: 0 success; 2 invalid usage or input.
     """
     from trackmark.bench.store.layout import experiment_folders
     from trackmark.bench.store.log import read_logs
@@ -158,16 +182,25 @@ class RemoveOptions:
     """Options of `remove`."""
 
     folder: Path = argument(default=Path("results"), required=False)
-    tracker: str = option("Only trackers that match this pattern.", default="*")
-    sequence: str = option("Only sequences that match this pattern.", default="*")
-    failed: bool = option("Only runs that failed.")
-    yes: bool = option("Do not ask for confirmation.")
+    tracker: str = option("Only trackers that match this pattern.", group=SELECTION, default="*")
+    sequence: str = option("Only sequences that match this pattern.", group=SELECTION, default="*")
+    failed: bool = option("Only runs that failed.", group=SELECTION)
+    yes: bool = option("Do not ask for confirmation.", group="Execution")
 
 
 @command.command("remove")
 @with_options(RemoveOptions)
 def remove(options: RemoveOptions) -> None:
-    """Remove runs from FOLDER."""
+    """Remove stored runs.
+
+    FOLDER is a results folder, or a folder that contains several. The command asks before it
+    removes runs.
+
+    For example:
+      trackmark results remove results/windows --tracker 'camshift*' --failed
+
+    Exit codes: 0 success; 2 invalid usage or input; 130 not confirmed, or interrupted.
+    """
     from trackmark.bench.store.index import list_runs
     from trackmark.bench.store.layout import Cell, cell_of, experiment_folders
     from trackmark.bench.store.results import Results
@@ -191,17 +224,23 @@ def remove(options: RemoveOptions) -> None:
         return
     if not options.yes:
         click.confirm(f"Remove {number} runs from {options.folder}?", abort=True)
-    for experiment, chosen in selected.items():
-        Results(experiment).remove(chosen)
+    for experiment, cells in selected.items():
+        Results(experiment).remove(cells)
     click.echo(f"Removed {number} runs.")
 
 
 @command.command("check")
 @with_options(FolderOptions)
 def check_results(options: FolderOptions) -> int:
-    """Read all results in FOLDER, and report damage.
+    """Read all stored results and report damage.
 
-    With --json, one line per experiment. Exit codes: 0 success; 1 results are damaged.
+    FOLDER is a results folder, or a folder that contains several. With --json, the command prints
+    one line per experiment.
+
+    For example:
+      trackmark results check results
+
+    Exit codes: 0 no damage; 1 results are damaged; 2 invalid usage or input.
     """
     from trackmark.bench.store.layout import experiment_folders
     from trackmark.bench.store.results import Results
@@ -209,25 +248,32 @@ def check_results(options: FolderOptions) -> int:
 
     total = 0
     for experiment in experiment_folders(options.folder):
-        found = damages(experiment)
-        total += len(found)
-        runs = 0 if found else len(Results(experiment).cells())
+        messages = damages(experiment)
+        total += len(messages)
+        runs = 0 if messages else len(Results(experiment).cells())
         if options.as_json:
-            data = {"experiment": experiment.name, "runs": runs, "damages": found}
+            data = {"experiment": experiment.name, "runs": runs, "damages": messages}
             click.echo(json.dumps(data))
             continue
-        for message in found:
+        for message in messages:
             print_message(message)
-        click.echo(f"{experiment}: damaged" if found else f"{experiment}: {runs} runs, undamaged")
+        click.echo(
+            f"{experiment}: damaged" if messages else f"{experiment}: {runs} runs, undamaged"
+        )
     return EXIT_ANSWER_IS_NO if total else 0
 
 
 @command.command("convert")
 @click.argument("folders", nargs=-1, required=True, type=click.Path(path_type=Path, exists=True))
 def convert(folders: tuple[Path, ...]) -> None:
-    """Convert results of an older trackmark, which are Parquet files, to runs.db.
+    """Convert Parquet files of an older trackmark to runs.db.
 
-    FOLDERS are folders of experiments. The old files stay. Needs the extra `parquet`.
+    FOLDERS are results folders. The old files stay. Needs the extra `parquet`.
+
+    For example:
+      trackmark results convert results/*
+
+    Exit codes: 0 success; 2 invalid usage or input.
     """
     from trackmark.bench.store.parquet_layout import convert_results
 
@@ -244,10 +290,16 @@ def convert(folders: tuple[Path, ...]) -> None:
 @click.argument("sources", nargs=-1, required=True, type=click.Path(path_type=Path, exists=True))
 @click.argument("target", type=click.Path(path_type=Path))
 def merge(sources: tuple[Path, ...], target: Path) -> int:
-    """Copy the runs of the experiments SOURCES into the experiment TARGET.
+    """Copy runs of several results folders into one.
 
-    Runs that are there already stay. A run that is there by another version of its tracker or
-    sequence is a conflict: the conflicts are listed and nothing is copied (exit status 1).
+    SOURCES and TARGET are results folders. Runs that TARGET already contains stay. A run that it
+    contains for another version of tracker or sequence is a conflict: conflicts are listed and
+    nothing is copied.
+
+    For example:
+      trackmark results merge results/laptop results/server results/both
+
+    Exit codes: 0 success; 1 conflicts, nothing is copied; 2 invalid usage or input.
     """
     from trackmark.bench.store.upkeep import merge_results
 
@@ -265,22 +317,31 @@ def merge(sources: tuple[Path, ...], target: Path) -> int:
 class ImportOptions:
     """Options of `import`."""
 
-    guests: tuple[str, ...] = argument(nargs=-1, metavar="NAME=PATH...")
-    sequences: str = option("Comma-separated names or paths, as for `run`.")
-    name: str = option("Name of the results folder.", default="published")
-    output: Path = option("Folder of the results folder.", default=Path("results"))
+    results: tuple[str, ...] = argument(nargs=-1, metavar="NAME=PATH...")
+    sequences: str = option(
+        "Comma-separated names, paths or patterns, as for `run`.", metavar="SEQUENCES"
+    )
+    name: str = option("Name of the results folder.", group="Output", default="published")
+    output: Path = option(
+        "Folder that contains the results folder.", group="Output", default=Path("results")
+    )
 
 
 @command.command("import")
 @with_options(ImportOptions)
 def import_results(options: ImportOptions) -> None:
-    """Store results of other toolkits, NAME=PATH or NAME=FORMAT:PATH, as runs.
+    """Store results of other toolkits as runs.
 
-    PATH is a tracker's folder in the format of OTB, GOT-10k, VOT, pysot or pytracking. It must have
-    results on all --sequences.
+    PATH is the folder of a tracker in the format of OTB, GOT-10k, VOT, pysot or pytracking, given
+    as NAME=PATH or NAME=FORMAT:PATH. It must have results on all --sequences.
+
+    For example:
+      trackmark results import STRUCK=boxes/STRUCK --sequences 'OTB100/*'
+
+    Exit codes: 0 success; 2 invalid usage or input.
     """
     folder = options.output / options.name
-    number = import_guests(guests_of(options.guests), options.sequences, folder)
+    number = store_imported(parse_imported(options.results), options.sequences, folder)
     click.echo(f"{number} runs are in {folder}.")
 
 
@@ -290,15 +351,22 @@ class ExportOptions:
 
     experiment: Path = argument()
     folder: Path = argument()
-    format: str = option("otb, otb-json, got10k, vot, pysot, pytracking.", "--as")
-    tracker: str = option("Only trackers that match this pattern.", default="*")
-    sequence: str = option("Only sequences that match this pattern.", default="*")
+    format: str = option(
+        "Result format: otb, otb-json, got10k, vot, pysot or pytracking.",
+        "--as",
+        group="Output",
+        metavar="FORMAT",
+    )
+    tracker: str = option("Only trackers that match this pattern.", group=SELECTION, default="*")
+    sequence: str = option("Only sequences that match this pattern.", group=SELECTION, default="*")
     origin: int | None = option(
-        "Number of the first pixel.  [default: that of the format]",
+        "Coordinate of the first pixel, 0 or 1.  [default: set by the format]",
         "--from",
+        group="Output",
+        metavar="INTEGER",
         type=click.IntRange(0, 1),
     )
-    force: bool = option("Replace existing files.")
+    force: bool = option("Replace existing files.", group="Output")
     protocol: str | None = protocol_option()
     trace: "Trace" = trace_option()
 
@@ -306,7 +374,15 @@ class ExportOptions:
 @command.command("export")
 @with_options(ExportOptions)
 def export(options: ExportOptions) -> None:
-    """Write the runs of EXPERIMENT to FOLDER for other toolkits, one folder per tracker."""
+    """Write stored runs as result files of other toolkits.
+
+    EXPERIMENT is a results folder. The command writes one folder per tracker to FOLDER.
+
+    For example:
+      trackmark results export results/windows exported --as otb
+
+    Exit codes: 0 success; 2 invalid usage or input.
+    """
     from trackmark.bench.exchange.exporting import export_results
 
     files = export_results(

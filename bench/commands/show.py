@@ -1,4 +1,4 @@
-"""Show a sequence and boxes of trackers: film strip, video, or a page to step through."""
+"""Draw a sequence with boxes of trackers: film strip, video or page."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -8,6 +8,7 @@ import click
 
 from trackmark.bench.commands import EXIT_ANSWER_IS_NO
 from trackmark.bench.commands._options import (
+    Command,
     argument,
     option,
     split_list,
@@ -29,33 +30,41 @@ class ShowOptions:
 
     sequence: str = argument()
     truth: Path | None = truth_option()
-    results: Path | None = option("Draw boxes of stored runs, too.")
+    results: Path | None = option("Also draw boxes of stored runs in this results folder.")
     live: str | None = option(
-        "Run trackers on SEQUENCE and write a page with their internal data.",
+        "Run these trackers and write a page with their internal data.",
         metavar="TRACKER[,TRACKER]…",
     )
     trace: "Trace" = trace_option()
-    repetition: int = option(
-        "Repetition of stochastic trackers that is drawn or run.", default=0, minimum=0
-    )
+    repetition: int = option("Index of the repetition that is drawn or run.", default=0, minimum=0)
     output: Path | None = option(
-        "Film strip (.png) or video (.mp4, H.264).  [--live: live.html]",
+        "Film strip (.png), video (.mp4, H.264) or, with --live, page.  [--live: live.html]",
+        group="Output",
         type=click.Path(path_type=Path, dir_okay=False),
     )
-    count: int = option("Number of frames of a film strip.", "--frames", default=10, minimum=1)
-    first: int = option("First frame that is drawn.", default=0, minimum=0)
-    last: int | None = option("Last frame that is drawn.  [default: the last one]", minimum=0)
+    count: int = option(
+        "Number of frames of a film strip.", "--frames", group="Output", default=10, minimum=1
+    )
+    first: int = option("First frame to draw.", group="Output", default=0, minimum=0)
+    last: int | None = option(
+        "Last frame to draw.  [default: last of the sequence]", group="Output", minimum=0
+    )
 
 
-@click.command("show")
+@click.command("show", cls=Command)
 @with_options(ShowOptions)
 def command(options: ShowOptions) -> int:
-    """Draw SEQUENCE (a name or a path) with its ground truth and boxes of stored runs.
+    """Draw a sequence with boxes of trackers: film strip, video or page.
 
-    With --live, trackers are run on it. A page in one file then steps through boxes, masks,
-    contours, particles, weight maps and the trackers' own numbers.
+    SEQUENCE is a name or a path. The film strip or video shows its ground truth and boxes of stored
+    runs. With --live, trackers are run on it; a page in one file then shows boxes, masks, contours,
+    particles, weight maps and the values that the trackers report.
 
-    Exit codes: 0 success; 1 a tracker of --live failed; 2 invalid usage or input.
+    For example:
+      trackmark show samples/face --results results/windows --output face.mp4
+      trackmark show samples/face --live camshift,multipart
+
+    Exit codes: 0 success; 1 a tracker of --live failed; 2 invalid usage or input; 130 interrupted.
     """
     from trackmark import datasets
     from trackmark.reports.overlay import TRUTH

@@ -1,4 +1,4 @@
-"""Find breaking points: the level of a difficulty at which half of a tracker's runs survive."""
+"""Find the level of a difficulty at which half of the runs survive."""
 
 import json
 from collections.abc import Mapping, Sequence
@@ -10,6 +10,7 @@ import click
 
 from trackmark.bench.commands._execution import run_experiment
 from trackmark.bench.commands._options import (
+    Command,
     EngineOptions,
     JsonOptions,
     argument,
@@ -40,25 +41,41 @@ class StressOptions(JsonOptions, EngineOptions):
         "Comma-separated filters (noise, blur, gain, size, motion, step, occlusion, similarity, "
         "box_error) or parameters of the scenes; NAME=FROM..TO sets the range, from easy to hard.",
         "--knob",
+        metavar="NAMES",
     )
     sequences: str = option(
         "Comma-separated names, paths or patterns; scenes vary unless one is named.",
+        metavar="SEQUENCES",
         default="plain/target",
     )
-    runs: int = option("Maximum number of runs of a tracker under a knob.", default=100, minimum=20)
-    against: str = option("Baseline of the factors.", default="camshift")
-    recorded: str | None = option("Correlate breaking points with the overlap on these sequences.")
-    name: str = option("Name of the results folder.", default="stress")
-    folder: Path | None = option("Write tables, curves and all runs to this folder.")
+    runs: int = option(
+        "Maximum number of runs per tracker and difficulty.", default=100, minimum=20
+    )
+    against: str = option(
+        "Tracker whose breaking points are the baseline of the factors.", default="camshift"
+    )
+    recorded: str | None = option(
+        "Correlate breaking points with the overlap on these sequences.", metavar="SEQUENCES"
+    )
+    name: str = option("Name of the results folder.", group="Output", default="stress")
+    folder: Path | None = option(
+        "Write tables, curves and all runs to this folder.", group="Output"
+    )
 
 
-@click.command("stress")
+@click.command("stress", cls=Command)
 @with_options(StressOptions)
 def command(options: StressOptions) -> int:
-    """Increase one difficulty after another until TRACKERS lose the target.
+    """Find the level of a difficulty at which half of the runs survive.
 
-    Runs are placed at the levels that are most informative. Stored runs are not repeated. See
-    docs/stress.md.
+    Each difficulty of --knob is increased until the trackers lose the target. Runs are placed at
+    the most informative levels; stored runs are not repeated. See docs/stress.md.
+
+    For example:
+      trackmark stress multipart --knob noise,occlusion
+      trackmark stress matcher.py --knob speed=2..8 --sequences plain/target --folder out
+
+    Exit codes: 0 success; 2 invalid usage or input; 130 interrupted.
     """
     from trackmark.bench.comparing.breaking_points import (
         BreakingPoints,
@@ -75,19 +92,19 @@ def command(options: StressOptions) -> int:
     from trackmark.reports.write import what_was_written, write_tables
 
     if not (knob_texts := split_list(options.knobs)):
-        raise click.UsageError("--knob names none.")
+        raise click.UsageError("--knob: the list is empty. Name at least one.")
     specs = resolve_trackers(
         text for texts in (*options.trackers, options.against) for text in split_list(texts)
     )
     texts = {spec.label: text for text, spec in specs.items()}
-    known: KnownSequences = {}
+    opened_sequences: KnownSequences = {}
     sequences = RunSequences([source.text for source in matching_sequences(options.sequences)])
     knobs = {knob_of(text, sequences.sequences): None for text in knob_texts}
     if len({knob.name for knob in knobs}) < len(knobs):
-        raise click.UsageError("--knob names one twice, with different ranges.")
+        raise click.UsageError("--knob: a name is given twice, with different ranges.")
     series = [Series(label, knob, sequences, options.runs) for knob in knobs for label in texts]
-    series = _execute_series(options, known, texts, series)
-    scores = _recorded_scores(options, known, texts)
+    series = _execute_series(options, opened_sequences, texts, series)
+    scores = _recorded_scores(options, opened_sequences, texts)
     result = BreakingPoints(series, specs[options.against].label, scores)
     if options.as_json:
         click.echo(json.dumps(as_data(result), allow_nan=False))
@@ -101,13 +118,13 @@ def command(options: StressOptions) -> int:
 
 def _execute_series(
     options: StressOptions,
-    known: "KnownSequences",
+    opened_sequences: "KnownSequences",
     texts: Mapping[str, str],
     series: "Sequence[Series]",
 ) -> "list[Series]":
-    """Return the completed series; in each round all of them get a batch of runs.
+    """Return the completed series; in each round, every series gets a batch of runs.
 
-    Trackers whose next runs are on the same sequences run in lock step.
+    Trackers whose next runs use the same sequences run in lockstep.
     """
     current = list(series)
     while any(entry.next_runs() for entry in current):
@@ -119,7 +136,7 @@ def _execute_series(
         for sequences, labels in labels_by_runs.items():
             if sequences:
                 trackers = [texts[label] for label in labels]
-                outcomes |= _outcomes(options, known, trackers, sequences)
+                outcomes |= _outcomes(options, opened_sequences, trackers, sequences)
         current = [
             entry.with_outcomes(outcomes[entry.tracker]) if entry.next_runs() else entry
             for entry in current
@@ -132,12 +149,14 @@ def _execute_series(
 
 def _outcomes(
     options: StressOptions,
-    known: "KnownSequences",
+    opened_sequences: "KnownSequences",
     trackers: Sequence[str],
     sequences: Sequence[str],
 ) -> dict[str, dict[str, tuple[bool, str]]]:
     """Return by tracker and sequence whether the run survived, and why it failed."""
-    runs, texts = _runs(options, known, trackers, [SequenceSource(text) for text in sequences])
+    runs, texts = _runs(
+        options, opened_sequences, trackers, [SequenceSource(text) for text in sequences]
+    )
     outcomes: dict[str, dict[str, tuple[bool, str]]] = {}
     columns = ["tracker", "sequence", "status", "failure", "first_loss", "frames"]
     for label, name, status, failure, loss, frames in runs[columns].itertuples(index=False):
@@ -148,13 +167,13 @@ def _outcomes(
 
 
 def _recorded_scores(
-    options: StressOptions, known: "KnownSequences", texts: Mapping[str, str]
+    options: StressOptions, opened_sequences: "KnownSequences", texts: Mapping[str, str]
 ) -> dict[str, list[float]]:
     """Return the mean overlap by tracker and recorded sequence; a failed run counts as 0."""
     if not options.recorded:
         return {}
     sequences = matching_sequences(options.recorded)
-    runs, _ = _runs(options, known, list(texts.values()), sequences, REPETITIONS)
+    runs, _ = _runs(options, opened_sequences, list(texts.values()), sequences, REPETITIONS)
     runs["mean_overlap"] = runs["mean_overlap"].mask(runs["status"] == "failed", 0.0)
     cells = runs.groupby(["tracker", "sequence"], observed=True, sort=False)["mean_overlap"].mean()
     return {label: cells[label].tolist() for label in texts}
@@ -162,7 +181,7 @@ def _recorded_scores(
 
 def _runs(
     options: StressOptions,
-    known: "KnownSequences",
+    opened_sequences: "KnownSequences",
     trackers: Sequence[str],
     sequences: Sequence[SequenceSource],
     repetitions: int = 1,
@@ -173,6 +192,6 @@ def _runs(
     experiment = Experiment(
         options.name, tuple(trackers), tuple(sequences), repetitions, title="Breaking points"
     )
-    execution = run_experiment(experiment, options, known)
+    execution = run_experiment(experiment, options, opened_sequences)
     texts = {sequence.name: sequence.source.text for sequence in execution.plan.sequences}
     return load_results(execution.folder, execution.plan.asked().cells), texts

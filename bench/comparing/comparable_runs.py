@@ -1,4 +1,4 @@
-"""Runs that can be compared, stored or published: of one protocol, with all scores."""
+"""Selection and checks of the stored and published runs that are compared."""
 
 from collections import Counter, defaultdict
 from collections.abc import Sequence
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from trackmark.bench.protocols import STORED_ONE_PASS, TIMING, title
 from trackmark.bench.store.files import ResultsError
 from trackmark.bench.store.results import Results
-from trackmark.reports.tables import Measure
+from trackmark.reports.tables import ScoreMeasure
 
 DECIMALS = 3
 """Decimals of boxes that are compared [pixels]."""
@@ -29,7 +29,9 @@ class AllFailedError(ComparisonError):
     """Every run of every tracker failed."""
 
 
-def of_protocol(runs: pd.DataFrame, stored: str, measure: Measure) -> tuple[pd.DataFrame, Measure]:
+def of_protocol(
+    runs: pd.DataFrame, stored: str, measure: ScoreMeasure
+) -> tuple[pd.DataFrame, ScoreMeasure]:
     """Return runs by one protocol, filed as one-pass, and the measure with the protocol's title.
 
     `runs`: as `bench.load_results` returns them. `stored`: name under which runs by the protocol
@@ -71,7 +73,7 @@ def selected_trackers(
 
 
 def check_runs(
-    scored: pd.DataFrame, trackers: Sequence[str], sequences: Sequence[str], measure: Measure
+    scored: pd.DataFrame, trackers: Sequence[str], sequences: Sequence[str], measure: ScoreMeasure
 ) -> None:
     """Raise `ComparisonError` unless all runs can be compared."""
     remedy = "with `trackmark run` or with --sequences, or name other trackers."
@@ -130,8 +132,10 @@ def same_boxes(
     finished = runs[(runs["protocol"] == stored) & (runs["status"] == "finished")]
     rows = finished.reindex(columns=columns).astype({"sequence": str, "tracker": str}).round(9)
     scores: defaultdict[str, dict[str, dict[int, list[float]]]] = defaultdict(dict)
-    for sequence, tracker, seed, *own in rows.fillna(-1.0).itertuples(index=False, name=None):
-        scores[sequence].setdefault(tracker, {})[seed] = own
+    for sequence, tracker, seed, *run_scores in rows.fillna(-1.0).itertuples(
+        index=False, name=None
+    ):
+        scores[sequence].setdefault(tracker, {})[seed] = run_scores
     same: Counter[tuple[str, str]] = Counter()
     for sequence, by_tracker in scores.items():
         for first, second in combinations(by_tracker, 2):
@@ -146,7 +150,7 @@ def same_boxes(
 
 
 def with_published(
-    runs: pd.DataFrame, file: Path, measure: Measure
+    runs: pd.DataFrame, file: Path, measure: ScoreMeasure
 ) -> tuple[pd.DataFrame, list[str]]:
     """Return the runs with a row per published score, and the labels of these trackers.
 
@@ -174,7 +178,7 @@ def with_published(
     return whole, list(published["tracker"].unique())
 
 
-def _read_published_scores(file: Path, measure: Measure) -> pd.DataFrame:
+def _read_published_scores(file: Path, measure: ScoreMeasure) -> pd.DataFrame:
     """Return tracker, sequence and score of every row."""
     columns = ["tracker", "sequence", measure.name]
     try:
@@ -203,7 +207,7 @@ def _read_published_scores(file: Path, measure: Measure) -> pd.DataFrame:
     return names.assign(**{measure.name: np.array(list(rows.values()), np.float64)})
 
 
-def _parse_score(text: str, place: str, measure: Measure) -> float:
+def _parse_score(text: str, place: str, measure: ScoreMeasure) -> float:
     """Return the score in a text; raise `ComparisonError` if it is impossible or not a number."""
     try:
         score = float(text)

@@ -53,7 +53,7 @@ class Run:
     times : Times or None
         Only in timing runs.
     states : ndarray of int32, shape (n,), or None
-        `bench.metrics.preset.State` by frame, in runs with restarts after failures.
+        `bench.metrics.preset.FrameState` by frame, in runs with restarts after failures.
     answered : ndarray of int32, shape (n,), or None
         Frame whose estimate a row repeats, in real-time runs; -1 before the first.
     segments : tuple of ndarray of int32

@@ -9,10 +9,10 @@ from numpy.typing import ArrayLike, NDArray
 from trackmark import datasets
 from trackmark.bench.evaluation.ground_truth import reference
 from trackmark.bench.evaluation.run_record import Run, Trace
-from trackmark.bench.metrics import canonical
+from trackmark.bench.metrics import canonical_name
 from trackmark.bench.metrics import preset as metrics_preset
-from trackmark.bench.metrics.native import Truth
-from trackmark.bench.metrics.preset import Answer, Judged, Target
+from trackmark.bench.metrics.native import GroundTruth
+from trackmark.bench.metrics.preset import GroundTruthArrays, PresetResult, RunEstimates
 from trackmark.bench.metrics.regions import segmentation_scores
 from trackmark.bench.metrics.times import time_scores
 from trackmark.bench.protocols import ProtocolError, parse_protocol, stored_protocol, title
@@ -23,8 +23,8 @@ REVISED = "revised_"
 
 
 def judge(
-    run: Run, sequence: str | Truth, preset: str = "native", trace: Trace = "online"
-) -> Judged:
+    run: Run, sequence: str | GroundTruth, preset: str = "native", trace: Trace = "online"
+) -> PresetResult:
     """Return the scores and curves of a run by a preset.
 
     Parameters and errors are those of `score`.
@@ -46,19 +46,21 @@ def judge(
             name for name in protocol_names() if chosen.protocol in parse_protocol(name).judged
         ]
         raise ValueError(
-            f"{canonical(preset)} judges no runs by the protocol {title(run.identity.protocol)}, "
-            f"but those by {', '.join(names)}."
+            f"{canonical_name(preset)} judges no runs by the protocol "
+            f"{title(run.identity.protocol)}, but those by {', '.join(names)}."
         )
     if run.states is not None and chosen.protocol != "supervised":
         raise ValueError(f"{preset}: {run!r} was begun again after failures; it judges others.")
     boxes = run.boxes_in(trace)
     _check_segments(run, scored.boxes, init.boxes)
     if not run.segments:
-        return chosen.judge(init, Answer(boxes, run.visible, run.confidence, run.states))
+        return chosen.judge(init, RunEstimates(boxes, run.visible, run.confidence, run.states))
     parts, stop = [], 0
     for frames in run.segments:
         rows = slice(stop, stop := stop + len(frames))
-        answer = Answer(boxes[rows], run.visible[rows], run.confidence[rows], of=len(init.boxes))
+        answer = RunEstimates(
+            boxes[rows], run.visible[rows], run.confidence[rows], n_sequence_frames=len(init.boxes)
+        )
         parts.append(chosen.judge(_select_frames(init, frames), answer))
     return replace(chosen.combine([parts]), parts=parts)
 
@@ -101,11 +103,11 @@ def _check_segments(run: Run, boxes: NDArray[Any], init_boxes: NDArray[Any]) -> 
         )
 
 
-def _select_frames(truth: Truth, frames: NDArray[Any]) -> Target:
+def _select_frames(truth: GroundTruth, frames: NDArray[Any]) -> GroundTruthArrays:
     """Return the ground truth of a segment, in the order of its frames."""
     shapes = getattr(truth, "shapes", None)
     step = -1 if frames[-1] == 0 else 1  # to an end of the sequence
-    return Target(
+    return GroundTruthArrays(
         truth.boxes[frames],
         {name: boxes[frames] for name, boxes in truth.regions.items()},
         truth.visibility[frames],
@@ -115,7 +117,7 @@ def _select_frames(truth: Truth, frames: NDArray[Any]) -> Target:
 
 
 def score(
-    run: Run, sequence: str | Truth, preset: str = "native", trace: Trace = "online"
+    run: Run, sequence: str | GroundTruth, preset: str = "native", trace: Trace = "online"
 ) -> dict[str, float]:
     """Score a run by the ground truth that it was initialised with.
 
@@ -149,7 +151,7 @@ def score(
     return scores if run.times is None else {**scores, **time_scores(run.times)}
 
 
-def score_both(run: Run, sequence: str | Truth) -> dict[str, float]:
+def score_both(run: Run, sequence: str | GroundTruth) -> dict[str, float]:
     """Return the scores of a run by the preset `native`, and those of its revised boxes, if any.
 
     The names of the latter start with `REVISED`. Parameters and errors are those of `score`.
@@ -162,7 +164,7 @@ def score_both(run: Run, sequence: str | Truth) -> dict[str, float]:
 
 
 def score_boxes(
-    boxes: ArrayLike, sequence: str | Truth, preset: str = "native"
+    boxes: ArrayLike, sequence: str | GroundTruth, preset: str = "native"
 ) -> dict[str, float]:
     """Score boxes of any origin.
 
@@ -186,8 +188,8 @@ def score_boxes(
     >>> score_boxes(truth.boxes, truth)["mean_overlap"]
     1.0
     """
-    return dict(metrics_preset(preset).judge(_truth(sequence), Answer(boxes)).scores)
+    return dict(metrics_preset(preset).judge(_truth(sequence), RunEstimates(boxes)).scores)
 
 
-def _truth(sequence: str | Truth) -> Truth:
+def _truth(sequence: str | GroundTruth) -> GroundTruth:
     return datasets.load(sequence) if isinstance(sequence, str) else sequence

@@ -1,4 +1,4 @@
-"""Scores of boxes by the ground truth, which is always the first argument; a preset is a file."""
+"""Scores of estimates; `presets` has one module for each metrics preset."""
 
 from functools import cache
 from importlib import import_module
@@ -12,41 +12,42 @@ _FOLDER = Path(__file__).parent / "presets"
 
 
 @cache
-def names() -> list[str]:
-    """Return the sorted names of the metrics presets, which are those of their files."""
+def preset_names() -> list[str]:
+    """Return the sorted names of the metrics presets, which are their module names."""
     return sorted(file.stem.replace("_", "-") for file in _FOLDER.glob("[a-z]*.py"))
 
 
 def preset(name: str) -> Preset:
-    """Return the metrics preset of a name or alias; raise `ValueError` if there is none."""
-    selected: Preset = _module(canonical(name)).PRESET
+    """Return the metrics preset with a name or alias; raise `ValueError` for an unknown one."""
+    selected: Preset = _module(canonical_name(name)).PRESET
     return selected
 
 
-def canonical(name: str) -> str:
-    """Return a preset's own name, given that name or an alias; raise as `preset`."""
-    if name in names():
+def canonical_name(name: str) -> str:
+    """Return the name of a preset for this name or an alias; raise as `preset`."""
+    if name in preset_names():
         return name
     aliases = _aliases()
     if name not in aliases:
-        valid_names = sorted([*names(), *aliases])
+        valid_names = sorted([*preset_names(), *aliases])
         hint = close_match(name, valid_names)
-        raise ValueError(f"unknown metrics preset {name!r}.{hint} Known: {', '.join(valid_names)}.")
+        expected = ", ".join(valid_names)
+        raise ValueError(f"Unknown metrics preset {name!r}.{hint} Expected: {expected}.")
     return aliases[name]
 
 
-def knows(name: str) -> bool:
+def is_preset(name: str) -> bool:
     """Return whether a preset has this name or alias."""
-    return name in names() or name in _aliases()
+    return name in preset_names() or name in _aliases()
 
 
-def definition(name: str) -> str:
-    """Return the meaning and source of a preset's scores: a line and a paragraph."""
-    return (_module(canonical(name)).__doc__ or "").strip()
+def read_definition(name: str) -> str:
+    """Return the definition of a preset's scores with its source: a line and a paragraph."""
+    return (_module(canonical_name(name)).__doc__ or "").strip()
 
 
 def _aliases() -> dict[str, str]:
-    return {alias: name for name in names() for alias in _module(name).PRESET.also}
+    return {alias: name for name in preset_names() for alias in _module(name).PRESET.aliases}
 
 
 @cache

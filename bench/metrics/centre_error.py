@@ -1,11 +1,11 @@
-"""Distance of box centres [px], and whether a centre lies inside a box; boxes: shape (n, 4)."""
+"""Centre location error of boxes [px] and centre-inside test; boxes have shape (n, 4)."""
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from trackmark.bench.metrics.overlap import is_well_formed
 
-FARTHEST = 1e100
+MAX_CENTRE_ERROR = 1e100
 """Largest finite centre error [px]: sums and squares of larger ones would overflow."""
 
 
@@ -24,14 +24,14 @@ def centres(boxes: ArrayLike) -> NDArray[np.float64]:
 def centre_error(truth: ArrayLike, estimate: ArrayLike) -> NDArray[np.float64]:
     """Return the Euclidean distance of box centres by row [px], shape (n,).
 
-    NaN if the target is absent; infinite if the estimate is malformed or farther than `FARTHEST`:
-    such a frame is a miss at every tolerance.
+    The distance is NaN if the target is absent. It is infinite, a miss at every threshold, if the
+    estimate is malformed or the distance is above `MAX_CENTRE_ERROR`.
     """
     t = np.asarray(truth, np.float64, order="F").reshape(-1, 4)
     e = np.asarray(estimate, np.float64, order="F").reshape(-1, 4)
     difference = t[:, :2] + t[:, 2:] / 2 - (e[:, :2] + e[:, 2:] / 2)
     distance = np.hypot(difference[:, 0], difference[:, 1])
-    distance[~(is_well_formed(e) & (distance <= FARTHEST))] = np.inf
+    distance[~(is_well_formed(e) & (distance <= MAX_CENTRE_ERROR))] = np.inf
     distance[np.isnan(t).any(axis=1)] = np.nan
     return np.asarray(distance)
 
@@ -39,8 +39,8 @@ def centre_error(truth: ArrayLike, estimate: ArrayLike) -> NDArray[np.float64]:
 def centre_inside(truth: ArrayLike, estimate: ArrayLike) -> NDArray[np.bool_]:
     """Return whether the estimate's centre lies inside the ground-truth box, by row, shape (n,).
 
-    The left and top edges belong to the box, the others do not. False if the target is absent or
-    the estimate malformed.
+    The left and top edges belong to the box, the right and bottom edges do not. The result is False
+    if the target is absent or the estimate is malformed.
     """
     t = np.asarray(truth, np.float64, order="F").reshape(-1, 4)
     e = np.asarray(estimate, np.float64, order="F").reshape(-1, 4)

@@ -1,28 +1,28 @@
-"""Shares of frames by threshold: success by overlap, precision by distance."""
+"""Shares of frames by threshold: success by overlap, precision by centre error."""
 
 import numpy as np
 from numpy.typing import NDArray
 
 OVERLAPS = np.linspace(0, 1, 21)
-"""Thresholds of overlap of the OTB family."""
+"""Overlap thresholds of OTB and LaSOT."""
 
 DISTANCES = np.arange(51.0)
-"""Thresholds of the centre error of the OTB family [px]."""
+"""Centre error thresholds of OTB and LaSOT [px]."""
 
 NORMALISED_DISTANCES = np.arange(51) / 100
-"""Thresholds of the centre error in widths and heights of the target."""
+"""Centre error thresholds of LaSOT, in widths and heights of the target."""
 
 
-def shares(
+def share_curve(
     values: NDArray[np.float64], thresholds: NDArray[np.float64], *, above: bool = False
 ) -> NDArray[np.float64]:
-    """Return the curve of the share of values up to, or above, each threshold.
+    """Return the share of values up to, or above, each threshold.
 
-    It has points (threshold, share), shape (thresholds, 2). NaN is no hit. Shares of no values are
-    NaN.
+    The result has points (threshold, share), shape (thresholds, 2). NaN values are never counted.
+    All shares are NaN if there are no values.
     """
     ordered = np.sort(values)  # NaN last
-    hits = ordered.searchsorted(thresholds, "right")
+    counts = ordered.searchsorted(thresholds, "right")
     if above:
-        hits = ordered.searchsorted(np.nan) - hits
-    return np.array([thresholds, hits / (len(values) or np.nan)]).T
+        counts = ordered.searchsorted(np.nan) - counts
+    return np.array([thresholds, counts / (len(values) or np.nan)]).T

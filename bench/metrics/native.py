@@ -1,7 +1,7 @@
-"""The metrics preset `native`: the clean definitions, by which a perfect tracker scores 1.
+"""Definitions of the metrics preset `native`, by which a perfect tracker scores 1.
 
-Frames after that of initialisation in which the target is present are evaluated. The overlap is
-that with `boxes`; `frames_inside` and `first_loss` use the region `full` if the sequence has one.
+The frames with a target after the initialisation are evaluated. Overlaps refer to `boxes`.
+`frames_inside` and `first_loss` refer to the region `full` if the sequence has one.
 Unknown visibility counts as visible. A malformed estimate is a miss: overlap 0, centre error
 infinite.
 """
@@ -16,17 +16,17 @@ from trackmark.bench.metrics.centre_error import centre_error, centre_inside
 from trackmark.bench.metrics.overlap import is_well_formed, overlap
 
 SUCCESS_OVERLAP = 0.5
-"""Overlap from which a frame is a success."""
+"""Minimum overlap of a success."""
 
 LOSS_FRAMES = 10
-"""Consecutive visible frames with the centre outside after which the target is lost."""
+"""Number of consecutive visible frames with the centre outside that make a failure."""
 
 VISIBLE_FRACTION = 0.3
-"""Visible fraction from which a frame counts for the loss."""
+"""Minimum visible fraction of a frame that can contribute to a failure."""
 
 
-class Truth(Protocol):
-    """Ground truth of n frames, by which scores are computed; a `datasets.Sequence` is one."""
+class GroundTruth(Protocol):
+    """Ground truth of n frames for scores, for example a `datasets.Sequence`."""
 
     @property
     def boxes(self) -> NDArray[np.float64]:
@@ -35,7 +35,7 @@ class Truth(Protocol):
 
     @property
     def regions(self) -> Mapping[str, NDArray[np.float64]]:
-        """Further ground truths by name, shape (n, 4) each."""
+        """Boxes of further regions by name, shape (n, 4) each."""
         ...
 
     @property
@@ -45,20 +45,22 @@ class Truth(Protocol):
 
 
 def native(
-    truth: Truth, estimate: NDArray[np.float64], visible: NDArray[np.bool_] | None = None
+    truth: GroundTruth, estimate: NDArray[np.float64], visible: NDArray[np.bool_] | None = None
 ) -> dict[str, float]:
-    """Score boxes by the preset `native`, whose columns state the scores.
+    """Compute the scores of the preset `native`, which are described by its columns.
 
-    `estimate`: boxes in pixels, shape (n, 4); rows up to the frame of initialisation do not matter.
-    `visible`: shape (n,), whether the tracker reported the target; `absence_reported` is NaN
-    without it. Raises `ValueError` if there is no ground truth or the numbers of rows differ.
+    `estimate`: boxes in pixels, shape (n, 4); rows up to the initialisation are ignored.
+    `visible`: shape (n,), True if the tracker reported the target; without it `absence_reported` is
+    NaN. Raises `ValueError` if there is no ground truth or the numbers of rows differ.
     """
     n = len(truth.boxes)
     if estimate.shape != (n, 4):
-        raise ValueError(f"the boxes have shape {estimate.shape}, the truth ({n}, 4).")
+        raise ValueError(
+            f"Estimated boxes have shape {estimate.shape}. Expected: ({n}, 4), as the ground truth."
+        )
     present = np.isfinite(truth.boxes).all(axis=1)
     if not present.any():
-        raise ValueError("there is no truth to score against.")
+        raise ValueError("The ground truth has no frame with a target. Expected: at least one.")
     after = np.arange(n) > np.flatnonzero(present)[0]
     evaluated, absent = present & after, ~present & after
     t, e = truth.boxes[evaluated], estimate[evaluated]
@@ -87,8 +89,8 @@ def first_loss(
 ) -> int:
     """Return the first of `LOSS_FRAMES` consecutive frames with the centre outside; n if none.
 
-    Only evaluated frames count in which at least `VISIBLE_FRACTION` of the target, or an unknown
-    fraction, is visible. All arguments have shape (n,).
+    Only evaluated frames count, and only if `VISIBLE_FRACTION` of the target or an unknown fraction
+    is visible. All arguments have shape (n,).
     """
     counted = np.flatnonzero(evaluated & ~(visibility < VISIBLE_FRACTION))
     start = first_streak(~inside[counted], LOSS_FRAMES)
@@ -96,7 +98,7 @@ def first_loss(
 
 
 def first_streak(flags: NDArray[np.bool_], length: int) -> int:
-    """Return where the first `length` consecutive true flags begin; their number if nowhere."""
+    """Return the index of the first `length` consecutive true flags; `len(flags)` if none."""
     if len(flags) < length:
         return len(flags)
     streaks = np.lib.stride_tricks.sliding_window_view(flags, length).all(axis=1)
@@ -108,14 +110,14 @@ def _mean(values: NDArray[np.float64] | NDArray[np.bool_]) -> float:
 
 
 def _quantile(values: NDArray[np.float64], q: float) -> float:
-    """Quantile by linear interpolation; infinite as soon as an infinite value has a share."""
+    """Return a quantile by linear interpolation; infinite if an infinite value has a weight."""
     if not len(values):
         return np.nan
     ordered = np.sort(values)
     position = q * (len(values) - 1)
     below = int(position)
-    part = position - below
-    if part == 0.0:
+    weight = position - below
+    if weight == 0.0:
         return float(ordered[below])
     upper = ordered[below + 1]
-    return float((1 - part) * ordered[below] + part * upper) if np.isfinite(upper) else np.inf
+    return float((1 - weight) * ordered[below] + weight * upper) if np.isfinite(upper) else np.inf

@@ -1,8 +1,8 @@
-"""Metrics preset: definitions of scores that have one name.
+"""Interface of metrics presets: named sets of score definitions.
 
-A preset is a file in `bench/metrics/presets`. Its docstring is the definition with its source, and
-it exports one `Preset`. A preset judges one run by the ground truth, and combines runs on many
-sequences, which benchmarks do differently.
+Each module in `bench/metrics/presets` defines one `Preset`. The docstring of the module is the
+definition with its source. A preset computes the scores of one run from the ground truth, and
+combines the scores of many runs as its benchmark does.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -13,14 +13,14 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from trackmark.bench.metrics.native import Truth
+from trackmark.bench.metrics.native import GroundTruth
 from trackmark.bench.metrics.region_overlap import Shapes
 
 Protocol: TypeAlias = Literal["one pass", "supervised", "anchors"]
-"""Runs that a preset judges: initialised once, restarted after failures, or from anchors."""
+"""Kind of runs that a preset scores: initialised once, restarted after failures or from anchors."""
 
 
-class State(IntEnum):
+class FrameState(IntEnum):
     """State of a frame of a supervised run."""
 
     SKIPPED = 0  # after a failure, before the tracker is initialised again
@@ -30,35 +30,35 @@ class State(IntEnum):
 
 
 @dataclass(frozen=True)
-class Target:
+class GroundTruthArrays:
     """Ground truth of n frames as arrays, for example of a part of a `datasets.Sequence`."""
 
     boxes: NDArray[Any]  # (n, 4): `[x, y, width, height]` in pixels; NaN rows without target
     regions: Mapping[str, NDArray[Any]] = field(default_factory=dict)  # further boxes by name
     visibility: NDArray[Any] = field(default_factory=lambda: np.array(np.nan))  # (n,): in [0, 1]
-    image_size: tuple[int, int] | None = None  # width and height, at which some presets cut regions
-    shapes: Shapes = None  # for presets that have overlaps of regions
+    image_size: tuple[int, int] | None = None  # width and height; some presets clip regions there
+    shapes: Shapes = None  # for presets with overlaps of regions
 
 
 @dataclass(frozen=True)
-class Answer:
+class RunEstimates:
     """Estimates of a tracker for the n frames of a run."""
 
-    boxes: ArrayLike  # (n, 4); rows up to the frame of initialisation do not matter
-    visible: NDArray[Any] | None = None  # (n,): whether the target was reported; None if unknown
-    confidence: NDArray[Any] | None = None  # (n,): NaN if there is none
-    states: NDArray[Any] | None = None  # (n,): a `State` per frame of a supervised run
-    of: int = 0  # frames of the whole sequence, if the run covers a part of it
+    boxes: ArrayLike  # (n, 4); rows up to the initialisation are ignored
+    visible: NDArray[Any] | None = None  # (n,): True if the target was reported; None if unknown
+    confidence: NDArray[Any] | None = None  # (n,): NaN if missing
+    states: NDArray[Any] | None = None  # (n,): a `FrameState` per frame of a supervised run
+    n_sequence_frames: int = 0  # length of the sequence, if the run covers a part of it
 
 
 @dataclass(frozen=True)
-class Judged:
-    """Result of a preset for one run, or for many."""
+class PresetResult:
+    """Result of a preset for one run or for many."""
 
     scores: Mapping[str, float]  # by column; NaN if a score is undefined
     curves: Mapping[str, NDArray[Any]]  # points (x, y), shape (k, 2)
     evidence: Mapping[str, NDArray[Any]] = field(default_factory=dict)  # input of `combine`
-    parts: Sequence["Judged"] = ()  # results of the segments, if the run has any
+    parts: Sequence["PresetResult"] = ()  # results of the segments of the run, if it has any
 
 
 @dataclass(frozen=True)
@@ -66,21 +66,28 @@ class Column:
     """Score of a preset."""
 
     meaning: str
-    perfect: float | None = 1.0  # of a perfect tracker; None if that depends on the sequence
+    perfect: float | None = 1.0  # score of a perfect tracker; None if it depends on the sequence
     better: Literal["higher", "lower"] | None = "higher"
-    whole: bool = False  # True if only all sequences together have this score
+    whole: bool = False  # True if the score exists only for all sequences together
 
 
-_SIGNS = {"auc": "AUC", "eao": "EAO", "ao": "AO", "sr50": "SR 0.50", "sr75": "SR 0.75", "f": "F"}
+_ABBREVIATIONS = {
+    "auc": "AUC",
+    "eao": "EAO",
+    "ao": "AO",
+    "sr50": "SR 0.50",
+    "sr75": "SR 0.75",
+    "f": "F",
+}
 
 
 def heading(score: str) -> str:
-    """Return the name of a score for the head of a table.
+    """Return the column heading of a score.
 
     >>> heading("success_auc")
     'success AUC'
     """
-    return " ".join(_SIGNS.get(word, word) for word in score.split("_"))
+    return " ".join(_ABBREVIATIONS.get(word, word) for word in score.split("_"))
 
 
 @dataclass(frozen=True)
@@ -91,90 +98,95 @@ class Axes:
     y: str
 
 
-Runs: TypeAlias = Sequence[Sequence[Judged]]
-"""Judged runs by sequence: the repetitions, or the runs from its anchors."""
+Runs: TypeAlias = Sequence[Sequence[PresetResult]]
+"""Results of runs by sequence: its repetitions, or its runs from anchors."""
 
 
-def mean_of_sequences(runs: Runs) -> Judged:
-    """Return the mean over each sequence's runs, then over sequences: each counts once.
-
-    Scores that are undefined (NaN) in a run are left out.
-    """
+def mean_of_sequences(runs: Runs) -> PresetResult:
+    """Average over the runs of each sequence, then over sequences, ignoring NaN scores."""
     scores = {
-        name: _mean([_mean([run.scores[name] for run in of]) for of in runs])
+        name: _mean([_mean([run.scores[name] for run in group]) for group in runs])
         for name in runs[0][0].scores
     }
     curves = {
-        name: np.mean([np.mean([run.curves[name] for run in of], axis=0) for of in runs], axis=0)
+        name: np.mean(
+            [np.mean([run.curves[name] for run in group], axis=0) for group in runs], axis=0
+        )
         for name in runs[0][0].curves
     }
-    return Judged(scores, curves)
+    return PresetResult(scores, curves)
 
 
 @dataclass(frozen=True)
 class Preset:
-    """Definitions of scores that have one name.
+    """Named set of score definitions.
 
-    `judge` is a pure function. It raises `ValueError` if there is no ground truth, numbers of rows
-    differ, or the answer lacks what the protocol provides. `combine` takes at least one run per
-    sequence; see `overall`.
+    `judge` is a pure function. It raises `ValueError` if there is no ground truth, the numbers of
+    rows differ or the estimates lack data that the protocol provides. `combine` requires at least
+    one run per sequence; see `overall`.
     """
 
     columns: Mapping[str, Column]
-    judge: Callable[[Truth, Answer], Judged]
-    combine: Callable[[Runs], Judged] = mean_of_sequences
+    judge: Callable[[GroundTruth, RunEstimates], PresetResult]
+    combine: Callable[[Runs], PresetResult] = mean_of_sequences
     curves: Mapping[str, Axes] = field(default_factory=dict)
     protocol: Protocol = "one pass"
-    agrees: str = ""  # toolkits that compute equal scores
-    also: tuple[str, ...] = ()  # aliases
+    agrees_with: str = ""  # toolkits that compute equal scores
+    aliases: tuple[str, ...] = ()
 
-    def overall(self, runs: Runs) -> Judged:
-        """Return the scores of runs on several sequences together.
+    def overall(self, runs: Runs) -> PresetResult:
+        """Return the scores over all runs on several sequences.
 
-        If a sequence has no run every score is NaN, and there is no curve: missing runs are never
-        averaged over. The segments of a run count like runs.
+        If a sequence has no run, every score is NaN and there is no curve: an average never
+        conceals missing runs. Each segment of a run counts as a run.
         """
         if not runs or not all(runs):
-            return Judged(dict.fromkeys(self.columns, np.nan), {})
-        return self.combine([[part for run in of for part in run.parts or [run]] for of in runs])
+            return PresetResult(dict.fromkeys(self.columns, np.nan), {})
+        return self.combine(
+            [[part for run in group for part in run.parts or [run]] for group in runs]
+        )
 
 
 @dataclass(frozen=True)
-class Started:
-    """A run and its ground truth from the first frame on in which the target is present."""
+class EvaluatedRun:
+    """Frames of a run and its ground truth from the first frame with a target."""
 
     frames: slice
     truth: NDArray[np.float64]  # (m, 4)
-    estimate: NDArray[np.float64]  # (m, 4); the first box is that of the ground truth
+    estimate: NDArray[np.float64]  # (m, 4); the first box is the ground truth
     present: NDArray[np.bool_]  # (m,): frames with a target
-    size: tuple[int, int] | None  # width and height of the images, if the ground truth has them
+    size: tuple[int, int] | None  # width and height of the images; None if unknown
     shapes: Shapes
 
 
-def started(truth: Truth, answer: Answer) -> Started:
-    """Return run and ground truth from the frame of initialisation on.
+def select_evaluated(truth: GroundTruth, estimates: RunEstimates) -> EvaluatedRun:
+    """Select the frames of a run and its ground truth from the initialisation on.
 
     Raises `ValueError` if there is no ground truth or the numbers of rows differ.
     """
     boxes = np.asarray(truth.boxes, np.float64, order="F")  # see `overlap`
-    estimate = np.array(answer.boxes, np.float64, order="F")
+    estimate = np.array(estimates.boxes, np.float64, order="F")
     n = len(boxes)
     if estimate.shape != (n, 4):
-        raise ValueError(f"the boxes have shape {estimate.shape}, the truth ({n}, 4).")
+        raise ValueError(
+            f"Estimated boxes have shape {estimate.shape}. Expected: ({n}, 4), as the ground truth."
+        )
     present = np.asarray(np.isfinite(boxes).all(axis=1))
     first = int(present.argmax()) if n else 0
     if not n or not present[first]:
-        raise ValueError("there is no truth to score against.")
+        raise ValueError("The ground truth has no frame with a target. Expected: at least one.")
     frames = slice(first, n)
     estimate[first] = boxes[first]
     shapes, size = getattr(truth, "shapes", None), getattr(truth, "image_size", None)
     shapes = None if shapes is None else shapes[frames]
-    return Started(frames, boxes[frames], estimate[frames], present[frames], size, shapes)
+    return EvaluatedRun(frames, boxes[frames], estimate[frames], present[frames], size, shapes)
 
 
-def alone(combine: Callable[[Runs], Judged], evidence: Mapping[str, NDArray[Any]]) -> Judged:
-    """Return the result for a run that is the only one of a data set."""
-    return replace(combine([[Judged({}, {}, evidence)]]), evidence=evidence)
+def single_run_result(
+    combine: Callable[[Runs], PresetResult], evidence: Mapping[str, NDArray[Any]]
+) -> PresetResult:
+    """Return the result for a data set that consists of one run."""
+    return replace(combine([[PresetResult({}, {}, evidence)]]), evidence=evidence)
 
 
 def _mean(values: list[float]) -> float:

@@ -1,8 +1,8 @@
-"""Overlap of a true region (box, polygon or mask) with an estimated box, cut off at the image.
+"""Overlap of a ground-truth region (box, polygon or mask) with a box, clipped to the image.
 
-`raster_overlap` is that of the VOT toolkit: coordinates are rounded to whole pixels and pixels are
-counted; a box covers the pixels from its corner on, a polygon also those of its vertices.
-`exact_overlap` is that of the areas. docs/metrics.md shows where the two differ.
+`raster_overlap` is the definition of the VOT toolkit: coordinates are rounded to whole pixels and
+pixels are counted. A box covers the pixels from its corner on, a polygon also those of its
+vertices. `exact_overlap` uses areas. docs/metrics.md lists the differences.
 """
 
 from collections.abc import Iterator, Sequence
@@ -14,12 +14,12 @@ from numpy.typing import NDArray
 
 from trackmark.bench.metrics.overlap import is_well_formed, overlap
 
-FARTHEST = 2.0**30
+MAX_COORDINATE = 2.0**30
 """Largest coordinate [px]; larger ones are clipped, so that areas and integers do not overflow."""
 
 Shapes: TypeAlias = Sequence[NDArray[Any] | None] | None
-"""True outline by frame: a polygon, float64 of shape (k, 2), a mask, bool of shape (height, width),
-or None if the box is the outline."""
+"""Ground-truth region by frame: polygon, float64 of shape (k, 2), mask, bool of shape (height,
+width), or None if the region is the box."""
 
 
 def raster_overlap(
@@ -28,18 +28,18 @@ def raster_overlap(
     size: tuple[int, int] | None = None,
     shapes: Shapes = None,
 ) -> NDArray[np.float64]:
-    """Return the pixels of both regions as a share of the pixels of either, in [0, 1], by frame.
+    """Return the intersection over union of the pixels of two regions by frame, in [0, 1].
 
-    Boxes have shape (n, 4). Pixels outside the image's `size` (width, height) do not count.
-    `shapes` replace boxes of the ground truth. The share is 0 if the target is absent (a NaN row),
-    the estimate is malformed, or neither region has a pixel.
+    Boxes have shape (n, 4). Pixels outside the image of `size` (width, height) do not count.
+    `shapes` replace boxes of the ground truth. The overlap is 0 if the target is absent (NaN), the
+    estimate is malformed or neither region has a pixel.
     """
-    e = _corners(_whole(np.where(is_well_formed(estimate)[:, None], estimate, 0.0)), size)
-    t = _corners(_whole(np.nan_to_num(truth)), size)
+    e = _corners(_round_like_vot(np.where(is_well_formed(estimate)[:, None], estimate, 0.0)), size)
+    t = _corners(_round_like_vot(np.nan_to_num(truth)), size)
     overlaps = overlap(_boxes(t), _boxes(e))
-    for i, shape in _outlines(shapes, truth):
-        pixels = _whole(shape) if shape.dtype != bool else shape
-        overlaps[i] = _counted(pixels, e[i].astype(int), size)
+    for i, shape in _iterate_shapes(shapes, truth):
+        pixels = _round_like_vot(shape) if shape.dtype != bool else shape
+        overlaps[i] = _pixel_overlap(pixels, e[i].astype(int), size)
     return overlaps
 
 
@@ -49,14 +49,14 @@ def exact_overlap(
     size: tuple[int, int] | None = None,
     shapes: Shapes = None,
 ) -> NDArray[np.float64]:
-    """Return the intersection over union of areas; arguments and result as of `raster_overlap`.
+    """Return the intersection over union of areas; arguments and result as for `raster_overlap`.
 
-    The even-odd rule applies to a polygon that crosses itself; pixels of a mask are unit squares.
+    The even-odd rule applies to a self-intersecting polygon. Pixels of a mask are unit squares.
     """
     e = _corners(np.where(is_well_formed(estimate)[:, None], estimate, 0.0), size)
     t = _corners(np.nan_to_num(truth), size)
     overlaps = overlap(_boxes(t), _boxes(e))
-    for i, shape in _outlines(shapes, truth):
+    for i, shape in _iterate_shapes(shapes, truth):
         everywhere = (0, 0, *size) if size else (-np.inf, -np.inf, np.inf, np.inf)
         area = _mask_area if shape.dtype == bool else _polygon_area
         both = area(shape, e[i])
@@ -65,23 +65,30 @@ def exact_overlap(
     return overlaps
 
 
-def _outlines(shapes: Shapes, truth: NDArray[np.float64]) -> Iterator[tuple[int, NDArray[Any]]]:
-    """Yield each frame with a target whose outline is a shape, and the shape."""
+def _iterate_shapes(
+    shapes: Shapes, truth: NDArray[np.float64]
+) -> Iterator[tuple[int, NDArray[Any]]]:
+    """Yield index and shape of each frame with a target and a shape."""
     for i, shape in enumerate(() if shapes is None else shapes):
         if shape is not None and np.isfinite(truth[i]).all():
             yield i, np.asarray(shape)
 
 
-def _whole(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Round, halves to even numbers, from the single precision in which VOT stores regions."""
-    return np.round(values.clip(-FARTHEST, FARTHEST).astype(np.float32)).astype(np.float64)
+def _round_like_vot(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Round halves to even numbers, in the single precision in which VOT stores regions."""
+    return np.round(values.clip(-MAX_COORDINATE, MAX_COORDINATE).astype(np.float32)).astype(
+        np.float64
+    )
 
 
 def _corners(boxes: NDArray[np.float64], size: tuple[int, int] | None) -> NDArray[np.float64]:
-    """Return the corners [left, top, right, bottom] of boxes inside the image, shape (n, 4)."""
+    """Return corners [left, top, right, bottom] of boxes clipped to the image, shape (n, 4)."""
     with np.errstate(over="ignore"):
         low, high = boxes[:, :2], boxes[:, :2] + boxes[:, 2:]
-    low, high = low.clip(-FARTHEST, FARTHEST), high.clip(-FARTHEST, FARTHEST)
+    low, high = (
+        low.clip(-MAX_COORDINATE, MAX_COORDINATE),
+        high.clip(-MAX_COORDINATE, MAX_COORDINATE),
+    )
     if size is not None:
         low, high = np.clip(low, 0, size), np.clip(high, 0, size)
     return np.column_stack([low, np.maximum(low, high)])
@@ -91,10 +98,10 @@ def _boxes(corners: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.column_stack([corners[:, :2], corners[:, 2:] - corners[:, :2]])
 
 
-def _counted(
+def _pixel_overlap(
     shape: NDArray[np.float64], corners: NDArray[np.int64], size: tuple[int, int] | None
 ) -> float:
-    """Return the overlap of a mask, or a polygon of whole coordinates, with a box, by pixels."""
+    """Return the overlap in pixels of a mask or a polygon of whole coordinates with a box."""
     left, top, right, bottom = (int(value) for value in corners)
     mask, x, y = (shape, 0, 0) if shape.dtype == bool else _polygon_pixels(shape, size, left)
     height, width = mask.shape
@@ -108,12 +115,12 @@ def _counted(
 def _polygon_pixels(
     points: NDArray[np.float64], size: tuple[int, int] | None, from_column: int
 ) -> tuple[NDArray[np.bool_], int, int]:
-    """Return the pixels in the image of a polygon of whole coordinates, and the first one's place.
+    """Return the pixels of a polygon of whole coordinates as a mask, with its column and row.
 
-    Edges cross a row of pixels, their ends included. Pixels between the first and the second
-    crossing are inside, and so on, both included. Crossings at the same place count once if another
-    one follows. They are cut to whole columns, counted from `from_column` if that is left of the
-    polygon: VOT counts from the left end of either region.
+    Pixels from the first to the second crossing of a row with the edges are inside, including both
+    ends, and so on. Equal crossings count once if another one follows. Crossings are truncated to
+    whole columns. Columns are counted from `from_column` if it is left of the polygon: VOT counts
+    from the left end of the two regions.
     """
     low, high = points.min(axis=0), points.max(axis=0)
     low[0] = min(low[0], from_column)
@@ -127,7 +134,7 @@ def _polygon_pixels(
     rows = np.arange(height)[:, None]
     crosses = (np.minimum(sy, end[:, 1]) <= rows) & (rows <= np.maximum(sy, end[:, 1]))
     share = np.divide(rows - sy, dy, out=np.zeros(crosses.shape), where=dy != 0)
-    # Edges that do not cross a row are sorted to the end, and left out.
+    # Edges that do not cross a row are sorted to the end and ignored.
     columns = np.sort(np.where(crosses, (sx + share * dx).astype(int), np.iinfo(int).max), axis=1)
     counts = np.count_nonzero(crosses, axis=1).tolist()
     for row, (crossings, count) in enumerate(zip(columns.tolist(), counts, strict=True)):
@@ -143,7 +150,7 @@ def _polygon_pixels(
 
 
 def _mask_area(mask: NDArray[np.float64], corners: NDArray[np.float64]) -> float:
-    """Return the area of a mask's pixels inside a box."""
+    """Return the area of the pixels of a mask inside a box."""
     low, high = np.clip(corners.reshape(2, 2), 0, mask.shape[::-1])
     columns, rows = (
         np.clip(np.arange(n) + 1 - a, 0, 1) - np.clip(np.arange(n) + 1 - b, 0, 1)
@@ -155,19 +162,20 @@ def _mask_area(mask: NDArray[np.float64], corners: NDArray[np.float64]) -> float
 def _polygon_area(points: NDArray[np.float64], corners: NDArray[np.float64]) -> float:
     """Return the area of a polygon inside a box, by the even-odd rule.
 
-    Between neighbouring heights at which edges end, cross each other or the sides of the box, the
-    inside consists of trapezoids: their area is the height times the width in the middle.
+    The polygon is cut into strips at all heights at which edges end, cross each other or cross the
+    sides of the box. A strip consists of trapezoids: its area is its height times its width in the
+    middle.
     """
     (sx, sy), (ex, ey) = np.asarray(points, np.float64).T, np.roll(points, -1, axis=0).T
     dx, dy = ex - sx, ey - sy
     left, top, right, bottom = corners
     with np.errstate(divide="ignore", invalid="ignore"):
-        # Edge i meets edge j where start_i + u step_i lies on the line of j.
-        apart = np.subtract.outer(sx, sx), np.subtract.outer(sy, sy)
-        u = (apart[1] * dx - apart[0] * dy) / (np.outer(dx, dy) - np.outer(dy, dx))
+        # Edge i intersects the line of edge j at start_i + u * step_i.
+        offset = np.subtract.outer(sx, sx), np.subtract.outer(sy, sy)
+        u = (offset[1] * dx - offset[0] * dy) / (np.outer(dx, dy) - np.outer(dy, dx))
         sides = [sy + (side - sx) / dx * dy for side in (left, right)]
-        meetings = (sy[:, None] + u * dy[:, None]).ravel()
-    heights = np.concatenate([sy, meetings, *sides, [top, bottom]])
+        intersections = (sy[:, None] + u * dy[:, None]).ravel()
+    heights = np.concatenate([sy, intersections, *sides, [top, bottom]])
     heights = np.unique(heights[np.isfinite(heights)])
     heights = heights[(heights >= max(top, sy.min())) & (heights <= min(bottom, sy.max()))]
     area = 0.0

@@ -1,8 +1,8 @@
-"""Agreement of masks: region similarity J and contour accuracy F, and a run's scores by them.
+"""Scores of masks: region similarity J and contour accuracy F of the DAVIS benchmark.
 
-The definitions are those of the DAVIS benchmark: Perazzi, Pont-Tuset, McWilliams, Van Gool,
+Source: Perazzi, Pont-Tuset, McWilliams, Van Gool,
 Gross, Sorkine-Hornung, "A benchmark dataset and evaluation methodology for video object
-segmentation", CVPR 2016, with the conventions of its published evaluation
+segmentation", CVPR 2016, with the conventions of the published evaluation
 (github.com/davisvideochallenge/davis2017-evaluation).
 """
 
@@ -14,23 +14,23 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-TOLERANCE = 0.008
-"""Distance up to which contours agree, in shares of the image's diagonal."""
+CONTOUR_TOLERANCE = 0.008
+"""Largest distance of matching contour pixels, as a share of the image diagonal."""
 
 RECALL_THRESHOLD = 0.5
 """Similarity or accuracy above which a frame counts for the recall."""
 
 _QUARTERS = 4
 
-_SQUARE = np.ones((2, 2), np.uint8)
+_NEIGHBOURHOOD = np.ones((2, 2), np.uint8)
 
 
 @dataclass(frozen=True)
 class Segmentation:
     """Agreement of a tracker's masks with the ground truth, by frame, in [0, 1].
 
-    Values are NaN if there is no true mask, up to the frame of initialisation, before the tracker's
-    first mask, and after a failure.
+    A value is NaN without a ground-truth mask, up to the initialisation, before the first mask of
+    the tracker and after a failure.
     """
 
     region_similarity: NDArray[Any]
@@ -52,18 +52,18 @@ def region_similarity(estimate: NDArray[np.bool_], truth: NDArray[np.bool_]) -> 
 
 
 def contour_accuracy(
-    estimate: NDArray[np.bool_], truth: NDArray[np.bool_], tolerance: float = TOLERANCE
+    estimate: NDArray[np.bool_], truth: NDArray[np.bool_], tolerance: float = CONTOUR_TOLERANCE
 ) -> float:
     """Return the contour accuracy F, the harmonic mean of the contours' precision and recall.
 
-    Precision is the share of the estimate's contour pixels with a contour pixel of the truth
-    within the tolerance, recall the reverse. A pixel is on a contour if its right, lower, or right
-    lower neighbour differs from it; the border of the image is no contour. F is 1 if neither mask
-    has a contour, 0 if only one has. `tolerance`: in shares of the image's diagonal, rounded up to
-    whole pixels. Raises `ValueError` for masks of different shapes.
+    Precision is the share of contour pixels of the estimate that have a contour pixel of the ground
+    truth within the tolerance. Recall is the reverse. A pixel is on a contour if its right, lower
+    or lower right neighbour differs; the border of the image is not a contour. F is 1 if neither
+    mask has a contour and 0 if only one has. `tolerance`: share of the image diagonal, rounded up
+    to whole pixels. Raises `ValueError` for masks of different shapes.
     """
     _check_shapes(estimate, truth)
-    # There is no contour beyond both masks: compute on the rest.
+    # Contours exist only near the masks: the computation is restricted to this part.
     x, y, width, height = cv2.boundingRect((estimate | truth).view(np.uint8))
     part = np.s_[max(y - 1, 0) : y + height + 1, max(x - 1, 0) : x + width + 1]
     e, t = _contour(estimate[part]), _contour(truth[part])
@@ -78,14 +78,14 @@ def contour_accuracy(
 
 
 def mean_recall_decay(values: NDArray[np.float64]) -> tuple[float, float, float]:
-    """Return mean, recall and decay of a measure by frame, shape (n,), as DAVIS has them.
+    """Return mean, recall and decay of a measure by frame, shape (n,), as DAVIS defines them.
 
     Recall is the share of frames above `RECALL_THRESHOLD`. Decay is the mean over the first quarter
-    of the frames minus that over the last; neighbouring quarters share a frame. NaN values are left
-    out; without values a result is NaN.
+    of the frames minus the mean over the last one; adjacent quarters share a frame. NaN values are
+    ignored; without values a result is NaN.
     """
     n = len(values)
-    # As the published evaluation does it: counting from 1, halves go upwards.
+    # The published evaluation counts from 1 and rounds halves up.
     bounds = np.round(np.linspace(1, n, _QUARTERS + 1) + 1e-10).astype(int) - 1
     first, last = values[: bounds[1] + 1], values[bounds[-2] :]
     values, first, last = (part[np.isfinite(part)] for part in (values, first, last))
@@ -93,10 +93,10 @@ def mean_recall_decay(values: NDArray[np.float64]) -> tuple[float, float, float]
 
 
 def segmentation_scores(segmentation: Segmentation, initialised: int) -> dict[str, float]:
-    """Return mean, recall and decay of both measures, over the frames after that of initialisation.
+    """Return mean, recall and decay of both measures over the frames after the initialisation.
 
-    DAVIS leaves out the last frame, too; here it counts, and so do frames without target, in which
-    an empty mask scores 1 and any other 0.
+    Unlike in DAVIS, the last frame counts. Frames without target count, too: an empty mask scores 1
+    and any other mask 0.
     """
     scores: dict[str, float] = {}
     for kind, name, values in (
@@ -111,7 +111,9 @@ def segmentation_scores(segmentation: Segmentation, initialised: int) -> dict[st
 def _contour(mask: NDArray[np.bool_]) -> NDArray[np.uint8]:
     """Return the contour pixels of a mask as 0 and 1."""
     image, border = mask.view(np.uint8), cv2.BORDER_REPLICATE
-    contour = cv2.morphologyEx(image, cv2.MORPH_GRADIENT, _SQUARE, anchor=(0, 0), borderType=border)
+    contour = cv2.morphologyEx(
+        image, cv2.MORPH_GRADIENT, _NEIGHBOURHOOD, anchor=(0, 0), borderType=border
+    )
     return np.asarray(contour, np.uint8)
 
 
@@ -122,7 +124,10 @@ def _disc(radius: int) -> NDArray[np.uint8]:
 
 def _check_shapes(estimate: NDArray[np.bool_], truth: NDArray[np.bool_]) -> None:
     if estimate.shape != truth.shape:
-        raise ValueError(f"the mask has shape {estimate.shape}, the truth {truth.shape}.")
+        raise ValueError(
+            f"The estimated mask has shape {estimate.shape}. Expected: {truth.shape}, as the "
+            "ground truth."
+        )
 
 
 def _mean(values: NDArray[np.float64] | NDArray[np.bool_]) -> float:

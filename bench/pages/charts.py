@@ -8,12 +8,12 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from trackmark.bench.pages.player_runs import ERRORS, OVERLAPS, Clip, PageRuns, SequenceRuns
+from trackmark.bench.pages.player_runs import ERRORS, OVERLAPS, JudgedRun, PageRuns, SequenceRuns
 from trackmark.bench.reporting.shared_charts import speed_chart, survival_chart, survival_line
 from trackmark.bench.reporting.tables import SUMMARY
 from trackmark.bench.statistics.rules import MIN_UNITS
 from trackmark.bench.statistics.units import units_of
-from trackmark.reports.page.content import Chart, Line, Place
+from trackmark.reports.page.content import Chart, Line, PlayerPosition
 from trackmark.reports.tables import Table
 from trackmark.reports.write import file_names
 
@@ -102,12 +102,12 @@ def _share_line(runs: PageRuns, tracker: int, chart: _ShareChart) -> Line:
     places = []
     for point, (position, clip) in enumerate(judged[one] for one in nearest):
         frame = int(clip.shares[curve].frames[point])
-        places.append(Place(position, tracker, clip.take.repetition, frame))
+        places.append(PlayerPosition(position, tracker, clip.take.repetition, frame))
     label = runs.trackers[tracker]
     return Line(label, tracker, chart.thresholds, shares, places=places, told=f"{figure:.3f}")
 
 
-def finished_clips(stage: SequenceRuns) -> Iterator[tuple[int, list[Clip]]]:
+def finished_clips(stage: SequenceRuns) -> Iterator[tuple[int, list[JudgedRun]]]:
     """Yield the one-pass runs on a sequence that did not fail, by position of the tracker."""
     for tracker in sorted({clip.take.tracker for clip in stage.clips}):
         if clips := [clip for clip in stage.clips_of(tracker) if not clip.take.failure]:
@@ -135,7 +135,7 @@ def error_charts(runs: PageRuns) -> list[Chart]:
     return charts
 
 
-def _error_line(position: int, name: str, clips: Sequence[Clip]) -> Line:
+def _error_line(position: int, name: str, clips: Sequence[JudgedRun]) -> Line:
     """Return the worst frame of each stretch of frames, and its repetition with most error."""
     errors = np.array([clip.errors for clip in clips])
     known = np.isfinite(errors).any(axis=0)
@@ -148,7 +148,8 @@ def _error_line(position: int, name: str, clips: Sequence[Clip]) -> Line:
     tracker = clips[0].take.tracker
     furthest = np.argmax(np.nan_to_num(errors, nan=-1.0, posinf=np.inf), axis=0)
     places = [
-        Place(position, tracker, clips[furthest[frame]].take.repetition, frame) for frame in frames
+        PlayerPosition(position, tracker, clips[furthest[frame]].take.repetition, frame)
+        for frame in frames
     ]
     return Line(name, tracker, frames, medians[frames], places=places)
 
@@ -168,7 +169,7 @@ def survival_charts(scored: pd.DataFrame, runs: PageRuns) -> list[Chart]:
         ends, lost = np.minimum(first, frames), first < frames
         cells = zip(ends, lost, rows["sequence"], rows["repetition"], strict=True)
         lost_at = {
-            int(end): Place(numbers[str(sequence)], position, int(repetition), int(end))
+            int(end): PlayerPosition(numbers[str(sequence)], position, int(repetition), int(end))
             for end, failed, sequence, repetition in cells
             if failed and str(sequence) in numbers
         }

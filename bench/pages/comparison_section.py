@@ -17,8 +17,8 @@ from trackmark.bench.pages.player_runs import PageRuns
 from trackmark.bench.protocols import STORED_ONE_PASS
 from trackmark.bench.reporting.tables import SUMMARY, not_repeatable
 from trackmark.bench.statistics.rules import MIN_UNITS, interval_or_none
-from trackmark.bench.statistics.units import Units, units_of
-from trackmark.reports.page.content import Place, Section, Sheet
+from trackmark.bench.statistics.units import StatisticalUnits, units_of
+from trackmark.reports.page.content import PageSection, PageTable, PlayerPosition
 from trackmark.reports.tables import MISSING, Table, text_table
 
 _NO_PARTS = (
@@ -34,7 +34,7 @@ def answers(
     occurring: Mapping[str, set[str]],
     page_runs: PageRuns,
     command: str,
-) -> tuple[Section, list[Sheet]]:
+) -> tuple[PageSection, list[PageTable]]:
     """Return which tracker is better, or why that cannot be answered; and tables of parts.
 
     `folder`: of the experiment. `occurring`: attributes of sequences by name. `command`: makes the
@@ -42,7 +42,7 @@ def answers(
     """
     title, measure = "Which is better", SUMMARY[0]
     if not (runs["protocol"] == STORED_ONE_PASS).any():
-        return Section("answers", title, ["No comparison: nothing was run in one pass."]), []
+        return PageSection("answers", title, ["No comparison: nothing was run in one pass."]), []
     try:
         comparison = compare(
             runs,
@@ -52,7 +52,7 @@ def answers(
             not_repeatable=not_repeatable(runs),
         )
     except ComparisonError as error:
-        return Section("answers", title, [f"No comparison: {error}"], command=command), []
+        return PageSection("answers", title, [f"No comparison: {error}"], command=command), []
     sheets = {
         table.name: _sheet(table, comparison, page_runs)
         for table in comparison_tables(comparison)
@@ -60,19 +60,19 @@ def answers(
     }
     differences = [sheets.pop(name) for name in list(sheets) if name == "comparison-parts"]
     words = [paragraph(comparison)]
-    return Section("answers", title, words, list(sheets.values()), command=command), differences
+    return PageSection("answers", title, words, list(sheets.values()), command=command), differences
 
 
-def _sheet(table: Table, comparison: Comparison, page_runs: PageRuns) -> Sheet:
+def _sheet(table: Table, comparison: Comparison, page_runs: PageRuns) -> PageTable:
     """Return a table of a comparison; the cells of a row open the same frame."""
     columns = len(table.heads) - table.n_labels
     places = [
         [_place(row, comparison, page_runs)] * columns for row in table.data.to_dict("records")
     ]
-    return Sheet(table, places=places)
+    return PageTable(table, places=places)
 
 
-def _place(row: Mapping[Any, Any], comparison: Comparison, runs: PageRuns) -> Place | None:
+def _place(row: Mapping[Any, Any], comparison: Comparison, runs: PageRuns) -> PlayerPosition | None:
     """Return what a row of a comparison opens: the sequence on which a pair differs most.
 
     A row on a part of the sequences opens one of that part.
@@ -94,11 +94,11 @@ def parts(
     scored: pd.DataFrame,
     occurring: Mapping[str, set[str]],
     runs: PageRuns,
-    differences: Sequence[Sheet],
-) -> Section:
+    differences: Sequence[PageTable],
+) -> PageSection:
     """Return mean overlaps on the sequences that have a parameter's value, or an attribute."""
     if "mean_overlap" not in scored or not runs.trackers:
-        return Section("parts", "")  # no run finished
+        return PageSection("parts", "")  # no run finished
     sequences = [stage.name for stage in runs.stages]
     units = units_of(sequences)
     masks = parts_of(sequences, [occurring.get(name, ()) for name in sequences])
@@ -128,8 +128,8 @@ def parts(
     table = replace(table, data=pd.DataFrame(data))
     title = "By knob and attribute"
     if not rows:
-        return Section("parts", title, [_NO_PARTS] if len(sequences) > 1 else [])
-    return Section("parts", title, sheets=[Sheet(table, values, places), *differences])
+        return PageSection("parts", title, [_NO_PARTS] if len(sequences) > 1 else [])
+    return PageSection("parts", title, sheets=[PageTable(table, values, places), *differences])
 
 
 def repetitions(scored: pd.DataFrame) -> str:
@@ -141,7 +141,7 @@ def repetitions(scored: pd.DataFrame) -> str:
 
 
 def _with_interval(
-    units: Units, by_sequence: NDArray[np.float64], chosen: NDArray[np.bool_]
+    units: StatisticalUnits, by_sequence: NDArray[np.float64], chosen: NDArray[np.bool_]
 ) -> tuple[float, float, float]:
     """Return a mean over the units of a part and its interval, NaN if there is none."""
     values = means_in_part(units, by_sequence, chosen)

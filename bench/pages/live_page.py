@@ -11,7 +11,7 @@ from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 from trackmark.bench.pages.page_frames import Watch
 from trackmark.bench.pages.player_runs import PageRuns, read_runs, scenes
 from trackmark.datasets import SequenceError
-from trackmark.reports.page.content import Page, Section
+from trackmark.reports.page.content import Page, PageSection
 from trackmark.reports.page.page import write_page
 from trackmark.trackers import Randomness
 
@@ -68,7 +68,7 @@ def _page(runs: PageRuns, watch: Watch, repetition: int, drawing: bool) -> Page:
     ]
     title = f"{named} on {scene.name}"
     title += f", repetition {repetition}" if drawing and repetition else ""
-    sections = [Section("frames", "Frames", words, scenes=True)]
+    sections = [PageSection("frames", "Frames", words, scenes=True)]
     page = Page(title, sections, runs.trackers, [scene])
     names = [name for take in scene.takes for name in take.maps][:1]
     address = {"tracker": runs.trackers[0]} | ({"map": names[0]} if names else {})

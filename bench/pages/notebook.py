@@ -108,7 +108,7 @@ def player(
         If there are no results, or they are damaged.
     """
     from trackmark.bench.pages.player_runs import read_runs, scenes
-    from trackmark.reports.page.content import Page, Place, Section
+    from trackmark.reports.page.content import Page, PageSection, PlayerPosition
     from trackmark.reports.page.page import write_page
 
     folder = Path(results.folder if isinstance(results, Runs) else results)
@@ -121,10 +121,10 @@ def player(
     first = scene.first if frame is None else frame
     if not 0 <= first < scene.frames:
         raise ValueError(f"{name!r} has frames 0 to {scene.frames - 1}, and no {first}.")
-    page = Page(name, [Section("frames", "Sequence", scenes=True)], runs.labels, [scene])
+    page = Page(name, [PageSection("frames", "Sequence", scenes=True)], runs.labels, [scene])
     start = page.opening(scene, first)
     if tracker is not None:
-        start = page.address(Place(0, runs.labels.index(tracker), repetition, first))
+        start = page.address(PlayerPosition(0, runs.labels.index(tracker), repetition, first))
     with TemporaryDirectory(prefix="trackmark-") as made:
         path, *_ = write_page(Path(made) / "page.html", replace(page, start=start), room=inf)
         return Player(path.read_text("utf-8"))

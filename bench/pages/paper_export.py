@@ -7,7 +7,7 @@ from pathlib import Path
 from urllib.parse import quote
 
 from trackmark.reports.files import write_file
-from trackmark.reports.page.content import Page, Section
+from trackmark.reports.page.content import Page, PageSection
 from trackmark.reports.printable import one_line
 from trackmark.reports.renderers import (
     OR_NUMBERS,
@@ -48,7 +48,7 @@ def _write(path: Path, text: str) -> Path:
     return write_file(path, lambda file: file.write_text(text, encoding="utf-8"))
 
 
-def _figures(section: Section, folder: Path, suffix: str) -> list[tuple[str, str]]:
+def _figures(section: PageSection, folder: Path, suffix: str) -> list[tuple[str, str]]:
     """Return the existing files of a section's figures, with their captions."""
     named = [
         (chart.figure, f"{chart.title}: {chart.words}".removeprefix(": "))
@@ -59,7 +59,7 @@ def _figures(section: Section, folder: Path, suffix: str) -> list[tuple[str, str
     return [(name, words) for name, words in files if (folder / name).is_file()]
 
 
-def _printed(page: Page) -> list[Section]:
+def _printed(page: Page) -> list[PageSection]:
     """Return the sections of a page that do not list frames."""
     return [section for section in page.sections if not section.scenes]
 

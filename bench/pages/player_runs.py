@@ -18,19 +18,19 @@ from trackmark.bench.evaluation.run_record import Run, Trace
 from trackmark.bench.evaluation.scoring import REVISED
 from trackmark.bench.metrics.centre_error import centre_error
 from trackmark.bench.metrics.overlap import overlap
-from trackmark.bench.metrics.preset import State
+from trackmark.bench.metrics.preset import FrameState
 from trackmark.bench.pages.page_frames import THUMBNAIL, Filmed, Keep, Watch, film_all
 from trackmark.bench.pages.player_layers import maps, numbers, shapes, true_shapes
 from trackmark.bench.protocols import STORED_ONE_PASS
 from trackmark.bench.reporting.outlines import is_round
 from trackmark.bench.reporting.stored_runs import StoredRun, judged_runs
 from trackmark.bench.store.truth import StoredTruth
-from trackmark.reports.page.content import Place, Scene, Take
+from trackmark.reports.page.content import PlayerPosition, PlayerRun, PlayerScene
 
 _SUPERVISION = {
-    State.SKIPPED: "not asked",
-    State.INITIALISED: "begun with the truth",
-    State.FAILED: "failed",
+    FrameState.SKIPPED: "not asked",
+    FrameState.INITIALISED: "begun with the truth",
+    FrameState.FAILED: "failed",
 }
 """Words for what supervised evaluation does in a frame except tracking."""
 
@@ -44,7 +44,7 @@ Layers: TypeAlias = Literal["none", "drawn", "all"]
 """Contents in addition to boxes: outlines, particles and maps are drawn; all has numbers, too."""
 
 
-class Share(NamedTuple):
+class ThresholdShares(NamedTuple):
     """Share of a run's frames by threshold, and the frame nearest to each threshold, all (k,)."""
 
     shares: Array
@@ -53,14 +53,14 @@ class Share(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Clip:
+class JudgedRun:
     """A run, or a segment of one, with its scores by frame."""
 
-    take: Take
+    take: PlayerRun
     end: int  # last frame with a box
     overlaps: NDArray[np.float32]  # (n,); NaN if the frame is not judged
     errors: NDArray[np.float32]  # likewise: centre error [px]
-    shares: Mapping[str, Share]  # `success` and `precision` of finished one-pass runs
+    shares: Mapping[str, ThresholdShares]  # `success` and `precision` of finished one-pass runs
     worst: Mapping[tuple[str, Trace], tuple[float, int]]  # badness and frame, by `PageRuns.place`
 
 
@@ -71,15 +71,15 @@ class SequenceRuns:
     row: Mapping[str, Any]
     stored: StoredTruth
     truth: Array
-    clips: list[Clip] = field(default_factory=list)  # of one-pass runs
-    others: list[Clip] = field(default_factory=list)  # of runs by other protocols
+    clips: list[JudgedRun] = field(default_factory=list)  # of one-pass runs
+    others: list[JudgedRun] = field(default_factory=list)  # of runs by other protocols
 
     @property
     def name(self) -> str:
         """Name of the sequence."""
         return str(self.row["sequence"])
 
-    def clips_of(self, tracker: int) -> list[Clip]:
+    def clips_of(self, tracker: int) -> list[JudgedRun]:
         """Return the one-pass runs of a tracker."""
         return [clip for clip in self.clips if clip.take.tracker == tracker]
 
@@ -95,7 +95,7 @@ class PageRuns:
 
     def place(
         self, tracker: str, sequence: str | None, kind: str, trace: Trace = "online"
-    ) -> Place | None:
+    ) -> PlayerPosition | None:
         """Return the worst frame of a tracker's worst run on one sequence, or on all.
 
         `tracker`: one of `labels`. `kind`: `overlap`, `centre_error` or `loss`. `trace`: of
@@ -105,20 +105,20 @@ class PageRuns:
         worst = (self._worst.get((tracker, sequence, kind, name)) for name in traces)
         return next((place for _, place in filter(None, worst)), None)
 
-    def worst_of(self, tracker: str, sequences: Iterable[str], kind: str) -> Place | None:
+    def worst_of(self, tracker: str, sequences: Iterable[str], kind: str) -> PlayerPosition | None:
         """Return the same as `place`, of several sequences."""
         worst = [self._worst.get((tracker, name, kind, "online")) for name in sequences]
         return max(filter(None, worst), key=itemgetter(0), default=(0.0, None))[1]
 
     @cached_property
-    def _worst(self) -> dict[tuple[str, str | None, str, Trace], tuple[float, Place]]:
+    def _worst(self) -> dict[tuple[str, str | None, str, Trace], tuple[float, PlayerPosition]]:
         """Badness of the worst runs, and their worst frames."""
-        worst: dict[tuple[str, str | None, str, Trace], tuple[float, Place]] = {}
+        worst: dict[tuple[str, str | None, str, Trace], tuple[float, PlayerPosition]] = {}
         for position, stage in enumerate(self.stages):
             for clip in (*stage.clips, *stage.others):
                 take = clip.take
                 for (kind, trace), (badness, frame) in clip.worst.items():
-                    place = Place(position, take.tracker, take.repetition, frame)
+                    place = PlayerPosition(position, take.tracker, take.repetition, frame)
                     place = place._replace(start=take.start, revised=trace == "revised")
                     for sequence in (stage.name, None):
                         key = self.labels[take.tracker], sequence, kind, trace
@@ -221,13 +221,15 @@ def _whole(run: Run, truth: Array) -> _Part:
         answered = [None if frame < 0 else frame for frame in run.answered.tolist()]
         numbers_by_name["answer to frame"] = answered
     if run.states is not None:
-        judged &= np.isin(run.states, (State.TRACKED, State.FAILED))
-        marks = np.flatnonzero(run.states == State.INITIALISED).tolist()[1:]
+        judged &= np.isin(run.states, (FrameState.TRACKED, FrameState.FAILED))
+        marks = np.flatnonzero(run.states == FrameState.INITIALISED).tolist()[1:]
         numbers_by_name["supervision"] = [*map(_SUPERVISION.get, run.states.tolist())]
     return _Part(run, judged, marks=marks, numbers=numbers_by_name)
 
 
-def _clip(truth: Array, part: _Part, row: Mapping[str, Any], tracker: int, layers: Layers) -> Clip:
+def _clip(
+    truth: Array, part: _Part, row: Mapping[str, Any], tracker: int, layers: Layers
+) -> JudgedRun:
     """Judge a part of a run by the ground truth."""
     run, one_pass = part.run, part.judged is None
     judged = np.flatnonzero(_present(truth))[1:]
@@ -246,7 +248,7 @@ def _clip(truth: Array, part: _Part, row: Mapping[str, Any], tracker: int, layer
         shares["precision"] = _share(near, ERRORS, near <= ERRORS, judged)
     boxes_at = np.flatnonzero(_present(run.boxes))
     end = int(boxes_at[-1]) if len(boxes_at) else 0
-    take = Take(
+    take = PlayerRun(
         tracker,
         int(row["repetition"]),
         run.boxes,
@@ -261,13 +263,15 @@ def _clip(truth: Array, part: _Part, row: Mapping[str, Any], tracker: int, layer
         [] if part.judged is None else _spans(part.judged),
         part.marks,
     )
-    return Clip(take, end, overlaps, errors, shares, _worst(truth, run, row, judged, end))
+    return JudgedRun(take, end, overlaps, errors, shares, _worst(truth, run, row, judged, end))
 
 
-def _share(values: Array, thresholds: Array, hits: NDArray[np.bool_], frames: Frames) -> Share:
+def _share(
+    values: Array, thresholds: Array, hits: NDArray[np.bool_], frames: Frames
+) -> ThresholdShares:
     """Return the share of `hits` (n, k), and the frames whose values (n, 1) are nearest."""
     far = np.abs(np.nan_to_num(values, nan=np.inf) - thresholds)
-    return Share(hits.mean(axis=0), far.min(axis=0), frames[far.argmin(axis=0)])
+    return ThresholdShares(hits.mean(axis=0), far.min(axis=0), frames[far.argmin(axis=0)])
 
 
 def _worst(
@@ -308,7 +312,7 @@ def scenes(
     keep: Keep | None = None,
     height: int = THUMBNAIL,
     chosen: Sequence[Sequence[int]] | None = None,
-) -> Iterator[Scene]:
+) -> Iterator[PlayerScene]:
     """Yield the sequences with their frames, or with the `chosen` frames of each, in order.
 
     `results`: name of the folder in commands. See `film_all` for the other parameters.
@@ -320,13 +324,13 @@ def scenes(
         yield _scene(stage, results, filmed, its)
 
 
-def _scene(stage: SequenceRuns, results: str, filmed: Filmed, frames: Sequence[int]) -> Scene:
+def _scene(stage: SequenceRuns, results: str, filmed: Filmed, frames: Sequence[int]) -> PlayerScene:
     """Return a sequence as the player shows it."""
     row, stored = stage.row, stage.stored
     present = np.flatnonzero(_present(stored.boxes))
     truth_option = ["--truth", row["truth"]] if row["truth"] else []
     show = ["trackmark", "show", row["source"], *truth_option, "--results", results]
-    return Scene(
+    return PlayerScene(
         name=stage.name,
         size=stored.image_size or _extent(stored.boxes),
         boxes=stage.truth,

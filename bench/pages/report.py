@@ -28,7 +28,7 @@ from trackmark.bench.reporting.failed_runs import with_worst_scores
 from trackmark.bench.store.loading import load_results
 from trackmark.bench.store.truth import occurring_attributes
 from trackmark.datasets.spec_string import format_text
-from trackmark.reports.page.content import Page, Place, Section, Sheet
+from trackmark.reports.page.content import Page, PageSection, PageTable, PlayerPosition
 from trackmark.reports.page.page import write_chunk, write_page
 from trackmark.reports.tables import MISSING, Table, complete, text_table
 
@@ -124,7 +124,7 @@ class _Content:
         stored = {*map(str, self.all_runs["protocol"])} - {STORED_ONE_PASS, TIMING}
         return sorted(stored, key=len, reverse=True)
 
-    def sections(self, *, charts: bool) -> list[Section]:
+    def sections(self, *, charts: bool) -> list[PageSection]:
         """Return the parts of the page that have contents, in their order."""
         command = self.commands.text("report", "--folder", "report")
         return [
@@ -133,7 +133,7 @@ class _Content:
             if part.charts or part.sheets or part.words
         ]
 
-    def _all_sections(self, *, charts: bool) -> Iterator[Section]:
+    def _all_sections(self, *, charts: bool) -> Iterator[PageSection]:
         overview = self._overview()
         repeated = set(overview.words)
         tables = [
@@ -150,25 +150,25 @@ class _Content:
         yield overview
         if "summary" in named:
             sheet = self._sheet(named["summary"])
-            yield Section("summary", "Summary", [_DEFINITIONS], [sheet], command=wide)
+            yield PageSection("summary", "Summary", [_DEFINITIONS], [sheet], command=wide)
         if "sequences" in named:
             yield self._heat_map(named["sequences"])
         words = ["Open one to see its frames."] if runs.stages else []
-        yield Section("frames", "Sequences", words=words, scenes=True)
+        yield PageSection("frames", "Sequences", words=words, scenes=True)
         yield which
         if charts:
             shares = share_charts(runs, self.whole)
-            yield Section("curves", "Success and precision", charts=shares)
-            yield Section("errors", "Centre error over the frames", charts=error_charts(runs))
-            yield Section("survival", "Time to failure", charts=survival_charts(scored, runs))
+            yield PageSection("curves", "Success and precision", charts=shares)
+            yield PageSection("errors", "Centre error over the frames", charts=error_charts(runs))
+            yield PageSection("survival", "Time to failure", charts=survival_charts(scored, runs))
         yield parts(scored, occurring, runs, differences)
         if charts:
-            yield Section("speed", "Speed against accuracy", charts=speed_charts(named, runs))
+            yield PageSection("speed", "Speed against accuracy", charts=speed_charts(named, runs))
         sheets = [self._sheet(table) for table in tables if table.name != "summary"]
-        yield Section("tables", "Every sequence", sheets=sheets, command=wide)
+        yield PageSection("tables", "Every sequence", sheets=sheets, command=wide)
         yield self._provenance()
 
-    def _overview(self) -> Section:
+    def _overview(self) -> PageSection:
         """Return what was run and where, with what failed."""
         words = [self._counts()]
         runs = complete(self.all_runs)
@@ -192,8 +192,8 @@ class _Content:
         results = self.commands.results
         command = f"trackmark results failures {shlex.quote(results)}" if results else ""
         if sheet is None:
-            return Section("runs", "What was run", words)
-        return Section("runs", "What was run", words, [sheet], command=command)
+            return PageSection("runs", "What was run", words)
+        return PageSection("runs", "What was run", words, [sheet], command=command)
 
     def _counts(self) -> str:
         """Return how many runs there are, where and when they were made."""
@@ -210,10 +210,14 @@ class _Content:
             f"{n_sequences} sequence{'s' * (n_sequences != 1)}; run{when} at {', '.join(hosts)}."
         )
 
-    def _failures(self) -> Sheet | None:
+    def _failures(self) -> PageTable | None:
         """Return the failed runs, each of which opens its last frame with a box."""
         failed = [
-            (Place(position, clip.take.tracker, clip.take.repetition, clip.end), stage.name, clip)
+            (
+                PlayerPosition(position, clip.take.tracker, clip.take.repetition, clip.end),
+                stage.name,
+                clip,
+            )
             for position, stage in enumerate(self.runs.stages)
             for clip in (*stage.clips, *stage.others)
             if clip.take.failure and not clip.take.start  # a run with several segments once
@@ -234,13 +238,13 @@ class _Content:
             notes=[f"{left} more are listed by `trackmark results failures`."] if left else [],
         )
         places = [[None, None, place, None] for place, _, _ in failed[:_MOST_FAILURES]]
-        return Sheet(table, places=places)
+        return PageTable(table, places=places)
 
-    def _sheet(self, table: Table) -> Sheet:
+    def _sheet(self, table: Table) -> PageTable:
         """Return a table of scores whose numbers open the worst frames and sort unrounded."""
         data, columns = table.data, len(table.heads) - table.n_labels
         if "measure" not in data or len(data) != len(table.rows) * columns:
-            return Sheet(table)
+            return PageTable(table)
         values = data["mean"].to_numpy(float).reshape(len(table.rows), columns)
         kinds = [_kind(str(name)) for name in data["measure"][:columns]]
         names = {stage.name for stage in self.runs.stages}
@@ -253,9 +257,9 @@ class _Content:
             sequence = sequence if sequence in names else None
             tracker = name_on_page(row["tracker"], [*protocols, STORED_ONE_PASS][0])
             places.append([self.runs.place(tracker, sequence, kind, trace) for kind in kinds])
-        return Sheet(table, values.tolist(), places)
+        return PageTable(table, values.tolist(), places)
 
-    def _heat_map(self, table: Table) -> Section:
+    def _heat_map(self, table: Table) -> PageSection:
         """Return sequences by trackers, shaded by the mean overlap."""
         data = table.data[table.data["measure"] == "mean_overlap"]
         means = data.pivot_table("mean", "sequence", "tracker", sort=False, dropna=False)
@@ -278,10 +282,10 @@ class _Content:
             rows,
         )
         grid = replace(grid, data=means.reset_index())
-        sheet = Sheet(grid, values.tolist(), places, heat=True)
-        return Section("heat", "Sequences by trackers", sheets=[sheet])
+        sheet = PageTable(grid, values.tolist(), places, heat=True)
+        return PageSection("heat", "Sequences by trackers", sheets=[sheet])
 
-    def _provenance(self) -> Section:
+    def _provenance(self) -> PageSection:
         """Return what determined the runs, and where they were made."""
         runs = self.all_runs
         trackers = runs.dropna(subset="tracker_version").drop_duplicates(["tracker", "version"])
@@ -317,7 +321,9 @@ class _Content:
                 ],
             ),
         ]
-        return Section("provenance", "Provenance", sheets=[Sheet(table) for table in tables])
+        return PageSection(
+            "provenance", "Provenance", sheets=[PageTable(table) for table in tables]
+        )
 
 
 def _kind(measure: str) -> str:

@@ -16,7 +16,7 @@ from trackmark.bench.store.index import index_row
 from trackmark.bench.store.layout import Cell
 from trackmark.bench.store.results import Results
 from trackmark.bench.store.truth import read_truth
-from trackmark.reports.page.content import Place, Scene
+from trackmark.reports.page.content import PlayerPosition, PlayerScene
 
 MAX_FRAMES = 2400  # of a page: about ten megabytes
 MAX_SECONDS, MAX_QUICK_SECONDS = 20.0, 1.0  # to render them, by the time that they once took
@@ -29,10 +29,10 @@ class Footage:
     """Filmed scenes of a page, and the places that its numbers lead to."""
 
     reading: PageRuns
-    scenes: Sequence[Scene]
-    places: Mapping[ShownRun, Place]
+    scenes: Sequence[PlayerScene]
+    places: Mapping[ShownRun, PlayerPosition]
 
-    def place(self, run: ShownRun | None) -> Place | None:
+    def place(self, run: ShownRun | None) -> PlayerPosition | None:
         """Return the worst frame of a run; None without one."""
         return self.places.get(run) if run else None
 
@@ -73,7 +73,7 @@ def _stored(places: Iterable[tuple[Path, Cell]]) -> Iterator[StoredRun]:
         yield row | {"source": row["source"] or row["sequence"]}, run, stored
 
 
-def _place(run: ShownRun, reading: PageRuns, context: Context) -> Place | None:
+def _place(run: ShownRun, reading: PageRuns, context: Context) -> PlayerPosition | None:
     names = [parse_tracker(text).label for text in (run.tracker, *run.beside)]
     sequence, _ = datasets.identity(run.sequence)
     place = reading.place(names[0], sequence, run.kind, context.description.trace)
@@ -81,7 +81,7 @@ def _place(run: ShownRun, reading: PageRuns, context: Context) -> Place | None:
     return place and place._replace(show=tuple(trackers))
 
 
-def _frames(reading: PageRuns, places: Sequence[Place], seconds: float) -> list[list[int]]:
+def _frames(reading: PageRuns, places: Sequence[PlayerPosition], seconds: float) -> list[list[int]]:
     """Choose frames of each sequence, as far around the places as room and time allow."""
     costs = [stage.row["frame_seconds"] or 0.0 for stage in reading.stages]
     chosen: list[list[int]] = []

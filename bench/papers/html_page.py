@@ -11,7 +11,7 @@ from trackmark.bench.papers.evidence_frames import Footage, film_runs
 from trackmark.bench.papers.markdown_page import RULES, VIDEOS
 from trackmark.bench.papers.reproduction import Report
 from trackmark.bench.papers.scene_rows import SceneRow, ShownRun, claim_scenes, main_runs
-from trackmark.reports.page.content import Card, Page, Picture, Section, Sheet
+from trackmark.reports.page.content import Card, Page, PageSection, PageTable, Picture
 from trackmark.reports.page.film import still
 from trackmark.reports.page.page import write_page
 from trackmark.reports.tables import MISSING, text_table
@@ -52,7 +52,7 @@ def write_html_page(path: Path, report: Report, watch: Watch = lambda *_: None) 
     return write_page(path, page)
 
 
-def _has_content(section: Section) -> bool:
+def _has_content(section: PageSection) -> bool:
     return bool(section.words or section.sheets or section.pictures or section.cards)
 
 
@@ -61,7 +61,7 @@ def _sections(
     scenes: Scenes,
     cells: Sequence[Sequence[ShownRun | None]],
     footage: Footage,
-) -> list[Section]:
+) -> list[PageSection]:
     """Return the parts of the page in their order."""
     entry, notes = report.description, report.notes
     result = _paragraphs(notes.get("Result in one sentence", ""))
@@ -69,45 +69,47 @@ def _sections(
     main, *others = report.main
     places = [[None, *map(footage.place, row)] for row in cells]
     counts = [f"{setting}: {count_verdicts(report.verdicts, setting)}." for setting in SETTINGS]
-    sensitivity = [Sheet(report.sensitivity)] if report.sensitivity else []
+    sensitivity = [PageTable(report.sensitivity)] if report.sensitivity else []
     command = report.context.effort.command(entry.name)
     about = [*quick, *_paragraphs(entry.citation), entry.method, *result, VIDEOS]
     return [
-        Section("paper", "The paper", about),
-        Section(
+        PageSection("paper", "The paper", about),
+        PageSection(
             "numbers",
             "The paper's numbers and ours",
             ["A number of ours opens the worst run behind it."],
-            sheets=[Sheet(main, places=places), *map(Sheet, others)],
+            sheets=[PageTable(main, places=places), *map(PageTable, others)],
         ),
-        Section("figures", "Figures", pictures=_pictures(report)),
-        Section(
+        PageSection("figures", "Figures", pictures=_pictures(report)),
+        PageSection(
             "verdicts",
             "Verdicts",
             [_plain(RULES), *counts] if report.verdicts else [],
             sheets=[_verdicts(report.verdicts, scenes, footage)] if report.verdicts else [],
         ),
-        Section(
+        PageSection(
             "scenes",
             "Scenes behind the verdicts",
             cards=[_card(row, scenes, footage) for row in report.verdicts],
             folded="Quotes and reasons of all claims, and the scenes that speak most against them",
         ),
-        Section(
+        PageSection(
             "differences",
             "What differs and why",
             _paragraphs(notes.get("What differs and why", "")),
         ),
-        Section("criteria", "The scenes", sheets=[Sheet(report.criteria)]),
-        Section("settings", "Settings", sheets=[Sheet(report.settings)]),
-        Section("sensitivity", "Sensitivity (no verdicts)", sheets=sensitivity, folded="The table"),
-        Section(
+        PageSection("criteria", "The scenes", sheets=[PageTable(report.criteria)]),
+        PageSection("settings", "Settings", sheets=[PageTable(report.settings)]),
+        PageSection(
+            "sensitivity", "Sensitivity (no verdicts)", sheets=sensitivity, folded="The table"
+        ),
+        PageSection(
             "command",
             "How to run it",
             _paragraphs(notes.get("How long it takes", "")) or ["The command of this report:"],
             command=command,
         ),
-        Section(
+        PageSection(
             "history",
             "History",
             _paragraphs(notes.get("History", "")),
@@ -116,7 +118,7 @@ def _sections(
     ]
 
 
-def _verdicts(rows: Sequence[VerdictRow], scenes: Scenes, footage: Footage) -> Sheet:
+def _verdicts(rows: Sequence[VerdictRow], scenes: Scenes, footage: Footage) -> PageTable:
     """Return the verdicts: a row leads to the claim's scenes, an estimate opens the worst one."""
     places = []
     for row in rows:
@@ -124,7 +126,7 @@ def _verdicts(rows: Sequence[VerdictRow], scenes: Scenes, footage: Footage) -> S
         written, recommended = (footage.place(one[0].runs[0]) if one else None for one in worst)
         places.append([None, written, None, recommended, None])
     links = [f"#claim-{row.claim.name}" for row in rows]
-    return Sheet(verdict_table(rows), places=places, links=links)
+    return PageTable(verdict_table(rows), places=places, links=links)
 
 
 def _card(row: VerdictRow, scenes: Scenes, footage: Footage) -> Card:
@@ -141,7 +143,9 @@ def _card(row: VerdictRow, scenes: Scenes, footage: Footage) -> Card:
     return Card(f"claim-{claim.name}", f"{claim.name}: {claim.short}", quote, facts, sheets)
 
 
-def _scenes(row: VerdictRow, setting: str, found: Sequence[SceneRow], footage: Footage) -> Sheet:
+def _scenes(
+    row: VerdictRow, setting: str, found: Sequence[SceneRow], footage: Footage
+) -> PageTable:
     """Return the worst scenes of a claim; a number opens its run at the worst frame."""
     claim = row.claim
     columns = claim.trackers if len(found[0].numbers) == 1 + len(claim.trackers) else ["value"]
@@ -157,7 +161,9 @@ def _scenes(row: VerdictRow, setting: str, found: Sequence[SceneRow], footage: F
     caption += f" [{unit}]" if unit else ""
     name, kept = f"scenes-{claim.name}-{setting}", [heads[0], *heads[1 + first :]]
     places = [[*map(footage.place, one.runs[first:])] for one in found]
-    return Sheet(text_table(name, caption[:1].upper() + caption[1:], kept, rows, 1), values, places)
+    return PageTable(
+        text_table(name, caption[:1].upper() + caption[1:], kept, rows, 1), values, places
+    )
 
 
 def _pictures(report: Report) -> list[Picture]:

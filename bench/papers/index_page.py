@@ -10,7 +10,7 @@ from trackmark.bench.claims.row_verdicts import SETTINGS, count_words
 from trackmark.bench.papers import paper_names
 from trackmark.bench.papers.description import read_description
 from trackmark.bench.store.files import ResultsError
-from trackmark.reports.page.content import Page, Section, Sheet
+from trackmark.reports.page.content import Page, PageSection, PageTable
 from trackmark.reports.page.page import write_page
 from trackmark.reports.tables import MISSING, text_table
 
@@ -32,7 +32,7 @@ def write_front_page(output: Path) -> Path:
         links.append(quote(page) if (output / page).is_file() else "")
     heads = ["paper", "title", *(name.replace("-", " ") for name in SETTINGS), "made by"]
     table = text_table("papers", "Claims by verdict; a paper opens its page.", heads, rows, 2)
-    section = Section("papers", "Papers", sheets=[Sheet(table, links=links)])
+    section = PageSection("papers", "Papers", sheets=[PageTable(table, links=links)])
     return write_page(output / "report.html", Page("Papers reproduced", [section]))[0]
 
 

@@ -18,7 +18,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from trackmark.bench.metrics.native import Truth
+from trackmark.bench.metrics.native import GroundTruth
 from trackmark.datasets.spec_string import close_match, format_text, parse_text
 from trackmark.trackers.base.parameters import Parameters, TrackerError
 
@@ -78,7 +78,7 @@ class Action(Enum):
 class Controller:
     """Decisions on one tracker, frame by frame after its first; this class always updates it."""
 
-    states: NDArray[np.int32] | None = None  # (n,): a `bench.metrics.preset.State` per frame
+    states: NDArray[np.int32] | None = None  # (n,): a `bench.metrics.preset.FrameState` per frame
     source_frames: NDArray[np.int32] | None = None  # (n,): frame on which each estimate was made
 
     def action(self, frame: int) -> Action:
@@ -137,7 +137,7 @@ class Protocol(Parameters):
         """
         return [Segment()]
 
-    def controller(self, truth: Truth, first: int, size: tuple[int, int]) -> Controller:
+    def controller(self, truth: GroundTruth, first: int, size: tuple[int, int]) -> Controller:
         """Return the controller of one segment; by default the tracker is updated at every frame.
 
         `truth`: ground truth of the init box. `first`: frame of initialisation. `size`: width and

@@ -1,11 +1,11 @@
-"""From each of many anchors, forwards or backwards (VOT 2020 to 2022).
+"""Segments from many anchor frames, forwards or backwards (VOT 2020 to 2022).
 
-Anchors are the frames that the data name by the value `anchor` (above 0 forwards, below
-backwards), where they bring one. Elsewhere they lie about `spacing` frames apart, from the first
-frame with a target to the last; one without a target moves on to the next that has one. From an
-anchor the tracker goes to that end of the sequence which is further away, so that a segment
-backwards ends with frame 0. Each is a segment with a tracker, and random numbers, of its own.
-Kristan et al., "The eighth visual object tracking VOT2020 challenge results", ECCV workshops 2020.
+If the data have values named `anchor`, their frames are the anchors: forwards for values above 0,
+backwards for values below 0. Otherwise anchors lie about `spacing` frames apart, from the first
+frame with a target to the last one. An anchor without target moves to the next frame with one. The
+tracker runs from an anchor to the further end of the sequence; a backward segment ends with frame
+0. Each segment has its own tracker and random numbers. Source: Kristan et al., "The eighth visual
+object tracking VOT2020 challenge results", ECCV workshops 2020.
 """
 
 from collections.abc import Mapping
@@ -21,39 +21,35 @@ _VALUE = "anchor"
 
 
 class Anchors(Protocol):
-    """Knobs of where anchors lie."""
+    """Protocol with the distance of anchors as its parameter."""
 
     judged: ClassVar[tuple[str, ...]] = ("anchors", "one pass")
     preset: ClassVar[str] = "vot-anchor"
     segmented: ClassVar[bool] = True
     by_values: ClassVar[bool] = True
 
-    spacing: int = whole(50, "frames between anchors, where the data name none")
+    spacing: int = whole(50, "frames between anchors, if the data name none")
 
     def segments(
         self, present: NDArray[np.bool_], values: Mapping[str, NDArray[np.float64]]
     ) -> list[Segment]:
         """See `Protocol.segments`."""
         frames = np.flatnonzero(present)
-        given = np.where(present, np.nan_to_num(values.get(_VALUE, np.zeros(len(present)))), 0.0)
+        marks = np.where(present, np.nan_to_num(values.get(_VALUE, np.zeros(len(present)))), 0.0)
         first, last = int(frames[0]), int(frames[-1])
-        if given.any():
-            named = np.flatnonzero(given).tolist()
-            return [_from(frame, bool(given[frame] > 0), first) for frame in named]
-        count = max(round((last - first) / self.spacing), 1)
-        places = np.round(np.linspace(first, last, count + 1))
-        anchors = np.unique(frames[np.searchsorted(frames, places)])
-        before, after = anchors, len(present) - 1 - anchors
+        if marks.any():
+            anchors = np.flatnonzero(marks)
+            forwards = marks[anchors] > 0
+        else:
+            count = max(round((last - first) / self.spacing), 1)
+            positions = np.round(np.linspace(first, last, count + 1))
+            anchors = np.unique(frames[np.searchsorted(frames, positions)])
+            forwards = len(present) - 1 - anchors >= anchors
+        # Start 0 stands for the first frame with a target.
         return [
-            _from(anchor, forwards, first)
-            for anchor, forwards in zip(anchors.tolist(), after >= before, strict=True)
+            Segment(0 if anchor == first else anchor) if is_forward else Segment(anchor, -1)
+            for anchor, is_forward in zip(anchors.tolist(), forwards.tolist(), strict=True)
         ]
-
-
-def _from(anchor: int, forwards: bool, first: int) -> Segment:
-    if forwards:
-        return Segment(0 if anchor == first else anchor)
-    return Segment(anchor, -1)
 
 
 PROTOCOL = Anchors

@@ -1,8 +1,8 @@
-"""Once over the sequence: one-pass evaluation (OPE).
+"""One pass over the sequence without restarts (OPE).
 
-The tracker is given the truth of the first frame in which the target is present, and is asked in
-every later one; nothing helps it after that. It is what trackers are run by unless told otherwise.
-Wu, Lim and Yang, "Online object tracking: a benchmark", CVPR 2013.
+The tracker is initialised with the ground truth of the first frame in which the target is present,
+and updated in every later frame. It is never corrected. This is the default protocol. Source: Wu,
+Lim and Yang, "Online object tracking: a benchmark", CVPR 2013.
 """
 
 from typing import ClassVar
@@ -11,13 +11,13 @@ from trackmark.bench.protocols import STORED_ONE_PASS, Protocol
 
 
 class OnePass(Protocol):
-    """Protocol without knobs."""
+    """Protocol without parameters."""
 
     judged: ClassVar[tuple[str, ...]] = ("one pass", "supervised", "anchors")
 
     @property
     def text(self) -> str:
-        """Name under which its runs were stored before there were other protocols."""
+        """Stored name, which dates from the time before other protocols."""
         return STORED_ONE_PASS
 
 

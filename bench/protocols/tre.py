@@ -1,10 +1,10 @@
-"""From each of several frames to the end: temporal robustness (TRE).
+"""Runs from several start frames: temporal robustness evaluation (TRE).
 
-The starts lie at equal distances among the frames that have a target and at least `least` frames
-to the end, the first and the last of them included; where there are fewer such frames than starts,
-all are starts. Each start is a segment with a tracker, and random numbers, of its own; the first
-is the run in one pass to the bit. A score is the mean over segments. Wu, Lim and Yang, "Online
-object tracking: a benchmark", CVPR 2013.
+The start frames are evenly spaced among the frames with a target from which at least `least` frames
+remain. The first and the last of these frames are included. If there are fewer such frames than
+`starts`, all of them are start frames. Each segment has its own tracker and random numbers; the
+first one is exactly the one-pass run. A score is the mean over segments. Source: Wu, Lim and Yang,
+"Online object tracking: a benchmark", CVPR 2013.
 """
 
 from collections.abc import Mapping
@@ -18,12 +18,12 @@ from trackmark.trackers.base.parameters import whole
 
 
 class TemporalRobustness(Protocol):
-    """Knobs of where it starts."""
+    """Protocol with the number of starts and the shortest segment as its parameters."""
 
     segmented: ClassVar[bool] = True
 
-    starts: int = whole(20, "starts, at most")
-    least: int = whole(20, "frames of the shortest segment", least=2)
+    starts: int = whole(20, "maximum number of start frames")
+    least: int = whole(20, "length of the shortest segment [frames]", least=2)
 
     def segments(
         self, present: NDArray[np.bool_], values: Mapping[str, NDArray[np.float64]]
@@ -32,9 +32,8 @@ class TemporalRobustness(Protocol):
         frames = np.flatnonzero(present)
         frames = frames[(frames <= len(present) - self.least) | (frames == frames[0])]
         count = min(self.starts, len(frames))
-        places = np.arange(count) * (len(frames) - 1) // max(count - 1, 1)
-        later = [Segment(start) for start in frames[places[1:]].tolist()]
-        return [Segment(), *later]
+        indices = np.arange(count) * (len(frames) - 1) // max(count - 1, 1)
+        return [Segment(), *(Segment(start) for start in frames[indices[1:]].tolist())]
 
 
 PROTOCOL = TemporalRobustness

@@ -28,7 +28,7 @@ from trackmark.bench.statistics.rules import MIN_UNITS, corrected_level, interva
 from trackmark.bench.store.files import ResultsError
 from trackmark.bench.store.loading import load_results
 from trackmark.datasets import attributes
-from trackmark.reports.tables import MISSING, Cell, Measure, Table, complete, counted
+from trackmark.reports.tables import MISSING, Cell, ScoreMeasure, Table, complete, counted
 
 Progress = Callable[[int, int], object]
 """Receives the number of measured frames and the number of all frames."""
@@ -75,7 +75,7 @@ class AttributeReport(NamedTuple):
     """Scores of a preset by attributes."""
 
     table: Table
-    measure: Measure
+    measure: ScoreMeasure
     curves: Sequence[Curve]
 
 
@@ -130,7 +130,7 @@ def attribute_report(
     return reports
 
 
-def _scored_runs(folder: Path, metrics: str) -> tuple[Measure, pd.DataFrame]:
+def _scored_runs(folder: Path, metrics: str) -> tuple[ScoreMeasure, pd.DataFrame]:
     """Return the first score of a preset, and an experiment's one-pass runs with this score."""
     runs = load_results(folder)
     runs = runs[runs["protocol"] == "accuracy"]
@@ -139,11 +139,11 @@ def _scored_runs(folder: Path, metrics: str) -> tuple[Measure, pd.DataFrame]:
     columns = metrics_preset(metrics).columns
     name = next(name for name, column in columns.items() if column.better)
     title = f"{heading(name)} ({metrics})"
-    measure = Measure(name, title, direction=columns[name].better, decimals=3)
+    measure = ScoreMeasure(name, title, direction=columns[name].better, decimals=3)
     return measure, with_worst_scores(folder, runs_by(folder, metrics, runs), [metrics])
 
 
-def _means_by_sequence(runs: pd.DataFrame, measure: Measure) -> dict[str, NDArray[np.float64]]:
+def _means_by_sequence(runs: pd.DataFrame, measure: ScoreMeasure) -> dict[str, NDArray[np.float64]]:
     """Return mean scores by sequence, (n,), of trackers all of whose runs have a score."""
     runs = complete(runs).astype(dict.fromkeys(["tracker", "sequence", "status"], str))
     names = runs["sequence"].unique()
@@ -246,7 +246,9 @@ def bins_of(places: ArrayLike) -> list[NDArray[np.intp]]:
     return bins if len(bins) > 1 else []
 
 
-def attribute_table(curves: Sequence[Curve], measure: Measure, name: str = "attributes") -> Table:
+def attribute_table(
+    curves: Sequence[Curve], measure: ScoreMeasure, name: str = "attributes"
+) -> Table:
     """Make a table of curves: correlations, and the means of the lowest and the highest bin.
 
     `name`: of the table's files. Its data have one row per bin; a curve without bins has one row.
@@ -298,7 +300,7 @@ def _rows(curve: Curve) -> list[dict[str, Any]]:
     return [common | {"bin": number} | row for number, row in enumerate(bins, 1)] or [common]
 
 
-def _ends(curve: Curve, measure: Measure) -> tuple[str, str]:
+def _ends(curve: Curve, measure: ScoreMeasure) -> tuple[str, str]:
     """Return the means of the lowest and the highest bin, and the inner limits of these bins."""
     if not curve.bins:
         return MISSING, MISSING
@@ -307,7 +309,9 @@ def _ends(curve: Curve, measure: Measure) -> tuple[str, str]:
     return f"{low} (≤ {first.last:.2g})", f"{high} (≥ {last.first:.2g})"
 
 
-def write_plot(path: Path, curves: Sequence[Curve], measure: Measure, title: str) -> list[Path]:
+def write_plot(
+    path: Path, curves: Sequence[Curve], measure: ScoreMeasure, title: str
+) -> list[Path]:
     """Draw curves into a file with a panel per attribute; return the files, none without curves."""
     from trackmark.reports.attributes import Against, attribute_plot
     from trackmark.reports.figures import write_for_papers

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.evaluation.scoring import can_judge, judge
 from trackmark.bench.metrics import preset as metrics_preset
-from trackmark.bench.metrics.preset import Column, Judged, Preset, heading, mean_of_sequences
+from trackmark.bench.metrics.preset import Column, Preset, PresetResult, heading, mean_of_sequences
 from trackmark.bench.protocols import STORED_ONE_PASS, TIMING, ProtocolError, parse_protocol
 from trackmark.bench.protocols import title as title_of_protocol
 from trackmark.bench.reporting.failed_runs import failed_runs, judge_failed
@@ -42,7 +42,7 @@ from trackmark.reports.renderers import to_text
 from trackmark.reports.table_width import on_terminal
 from trackmark.reports.tables import (
     MISSING,
-    Measure,
+    ScoreMeasure,
     Table,
     complete,
     counted,
@@ -57,7 +57,7 @@ TOGETHER = "all sequences"
 MEANS = "mean of sequences"
 """Label of rows with means over units, if the preset weights sequences in another way."""
 
-LATE = Measure("late_share", "late answers", "%", None, 1, scale=100, rank=-1)
+LATE = ScoreMeasure("late_share", "late answers", "%", None, 1, scale=100, rank=-1)
 """Frames after the first that have an estimate of an earlier frame, in real-time evaluation."""
 
 NOT_SCORED = "not scored"
@@ -66,7 +66,7 @@ NOT_SCORED = "not scored"
 _MOST_NOTES = 3
 """Maximum number of notes on runs that cannot be judged."""
 
-Verdict = Judged | str
+Verdict = PresetResult | str
 """Judgement of a run by a preset, or the reason why the preset cannot judge it."""
 
 
@@ -186,7 +186,7 @@ def scores_by(folder: Path, row: Mapping[str, Any], names: Sequence[str]) -> dic
     found: dict[str, Any] = {}
     for name, verdicts in _judge_runs(folder, names, pd.DataFrame([dict(row)])).items():
         run = verdicts[0]
-        known = run.scores if isinstance(run, Judged) else None
+        known = run.scores if isinstance(run, PresetResult) else None
         found[name] = known and {key: v if isfinite(v) else None for key, v in known.items()}
     return found
 
@@ -236,7 +236,9 @@ def _judge_run(run: Run, truth: StoredTruth, name: str) -> Verdict:
 
 def _scores(verdicts: Mapping[int, Verdict], columns: list[str]) -> pd.DataFrame:
     """Return the scores of judged runs by row."""
-    scores = {row: dict(run.scores) for row, run in verdicts.items() if isinstance(run, Judged)}
+    scores = {
+        row: dict(run.scores) for row, run in verdicts.items() if isinstance(run, PresetResult)
+    }
     return pd.DataFrame.from_dict(scores, "index", columns=columns)
 
 
@@ -247,7 +249,7 @@ class _PresetTable:
         self, name: str, runs: pd.DataFrame, verdicts: Mapping[int, Verdict], title: str
     ) -> None:
         self.name, self.title, self.preset = name, title, metrics_preset(name)
-        self.judged = {row: run for row, run in verdicts.items() if isinstance(run, Judged)}
+        self.judged = {row: run for row, run in verdicts.items() if isinstance(run, PresetResult)}
         self.refused = {row: run for row, run in verdicts.items() if isinstance(run, str)}
         late = [LATE] if any(LATE.name in run.scores for run in self.judged.values()) else []
         own = [_measure(key, column) for key, column in self.preset.columns.items()]
@@ -323,7 +325,9 @@ class _PresetTable:
         return sequence_table(frame, self.measures, "", self.name)
 
 
-def _overall(preset: Preset, rows: pd.DataFrame, judged: Mapping[int, Judged]) -> Judged:
+def _overall(
+    preset: Preset, rows: pd.DataFrame, judged: Mapping[int, PresetResult]
+) -> PresetResult:
     """Return what the runs of a tracker make together."""
     by_sequence = [
         [judged[row] for row in its.index if row in judged]
@@ -332,10 +336,10 @@ def _overall(preset: Preset, rows: pd.DataFrame, judged: Mapping[int, Judged]) -
     return preset.overall(by_sequence)
 
 
-def _measure(name: str, column: Column) -> Measure:
+def _measure(name: str, column: Column) -> ScoreMeasure:
     """Return a preset's score as a column; scores of which more is better are shares."""
     share = column.better == "higher"
-    return Measure(
+    return ScoreMeasure(
         name,
         heading(name),
         direction=column.better,

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.evaluation.scoring import judge
 from trackmark.bench.metrics import preset as metrics_preset
-from trackmark.bench.metrics.preset import Judged, State, mean_of_sequences
+from trackmark.bench.metrics.preset import FrameState, PresetResult, mean_of_sequences
 from trackmark.bench.protocols import TIMING, parse_protocol
 from trackmark.bench.store.layout import cell_of
 from trackmark.bench.store.results import Results
@@ -82,7 +82,7 @@ def with_worst_scores(
     return filled
 
 
-def judge_failed(run: Run, truth: StoredTruth, preset: str) -> Judged:
+def judge_failed(run: Run, truth: StoredTruth, preset: str) -> PresetResult:
     """Return the worst that a metrics preset makes of a run on a sequence.
 
     Raises `ValueError` if the preset cannot judge runs by the run's protocol.
@@ -112,9 +112,9 @@ def _lost_run(run: Run) -> Run:
     states: NDArray[np.int32] | None = None
     if run.states is not None:
         skipped = max(getattr(parse_protocol(run.identity.protocol), "skip", 1), 1) - 1
-        cycle = [State.INITIALISED, State.FAILED] + [State.SKIPPED] * skipped
-        first = int(np.argmax(run.states == State.INITIALISED))
-        states = np.full(n, State.SKIPPED, np.int32)
+        cycle = [FrameState.INITIALISED, FrameState.FAILED] + [FrameState.SKIPPED] * skipped
+        first = int(np.argmax(run.states == FrameState.INITIALISED))
+        states = np.full(n, FrameState.SKIPPED, np.int32)
         states[first:] = np.resize(cycle, n - first)
     return replace(
         run,

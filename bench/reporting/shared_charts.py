@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from trackmark.bench.statistics.survival import kaplan_meier
-from trackmark.reports.page.content import Chart, Line, Place
+from trackmark.reports.page.content import Chart, Line, PlayerPosition
 
 
 def survival_line(
@@ -15,7 +15,7 @@ def survival_line(
     position: int,
     ends: ArrayLike,
     lost: ArrayLike,
-    lost_at: Mapping[int, Place] = MappingProxyType({}),
+    lost_at: Mapping[int, PlayerPosition] = MappingProxyType({}),
 ) -> Line:
     """Return Kaplan and Meier's estimate of the share of a tracker's runs that are not lost.
 

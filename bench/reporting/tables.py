@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 from trackmark.bench.reporting import MARGINS
 from trackmark.bench.reporting.failed_runs import with_worst_scores
 from trackmark.bench.statistics.rules import MIN_UNITS, interval_or_none, star_marks
-from trackmark.bench.statistics.units import Units, units_of
+from trackmark.bench.statistics.units import StatisticalUnits, units_of
 from trackmark.bench.store.layout import Cell
 from trackmark.bench.store.loading import as_revised, load_results
 from trackmark.bench.store.results import Results
 from trackmark.reports.tables import (
-    Measure,
+    ScoreMeasure,
     Table,
     Uncertainty,
     sequence_table,
@@ -29,56 +29,66 @@ PRESET = "native"
 SUMMARY = tuple(
     replace(measure, least=0.0, margin=MARGINS[measure.name])
     for measure in (
-        Measure("mean_overlap", "mean overlap", direction="higher", decimals=3, most=1.0),
-        Measure("success_share", "success", "%", "higher", 1, scale=100, most=1.0),
-        Measure("inside_share", "inside", "%", "higher", 1, scale=100, rank=1, most=1.0),
-        Measure("centre_error", "centre error", "px", "lower", 2),
-        Measure("centre_error_median", "median", "px", "lower", 2, rank=2),
+        ScoreMeasure("mean_overlap", "mean overlap", direction="higher", decimals=3, most=1.0),
+        ScoreMeasure("success_share", "success", "%", "higher", 1, scale=100, most=1.0),
+        ScoreMeasure("inside_share", "inside", "%", "higher", 1, scale=100, rank=1, most=1.0),
+        ScoreMeasure("centre_error", "centre error", "px", "lower", 2),
+        ScoreMeasure("centre_error_median", "median", "px", "lower", 2, rank=2),
     )
 )
 """Columns over several sequences: shares, so that each sequence counts once."""
 
 PER_SEQUENCE = (
-    Measure("mean_overlap", "mean overlap", direction="higher", decimals=3),
-    Measure("success_frames", "success", "frames", "higher", 1, out_of="evaluated_frames"),
-    Measure("frames_inside", "inside", "frames", "higher", 1, out_of="evaluated_frames", rank=2),
-    Measure(
+    ScoreMeasure("mean_overlap", "mean overlap", direction="higher", decimals=3),
+    ScoreMeasure("success_frames", "success", "frames", "higher", 1, out_of="evaluated_frames"),
+    ScoreMeasure(
+        "frames_inside", "inside", "frames", "higher", 1, out_of="evaluated_frames", rank=2
+    ),
+    ScoreMeasure(
         "first_loss", "first loss", "frame", "higher", 1, out_of="frames", never="none", rank=1
     ),
-    Measure("centre_error", "centre error", "px", "lower", 2),
-    Measure("centre_error_p90", "90th percentile", "px", "lower", 2, rank=3),
+    ScoreMeasure("centre_error", "centre error", "px", "lower", 2),
+    ScoreMeasure("centre_error_p90", "90th percentile", "px", "lower", 2, rank=3),
 )
 """Columns of one sequence: counts of frames, as in papers."""
 
 MASKS = (
-    Measure("mean_region_similarity", "region similarity J", "", "higher", 3, least=0.0, most=1.0),
-    Measure("mean_contour_accuracy", "contour accuracy F", "", "higher", 3, least=0.0, most=1.0),
+    ScoreMeasure(
+        "mean_region_similarity", "region similarity J", "", "higher", 3, least=0.0, most=1.0
+    ),
+    ScoreMeasure(
+        "mean_contour_accuracy", "contour accuracy F", "", "higher", 3, least=0.0, most=1.0
+    ),
 )
 """Columns of runs with masks, in addition to the scores of boxes."""
 
-TIME = Measure("milliseconds", "time a frame", "ms", None, 3, least=0.0)
+TIME = ScoreMeasure("milliseconds", "time a frame", "ms", None, 3, least=0.0)
 """Warm CPU time of timing runs; with `~` that of the scored runs, under other load."""
 
 SEGMENTATION = (
-    Measure("mean_region_similarity", "J, mean", direction="higher", decimals=3),
-    Measure("region_recall", "J, recall", "%", "higher", 1, scale=100),
-    Measure("region_decay", "J, decay", direction="lower", decimals=3, rank=1),
-    Measure("mean_contour_accuracy", "F, mean", direction="higher", decimals=3),
-    Measure("contour_recall", "F, recall", "%", "higher", 1, scale=100),
-    Measure("contour_decay", "F, decay", direction="lower", decimals=3, rank=1),
+    ScoreMeasure("mean_region_similarity", "J, mean", direction="higher", decimals=3),
+    ScoreMeasure("region_recall", "J, recall", "%", "higher", 1, scale=100),
+    ScoreMeasure("region_decay", "J, decay", direction="lower", decimals=3, rank=1),
+    ScoreMeasure("mean_contour_accuracy", "F, mean", direction="higher", decimals=3),
+    ScoreMeasure("contour_recall", "F, recall", "%", "higher", 1, scale=100),
+    ScoreMeasure("contour_decay", "F, decay", direction="lower", decimals=3, rank=1),
 )
 """Columns of runs with masks: mean, recall and decay of J and F, as DAVIS defines them."""
 
 TIMES = (
-    Measure("warm_seconds_median", "CPU a frame, warm, median", "ms", "lower", 4, scale=1e3),
-    Measure("warm_seconds_p95", "95th percentile", "ms", "lower", 4, scale=1e3),
-    Measure("cpu_seconds_median", "as decoded, median", "ms", "lower", 4, scale=1e3),
-    Measure("cpu_seconds_p95", "as decoded, 95th percentile", "ms", "lower", 4, scale=1e3, rank=4),
-    Measure("cpu_seconds_p99", "as decoded, 99th percentile", "ms", "lower", 4, scale=1e3, rank=4),
-    Measure("wall_seconds_median", "as decoded, wall, median", "ms", "lower", 4, 1e3, rank=2),
-    Measure("initialisation_seconds", "initialisation", "ms", "lower", 3, scale=1e3, rank=1),
-    Measure("disturbed", "disturbed passes", "share", None, 2, rank=3),
-    Measure("mean_overlap", "mean overlap", direction="higher", decimals=3),
+    ScoreMeasure("warm_seconds_median", "CPU a frame, warm, median", "ms", "lower", 4, scale=1e3),
+    ScoreMeasure("warm_seconds_p95", "95th percentile", "ms", "lower", 4, scale=1e3),
+    ScoreMeasure("cpu_seconds_median", "as decoded, median", "ms", "lower", 4, scale=1e3),
+    ScoreMeasure(
+        "cpu_seconds_p95", "as decoded, 95th percentile", "ms", "lower", 4, scale=1e3, rank=4
+    ),
+    ScoreMeasure(
+        "cpu_seconds_p99", "as decoded, 99th percentile", "ms", "lower", 4, scale=1e3, rank=4
+    ),
+    ScoreMeasure("wall_seconds_median", "as decoded, wall, median", "ms", "lower", 4, 1e3, rank=2),
+    ScoreMeasure("initialisation_seconds", "initialisation", "ms", "lower", 3, scale=1e3, rank=1),
+    ScoreMeasure("disturbed", "disturbed passes", "share", None, 2, rank=3),
+    ScoreMeasure("mean_overlap", "mean overlap", direction="higher", decimals=3),
 )
 """Columns of timing runs, with the score that the time buys."""
 
@@ -118,7 +128,7 @@ def tables(folder: Path, cells: Collection[Cell] | None = None, title: str = "")
 
 
 def _table_of(
-    name: str, runs: pd.DataFrame, measures: Sequence[Measure], title: str
+    name: str, runs: pd.DataFrame, measures: Sequence[ScoreMeasure], title: str
 ) -> list[Table]:
     """Make a table of every sequence under a name of its own if there are any runs."""
     if runs.empty:
@@ -165,7 +175,7 @@ def score_tables(scored: pd.DataFrame, timed: pd.DataFrame, title: str) -> list[
 
 def mean_table(
     scored: pd.DataFrame,
-    measures: Sequence[Measure],
+    measures: Sequence[ScoreMeasure],
     title: str,
     preset: str,
     *,
@@ -182,7 +192,7 @@ def mean_table(
     return summary_table(runs, measures, title, preset, *how, skip_undefined=skip_undefined)
 
 
-def meaning_of_intervals(units: Units) -> str:
+def meaning_of_intervals(units: StatisticalUnits) -> str:
     """Return the sentences of a caption that explain intervals and marks of a table of means."""
     if len(units) < MIN_UNITS:
         plural = units.plural if len(units) != 1 else units.kind
@@ -197,7 +207,7 @@ def meaning_of_intervals(units: Units) -> str:
     )
 
 
-def uncertainty_of(values: NDArray[np.float64], measure: Measure) -> Uncertainty:
+def uncertainty_of(values: NDArray[np.float64], measure: ScoreMeasure) -> Uncertainty:
     """Return the interval of every tracker's mean and which trackers are marked.
 
     `values`: shape (trackers, units). A tracker with an infinite value has neither.
@@ -220,7 +230,7 @@ def uncertainty_of(values: NDArray[np.float64], measure: Measure) -> Uncertainty
     return Uncertainty(intervals, marks.tolist())
 
 
-def _with_times(scored: pd.DataFrame, timed: pd.DataFrame) -> tuple[pd.DataFrame, Measure]:
+def _with_times(scored: pd.DataFrame, timed: pd.DataFrame) -> tuple[pd.DataFrame, ScoreMeasure]:
     """Add milliseconds per frame: of timing runs if all runs have them, else the runs' own.
 
     A failed run has none of its own and gets the mean of its tracker.

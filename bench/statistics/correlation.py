@@ -1,4 +1,4 @@
-"""Agreement of two orders: Spearman's rank correlation with its interval."""
+"""Agreement of two rankings: Spearman's rank correlation with its interval."""
 
 from math import atanh, nan, sqrt, tanh
 
@@ -16,10 +16,10 @@ def rank_correlation(
 ) -> tuple[float, Interval]:
     """Return Spearman's correlation of n pairs, and its interval by Fisher's z.
 
-    The variance of z is Bonett and Wright's, (1 + r²/2) / (n - 3). A perfect agreement of few pairs
-    is not certain: for the interval, r is at most half of the smallest step away from ±1. With
-    fewer than `MIN_UNITS` pairs the interval is [-1, 1]. Without any spread r is NaN. Infinities
-    are the last of an order.
+    The variance of z is (1 + r²/2) / (n - 3), by Bonett and Wright. A perfect agreement of few
+    pairs can occur by chance: for the interval, r is clipped at half of the smallest step from ±1.
+    The interval is [-1, 1] with fewer than `MIN_UNITS` pairs. The correlation is NaN if one side is
+    constant. Infinite values have the last rank.
     """
     a, b = rankdata(first), rankdata(second)
     n = len(a)
@@ -28,7 +28,7 @@ def rank_correlation(
     r = float(np.corrcoef(a, b)[0, 1])
     if n < MIN_UNITS:
         return r, Interval(-1.0, 1.0)
-    most = 1 - 6 / (n * (n * n - 1))
-    held = min(max(r, -most), most)
-    half = float(ndtri((1 + confidence) / 2)) * sqrt((1 + held * held / 2) / (n - 3))
-    return r, Interval(tanh(atanh(held) - half), tanh(atanh(held) + half))
+    max_r = 1 - 6 / (n * (n * n - 1))
+    clipped = min(max(r, -max_r), max_r)
+    half = float(ndtri((1 + confidence) / 2)) * sqrt((1 + clipped * clipped / 2) / (n - 3))
+    return r, Interval(tanh(atanh(clipped) - half), tanh(atanh(clipped) + half))

@@ -1,7 +1,7 @@
 """Confidence intervals of a mean and of a share.
 
-A unit is a sequence, a family of scenes or a scene; the runs on it are averaged before. Units are
-few, so that intervals for large samples (a percentile bootstrap, say) would cover too little.
+A unit is a sequence, a family of scenes or a scene; the runs on it are averaged first. There are
+few units: the coverage of intervals for large samples, such as a percentile bootstrap, is too low.
 """
 
 from math import sqrt
@@ -11,14 +11,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 MIN_SKEWNESS = 1e-6
-"""Hall's transformation divides by the skewness; below this it would only round."""
+"""Smallest skewness in Hall's transformation, which divides by it: rounding dominates below it."""
 
 MIN_RELATIVE_SPREAD = 1e-12
-"""Standard deviation, as a share of the largest value, that rounding alone can leave."""
+"""Largest standard deviation, as a share of the largest value, that can be a rounding error."""
 
 
 class Interval(NamedTuple):
-    """Range from `low` to `high`, both in the unit of the values."""
+    """Range from `low` to `high`, in the unit of the values."""
 
     low: float
     high: float
@@ -32,9 +32,10 @@ def mean_interval(values: ArrayLike, confidence: float = 0.95) -> Interval:
     """Return the interval of a mean: the union of Student's and Hall's interval.
 
     Hall's interval (J. R. Statist. Soc. B 54, 1992) corrects Student's for the skewness of the
-    sample. The union covers 95 % or more of normal, U-shaped and tied differences from 6 units on
-    and is 3 to 10 % wider than Student's for normal ones. It covers less if rare units decide (one
-    in ten: 57 % with 8 units) or the tail is long (lognormal: 90 % with 8 units).
+    sample. From 6 units on, the coverage of the union is 95 % or more for normal, U-shaped and tied
+    differences; for normal ones it is 3 to 10 % wider than Student's. The coverage is lower if rare
+    units dominate (one in ten: 57 % with 8 units) or the tail is long (lognormal: 90 % with 8
+    units).
 
     `values`: one per unit, shape (n,), finite, n of 2 or more; otherwise raises `ValueError`.
     `confidence`: nominal coverage in (0, 1).
@@ -45,9 +46,9 @@ def mean_interval(values: ArrayLike, confidence: float = 0.95) -> Interval:
     """
     units = np.asarray(values, np.float64)
     if units.ndim != 1 or len(units) < 2:
-        raise ValueError(f"an interval needs two or more values in a row, not shape {units.shape}.")
+        raise ValueError(f"Values of shape {units.shape}. Expected: (n,) with n of 2 or more.")
     if not np.isfinite(units).all():
-        raise ValueError("an interval needs finite values.")
+        raise ValueError("Values are not finite. Expected: finite values.")
     low, high = interval_ends(units, confidence)
     return Interval(float(low), float(high))
 
@@ -59,7 +60,7 @@ def interval_ends(
 
     `values`: finite, shape (..., n) with n of 2 or more. Both results: shape (...).
     """
-    from scipy.special import stdtrit  # takes 0.2 s, and tables without intervals need none
+    from scipy.special import stdtrit  # imported here: it takes 0.2 s, and few tables need it
 
     n = values.shape[-1]
     mean, deviation = values.mean(axis=-1), values.std(axis=-1, ddof=1)
@@ -90,7 +91,7 @@ def share_interval(successes: ArrayLike, trials: ArrayLike, confidence: float = 
     """
     good = int((2 * np.asarray(successes) > np.asarray(trials)).sum())
     n, tail = len(np.asarray(trials)), (1 - confidence) / 2
-    from scipy.special import betaincinv  # as above
+    from scipy.special import betaincinv  # imported here, as `stdtrit` above
 
     low = float(betaincinv(good, n - good + 1, tail)) if good else 0.0
     high = float(betaincinv(good + 1, n - good, 1 - tail)) if good < n else 1.0

@@ -1,6 +1,6 @@
-"""Decision rules of `compare`, `check` and claims: constants, answers and verdicts' conditions.
+"""Decision rules of `compare`, `check` and claims, with their constants.
 
-Every answer is read off the printed interval (`intervals.mean_interval`), so that the two never
+Each decision follows from the printed interval (`intervals.mean_interval`): the two never
 contradict each other. A slow test simulates the rules and checks the properties that docs state.
 """
 
@@ -15,39 +15,39 @@ from numpy.typing import ArrayLike
 from trackmark.bench.statistics.intervals import Interval, mean_interval
 
 CONFIDENCE = 0.95
-"""Level of all intervals together; m comparisons have intervals at 1 - 0.05 / m (Bonferroni)."""
+"""Joint level of all intervals; m comparisons have intervals at 1 - 0.05 / m (Bonferroni)."""
 
 POWER = 0.80
-"""Share of cases in which the advised number of seeds finds a drop."""
+"""Share of cases in which the advised number of seeds detects a drop."""
 
 POWER_FACTOR = 1.4
-"""Share of the expected interval by which a difference must exceed it for this power."""
+"""Ratio of difference to expected half width of the interval that is needed for this power."""
 
 MARGIN = 0.01
-"""Differences of a score up to this are irrelevant in practice (`compare`, `check`)."""
+"""Largest difference of a score that is irrelevant in practice (`compare`, `check`)."""
 
 CLAIM_MARGIN = 0.02
-"""The same for claims: a fiftieth of the overlap or of a sequence's length."""
+"""Largest irrelevant difference of claims: a fiftieth of the overlap or of a sequence's length."""
 
 DETECT = 0.05
-"""Drop of the mean overlap on one sequence that `check` must not miss."""
+"""Drop of the mean overlap on one sequence that `check` must detect."""
 
 MIN_UNITS = 6
-"""Fewer units give no interval and no answer: six equal signs occur by luck in 3 % of cases."""
+"""Minimum number of units for an interval: six equal signs occur by chance in 3 % of cases."""
 
 MIN_UNITS_FOR_SMALL = 30
-"""Fewer units cannot show that a difference is small: 30 units miss a difference that occurs in
-one unit of ten in 0.9³⁰ = 4 % of cases."""
+"""Minimum number of units that can show that a difference is small: 30 units miss a difference that
+occurs in one unit of ten in 0.9³⁰ = 4 % of cases."""
 
 MIN_SCENES = 12
-"""Scenes that the verdict on a claim needs."""
+"""Minimum number of scenes for a verdict on a claim."""
 
 SHARE_LIMIT = 0.5
-"""Limit of a share of scenes unless a claim states another: a paper's figure shows one run, so
-that its claim is about the typical scene."""
+"""Default limit of a share of scenes: a figure of a paper shows one run, so its claim is about the
+typical scene."""
 
 DEFAULT_SEEDS = 20
-"""Seeds per sequence in a baseline."""
+"""Number of seeds per sequence in a baseline."""
 
 MAX_UNITS_ADVISED = 500
 
@@ -55,15 +55,15 @@ Label = Literal["better", "worse", "equivalent", "inconclusive", "identical", "n
 
 
 @dataclass(frozen=True)
-class Answer:
-    """Answer about a mean difference, whose unit is that of the values."""
+class Decision:
+    """Decision about a mean difference, in the unit of the values."""
 
-    label: Label  # `better` if the difference is positive; the last two only of `check`
+    label: Label  # `better` if the difference is positive; the last two labels only from `check`
     mean: float  # NaN without units
     interval: Interval | None = None  # at level 1 - 0.05 / comparisons; None below `MIN_UNITS`
-    reason: str = ""  # why the answer is inconclusive
+    reason: str = ""  # reason of an inconclusive decision
     p: float = nan  # smallest level at which the corrected interval excludes 0
-    needed: float = nan  # rough number of units that would decide; NaN if more do not help
+    needed: float = nan  # rough number of units for a decision; NaN if more do not help
 
 
 def decide(
@@ -73,53 +73,56 @@ def decide(
     *,
     limit: float = 1.0,
     unit: str = "sequences",
-) -> Answer:
-    """Answer which of two sides is better by their differences on the same units.
+) -> Decision:
+    """Decide which of two sides is better by their differences on the same units.
 
     `differences`: first minus second, shape (n,), positive if the first is better. `margin`:
-    differences up to this are irrelevant, 0 or more. `comparisons` share the 5 % of false answers.
-    `limit`: largest absolute value of a difference; intervals are cut there. `unit`: plural, for
-    reasons.
+    largest irrelevant difference, 0 or more. `comparisons`: number of comparisons that share the
+    5 % of false decisions. `limit`: largest possible absolute difference, at which intervals are
+    clipped. `unit`: plural, for reasons.
 
     Raises `ValueError` if a value is not finite or the margin is negative.
     """
-    answer = _answer(differences, margin, comparisons, limit, unit)
-    return replace(answer, p=p_value(differences, comparisons)) if answer.interval else answer
+    decision = _decide_without_p(differences, margin, comparisons, limit, unit)
+    if decision.interval is None:
+        return decision
+    return replace(decision, p=p_value(differences, comparisons))
 
 
-def _answer(
+def _decide_without_p(
     differences: ArrayLike, margin: float, comparisons: int, limit: float, unit: str
-) -> Answer:
-    """Answer as `decide`, without p."""
+) -> Decision:
     values = np.asarray(differences, np.float64)
     n = len(values)
     if not (np.isfinite(values).all() and margin >= 0):
-        raise ValueError(f"differences must be finite and the margin ({margin}) 0 or more.")
+        raise ValueError(
+            f"Expected: finite differences and a margin of 0 or more (it is {margin})."
+        )
     mean = float(values.mean()) if n else nan
     interval = interval_or_none(values, comparisons, -limit, limit)
     label: Label = "inconclusive"
     reason, needed = "", nan
     if interval is None:
-        reason = only(n, MIN_UNITS, unit)
+        reason = too_few(n, MIN_UNITS, unit)
     elif interval.inside(margin) and n >= MIN_UNITS_FOR_SMALL:
         label = "equivalent"
     elif interval.inside(margin):
         needed = MIN_UNITS_FOR_SMALL
-        reason = f"inside ±{margin:g}, but {only(n, MIN_UNITS_FOR_SMALL, unit)}"
+        reason = f"inside ±{margin:g}, but {too_few(n, MIN_UNITS_FOR_SMALL, unit)}"
     elif interval.low <= 0 <= interval.high:
         needed = units_needed(mean, interval, n, margin)
-        reason = f"interval contains 0; {about(needed)} {unit} needed"
+        reason = f"interval contains 0; {approximate(needed)} {unit} needed"
     elif interval.low == interval.high and p_value(values, comparisons) > 1 - CONFIDENCE:
         reason = f"the same difference on all {n} {unit}, too few for {comparisons} comparisons"
     else:
         label = "better" if mean > 0 else "worse"
-    return Answer(label, mean, interval, reason, needed=needed)
+    return Decision(label, mean, interval, reason, needed=needed)
 
 
 def interval_or_none(
     values: ArrayLike, comparisons: int = 1, least: float = -inf, most: float = inf
 ) -> Interval | None:
-    """Return the interval of a mean among `comparisons`, or None for fewer than `MIN_UNITS` units.
+    """Return the interval of a mean, or None for fewer than `MIN_UNITS` units.
 
     `values`: finite, shape (n,), one per unit. `least`, `most`: range of the mean.
     """
@@ -131,15 +134,15 @@ def interval_or_none(
 
 
 def corrected_level(comparisons: int) -> float:
-    """Return the level of one interval among `comparisons` that hold together at 95 %."""
+    """Return the level of each of several intervals whose joint level is 95 %."""
     return 1 - (1 - CONFIDENCE) / max(comparisons, 1)
 
 
 def p_value(differences: ArrayLike, comparisons: int = 1) -> float:
     """Return the smallest level at which the corrected interval still excludes 0.
 
-    If all n differences are one number other than 0, it is 2^(1-n) times the comparisons: the
-    probability of n equal signs.
+    If all n differences are equal and not 0, it is 2^(1-n), the probability of n equal signs, times
+    the number of comparisons.
     """
     values = np.asarray(differences, np.float64)
     mean = float(values.mean())
@@ -147,7 +150,7 @@ def p_value(differences: ArrayLike, comparisons: int = 1) -> float:
         return 1.0
     if mean_interval(values).low == mean_interval(values).high:
         return min(1.0, comparisons * 2.0 ** (1 - len(values)))
-    low, high = 0.0, 1.0  # the interval excludes 0 at `high` or not at all
+    low, high = 0.0, 1.0  # if the interval excludes 0 at any level, it does so at `high`
     for _ in range(50):
         middle = (low + high) / 2
         ends = mean_interval(values, 1 - middle)
@@ -159,10 +162,10 @@ def p_value(differences: ArrayLike, comparisons: int = 1) -> float:
 
 
 def units_needed(mean: float, interval: Interval, n: int, margin: float) -> float:
-    """Return roughly how many units would decide; infinite if no number is likely to.
+    """Estimate how many units suffice for a decision; infinite if no number is likely to.
 
-    In simulation so many new units decide in 86 to 99 % of cases, but from 8 units the quartiles
-    of the estimate are a factor of 8 apart.
+    In simulation this number of new units suffices in 86 to 99 % of cases. The estimate is rough:
+    from 8 units its quartiles differ by a factor of 8.
     """
     low, high = interval
     half = max(mean - low, high - mean)
@@ -175,10 +178,10 @@ def units_needed(mean: float, interval: Interval, n: int, margin: float) -> floa
     return max(MIN_UNITS_FOR_SMALL, n + 1, n * (half / (margin - abs(mean))) ** 2)
 
 
-def about(needed: float) -> str:
+def approximate(needed: float) -> str:
     """Return a number of units in words, rounded to two digits.
 
-    >>> about(183.2), about(19.2), about(900.0)
+    >>> approximate(183.2), approximate(19.2), approximate(900.0)
     ('about 180', 'about 19', 'more than 500')
     """
     if isnan(needed) or needed > MAX_UNITS_ADVISED:
@@ -186,15 +189,15 @@ def about(needed: float) -> str:
     return f"about {round(needed, 1 - floor(log10(needed))):.0f}"
 
 
-def only(n: int, least: int, unit: str) -> str:
-    """Return the reason of an answer for which there are too few units."""
-    return f"only {n} of {least} {unit}"
+def too_few(n: int, minimum: int, unit: str) -> str:
+    """Return the reason of a decision that lacks units."""
+    return f"only {n} of {minimum} {unit}"
 
 
 def star_marks(
     values: ArrayLike, margin: float = MARGIN, *, higher: bool = True, limit: float = inf
 ) -> list[bool]:
-    """Return which trackers the star marks: those that `decide`, over all pairs, never calls worse.
+    """Return which trackers get a star: those that `decide` calls worse in no pair.
 
     `values`: finite, shape (trackers, units). Fewer than two trackers or `MIN_UNITS` units give no
     marks. `margin` and `limit` are those of `decide`.
@@ -204,7 +207,8 @@ def star_marks(
     marks = [trackers > 1 and n >= MIN_UNITS] * trackers
     comparisons = trackers * (trackers - 1) // 2
     for first, second in combinations(range(trackers), 2):
-        answer = _answer(scores[first] - scores[second], margin, comparisons, limit, "units")
-        if answer.label in ("better", "worse"):
-            marks[second if answer.label == "better" else first] = False
+        difference = scores[first] - scores[second]
+        decision = _decide_without_p(difference, margin, comparisons, limit, "units")
+        if decision.label in ("better", "worse"):
+            marks[second if decision.label == "better" else first] = False
     return marks

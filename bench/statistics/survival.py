@@ -1,6 +1,6 @@
-"""Time to failure: how long trackers keep a target.
+"""Survival analysis of the time to failure.
 
-A run without failure is *censored* at its end: the target was kept for at least as long.
+A run without failure is *censored* at its end: the time to failure is at least its length.
 """
 
 import warnings
@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 
 class Survival(NamedTuple):
-    """Step function: from each time on, the share of runs without failure, with its band.
+    """Survival curve: share of runs without failure from each time on, with its band.
 
     Every field has shape (k,). `low` and `high` are NaN before the first failure.
     """
@@ -23,16 +23,17 @@ class Survival(NamedTuple):
 
 
 def kaplan_meier(times: ArrayLike, lost: ArrayLike) -> Survival:
-    """Return Kaplan and Meier's estimate of the share that survives, with a 95 % band (log-log).
+    """Return the Kaplan-Meier estimate of survival with a 95 % band (log-log).
 
-    `times`: time of failure or end of each run, in any unit. `lost`: whether the run failed.
+    `times`: time of the failure or of the end of each run, in any unit. `lost`: True if it failed.
     """
-    from scipy.stats import CensoredData, ecdf  # takes half a second, only for a figure
+    # Imported here: it takes 0.5 s, and only figures need it.
+    from scipy.stats import CensoredData, ecdf
 
     ends, failed = np.asarray(times, np.float64), np.asarray(lost, bool)
     estimate = ecdf(CensoredData.right_censored(ends, ~failed)).sf
     with warnings.catch_warnings():
-        # If no run or every run fails, the formula has no band: NaN is the result.
+        # The band is undefined (NaN) if no run or every run fails.
         warnings.filterwarnings("ignore", "The confidence interval is undefined", RuntimeWarning)
         band = estimate.confidence_interval(method="log-log")
     return Survival(

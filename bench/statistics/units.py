@@ -1,4 +1,4 @@
-"""Units of intervals and answers: sequences, families or scenes, by the names of sequences."""
+"""Statistical units: sequences, families or scenes, found from the names of sequences."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -16,12 +16,12 @@ _PLURALS = {"sequence": "sequences", "family": "families", "scene": "scenes"}
 
 
 @dataclass(frozen=True)
-class Units:
-    """Sequences by unit."""
+class StatisticalUnits:
+    """Grouping of sequences into units of intervals and decisions."""
 
     kind: Unit
-    labels: list[str]  # name of every unit, in the order of the first sequence of each
-    members: list[NDArray[np.intp]]  # indices of the sequences of every unit
+    labels: list[str]  # name of each unit, in the order of the first sequences
+    members: list[NDArray[np.intp]]  # indices of the sequences of each unit
     families: int  # number of families
 
     def __len__(self) -> int:
@@ -35,7 +35,7 @@ class Units:
 
     @property
     def scope(self) -> str:
-        """Which new units an answer is about: `for new scenes of these 2 families only`."""
+        """Population that a decision is about: `for new scenes of these 2 families only`."""
         if self.kind != "scene":
             return f"for new {self.plural}"
         families = f"these {self.families} families" if self.families > 1 else "this family"
@@ -43,7 +43,7 @@ class Units:
 
     @property
     def remedy(self) -> str:
-        """End of the reason of an answer from too few families; empty for other units."""
+        """Advice for a decision from too few families; empty for other units."""
         if self.kind != "family" or len(self) >= MIN_UNITS:
             return ""
         return "; --unit scene answers for new scenes of these families"
@@ -55,11 +55,11 @@ class Units:
         return np.stack(columns, axis=-1) if columns else by_sequence[..., :0]
 
 
-def units_of(sequences: Sequence[str], unit: str | None = None) -> Units:
+def units_of(sequences: Sequence[str], unit: str | None = None) -> StatisticalUnits:
     """Group sequences into units.
 
-    Scenes if all sequences are of one family, otherwise families, which are called sequences if
-    each has a single one; with unit "scene" always scenes. Variants of one scene are one unit.
+    Units are scenes if `unit` is "scene" or all sequences belong to one family, otherwise families.
+    Families with one sequence each are called sequences. Variants of a scene form one unit.
 
     `sequences`: names; options follow the family as `:key=value`.
 
@@ -77,11 +77,13 @@ def units_of(sequences: Sequence[str], unit: str | None = None) -> Units:
         kind, keys = "sequence" if n_families == len(sequences) else "family", families
     labels = list(dict.fromkeys(keys))
     array: NDArray[Any] = np.array(keys)
-    return Units(kind, labels, [np.flatnonzero(array == label) for label in labels], n_families)
+    return StatisticalUnits(
+        kind, labels, [np.flatnonzero(array == label) for label in labels], n_families
+    )
 
 
 def _scene(name: str) -> str:
-    """Return family and scene of a sequence; the family alone for its default scene."""
+    """Return family and scene of a sequence, or only the family for its default scene."""
     family, *options = name.split(":")
     scene = [option for option in options if option.startswith("scene=")]
     return ":".join([family, *scene])

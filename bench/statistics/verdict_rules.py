@@ -1,15 +1,15 @@
 """Rules that judge claims: five kinds of test, as pure functions of one value per scene.
 
     order(differences)                  "A is better than B", differences A - B
-    no_worse(differences)               "A is as good as B, or better"
-    share(successes, trials, limit)     "in most scenes it is so", counts per scene
-    number(values, published)           a published number next to ours; never judged
+    no_worse(differences)               "A is as successful as B, or better"
+    share(successes, trials, limit)     "in most scenes X happens", counts per scene
+    number(values, published)           a published number next to our number; never judged
     time(longer, shorter, factor)       "A takes longer than B by a factor", times of pairs
     conjunction(parts)                  a claim with several parts, all of which must hold
 
-Every verdict is read off its printed interval (`rules`). Differences and margins have the same
-unit. With `comparisons` = m the interval is at level 1 - 0.05 / m. Every true value other than the
-limit itself (margin, share, factor) is decided if there are enough scenes.
+Each verdict follows from its printed interval (`rules`). Differences and margins have the same
+unit. With `comparisons` = m the level of the interval is 1 - 0.05 / m. Unless the true value equals
+the limit (margin, share, factor), enough scenes lead to a decision.
 """
 
 from collections.abc import Callable, Mapping
@@ -27,17 +27,17 @@ from trackmark.bench.statistics.rules import (
     MIN_UNITS,
     MIN_UNITS_FOR_SMALL,
     SHARE_LIMIT,
-    about,
+    approximate,
     corrected_level,
     decide,
     interval_or_none,
-    only,
+    too_few,
     units_needed,
 )
 
 Outcome = Literal["holds", "does not hold", "inconclusive", "not testable"]
 
-NOWHERE = Interval(nan, nan)
+NO_INTERVAL = Interval(nan, nan)
 
 
 @dataclass(frozen=True)
@@ -45,17 +45,17 @@ class Verdict:
     """Verdict on a claim."""
 
     verdict: Outcome  # label that is printed and stored
-    statistic: float = nan  # estimate, in `unit`; NaN if there is none
-    interval: Interval = NOWHERE  # of the estimate, from which the verdict was read
-    cells: int = 0  # number of units (`counted`) on which the estimate rests
+    statistic: float = nan  # estimate, in `unit`; NaN if missing
+    interval: Interval = NO_INTERVAL  # interval of the estimate, which determines the verdict
+    cells: int = 0  # number of units (`counted`) in the estimate
     reason: str = ""  # without a full stop
-    of: str = ""  # name of the estimate; of a claim with parts, of the part that decides
+    of: str = ""  # name of the estimate, or of the decisive part of a claim with parts
     unit: str = ""
     counted: str = "scene"  # unit of repetition, in the singular
 
     @property
     def effect(self) -> str:
-        """Estimate with interval, unit and number of scenes; empty if there is no estimate."""
+        """Estimate with interval, unit and number of scenes; empty without an estimate."""
         if isnan(self.statistic):
             return ""
         estimate = f"{self.of}: {self._numbers}" if self.of else self._numbers
@@ -64,7 +64,7 @@ class Verdict:
 
     @property
     def _numbers(self) -> str:
-        """Estimate and interval, to two digits of half of the interval's width."""
+        """Estimate and interval, with two digits of half the width of the interval."""
         width = self.interval.high - self.interval.low
         if isnan(width):
             return f"{self.statistic:.3g}"
@@ -80,7 +80,7 @@ class Verdict:
 
 
 Judge = Callable[[int], Verdict]
-"""Judges a part of a claim with its interval at level 1 - 0.05 / m, for the argument m."""
+"""Function that judges a part of a claim with its interval at level 1 - 0.05 / m, given m."""
 
 
 def inconclusive(reason: str) -> Verdict:
@@ -103,25 +103,27 @@ def order(
 ) -> Verdict:
     """Judge "A is better than B".
 
-    Holds if the answer of `rules.decide` is better; does not hold if it is worse or equivalent.
-    `differences`: A - B by scene, shape (n,), positive if A is better. `counted`: name of a unit in
-    the reason, in the singular. The other arguments are those of `rules.decide`.
+    The claim holds if `rules.decide` returns better, and does not if it returns worse or
+    equivalent. `differences`: A - B by scene, shape (n,), positive if A is better. `counted`: name
+    of a unit in the reason, in the singular. For the other arguments see `rules.decide`.
     """
     values = _finite(differences)
     n, units = len(values), plural(counted)
-    answer = decide(values, margin, comparisons, limit=limit, unit=units)
+    decision = decide(values, margin, comparisons, limit=limit, unit=units)
     verdict: Outcome = "does not hold"
     if n < MIN_SCENES:
-        verdict, reason = "inconclusive", only(n, MIN_SCENES, units)
-    elif answer.label == "better":
+        verdict, reason = "inconclusive", too_few(n, MIN_SCENES, units)
+    elif decision.label == "better":
         verdict, reason = "holds", "interval above 0"
-    elif answer.label == "worse":
+    elif decision.label == "worse":
         reason = "interval below 0"
-    elif answer.label == "equivalent":
+    elif decision.label == "equivalent":
         reason = f"too small to matter (±{margin:g})"
     else:
-        verdict, reason = "inconclusive", answer.reason
-    return Verdict(verdict, answer.mean, answer.interval or NOWHERE, n, reason, counted=counted)
+        verdict, reason = "inconclusive", decision.reason
+    return Verdict(
+        verdict, decision.mean, decision.interval or NO_INTERVAL, n, reason, counted=counted
+    )
 
 
 def no_worse(
@@ -132,30 +134,30 @@ def no_worse(
     limit: float = inf,
     counted: str = "scene",
 ) -> Verdict:
-    """Judge "A is as good as B, or better".
+    """Judge "A is as successful as B, or better".
 
-    Holds if the interval is above -margin and there are 30 scenes or it is above 0. Does not
-    hold if the interval is below -margin. Parameters: see `order`.
+    The claim holds if the interval is above 0, or above -margin with at least 30 scenes. It does
+    not hold if the interval is below -margin. Parameters: see `order`.
     """
     values = _finite(differences)
     n, units = len(values), plural(counted)
     mean = _mean(values)
-    interval = interval_or_none(values, comparisons, -limit, limit) or NOWHERE
+    interval = interval_or_none(values, comparisons, -limit, limit) or NO_INTERVAL
     verdict: Outcome = "inconclusive"
     if n < MIN_SCENES:
-        reason = only(n, MIN_SCENES, units)
+        reason = too_few(n, MIN_SCENES, units)
     elif interval.high < -margin:
         verdict, reason = "does not hold", f"worse by more than {margin:g}"
     elif interval.low <= -margin:
         shifted = Interval(interval.low + margin, interval.high + margin)
         needed = units_needed(mean + margin, shifted, n, 0.0)
         needed = max(needed, MIN_UNITS_FOR_SMALL) if mean > -margin else needed
-        reason = f"interval contains the limit {-margin:g}; {about(needed)} {units} needed"
+        reason = f"interval contains the limit {-margin:g}; {approximate(needed)} {units} needed"
     elif n >= MIN_UNITS_FOR_SMALL or interval.low > 0:
         verdict, reason = "holds", f"not worse by more than {margin:g}"
     else:
         where = f"inside ±{margin:g}" if interval.inside(margin) else f"above {-margin:g}"
-        reason = f"{where}, but {only(n, MIN_UNITS_FOR_SMALL, units)}"
+        reason = f"{where}, but {too_few(n, MIN_UNITS_FOR_SMALL, units)}"
     return Verdict(verdict, mean, interval, n, reason, counted=counted)
 
 
@@ -167,19 +169,24 @@ def share(
     *,
     counted: str = "scene",
 ) -> Verdict:
-    """Judge whether something is so in more than a share of the scenes.
+    """Judge whether the share of successful scenes is above a limit.
 
     A scene is a success if more than half of its trials are. Both counts have shape (n,); trials
-    are above 0. Holds if the interval of the share of scenes (`share_interval`) is above the limit
-    in [0, 1], does not hold if it is below. See `order` for the rest.
+    are above 0. The claim holds if the interval of the share (`share_interval`) is above the limit
+    in [0, 1], and does not if it is below. Other parameters: see `order`.
     """
-    good, every = _finite(successes), _finite(trials)
-    if good.shape != every.shape or (every <= 0).any() or (good < 0).any() or (good > every).any():
-        raise ValueError("successes must be 0 to trials in each scene, and trials above 0.")
-    n = len(good)
-    value, interval = _mean(2 * good > every), NOWHERE
+    successful, counts = _finite(successes), _finite(trials)
+    if (
+        successful.shape != counts.shape
+        or (counts <= 0).any()
+        or (successful < 0).any()
+        or (successful > counts).any()
+    ):
+        raise ValueError("Expected: trials above 0 and successes from 0 to trials in each scene.")
+    n = len(successful)
+    value, interval = _mean(2 * successful > counts), NO_INTERVAL
     if n >= MIN_UNITS:
-        interval = share_interval(good, every, corrected_level(comparisons))
+        interval = share_interval(successful, counts, corrected_level(comparisons))
     return _beyond_limit(value, interval, n, limit, counted)
 
 
@@ -191,17 +198,17 @@ def time(
     *,
     counted: str = "pair",
 ) -> Verdict:
-    """Judge whether one thing takes longer than another by more than a factor above 0.
+    """Judge whether A takes longer than B by more than a factor above 0.
 
-    Holds if the interval of the geometric mean of the ratios is above the factor, does not hold if
-    it is below. Times have shape (n,), are above 0 and in the same unit; those of a pair were
-    measured one after the other. See `order` for the rest.
+    The claim holds if the interval of the geometric mean of the ratios is above the factor, and
+    does not if it is below. Times have shape (n,), are above 0 and have the same unit. The times of
+    a pair are measured one after the other. Other parameters: see `order`.
     """
     over, under = _finite(longer), _finite(shorter)
     if over.shape != under.shape or (over <= 0).any() or (under <= 0).any():
-        raise ValueError("a ratio needs pairs of times above 0.")
+        raise ValueError("Expected: pairs of times above 0.")
     ratios = np.log(over / under)
-    low, high = interval_or_none(ratios, comparisons) or NOWHERE
+    low, high = interval_or_none(ratios, comparisons) or NO_INTERVAL
     value, interval = exp(_mean(ratios)), Interval(exp(low), exp(high))
     verdict = _beyond_limit(value, interval, len(ratios), factor, counted, MIN_UNITS, log)
     return replace(verdict, unit="times as long")
@@ -214,14 +221,14 @@ def number(
     most: float | None = None,
     counted: str = "scene",
 ) -> Verdict:
-    """Print a published number next to ours; both come from different videos, so none is judged.
+    """Report a published number next to ours without judging: they come from different videos.
 
-    `values`: ours, one per scene, shape (n,). `most`: largest value of a number that cannot be
-    negative, for example 1 for a share.
+    `values`: our numbers, one per scene, shape (n,). `most`: largest possible value of a number
+    that cannot be negative, for example 1 for a share.
     """
     numbers = _finite(values)
     least, greatest = (-inf, inf) if most is None else (0.0, most)
-    interval = interval_or_none(numbers, 1, least, greatest) or NOWHERE
+    interval = interval_or_none(numbers, 1, least, greatest) or NO_INTERVAL
     paper = "" if published is None else f"the paper's number is {published:.3g}; "
     reason = f"{paper}number of other videos, printed and not judged"
     n = len(numbers)
@@ -231,11 +238,11 @@ def number(
 def conjunction(parts: Mapping[str, Judge], comparisons: int = 1) -> Verdict:
     """Judge a claim with k parts, all of which must hold.
 
-    Holds if all parts hold at 95 %: at least one part of a false claim is false. Does not hold if
-    one part fails with its interval at level 1 - 0.05 / k, as each part can fail by chance.
-
-    The numbers are those of the first part that fails, else of the first that is inconclusive,
-    else of the first. With `comparisons` the claim itself is one of so many parts.
+    The claim holds if all parts hold at 95 %, as a false claim has at least one false part. It does
+    not hold if one part fails with its interval at level 1 - 0.05 / k, as each part can fail by
+    chance. The result contains the numbers of the first failing part, else of the first
+    inconclusive part, else of the first part. `comparisons`: number of parts if the claim itself is
+    a part.
     """
     tests = comparisons * len(parts)
     verdicts = {name: judge(1) for name, judge in parts.items()}
@@ -263,13 +270,13 @@ def _beyond_limit(
     least: int = MIN_SCENES,
     scale: Callable[[float], float] = float,
 ) -> Verdict:
-    """Return whether an interval of `least` or more units is above or below a limit.
+    """Judge whether the interval of at least `least` units is above a limit.
 
-    `scale`: function that transforms a value into the unit of the averaged numbers.
+    `scale`: function that converts a value into the unit of the averaged numbers.
     """
     verdict: Outcome = "inconclusive"
     if n < least:
-        reason = only(n, least, plural(counted))
+        reason = too_few(n, least, plural(counted))
     elif interval.low > limit:
         verdict, reason = "holds", f"interval above {limit:g}"
     elif interval.high < limit:
@@ -277,7 +284,7 @@ def _beyond_limit(
     else:
         middle = scale(limit)
         shifted = Interval(scale(interval.low) - middle, scale(interval.high) - middle)
-        needed = about(units_needed(scale(value) - middle, shifted, n, 0.0))
+        needed = approximate(units_needed(scale(value) - middle, shifted, n, 0.0))
         reason = f"interval contains the limit {limit:g}; {needed} {plural(counted)} needed"
     return Verdict(verdict, value, interval, n, reason, counted=counted)
 
@@ -289,5 +296,5 @@ def _mean(values: NDArray[Any]) -> float:
 def _finite(values: ArrayLike) -> NDArray[np.float64]:
     numbers = np.asarray(values, np.float64)
     if numbers.ndim != 1 or not np.isfinite(numbers).all():
-        raise ValueError("a verdict needs one finite value per scene.")
+        raise ValueError("Expected: one finite value per scene.")
     return numbers

@@ -20,7 +20,7 @@ Numbers: TypeAlias = Mapping[str, Sequence[float | str | None]]
 """Numbers of a tracker by name and frame."""
 
 
-class Place(NamedTuple):
+class PlayerPosition(NamedTuple):
     """Where the player opens: positions of sequence and tracker in the page's lists."""
 
     sequence: int
@@ -33,12 +33,12 @@ class Place(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Sheet:
+class PageTable:
     """A table, with what its numbers open."""
 
     table: Table
     values: Sequence[Sequence[float]] = ()  # of the columns beside the labels, to sort by
-    places: Sequence[Sequence[Place | None]] = ()  # likewise; where they lead
+    places: Sequence[Sequence[PlayerPosition | None]] = ()  # likewise; where they lead
     links: Sequence[str] = ()  # addresses that the first cells of rows lead to; empty for none
     heat: bool = False  # whether cells are shaded by their value, in [0, 1]
 
@@ -49,7 +49,7 @@ class Sheet:
             return None
         return self.values[row][column]
 
-    def place(self, row: int, column: int) -> Place | None:
+    def place(self, row: int, column: int) -> PlayerPosition | None:
         """Where a cell leads."""
         column -= self.table.n_labels
         if column < 0 or not self.places:
@@ -67,7 +67,7 @@ class Line:
     y: ArrayLike
     low: ArrayLike = ()
     high: ArrayLike = ()
-    places: Sequence[Place | None] = ()  # one a point, or one for all
+    places: Sequence[PlayerPosition | None] = ()  # one a point, or one for all
     told: str = ""  # behind its label: what the chart's `told` says
 
 
@@ -104,11 +104,11 @@ class Card:
     title: str
     quote: str = ""
     facts: Mapping[str, str] = field(default_factory=dict)
-    sheets: Sequence[Sheet] = ()
+    sheets: Sequence[PageTable] = ()
 
 
 @dataclass(frozen=True)
-class Section:
+class PageSection:
     """A part of a page. `command` makes again what it shows; `scenes`: whether these are listed.
 
     `folded`: line that stands for the contents until it is clicked; empty if they are visible.
@@ -117,7 +117,7 @@ class Section:
     key: str
     title: str
     words: Sequence[str] = ()
-    sheets: Sequence[Sheet] = ()
+    sheets: Sequence[PageTable] = ()
     charts: Sequence[Chart] = ()
     pictures: Sequence[Picture] = ()
     cards: Sequence[Card] = ()
@@ -127,7 +127,7 @@ class Section:
 
 
 @dataclass(frozen=True, eq=False)
-class Take:
+class PlayerRun:
     """A run as the player shows it, or one segment of a run that has several."""
 
     tracker: int  # position in the page's list
@@ -146,13 +146,13 @@ class Take:
 
 
 @dataclass(frozen=True, eq=False)
-class Scene:
+class PlayerScene:
     """A sequence as the player shows it."""
 
     name: str
     size: tuple[int, int]  # width and height of a frame [px]
     boxes: NDArray[np.float64]  # (n, 4): ground truth, a row per frame
-    takes: Sequence[Take]
+    takes: Sequence[PlayerRun]
     thumbnails: Film = ()
     full: Sequence[Sequence[int]] = ()  # sizes of the larger frames that `write_chunk` wrote
     why: str = ""  # why there are no frames
@@ -173,16 +173,16 @@ class Page:
     """All that a page shows."""
 
     title: str
-    sections: Sequence[Section]
+    sections: Sequence[PageSection]
     trackers: Sequence[str] = ()
-    scenes: Sequence[Scene] = ()
+    scenes: Sequence[PlayerScene] = ()
     start: str = ""  # the address that it opens at, where it is opened without one
 
-    def first_with(self, command: str) -> Section | None:
+    def first_with(self, command: str) -> PageSection | None:
         """The section that says a command first; others that it makes again lead to it."""
         return next((one for one in self.sections if command and one.command == command), None)
 
-    def address(self, place: Place) -> str:
+    def address(self, place: PlayerPosition) -> str:
         """Where the player opens a place, as part of a link."""
         asked = {
             "sequence": self.scenes[place.sequence].name,
@@ -195,7 +195,7 @@ class Page:
         asked |= {"show": ".".join(map(str, place.show))} if place.show else {}
         return "#" + urlencode(asked, errors="replace")
 
-    def opening(self, scene: Scene, frame: int | None = None, **chosen: str) -> str:
+    def opening(self, scene: PlayerScene, frame: int | None = None, **chosen: str) -> str:
         """Where the player opens a scene: on its first frame with truth by default.
 
         `chosen`: what else is in the address.

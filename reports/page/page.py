@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from trackmark.reports.files import write_file
-from trackmark.reports.page.content import Chart, Film, Page, Scene, Shapes
+from trackmark.reports.page.content import Chart, Film, Page, PlayerScene, Shapes
 from trackmark.reports.page.film import ABSENT, packed, quantised, squeezed
 from trackmark.reports.palette import COLOURS
 from trackmark.reports.printable import one_line
@@ -96,7 +96,7 @@ def write_page(path: Path, page: Page, room: float | None = None) -> list[Path]:
     return [path, *written]
 
 
-def _films(scene: Scene) -> Iterator[tuple[str, Film]]:
+def _films(scene: PlayerScene) -> Iterator[tuple[str, Film]]:
     """All that is played of a scene: frames, and maps of its takes."""
     yield "thumbnails", scene.thumbnails
     for number, take in enumerate(scene.takes):
@@ -189,7 +189,7 @@ def _address_of(picture: bytes) -> str:
     return f"data:image/{kind};base64,{b64encode(picture).decode()}"
 
 
-def _poster(scene: Scene) -> str:
+def _poster(scene: PlayerScene) -> str:
     """The middle frame of a scene as an address; empty where there is none."""
     frames = [*chain(*scene.thumbnails)]
     if not frames:
@@ -197,7 +197,7 @@ def _poster(scene: Scene) -> str:
     return _address_of(frames[len(frames) // 2])
 
 
-def _rows(scene: Scene) -> list[tuple[NDArray[np.float64], Shapes]]:
+def _rows(scene: PlayerScene) -> list[tuple[NDArray[np.float64], Shapes]]:
     """Return the boxes of a scene with what is drawn with them: ground truth first, then takes."""
     rows = [(scene.boxes, scene.shapes)]
     for take in scene.takes:
@@ -206,7 +206,7 @@ def _rows(scene: Scene) -> list[tuple[NDArray[np.float64], Shapes]]:
     return rows
 
 
-def _told(scene: Scene, reels: Mapping[str, Any], *, shapes: bool) -> dict[str, Any]:
+def _told(scene: PlayerScene, reels: Mapping[str, Any], *, shapes: bool) -> dict[str, Any]:
     """Return what the player's script reads of a scene."""
     takes, row = [], 1
     for take in scene.takes:

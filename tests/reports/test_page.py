@@ -14,7 +14,15 @@ from hypothesis.extra.numpy import arrays
 
 from tests.reports.contrast import contrast
 from trackmark.reports.page import page as pages
-from trackmark.reports.page.content import Chart, Line, Page, Place, Scene, Section, Sheet
+from trackmark.reports.page.content import (
+    Chart,
+    Line,
+    Page,
+    PageSection,
+    PageTable,
+    PlayerPosition,
+    PlayerScene,
+)
 from trackmark.reports.page.film import ABSENT, film, packed, quantised
 from trackmark.reports.page.page import write_page
 from trackmark.reports.palette import rgb
@@ -53,7 +61,7 @@ def test_boxes_come_back_to_a_tenth_of_a_pixel(boxes):
 
 
 def test_a_page_of_nothing_but_words_is_one(tmp_path):
-    (path,) = write_page(tmp_path / "a.html", Page("T", [Section("a", "A", ["<b>"])]))
+    (path,) = write_page(tmp_path / "a.html", Page("T", [PageSection("a", "A", ["<b>"])]))
     text = path.read_text()
     assert "&lt;b&gt;" in text
     assert "player" not in text.partition("</style>")[2].partition("<script")[0]
@@ -62,9 +70,9 @@ def test_a_page_of_nothing_but_words_is_one(tmp_path):
 def test_gaps_and_infinities_are_no_numbers_in_the_page(tmp_path):
     chart = Chart("c", "x", "y", [Line("l", 0, [0, 1], [np.nan, np.inf])], "words")
     table = Table("t", "", ["", "n"], 1, [[Cell("a"), Cell("—")]])
-    sheet = Sheet(table, [[float("nan")]], [[None]])
+    sheet = PageTable(table, [[float("nan")]], [[None]])
     (path,) = write_page(
-        tmp_path / "a.html", Page("T", [Section("a", "A", sheets=[sheet], charts=[chart])])
+        tmp_path / "a.html", Page("T", [PageSection("a", "A", sheets=[sheet], charts=[chart])])
     )
     text = path.read_text()
     data = json.loads(text.partition('id="data">')[2].partition("</script>")[0])
@@ -88,8 +96,8 @@ def test_frames_stand_in_chunks_in_order_and_are_not_enlarged():
 
 
 def test_an_address_says_names_as_they_are():
-    place = Place(0, 0, 2, 7)
-    scene = Scene("a&b=ц#", (4, 3), np.zeros((9, 4)), [])
+    place = PlayerPosition(0, 0, 2, 7)
+    scene = PlayerScene("a&b=ц#", (4, 3), np.zeros((9, 4)), [])
     assert Page("", [], ["x y"], [scene]).address(place) == (
         "#sequence=a%26b%3D%D1%86%23&tracker=x+y&repetition=2&frame=7"
     )

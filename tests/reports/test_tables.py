@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from trackmark.reports.renderers import to_csv, to_latex, to_markdown, to_text
 from trackmark.reports.tables import (
     Cell,
-    Measure,
+    ScoreMeasure,
     Table,
     Uncertainty,
     complete,
@@ -23,9 +23,9 @@ from trackmark.reports.tables import (
     texts_of,
 )
 
-OVERLAP = Measure("overlap", "overlap", direction="higher", decimals=3)
-ERROR = Measure("error", "error", "px", "lower", 1)
-COUNT = Measure("count", "success", "frames", "higher", 1, out_of="total")
+OVERLAP = ScoreMeasure("overlap", "overlap", direction="higher", decimals=3)
+ERROR = ScoreMeasure("error", "error", "px", "lower", 1)
+COUNT = ScoreMeasure("count", "success", "frames", "higher", 1, out_of="total")
 
 
 def runs(*rows):
@@ -151,7 +151,7 @@ def test_a_table_of_sequences_marks_nothing():
 
 def test_counts_are_out_of_what_there_is_and_a_scale_changes_only_what_is_shown():
     assert texts(sequences([done("a", "s", 0, 0.5)], [COUNT])) == [["s", "a", "50 of 100"]]
-    percent = Measure("overlap", "o", "%", "higher", 1, scale=100)
+    percent = ScoreMeasure("overlap", "o", "%", "higher", 1, scale=100)
     table = summary([done("a", "s", 0, 0.25)], [percent])
     assert texts(table) == [["a", "25.0"]]
     assert table.data["mean"].tolist() == [0.25]

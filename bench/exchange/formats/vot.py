@@ -38,13 +38,13 @@ from trackmark.bench.exchange.result_format import (
     read_text_file,
     round_to,
 )
-from trackmark.bench.metrics.preset import State
+from trackmark.bench.metrics.preset import FrameState
 from trackmark.bench.protocols import parse_protocol
 
 SUPERVISED, LONG_TERM, ONE_PASS = "baseline", "longterm", "unsupervised"
 EXPERIMENTS = (SUPERVISED, ONE_PASS, LONG_TERM, "realtime")
 ANCHORS, ANCHOR_DIGITS = "anchors", 8
-CODES = {0.0: State.SKIPPED, 1.0: State.INITIALISED, 2.0: State.FAILED}
+CODES = {0.0: FrameState.SKIPPED, 1.0: FrameState.INITIALISED, 2.0: FrameState.FAILED}
 
 
 def files(folder: Path) -> Mapping[str, list[Path]]:
@@ -149,7 +149,10 @@ def _goes_forwards(anchor: int, sequence: ResultSequence) -> bool:
 def _read_file(file: Path) -> ResultRows:
     """Read boxes, states of a supervised run, and confidences from their separate file."""
     regions = list(_binary_regions(file) if file.suffix == ".bin" else _text_regions(file))
-    boxes, states = np.full((len(regions), 4), np.nan), np.full(len(regions), int(State.TRACKED))
+    boxes, states = (
+        np.full((len(regions), 4), np.nan),
+        np.full(len(regions), int(FrameState.TRACKED)),
+    )
     n_simplified = 0
     for number, (place, is_mask, numbers) in enumerate(regions):
         if is_mask:
@@ -167,7 +170,9 @@ def _read_file(file: Path) -> ResultRows:
             n_simplified += 1
         else:
             raise ExchangeError(f"{place}: {len(numbers)} numbers. Expected: a region.")
-    has_restarts = bool((states == State.FAILED).any()) or file.parent.parent.name == SUPERVISED
+    has_restarts = (
+        bool((states == FrameState.FAILED).any()) or file.parent.parent.name == SUPERVISED
+    )
     is_supervised = has_restarts and _anchor_of(file)[1] is None
     return ResultRows(
         boxes,
@@ -303,13 +308,13 @@ def _texts(
 ) -> dict[Path, str]:
     """Return the text with one region per line, and the text of the confidences."""
     present = np.isfinite(rows.boxes).all(axis=1)
-    states = np.where(present, State.TRACKED, State.SKIPPED)
-    states[present.argmax()] = State.INITIALISED
+    states = np.where(present, FrameState.TRACKED, FrameState.SKIPPED)
+    states[present.argmax()] = FrameState.INITIALISED
     if rows.states is not None:
         states = rows.states
     codes = {state: f"{code:.0f}" for code, state in CODES.items()}
     lines = [
-        codes.get(State(state), ",".join(map(text_of_number, box)))
+        codes.get(FrameState(state), ",".join(map(text_of_number, box)))
         for state, box in zip(states.tolist(), rows.boxes.tolist(), strict=True)
     ]
     texts = {path: "".join(f"{line}\n" for line in lines)}

@@ -1,1 +1,1 @@
-"""Metrics presets, a file each, found by their names."""
+"""Metrics presets, one per module."""

@@ -1,47 +1,54 @@
-"""Success, precision and normalised precision as the LaSOT toolkit has them.
+"""Success, precision and normalised precision as defined by the LaSOT toolkit.
 
-As in `otb`, but: frames without target are misses; a malformed box is replaced by the one of the
-frame before; and a truth box that begins left of or above the first pixel, or has no size, is a
-miss for success and a hit for precision, as this toolkit scores it. Normalised precision is the
-share of frames whose centres are at most 0.20 apart, in widths and heights of the ground truth.
-Both centres count pixels from 1 and are divided by that size before they are subtracted, in the
-toolkit's order: rounding decides about frames at a threshold. Each sequence counts once, also one
-that is missed altogether. Fan et al., "LaSOT: a high-quality
-benchmark for large-scale single object tracking", CVPR 2019.
+The definitions are those of `otb` with these differences. Frames without target are misses. A
+malformed box is replaced by the box of the previous frame. A ground-truth box without size, or with
+a coordinate left of or above the first pixel, is a miss for success and a hit for precision.
+Normalised precision is the share of frames with centres at most 0.20 apart, in widths and heights
+of the ground truth. Both centres count pixels from 1. They are divided by the size before they are
+subtracted, in the order of the toolkit: rounding decides about frames at a threshold. All sequences
+have equal weights, also if every frame is a miss. Fan et al., "LaSOT: a high-quality benchmark for
+large-scale single object tracking", CVPR 2019.
 """
 
 import numpy as np
 from numpy.typing import NDArray
 
-from trackmark.bench.metrics.curves import DISTANCES, NORMALISED_DISTANCES, OVERLAPS, shares
-from trackmark.bench.metrics.native import Truth
+from trackmark.bench.metrics.curves import DISTANCES, NORMALISED_DISTANCES, OVERLAPS, share_curve
+from trackmark.bench.metrics.native import GroundTruth
 from trackmark.bench.metrics.overlap import is_well_formed, overlap
-from trackmark.bench.metrics.preset import Answer, Axes, Column, Judged, Preset, started
+from trackmark.bench.metrics.preset import (
+    Axes,
+    Column,
+    Preset,
+    PresetResult,
+    RunEstimates,
+    select_evaluated,
+)
 
-_AT_20 = 20  # pixels, and hundredths of the target's size
+_INDEX_OF_20 = 20  # threshold of 20 px, and of 0.20 target sizes
 
 
-def judge(truth: Truth, answer: Answer) -> Judged:
+def judge(truth: GroundTruth, estimates: RunEstimates) -> PresetResult:
     """Return scores and curves of a run."""
-    run = started(truth, answer)
+    run = select_evaluated(truth, estimates)
     t, present = run.truth, run.present
-    e = _repeated(run.estimate, present)
-    # The toolkit counts pixels from 1, and takes truth with a number below that for invalid.
+    e = _replace_malformed(run.estimate, present)
+    # The toolkit counts pixels from 1 and treats ground truth with a smaller number as invalid.
     valid = present & (t[:, :2] > -1).all(axis=1) & (t[:, 2:] > 0).all(axis=1)
-    hit = present & ~valid
+    always_hit = present & ~valid
     overlaps = np.where(valid, overlap(t, e), -1.0)
-    errors = np.where(hit, -1.0, _centre_errors(t, e, np.ones_like(t[:, 2:])))
-    normalised = np.where(hit, -1.0, _centre_errors(t, e, t[:, 2:]))
-    success = shares(overlaps, OVERLAPS, above=True)
-    precision = shares(errors, DISTANCES)
-    by_size = shares(normalised, NORMALISED_DISTANCES)
+    errors = np.where(always_hit, -1.0, _centre_errors(t, e, np.ones_like(t[:, 2:])))
+    normalised = np.where(always_hit, -1.0, _centre_errors(t, e, t[:, 2:]))
+    success = share_curve(overlaps, OVERLAPS, above=True)
+    precision = share_curve(errors, DISTANCES)
+    by_size = share_curve(normalised, NORMALISED_DISTANCES)
     scores = {
         "success_auc": float(success[:, 1].mean()),
-        "precision": float(precision[_AT_20, 1]),
-        "normalised_precision": float(by_size[_AT_20, 1]),
+        "precision": float(precision[_INDEX_OF_20, 1]),
+        "normalised_precision": float(by_size[_INDEX_OF_20, 1]),
     }
     curves = {"success": success, "precision": precision, "normalised_precision": by_size}
-    return Judged(scores, curves)
+    return PresetResult(scores, curves)
 
 
 def _centre_errors(
@@ -49,8 +56,8 @@ def _centre_errors(
 ) -> NDArray[np.float64]:
     """Compute distances of centres in the toolkit's order of operations, shape (n,).
 
-    `unit`: width and height by which both centres are divided, shape (n, 2). NaN where the target
-    is absent, infinite where the estimate is malformed.
+    `unit`: width and height by which both centres are divided, shape (n, 2). The distance is NaN if
+    the target is absent and infinite if the estimate is malformed.
     """
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         t, e = (
@@ -61,11 +68,12 @@ def _centre_errors(
     return np.where(is_well_formed(estimate) | absent, distance, np.inf)
 
 
-def _repeated(estimate: NDArray[np.float64], present: NDArray[np.bool_]) -> NDArray[np.float64]:
-    """Estimates with the one of the frame before in the place of malformed ones.
+def _replace_malformed(
+    estimate: NDArray[np.float64], present: NDArray[np.bool_]
+) -> NDArray[np.float64]:
+    """Replace malformed estimates by those of the previous frame.
 
-    Not where the target is absent: such frames count for nothing, but what stands there is
-    repeated in the next.
+    Estimates in frames without target are kept and can replace the next one, as in the toolkit.
     """
     boxes = estimate.copy()
     for i in np.flatnonzero(present & ~is_well_formed(estimate)):
@@ -85,5 +93,5 @@ PRESET = Preset(
         "precision": Axes("centre distance [px]", "share of frames"),
         "normalised_precision": Axes("centre distance [target sizes]", "share of frames"),
     },
-    agrees="the LaSOT evaluation toolkit (MATLAB)",
+    agrees_with="the LaSOT evaluation toolkit (MATLAB)",
 )

@@ -1,57 +1,61 @@
-"""Precision, recall and F of trackers that say how sure they are that the target is there.
+"""Precision, recall and F-score of trackers that report confidences and target absence.
 
-A frame counts as reported where the tracker says that it sees the target and its confidence reaches
-a threshold. Precision is the mean overlap over the frames reported, recall the sum of their
-overlaps over the number of frames with a target, F the harmonic mean of the two, at the threshold
-at which F is greatest; precision and recall are averaged over sequences before. Thresholds are 100
-at most, taken from the tracker's own confidences. A frame without confidence has confidence 0, and
-so has the given first one, which counts with overlap 0: a perfect tracker scores a little less than
-1. Overlap is that of rasterised regions, cut off at the image. Lukežič et al., "Now you see me:
-evaluating performance in long-term visual tracking", 2018; the measure of VOT's long-term
-challenges.
+A frame is reported if the tracker reports the target as visible and its confidence reaches a
+threshold. Precision is the mean overlap over the reported frames. Recall is the sum of their
+overlaps divided by the number of frames with a target. F is the harmonic mean of the two, after
+averaging each over sequences, at the threshold with the largest F. There are at most 100
+thresholds, taken from the confidences of the tracker. A missing confidence counts as 0. The first
+frame counts with confidence 0 and overlap 0: a perfect tracker scores a little less than 1.
+Overlaps are those of rasterised regions clipped to the image. Lukežič et al., "Now you see me:
+evaluating performance in long-term visual tracking", 2018; the measure of the long-term challenges
+of VOT.
 """
 
 import numpy as np
 from numpy.typing import NDArray
 
-from trackmark.bench.metrics.native import Truth
+from trackmark.bench.metrics.native import GroundTruth
 from trackmark.bench.metrics.preset import (
-    Answer,
     Axes,
     Column,
-    Judged,
     Preset,
+    PresetResult,
+    RunEstimates,
     Runs,
-    alone,
-    started,
+    select_evaluated,
+    single_run_result,
 )
 from trackmark.bench.metrics.region_overlap import raster_overlap
 
-_THRESHOLDS = 98  # and two that all and none reach
+_MAX_THRESHOLDS = 98  # in addition to infinity and minus infinity
 
 
-def judge(truth: Truth, answer: Answer) -> Judged:
+def judge(truth: GroundTruth, estimates: RunEstimates) -> PresetResult:
     """Return the scores of a run, and its curves for a data set of this run alone."""
-    run = started(truth, answer)
+    run = select_evaluated(truth, estimates)
     n = len(run.truth)
     overlaps = raster_overlap(run.truth, run.estimate, run.size, run.shapes)
     confidence = np.zeros(n)
-    if answer.confidence is not None:
-        confidence = np.nan_to_num(np.asarray(answer.confidence, np.float64)[run.frames])
-    reported = np.ones(n, bool) if answer.visible is None else answer.visible[run.frames].copy()
+    if estimates.confidence is not None:
+        confidence = np.nan_to_num(np.asarray(estimates.confidence, np.float64)[run.frames])
+    reported = (
+        np.ones(n, bool) if estimates.visible is None else estimates.visible[run.frames].copy()
+    )
     overlaps[0], confidence[0], reported[0] = 0.0, 0.0, True
     evidence = {
         "overlaps": overlaps[reported],
         "confidence": confidence[reported],
         "present": np.array(run.present.sum()),
     }
-    return alone(combine, evidence)
+    return single_run_result(combine, evidence)
 
 
-def combine(runs: Runs) -> Judged:
+def combine(runs: Runs) -> PresetResult:
     """Return the scores of the runs on all sequences, at one threshold."""
-    thresholds = _thresholds([run.evidence["confidence"] for of in runs for run in of])
-    curves = [np.mean([_precision_recall(run, thresholds) for run in of], axis=0) for of in runs]
+    thresholds = _thresholds([run.evidence["confidence"] for group in runs for run in group])
+    curves = [
+        np.mean([_precision_recall(run, thresholds) for run in group], axis=0) for group in runs
+    ]
     precision, recall = np.mean(curves, axis=0).T
     both = precision + recall
     f = np.divide(2 * precision * recall, both, out=np.zeros_like(both), where=both > 0)
@@ -61,24 +65,24 @@ def combine(runs: Runs) -> Judged:
         "recall": float(recall[best]),
         "f": float(f[best]),
     }
-    drawn = {
+    plots = {
         "precision_recall": np.column_stack([recall, precision]),
         "f": np.column_stack([np.linspace(0, 1, len(f)), f]),
     }
-    return Judged(scores, drawn)
+    return PresetResult(scores, plots)
 
 
 def _thresholds(confidence: list[NDArray[np.float64]]) -> NDArray[np.float64]:
-    """Return confidences at equal distances in their order, the greatest first."""
+    """Return equally spaced elements of the sorted confidences, the largest first."""
     ordered = np.sort(np.concatenate(confidence))[::-1]
-    if len(ordered) > _THRESHOLDS:
-        step = len(ordered) // _THRESHOLDS
-        places = np.round(np.linspace(step, len(ordered) - step, _THRESHOLDS))
-        ordered = ordered[places.astype(int)]
+    if len(ordered) > _MAX_THRESHOLDS:
+        step = len(ordered) // _MAX_THRESHOLDS
+        indices = np.round(np.linspace(step, len(ordered) - step, _MAX_THRESHOLDS))
+        ordered = ordered[indices.astype(int)]
     return np.concatenate([[np.inf], ordered, [-np.inf]])
 
 
-def _precision_recall(run: Judged, thresholds: NDArray[np.float64]) -> NDArray[np.float64]:
+def _precision_recall(run: PresetResult, thresholds: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return precision and recall by threshold, shape (thresholds, 2)."""
     order = np.argsort(-run.evidence["confidence"], kind="stable")
     sums = np.concatenate([[0.0], np.cumsum(run.evidence["overlaps"][order])])
@@ -89,9 +93,9 @@ def _precision_recall(run: Judged, thresholds: NDArray[np.float64]) -> NDArray[n
 
 PRESET = Preset(
     columns={
-        "precision": Column("mean overlap over the frames reported", None),
-        "recall": Column("overlap over the frames with a target", None),
-        "f": Column("harmonic mean of the two", None),
+        "precision": Column("mean overlap over the reported frames", None),
+        "recall": Column("sum of these overlaps by the frames with a target", None),
+        "f": Column("harmonic mean of precision and recall", None),
     },
     judge=judge,
     combine=combine,
@@ -99,5 +103,5 @@ PRESET = Preset(
         "precision_recall": Axes("recall", "precision"),
         "f": Axes("share of the thresholds", "F"),
     },
-    agrees="vot-toolkit 0.7.1",
+    agrees_with="vot-toolkit 0.7.1",
 )

@@ -1,38 +1,40 @@
-"""The clean definitions, which a perfect tracker scores 1 by.
+"""Scores without the conventions of a toolkit; a perfect tracker scores 1.
 
-Evaluated are the frames after the one of initialisation in which the target is present; absent
-frames are neither hits nor misses, and a malformed box is a miss. Overlap is that of exact boxes,
-success an overlap of 0.5 or more. Each sequence counts once. Agrees with nobody: see
+The frames with a target after the initialisation are evaluated. Absent frames are neither hits nor
+misses, and a malformed box is a miss. Overlaps are those of exact boxes, and success is an overlap
+of 0.5 or more. All sequences have equal weights. No toolkit computes the same scores; see
 `bench.metrics.native`.
 """
 
 import numpy as np
 
-from trackmark.bench.metrics.native import Truth, native
-from trackmark.bench.metrics.preset import Answer, Column, Judged, Preset
+from trackmark.bench.metrics.native import GroundTruth, native
+from trackmark.bench.metrics.preset import Column, Preset, PresetResult, RunEstimates
 
 
-def judge(truth: Truth, answer: Answer) -> Judged:
-    """Return the scores of a run; there are no curves, as they need no thresholds."""
-    return Judged(native(truth, np.asarray(answer.boxes, np.float64), answer.visible), {})
+def judge(truth: GroundTruth, estimates: RunEstimates) -> PresetResult:
+    """Return the scores of a run; the preset has no thresholds and thus no curves."""
+    return PresetResult(
+        native(truth, np.asarray(estimates.boxes, np.float64), estimates.visible), {}
+    )
 
 
 PRESET = Preset(
     columns={
-        "evaluated_frames": Column("frames that count", None, None),
+        "evaluated_frames": Column("evaluated frames", None, None),
         "mean_overlap": Column("mean overlap, the area under the exact success curve"),
         "success_frames": Column("frames with an overlap of 0.5 or more", None),
-        "success_share": Column("share of these frames"),
-        "frames_inside": Column("frames with the estimated centre inside the truth", None),
-        "inside_share": Column("share of these frames"),
+        "success_share": Column("share of frames with an overlap of 0.5 or more"),
+        "frames_inside": Column("frames with the estimated centre in the ground-truth box", None),
+        "inside_share": Column("share of frames with the centre in the ground-truth box"),
         "first_loss": Column("first of 10 visible frames with the centre outside", None),
         "centre_error": Column("mean distance of the centres [px]", 0.0, "lower"),
         "centre_error_median": Column("median of this distance [px]", 0.0, "lower"),
         "centre_error_p90": Column("90th percentile of this distance [px]", 0.0, "lower"),
-        "normalised_centre_error": Column("mean distance in diagonals of the truth", 0.0, "lower"),
-        "malformed": Column("frames with a box that is none", 0.0, "lower"),
+        "normalised_centre_error": Column("mean distance in diagonals of the box", 0.0, "lower"),
+        "malformed": Column("frames with a malformed box", 0.0, "lower"),
         "absent_frames": Column("frames without target", None, None),
-        "absence_reported": Column("share of these reported as not visible", None),
+        "absence_reported": Column("share of frames without target with reported absence", None),
     },
     judge=judge,
 )

@@ -1,14 +1,14 @@
-"""Accuracy, robustness and expected average overlap of trackers begun again after failures.
+"""Accuracy, robustness and expected average overlap of trackers restarted after failures.
 
-The measures of VOT 2013 to 2019. A tracker whose region has no overlap with the truth has failed,
-and is initialised anew 5 frames later. Accuracy is the mean overlap without the frames of failure,
-those skipped, and 10 from every initialisation on; failures are counted; robustness is
-exp(-30 failures / frames). A sequence has the mean of its repetitions, all sequences the means
-weighted by their lengths. The expected average overlap is the mean, over lengths of 100 to 356
-frames (as in VOT2018), of the mean overlap of that many frames after an initialisation: zero after
-a failure, and without the pieces that end sooner with the sequence. Overlap is that of rasterised
-regions, cut off at the image; `exact` columns take areas as they are. Kristan et al., "A novel
-performance evaluation methodology for single-target trackers", TPAMI 2016.
+The measures of VOT 2013 to 2019. A tracker fails if its region does not overlap the ground truth,
+and is initialised again 5 frames later. Accuracy is the mean overlap without frames of failures,
+skipped frames and the 10 frames from each initialisation on. Robustness is exp(-30 failures /
+frames). Scores of a sequence are averaged over repetitions, then over sequences weighted by length.
+The expected average overlap is the mean, over lengths of 100 to 356 frames (as in VOT2018), of the
+mean overlap of that many frames after an initialisation. The overlap is 0 after a failure, and
+pieces that end sooner with the sequence are excluded. Overlaps are those of rasterised regions
+clipped to the image; `exact` columns use areas. Kristan et al., "A novel performance evaluation
+methodology for single-target trackers", TPAMI 2016.
 """
 
 from collections.abc import Iterable
@@ -17,91 +17,102 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from trackmark.bench.metrics.native import Truth
+from trackmark.bench.metrics.native import GroundTruth
 from trackmark.bench.metrics.preset import (
-    Answer,
     Axes,
     Column,
-    Judged,
+    FrameState,
     Preset,
+    PresetResult,
+    RunEstimates,
     Runs,
-    State,
-    alone,
-    started,
+    select_evaluated,
+    single_run_result,
 )
 from trackmark.bench.metrics.region_overlap import exact_overlap, raster_overlap
 
 _BURN_IN = 10
 _SENSITIVITY = 30.0
-_SHORTEST, _LONGEST = 100, 356
-_KINDS = {"": raster_overlap, "_exact": exact_overlap}
+_MIN_LENGTH, _MAX_LENGTH = 100, 356
+_OVERLAP_FUNCTIONS = {"": raster_overlap, "_exact": exact_overlap}
 
 
-def judge(truth: Truth, answer: Answer) -> Judged:
+def judge(truth: GroundTruth, estimates: RunEstimates) -> PresetResult:
     """Return the scores of a run, and its curve for a data set of this run alone.
 
-    Raises `ValueError` for a run without restart after a failure.
+    Raises `ValueError` for a run that was not restarted after a failure.
     """
-    run = started(truth, answer)
-    of_kind = {
-        kind: overlap_of(run.truth, run.estimate, run.size, run.shapes)
-        for kind, overlap_of in _KINDS.items()
+    run = select_evaluated(truth, estimates)
+    overlaps_by_kind = {
+        kind: overlap(run.truth, run.estimate, run.size, run.shapes)
+        for kind, overlap in _OVERLAP_FUNCTIONS.items()
     }
-    states = _states(of_kind[""], None if answer.states is None else answer.states[run.frames])
+    states = _check_states(
+        overlaps_by_kind[""],
+        None if estimates.states is None else estimates.states[run.frames],
+    )
     evidence = {"states": states}
-    for kind, overlaps in of_kind.items():
-        evidence[f"overlaps{kind}"] = np.where(states == State.TRACKED, overlaps, 0.0)
-    return alone(combine, evidence)
+    for kind, overlaps in overlaps_by_kind.items():
+        evidence[f"overlaps{kind}"] = np.where(states == FrameState.TRACKED, overlaps, 0.0)
+    return single_run_result(combine, evidence)
 
 
-def combine(runs: Runs) -> Judged:
+def combine(runs: Runs) -> PresetResult:
     """Return the scores of all runs, sequences weighted by their lengths."""
-    lengths = np.array([len(of[0].evidence["states"]) for of in runs], float)
+    lengths = np.array([len(group[0].evidence["states"]) for group in runs], float)
 
     def weighted(values: list[float]) -> float:
         return float(np.average(values, weights=lengths))
 
     failures = weighted(
-        [_mean((run.evidence["states"] == State.FAILED).sum() for run in of) for of in runs]
+        [
+            _mean((run.evidence["states"] == FrameState.FAILED).sum() for run in group)
+            for group in runs
+        ]
     )
     rate = failures / lengths.mean()
     scores = {"failures": failures, "robustness": float(np.exp(-_SENSITIVITY * rate))}
     curves = {}
-    for kind in _KINDS:
+    for kind in _OVERLAP_FUNCTIONS:
         scores[f"accuracy{kind}"] = weighted(
-            [_mean(_accuracy(run, kind) for run in of) for of in runs]
+            [_mean(_accuracy(run, kind) for run in group) for group in runs]
         )
-        curve = _expected([piece for of in runs for run in of for piece in _pieces(run, kind)])
-        part = curve[_SHORTEST : _LONGEST + 1]
+        curve = _expected(
+            [piece for group in runs for run in group for piece in _pieces(run, kind)]
+        )
+        part = curve[_MIN_LENGTH : _MAX_LENGTH + 1]
         scores[f"eao{kind}"] = float(part.mean()) if len(part) else np.nan
         scores["eao_lengths"] = float(len(part))
         curves[f"eao{kind}"] = np.column_stack([np.arange(len(curve)), curve])
     curves["accuracy_robustness"] = np.array([[scores["robustness"], scores["accuracy"]]])
-    return Judged({name: scores[name] for name in PRESET.columns}, curves)
+    return PresetResult({name: scores[name] for name in PRESET.columns}, curves)
 
 
-def _states(overlaps: NDArray[np.float64], given: NDArray[Any] | None) -> NDArray[np.int64]:
-    """Return the states of a run's frames, also of a one-pass run without failure."""
-    if given is None:
+def _check_states(overlaps: NDArray[np.float64], states: NDArray[Any] | None) -> NDArray[np.int64]:
+    """Return the states of the frames of a supervised run, or of a one-pass run without failure."""
+    if states is None:
         if (overlaps <= 0.0).any():
             raise ValueError(
-                "vot-supervised: the tracker failed, and was not begun again there; this preset "
-                "judges runs by --protocol supervised."
+                "vot-supervised: the tracker failed and was not restarted. Expected: runs by "
+                "--protocol supervised."
             )
-        given = np.full(len(overlaps), State.TRACKED)
-        given[0] = State.INITIALISED
-    states = np.asarray(given, np.int64)
-    if states.shape != overlaps.shape or states[0] != State.INITIALISED:
-        raise ValueError("a supervised run has a state a frame, the first one INITIALISED.")
-    after_failure = np.isin(states[:-1], (State.FAILED, State.SKIPPED))
-    follows = np.isin(states[1:], (State.SKIPPED, State.INITIALISED))
-    wrong = (follows != after_failure) | ~np.isin(states[1:], list(State))
+        states = np.full(len(overlaps), FrameState.TRACKED)
+        states[0] = FrameState.INITIALISED
+    states = np.asarray(states, np.int64)
+    if states.shape != overlaps.shape or states[0] != FrameState.INITIALISED:
+        raise ValueError(
+            f"The states of a supervised run have shape {states.shape}. Expected: "
+            f"{overlaps.shape}, with INITIALISED first."
+        )
+    after_failure = np.isin(states[:-1], (FrameState.FAILED, FrameState.SKIPPED))
+    follows = np.isin(states[1:], (FrameState.SKIPPED, FrameState.INITIALISED))
+    wrong = (follows != after_failure) | ~np.isin(states[1:], list(FrameState))
     if wrong.any():
         frame = int(wrong.argmax()) + 1
         raise ValueError(
-            f"a supervised run can't have the state {states[frame]} after {states[frame - 1]}, as "
-            f"it has {frame} frames from its first: after a failure, and only then, a tracker is "
-            "not asked or begun again."
+            f"Supervised run, {frame} frames after its first: state {states[frame]} after "
+            f"{states[frame - 1]}. Expected: SKIPPED or INITIALISED after FAILED or SKIPPED, else "
+            "FAILED or TRACKED."
         )
     return states
 
@@ -110,27 +121,27 @@ def _mean(values: Iterable[float]) -> float:
     return float(np.mean(list(values)))
 
 
-def _accuracy(run: Judged, kind: str) -> float:
-    """Return the mean overlap of the frames that count; 0 if none does."""
+def _accuracy(run: PresetResult, kind: str) -> float:
+    """Return the mean overlap of the frames that count; 0 without such frames."""
     states = run.evidence["states"]
-    counted = states == State.TRACKED
-    for start in np.flatnonzero(states == State.INITIALISED):
+    counted = states == FrameState.TRACKED
+    for start in np.flatnonzero(states == FrameState.INITIALISED):
         counted[start : start + _BURN_IN] = False
     return float(run.evidence[f"overlaps{kind}"][counted].mean()) if counted.any() else 0.0
 
 
-def _pieces(run: Judged, kind: str) -> Iterable[tuple[NDArray[np.float64], bool]]:
-    """Yield overlaps from every initialisation up to the failure, and whether there was one."""
+def _pieces(run: PresetResult, kind: str) -> Iterable[tuple[NDArray[np.float64], bool]]:
+    """Yield the overlaps from each initialisation to the failure, and whether there was one."""
     states, overlaps = run.evidence["states"], run.evidence[f"overlaps{kind}"]
-    failures = np.flatnonzero(states == State.FAILED)
-    for start in np.flatnonzero(states == State.INITIALISED):
+    failures = np.flatnonzero(states == FrameState.FAILED)
+    for start in np.flatnonzero(states == FrameState.INITIALISED):
         later = failures[failures > start]
         end = int(later[0]) if len(later) else len(states)
         yield overlaps[start:end], bool(len(later))
 
 
 def _expected(pieces: list[tuple[NDArray[np.float64], bool]]) -> NDArray[np.float64]:
-    """Return the mean overlap of the first frames after an initialisation, by their number."""
+    """Return the mean overlap of the first k frames after an initialisation, by k."""
     longest = max(len(overlaps) for overlaps, _ in pieces)
     total, count = np.zeros(longest), np.zeros(longest)
     numbers = np.maximum(np.arange(longest), 1)
@@ -146,10 +157,10 @@ def _expected(pieces: list[tuple[NDArray[np.float64], bool]]) -> NDArray[np.floa
 PRESET = Preset(
     columns={
         "accuracy": Column("mean overlap while tracking"),
-        "failures": Column("failures a sequence", 0.0, "lower"),
+        "failures": Column("failures per sequence", 0.0, "lower"),
         "robustness": Column("exp(-30 failures / frames)"),
         "eao": Column("expected average overlap over 100 to 356 frames", whole=True),
-        "eao_lengths": Column("of these 257 lengths those that occur", None, None, whole=True),
+        "eao_lengths": Column("number of these 257 lengths that occur", None, None, whole=True),
         "accuracy_exact": Column("accuracy by exact areas"),
         "eao_exact": Column("expected average overlap by exact areas", whole=True),
     },
@@ -161,6 +172,6 @@ PRESET = Preset(
         "accuracy_robustness": Axes("robustness", "accuracy"),
     },
     protocol="supervised",
-    agrees="vot-toolkit 0.7.1",
-    also=("vot", "vot-accuracy-robustness", "vot-eao"),
+    agrees_with="vot-toolkit 0.7.1",
+    aliases=("vot", "vot-accuracy-robustness", "vot-eao"),
 )

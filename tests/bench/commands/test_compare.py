@@ -2,13 +2,16 @@
 
 import json
 
+import pytest
+
+from tests.bench.commands.conftest import SMALL, TINY
 from trackmark.bench.experiments import tracker_spec
 from trackmark.bench.store.results import Results
 
-SCENES = "plain/target:length=12,plain/target:length=12:scene=1"
+pytestmark = pytest.mark.usefixtures("blank_figures")
 
-
-SIX_SCENES = ",".join(f"plain/target:length=12:scene={scene}" for scene in range(6))
+SIX_SCENES = ",".join(f"{TINY}:scene={scene}" for scene in range(6))
+SCENES = ",".join(SIX_SCENES.split(",")[:2])
 
 
 def test_compare_runs_missing_runs_and_writes_files(trackmark, workspace):
@@ -44,7 +47,7 @@ def test_pair_is_the_same_without_a_tracker_that_is_not_named(trackmark, workspa
 
 
 def test_single_sequence_has_a_difference_without_interval(trackmark):
-    one = ("--sequences", "plain/target:length=12")
+    one = ("--sequences", TINY)
     printed = trackmark("compare", "static", "camshift", *one).stdout
     assert "1 sequence: too few for intervals (6 needed)" in printed
     assert "Differences of mean overlap by sequence" in printed
@@ -70,7 +73,7 @@ def test_failed_runs_are_counted_and_named(trackmark, workspace, otb):
         assert len(trackers["trackers"]) == 2 - status
 
 
-def test_missing_run_is_executed_with_sequences_but_refused_in_results(trackmark, workspace):
+def test_missing_run_is_executed_or_refused_in_results(trackmark, workspace):
     trackmark("compare", "static", "camshift", "--sequences", SCENES, "--name", "gap")
     results = Results(workspace / "results/gap")
     asked = results.asked()
@@ -78,16 +81,16 @@ def test_missing_run_is_executed_with_sequences_but_refused_in_results(trackmark
     results.prepare(asked)
     results = ("compare", "--results", "results/gap")
     message = trackmark(*results, status=2).stderr
-    assert "tracker camshift, sequence plain/target:length=12" in message
+    assert "tracker camshift, sequence plain/target:height=64:length=12" in message
     assert "the run is missing" in message
     trackmark("compare", "static", "camshift", "--sequences", SCENES, "--name", "gap")
     trackmark(*results)
 
 
-def test_tracker_with_other_boxes_in_a_timing_run_is_not_repeatable(trackmark, workspace):
+def test_other_boxes_in_timing_run_are_not_repeatable(trackmark, workspace):
     text = (workspace / "knob.py").read_text()
     (workspace / "knob.py").write_text(text.replace("default_rng(self.seed)", "default_rng()"))
-    where = ("static", "knob.py:Knob", "--sequences", SCENES, "--name", "timed")
+    where = ("static", "knob.py:Knob", *SMALL, "--name", "timed")
     assert "not repeatable" not in trackmark("compare", *where).stdout
     run = ("run", "--trackers", "static,knob.py:Knob", *where[2:], "--timing")
     trackmark(*run)
@@ -135,9 +138,7 @@ def test_sequences_with_the_same_boxes_are_counted(trackmark, workspace, otb):
     assert differing == [False, True, False, False]
 
 
-def test_score_that_a_benchmark_averages_otherwise_is_called_mean_of_sequences(
-    trackmark, workspace
-):
+def test_differently_averaged_score_is_named_mean_of_sequences(trackmark, workspace):
     asked = ("compare", "static", "camshift", "--sequences", SCENES, "--metrics")
     said = trackmark(*asked, "got10k", "--folder", "paper").stdout
     title = "mean of sequences' AO (got10k)"
@@ -147,7 +148,7 @@ def test_score_that_a_benchmark_averages_otherwise_is_called_mean_of_sequences(
     assert json.loads(trackmark(*asked, "otb", "--json").stdout)["title"] == "success AUC (otb)"
 
 
-def test_nothing_is_printed_if_one_of_several_presets_refuses_the_runs(trackmark):
+def test_preset_that_refuses_runs_prevents_all_output(trackmark):
     longer = SCENES.replace("length=12", "length=40")  # in which a tracker fails
     asked = ("--sequences", longer, "--metrics", "otb,got10k,vot")
     said = trackmark("compare", "static", "camshift", *asked, status=2)

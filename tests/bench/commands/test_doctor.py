@@ -56,9 +56,10 @@ def test_doctor_counts_kernels_in_the_cache_folder_of_numba(
     trackmark_process, tmp_path, monkeypatch
 ):
     folder = tmp_path / "kernels"
-    monkeypatch.setenv("NUMBA_CACHE_DIR", str(folder))
-    subprocess.run([sys.executable, "-c", COMPILE], check=True)
-    kernels = json.loads(trackmark_process("doctor", "--json").stdout)["caches"]["compiled kernels"]
+    code = f"{COMPILE}; from trackmark.bench.cli import main; main(['doctor', '--json'])"
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(folder)}
+    output = subprocess.check_output([sys.executable, "-c", code], env=environment, text=True)
+    kernels = json.loads(output)["caches"]["compiled kernels"]
     assert kernels == f"1 in {folder}"
 
 

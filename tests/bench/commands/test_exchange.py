@@ -7,12 +7,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.bench.commands.conftest import json_lines
 from trackmark.bench.store.layout import cell_of
 from trackmark.bench.store.results import Results
 
 SHARED = Path(__file__).parents[4] / "shared"
 PUBLISHED = SHARED / "published"
 TWO = "data/Small,data/Other"
+pytestmark = pytest.mark.usefixtures("blank_figures")
+
 STATIC = ("run", "--trackers", "static", "--sequences")
 
 
@@ -30,10 +33,6 @@ def scores(workspace, preset, score, protocol=""):
     with (workspace / "report" / f"{protocol}metrics-{preset}.csv").open() as file:
         rows = [row for row in csv.DictReader(file) if row["measure"] == score]
     return {(row["tracker"], row["sequence"]): float(row["mean"]) for row in rows}
-
-
-def rows(done):
-    return [json.loads(line) for line in done.stdout.splitlines()]
 
 
 @pytest.mark.skipif(not PUBLISHED.is_dir(), reason="published boxes lie beside the project alone")
@@ -55,9 +54,7 @@ def test_published_boxes_give_the_published_scores(trackmark, workspace):
         assert successes[key] == pytest.approx(published, abs=1e-6)
 
 
-def test_report_adds_imported_results_and_leaves_stored_ones_as_they_are(
-    trackmark, workspace, imported
-):
+def test_report_adds_imported_results_and_stores_nothing(trackmark, workspace, imported):
     trackmark(*STATIC, TWO, "--name", "ours")
     before = sorted(path.name for path in (workspace / "results" / "ours").rglob("*"))
     options = ("--results-of", f"MINE={imported}", "--metrics", "native,otb", "--folder", "report")
@@ -74,7 +71,7 @@ def test_report_adds_imported_results_and_leaves_stored_ones_as_they_are(
 
 def test_compare_takes_imported_results_by_any_preset(trackmark, imported):
     options = ("--results-of", f"MINE={imported}", "--sequences", TWO, "--metrics", "otb,lasot")
-    first, second = rows(trackmark("compare", "static", *options, "--json"))
+    first, second = json_lines(trackmark("compare", "static", *options, "--json"))
     assert [(data["metrics"], data["measure"]) for data in (first, second)] == [
         ("otb", "success_auc"),
         ("lasot", "success_auc"),
@@ -102,7 +99,10 @@ def test_exported_results_are_imported_with_equal_scores(trackmark, imported, fo
     again = f"MINE={form}:there/MINE"
     trackmark("results", "import", again, "--sequences", TWO, "--name", "second")
     first, second = (
-        [row["scores"] for row in rows(trackmark("results", "list", f"results/{name}", "--json"))]
+        [
+            row["scores"]
+            for row in json_lines(trackmark("results", "list", f"results/{name}", "--json"))
+        ]
         for name in ("first", "second")
     )
     assert len(first) == 2
@@ -110,7 +110,7 @@ def test_exported_results_are_imported_with_equal_scores(trackmark, imported, fo
     assert np.isfinite([row["mean_overlap"] for row in first]).all()
 
 
-def test_restarted_imported_runs_are_judged_by_presets_of_their_protocol(trackmark, workspace, otb):
+def test_imported_restarted_runs_need_presets_of_protocol(trackmark, workspace, otb):
     otb(workspace / "data" / "Other", 12)
     file = workspace / "theirs" / "baseline" / "Other" / "Other_001.txt"
     file.parent.mkdir(parents=True)
@@ -126,11 +126,11 @@ def test_restarted_imported_runs_are_judged_by_presets_of_their_protocol(trackma
 def test_commands_give_scores_by_presets(trackmark):
     run = (*STATIC, "data/Small")
     for _ in range(2):  # the second time the run is stored
-        (row,) = rows(trackmark(*run, "--json", "--metrics", "otb,vot"))
+        (row,) = json_lines(trackmark(*run, "--json", "--metrics", "otb,vot"))
         assert row["scores"]["mean_overlap"] == 1
         assert row["metrics"]["otb"]["success_auc"] == pytest.approx(20 / 21)
         assert row["metrics"]["vot-supervised"]["eao"] is None  # too short
-    assert "metrics" not in rows(trackmark(*run, "--json"))[0]
+    assert "metrics" not in json_lines(trackmark(*run, "--json"))[0]
     trackmark("baseline", "mine", *run[1:])
     for command in (run, ("report", "results"), ("check", "mine")):
         assert "metrics preset lasot." in trackmark(*command, "--metrics", "lasot").stdout
@@ -141,7 +141,7 @@ def test_exported_times_are_those_of_updates(trackmark, workspace):
     run = (*STATIC, "data/Small", "--name", "ours")
     trackmark(*run)
     stored = Results(workspace / "results/ours")
-    (row,) = rows(trackmark("results", "list", "results/ours", "--json"))
+    (row,) = json_lines(trackmark("results", "list", "results/ours", "--json"))
     update = stored.read(cell_of(row)).circumstances["update_seconds"]
 
     def exported(form, name):

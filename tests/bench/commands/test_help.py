@@ -10,20 +10,30 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
+from tests.bench.commands.conftest import unwrapped
 from trackmark import bench, trackers
 from trackmark.bench.commands import describe
+from trackmark.bench.commands.results import command as results_command
 
 SCRIPT = Path(sys.executable).parent / "trackmark"
 COMMANDS = sorted(file.stem for file in (Path(bench.__file__).parent / "commands").glob("[!_]*.py"))
 
 
-def test_every_command_is_listed_and_has_help(trackmark):
+def test_every_command_is_listed_and_has_complete_help(trackmark):
     overview = trackmark("--help").stdout
-    for command in COMMANDS:
-        assert f"\n  {command} " in overview
-        usage, blank, *_ = trackmark(command, "--help").stdout.splitlines()
+    results = [f"results {name}" for name in sorted(results_command.commands)]
+    for command in [*COMMANDS, *results]:
+        text = trackmark(*command.split(), "--help").stdout
+        usage, blank, summary, *lines = text.splitlines()
         assert usage.startswith(f"Usage: trackmark {command}")
         assert blank == ""
+        assert len(summary.strip()) <= 70
+        if command != "results":
+            assert f"  For example:\n    trackmark {command}" in text
+            assert "  Exit codes: 0 " in text
+            assert "Options:" not in lines
+        if command in COMMANDS:
+            assert f"{command} {summary.strip()}" in unwrapped(overview)
 
 
 @pytest.mark.parametrize(
@@ -92,12 +102,11 @@ def test_lists_and_descriptions_have_their_data(trackmark):
         for scene in ("", ":scene=1")
     ]
     assert prints[0] != prints[1]
-    measured = data("describe", "samples/bow-tie", "--attributes")["measured"]
-    assert len(measured["motion"]["frames"]) == 120
-    assert measured["motion"]["frames"][0] is None
-    assert measured["motion"]["value"] > 0
+    measured = data("describe", "data/Small", "--attributes")["measured"]
+    assert measured["motion"]["frames"] == [None, 0, 0, 0, 0]
+    assert measured["motion"]["value"] == 0
     assert measured["visibility"]["value"] is None
-    assert "measured" not in data("describe", "samples/bow-tie")
+    assert "measured" not in data("describe", "data/Small")
 
 
 def test_doctor_finds_no_problem_and_lists_versions(trackmark):
@@ -132,7 +141,7 @@ def test_demo_runs_and_draws_its_pictures(trackmark_process, workspace):
     assert (folder / "times.csv").is_file()
 
 
-def test_tracker_without_its_library_is_described_with_the_remedy(monkeypatch):
+def test_tracker_without_library_is_described_with_remedy(monkeypatch):
     def describe_nothing(name):
         raise trackers.TrackerError(f"tracker {name!r} can't be used here: install a library.")
 

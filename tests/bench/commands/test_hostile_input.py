@@ -149,7 +149,7 @@ def test_files_of_check_hold_any_text_or_refuse_it(trackmark, workspace, break_t
     assert "ValueError: red" in (workspace / "check.md").read_text()
 
 
-def test_published_trackers_may_have_names_that_pandas_takes_for_gaps(trackmark, workspace, two):
+def test_published_tracker_may_be_named_like_missing_value(trackmark, workspace, two):
     trackmark("run", "--trackers", "static", *BOTH, "--name", "ours")
     compare = ("compare", "--results", "results/ours", "--published", "published.csv")
     for name in ("NA", "nan", "None", "null"):

@@ -1,6 +1,5 @@
 """`trackmark results`, `report` and `show`: stored runs listed, merged, tabled and drawn."""
 
-import json
 import shutil
 from collections import Counter
 
@@ -8,17 +7,15 @@ import av
 import cv2
 import pytest
 
+from tests.bench.commands.conftest import SMALL, json_lines
 from trackmark import bench
 from trackmark.bench.store import index, results
 
-SMALL = ("--sequences", "data/Small")
+pytestmark = pytest.mark.usefixtures("blank_figures")
+
 MINE = ("run", "--name", "mine", "--trackers")
 STATIC = (*MINE, "static", "--sequences")
 KNOB = (*MINE, "static,knob.py:Knob", *SMALL)
-
-
-def rows(done):
-    return [json.loads(line) for line in done.stdout.splitlines()]
 
 
 def test_results_are_listed_merged_and_removed(trackmark, workspace):
@@ -31,7 +28,7 @@ def test_results_are_listed_merged_and_removed(trackmark, workspace):
     assert len(bench.load_results(workspace / "results" / "c")) == 2
     removed = trackmark("results", "remove", "results/c", "--tracker", "cam*", "--yes")
     assert "Removed 1 runs" in removed.stdout
-    left = rows(trackmark("results", "list", "results/c", "--json"))
+    left = json_lines(trackmark("results", "list", "results/c", "--json"))
     assert [row["tracker"] for row in left] == ["static"]
     nothing = trackmark("results", "remove", "results/c", "--failed", "--yes").stdout
     assert nothing == "No run matches; nothing was removed.\n"
@@ -63,7 +60,7 @@ def test_log_has_start_units_failures_and_end(trackmark, one_line, workspace, br
     assert "start of mine: 2 runs (0 done, 0 failed, 0 stale, 2 left)" in text
     assert "failed: knob.py:Knob, repetition 0: 0002.png: ValueError: no idea" in text
     assert "finished after" in text
-    events = rows(trackmark("results", "log", "--json"))
+    events = json_lines(trackmark("results", "log", "--json"))
     units = [event for event in events if event["event"] == "unit"]
     assert [event["event"] for event in events] == ["start", *["unit"] * len(units), "end"]
     assert sum(len(runs) for unit in units for runs in unit["runs"].values()) == 2
@@ -123,7 +120,7 @@ def test_report_on_several_experiments_names_each(trackmark, workspace):
 
 
 def test_report_of_tables_opens_no_sequence_and_no_run(trackmark, monkeypatch, workspace):
-    trackmark(*STATIC, "data/Small,samples/face")
+    trackmark(*STATIC, "data/Small")
     for name in ("datasets.load", "bench.store.results.Results.read"):
         monkeypatch.setattr(f"trackmark.{name}", lambda *_, **__: pytest.fail("it was opened"))
     trackmark("report", "results/mine", "--folder", "report", "--no-pictures")
@@ -138,12 +135,11 @@ def test_report_of_tables_opens_no_sequence_and_no_run(trackmark, monkeypatch, w
 def test_film_strips_are_drawn_of_unchanged_data_only(trackmark, one_line, workspace, monkeypatch):
     for name in ("a|b", "a-b"):
         shutil.copytree(workspace / "data" / "Small", workspace / "data" / name)
-    trackmark(*STATIC, "data/Small,samples/face,data/a|b,data/a-b")
+    trackmark(*STATIC, "data/Small,data/a|b,data/a-b")
     trackmark("report", "results/mine", "--folder", "first")
     assert len(list((workspace / "first").glob("strip-a-b-*.png"))) == 2
     assert len(list((workspace / "first").glob("frames-a-b-*.png"))) == 2
     assert (workspace / "first" / "strip-Small.png").is_file()
-    assert (workspace / "first" / "strip-samples-face.png").is_file()
     truth = workspace / "data" / "Small" / "groundtruth_rect.txt"
     truth.write_text(truth.read_text().replace("5,6,10,12", "5,6,10,13", 1))
     monkeypatch.setattr("trackmark.bench.pages.report_figures.write_for_papers", lambda *_: [])

@@ -1,6 +1,5 @@
 """`trackmark run`: output, stored results, exit status, and errors of the data."""
 
-import json
 import re
 import shlex
 import shutil
@@ -11,24 +10,15 @@ import cv2
 import numpy as np
 import pytest
 
+from tests.bench.commands.conftest import SMALL, json_lines
 from trackmark import bench
 from trackmark.bench.commands._options import memory_size
 from trackmark.bench.engine.work_unit import Limits
 from trackmark.bench.store.results import Results
 
-SMALL = ("--sequences", "data/Small")
 MINE = ("run", "--name", "mine", "--trackers")
 RUN = (*MINE, "static", "--sequences")
 KNOB = (*MINE, "static,knob.py:Knob", *SMALL)
-
-
-def rows(done):
-    """Return the objects of --json, which hold no NaN."""
-
-    def refuse(constant):
-        raise AssertionError(f"{constant} is not JSON")
-
-    return [json.loads(line, parse_constant=refuse) for line in done.stdout.splitlines()]
 
 
 def test_run_prints_a_table_and_the_results_folder(trackmark, workspace):
@@ -64,7 +54,7 @@ def test_default_name_depends_on_trackers_sequences_and_truth(trackmark, workspa
 
 
 def test_json_has_one_line_per_run_with_its_scores(trackmark):
-    runs = rows(trackmark(*KNOB, "--seeds", 2, "--json"))
+    runs = json_lines(trackmark(*KNOB, "--seeds", 2, "--json"))
     assert {(row["tracker"], row["repetition"]) for row in runs} == {
         ("static", 0),
         ("knob.py:Knob", 0),
@@ -74,7 +64,7 @@ def test_json_has_one_line_per_run_with_its_scores(trackmark):
     assert static["scores"]["mean_overlap"] == 1.0
     assert static["scores"]["absence_reported"] is None
     assert "stamp" not in static
-    assert rows(trackmark(*RUN, "data/Small", "--json")) == [static]
+    assert json_lines(trackmark(*RUN, "data/Small", "--json")) == [static]
 
 
 def test_experiment_file_sets_trackers_and_repetitions(trackmark, workspace):
@@ -86,7 +76,7 @@ def test_experiment_file_sets_trackers_and_repetitions(trackmark, workspace):
     )
     assert "Mine" in trackmark("run", "trial.toml").stdout
     assert len(bench.load_results(workspace / "results" / "trial")) == 4
-    (plan,) = rows(trackmark("run", "trial.toml", "--seeds", 4, "--dry-run", "--json"))
+    (plan,) = json_lines(trackmark("run", "trial.toml", "--seeds", 4, "--dry-run", "--json"))
     assert (plan["runs"], plan["to_run"]) == (6, 2)
 
 
@@ -116,7 +106,7 @@ def test_failed_runs_are_listed_by_the_printed_command(
     assert "knob.py:Knob on Small, repetition 0: boxes of 1 of 5 frames" in text
     assert "in update" in text
     assert "| last words" in text
-    (row,) = rows(trackmark(*command, "--json"))
+    (row,) = json_lines(trackmark(*command, "--json"))
     assert row["output"] == "last words\n"
     assert "1 of 1 failed" in trackmark("report", f"results/{name}", status=1).stdout
 
@@ -156,7 +146,7 @@ def test_bad_ground_truth_is_named_with_its_file(
     assert name in message
 
 
-def test_damaged_image_is_one_message_and_other_sequences_are_run(trackmark, workspace, otb):
+def test_damaged_image_costs_only_its_sequence(trackmark, workspace, otb):
     file = otb(workspace / "data" / "Broken", 6) / "img" / "0004.png"
     content = file.read_bytes()
     file.write_bytes(content[:90])
@@ -177,7 +167,7 @@ def test_image_with_a_huge_size_is_refused_by_its_header(trackmark, one_line, wo
     check = zlib.crc32(head).to_bytes(4, "big")
     image.write_bytes(image.read_bytes()[:12] + head + check + image.read_bytes()[33:])
     message = one_line(trackmark(*RUN, "data/Small", status=2))
-    assert f"{number:04}.png: frame {number - 1} can't be read (it claims 60000x60000" in message
+    assert f"{number:04}.png: frame {number - 1} cannot be read (it claims 60000x60000" in message
     assert not [cell for file in workspace.glob("results/*") for cell in Results(file).cells()]
 
 
@@ -219,9 +209,7 @@ def test_stale_runs_are_announced_replaced_and_never_averaged(trackmark, workspa
     assert "1 of 3 stale" in trackmark("report", "results/mine").stdout
 
 
-def test_failures_of_replaced_runs_are_printed_once_before_and_after(
-    trackmark, break_tracker, workspace
-):
+def test_failures_of_replaced_runs_are_printed_once_each(trackmark, break_tracker, workspace):
     knob = (*MINE, "knob.py:Knob", *SMALL)
     break_tracker()
     trackmark(*knob, status=1)
@@ -270,7 +258,7 @@ def test_dry_run_prints_the_plan_and_writes_nothing(trackmark, workspace):
     assert "first frames on the shortest sequence" in text
     assert not (workspace / "results").exists()
     trackmark(*knob, 2)
-    (plan,) = rows(trackmark(*knob, 3, "--dry-run", "--json"))
+    (plan,) = json_lines(trackmark(*knob, 3, "--dry-run", "--json"))
     assert plan["trackers"]["_knob.py:Knob"] == {"done": 2, "failed": 0, "stale": 0, "left": 1}
     assert (plan["runs"], plan["to_run"], plan["units"]) == (4, 1, 1)
     assert 0 < plan["seconds"][0] <= plan["seconds"][1]

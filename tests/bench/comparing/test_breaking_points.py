@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from trackmark import datasets
+from trackmark.bench.comparing import breaking_points
 from trackmark.bench.comparing.breaking_points import (
     BreakingPoints,
     Knob,
@@ -135,7 +136,8 @@ def test_sequence_that_is_too_short_is_refused():
         RunSequences(["nowhere"])
 
 
-def test_tables_and_curves_have_the_numbers(tmp_path):
+def test_tables_and_curves_have_the_numbers(tmp_path, monkeypatch):
+    monkeypatch.setattr(breaking_points, "PLACES", np.linspace(0, 1, 21))  # coarse curves
     series = [ended(name, NOISE, half) for name, half in (("a", 0.3), ("b", 0.5), ("c", 3.0))]
     result = BreakingPoints(series, "a", {"a": [0.3, 0.4], "b": [0.6, 0.7], "c": [0.8, 0.9]})
     points, agreement, severity, runs = tables(result, whole=True)

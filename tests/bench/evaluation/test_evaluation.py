@@ -209,7 +209,7 @@ def test_tracker_instance_is_refused(make_sequence):
 
 def test_sequence_without_ground_truth_is_refused(make_sequence):
     sequence = make_sequence(n=4, absent=range(4))
-    with pytest.raises(SequenceError, match="no truth"):
+    with pytest.raises(SequenceError, match="no ground truth"):
         bench.evaluate("static", sequence)
 
 

@@ -35,7 +35,7 @@ def test_boxes_of_any_origin_are_scored():
 
 def test_unknown_preset_or_trace_is_refused(make_sequence):
     sequence = make_sequence()
-    with pytest.raises(ValueError, match=r"'otbx'\. Did you mean 'otb'\? Known: .*native"):
+    with pytest.raises(ValueError, match=r"'otbx'\. Did you mean 'otb'\? Expected: .*native"):
         bench.score_boxes(sequence.boxes, sequence, "otbx")
     with pytest.raises(ValueError, match="unknown trace"):
         bench.score(bench.evaluate("static", sequence), sequence, trace="later")

@@ -14,7 +14,7 @@ from trackmark.bench.exchange.importing import (
     parse_imported_tracker,
 )
 from trackmark.bench.exchange.result_format import ExchangeError, ResultRows
-from trackmark.bench.metrics.preset import State
+from trackmark.bench.metrics.preset import FrameState
 from trackmark.bench.store.results import Results
 
 FRAMES = 12
@@ -125,12 +125,16 @@ def test_confidences_make_the_round_trip(kind, tmp_path):
 
 @pytest.mark.parametrize("kind", ["pysot", "vot"])
 def test_states_of_supervised_runs_make_the_round_trip(kind, tmp_path):
-    states = np.full(FRAMES, State.TRACKED)
-    states[[0, 8]], states[3], states[4:8] = State.INITIALISED, State.FAILED, State.SKIPPED
+    states = np.full(FRAMES, FrameState.TRACKED)
+    states[[0, 8]], states[3], states[4:8] = (
+        FrameState.INITIALISED,
+        FrameState.FAILED,
+        FrameState.SKIPPED,
+    )
     write_results(kind, tmp_path / "theirs", ResultRows(digit_boxes(), states=states))
     (run,) = import_tracker(kind, tmp_path / "theirs", digit_boxes(), tmp_path / "results")
     np.testing.assert_array_equal(run.states, states)
-    np.testing.assert_array_equal(np.isfinite(run.boxes[1:, 0]), states[1:] == State.TRACKED)
+    np.testing.assert_array_equal(np.isfinite(run.boxes[1:, 0]), states[1:] == FrameState.TRACKED)
 
 
 @every_format

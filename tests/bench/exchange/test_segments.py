@@ -21,7 +21,7 @@ from trackmark.bench.exchange.importing import (
     parse_imported_tracker,
 )
 from trackmark.bench.exchange.result_format import ExchangeError
-from trackmark.bench.metrics.preset import Answer, Target
+from trackmark.bench.metrics.preset import GroundTruthArrays, RunEstimates
 from trackmark.bench.store.asked import Asked
 from trackmark.bench.store.results import Results
 from trackmark.bench.store.truth import write_truth
@@ -203,7 +203,7 @@ def test_vot_anchors_are_read_in_both_directions(tmp_path):
     assert run.identity.protocol == "anchors"
     assert run.states is None
     assert [frames.tolist() for frames in run.segments] == [[*range(12)], [*range(9, -1, -1)]]
-    target = Target(truth, visibility=np.full(12, np.nan), image_size=(100, 100))
+    target = GroundTruthArrays(truth, visibility=np.full(12, np.nan), image_size=(100, 100))
     assert judge(run, target, "vot-anchor").scores["robustness"] == 1
     assert judge(run, target, "native").scores["mean_overlap"] == 1
     binaries = write_anchor_files(tmp_path / "binary", {"bag_00000003.bin": truth[3:]})
@@ -280,7 +280,9 @@ def test_otb_tre_of_the_toolkits_starts_is_scored_as_its_mean(tmp_path):
     parts = judge(run, sequence, "otb").parts
     assert len(parts) == 20
     for start, boxes, part in zip(starts, segments, parts, strict=True):
-        alone = metrics.preset("otb").judge(Target(sequence.boxes[start:]), Answer(boxes))
+        alone = metrics.preset("otb").judge(
+            GroundTruthArrays(sequence.boxes[start:]), RunEstimates(boxes)
+        )
         assert part.scores == pytest.approx(alone.scores)
 
 

@@ -9,7 +9,7 @@ import pytest
 from tests.bench.exchange import toolkit_files
 from trackmark.bench import metrics
 from trackmark.bench.evaluation.scoring import judge
-from trackmark.bench.metrics.preset import Answer
+from trackmark.bench.metrics.preset import RunEstimates
 from trackmark.bench.store.results import Results
 from trackmark.bench.store.truth import read_truth
 
@@ -33,7 +33,7 @@ def judge_runs(folder, preset, origin=None):
         if origin is not None:
             shift = np.array([origin, origin, 0, 0])
             shifted = replace(truth, boxes=truth.boxes + shift)
-            judgement = metrics.preset(preset).judge(shifted, Answer(run.boxes + shift))
+            judgement = metrics.preset(preset).judge(shifted, RunEstimates(run.boxes + shift))
         runs.setdefault(key.sequence, []).append(judgement)
     return runs
 

@@ -120,7 +120,7 @@ def test_tracker_in_a_file_has_a_label_of_file_class_and_name(own, options, labe
     assert spec.file == own
 
 
-def test_classes_of_one_file_under_one_name_have_different_versions(own):
+def test_classes_of_one_file_have_different_versions(own):
     own.write_text(PLUGIN + PLUGIN.replace("class Own", "class Other"))
     first, second = parse_trackers([f"{own}:Own:as=mine", f"{own}:Other:as=mine"]).values()
     assert first.label == second.label == "mine"
@@ -139,10 +139,9 @@ def test_version_changes_with_the_source_of_the_tracker(own):
     assert "numpy" in before["libraries"]
 
 
-def test_sealed_tracker_has_its_sealed_version_until_its_source_changes(monkeypatch):
-    monkeypatch.setattr(
-        module, "find_version", lambda name, file: VersionEntry(["first"], TREE, {}, ["numpy"])
-    )
+def test_sealed_tracker_keeps_version_until_source_changes(monkeypatch):
+    entry = VersionEntry(["first"], TREE, {}, ["numpy"])
+    monkeypatch.setattr(module, "find_version", lambda name, file: entry)
     monkeypatch.setattr(module, "source_digest", lambda file, package: (TREE, {"scipy": "1"}))
     numpy = {"numpy": metadata.version("numpy")}
     assert parse_tracker("camshift").version == {"source": "first", "libraries": numpy}
@@ -162,7 +161,7 @@ def test_tracker_in_a_file_has_no_seal_under_a_built_in_name(own):
     assert version == source_digest(file, PACKAGE)[0]
 
 
-def test_version_follows_imports_of_the_file_within_its_folder_and_package(tmp_path):
+def test_version_depends_on_imports_within_folder_and_package(tmp_path):
     for folder in ("mine", "mine/sub", "parts"):
         (tmp_path / folder).mkdir()
         (tmp_path / folder / "__init__.py").write_text("")

@@ -2,13 +2,13 @@
 
 import numpy as np
 
-from trackmark.bench.metrics.preset import Answer, State, Target
+from trackmark.bench.metrics.preset import FrameState, GroundTruthArrays, RunEstimates
 
 SIZE = (320, 240)
 
 
 def truth_of(boxes, **further):
-    return Target(np.asarray(boxes, float), **{"image_size": SIZE, **further})
+    return GroundTruthArrays(np.asarray(boxes, float), **{"image_size": SIZE, **further})
 
 
 def walk(n, seed=0):
@@ -28,16 +28,16 @@ def noisy(truth, scale=4.0, seed=1):
 
 def states_of(n, failures=(), skip=5):
     """States of a supervised run of n frames that failed in some."""
-    states = np.full(n, State.TRACKED)
-    states[:1] = State.INITIALISED
+    states = np.full(n, FrameState.TRACKED)
+    states[:1] = FrameState.INITIALISED
     for frame in failures:
-        states[frame] = State.FAILED
-        states[frame + 1 : frame + skip] = State.SKIPPED
-        states[frame + skip : frame + skip + 1] = State.INITIALISED
+        states[frame] = FrameState.FAILED
+        states[frame + 1 : frame + skip] = FrameState.SKIPPED
+        states[frame + skip : frame + skip + 1] = FrameState.INITIALISED
     return states
 
 
 def answer_of(boxes, **further):
     """An answer that every preset takes."""
     boxes = np.asarray(boxes, float)
-    return Answer(boxes, **{"states": states_of(len(boxes)), **further})
+    return RunEstimates(boxes, **{"states": states_of(len(boxes)), **further})

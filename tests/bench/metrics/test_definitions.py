@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from tests.bench.metrics import toolkits
 from tests.bench.metrics.made import SIZE, answer_of, noisy, states_of, truth_of, walk
 from trackmark.bench import metrics
-from trackmark.bench.metrics.preset import Answer, Target
+from trackmark.bench.metrics.preset import GroundTruthArrays, RunEstimates
 from trackmark.bench.metrics.region_overlap import exact_overlap, raster_overlap
 
 SHARED = Path(__file__).parents[3].parent / "shared"
@@ -199,7 +199,9 @@ def test_got10k_counts_frames_of_every_cover_level_except_0(cover):
     visible = (0.0, 0.075, 0.225, 0.375, 0.525, 0.675, 0.825, 0.95, 1.0)[cover]
     visibility = np.array([1, visible, 1])
     estimates = boxes + [[0, 0, 0, 0], [100, 0, 0, 0], [0, 0, 0, 0]]
-    judged = metrics.preset("got10k").judge(Target(boxes, visibility=visibility), Answer(estimates))
+    judged = metrics.preset("got10k").judge(
+        GroundTruthArrays(boxes, visibility=visibility), RunEstimates(estimates)
+    )
     assert judged.scores["ao"] == (0.5 if cover else 1.0)
 
 
@@ -282,17 +284,17 @@ def test_one_pass_run_without_failure_is_a_supervised_one():
     boxes = noisy(truth)
 
     def judged(states):
-        return preset.judge(truth_of(truth), Answer(boxes, states=states)).scores
+        return preset.judge(truth_of(truth), RunEstimates(boxes, states=states)).scores
 
     assert judged(None) == judged(states_of(150))
     boxes[70] += 900
-    with pytest.raises(ValueError, match="failed, and was not begun again there"):
+    with pytest.raises(ValueError, match="the tracker failed and was not restarted"):
         judged(None)
     failed = judged(states_of(150, [70]))
     assert failed["failures"] == 1
     assert failed["robustness"] == pytest.approx(np.exp(-30 / 150))
     for states in states_of(149), np.full(150, 3):
-        with pytest.raises(ValueError, match="a state a frame, the first one INITIALISED"):
+        with pytest.raises(ValueError, match=r"Expected: .*, with INITIALISED first"):
             judged(states)
 
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from tests.bench.metrics.made import SIZE, answer_of, noisy, truth_of, walk
 from trackmark.bench import metrics
-from trackmark.bench.metrics.preset import Answer
+from trackmark.bench.metrics.preset import RunEstimates
 from trackmark.bench.store.index import SCORED_BY
 
 N = 400
@@ -24,7 +24,7 @@ MALFORMED = [
 ]
 ROOMS = Path(metrics.__file__).parent
 
-every_preset = pytest.mark.parametrize("name", metrics.names())
+every_preset = pytest.mark.parametrize("name", metrics.preset_names())
 
 
 def judge(name, truth, boxes, **further):
@@ -39,11 +39,11 @@ def shares_of(name, judged):
 
 def test_preset_is_found_by_file_and_alias():
     files = {path.stem for path in (ROOMS / "presets").glob("*.py")} - {"__init__"}
-    assert {name.replace("-", "_") for name in metrics.names()} == files
+    assert {name.replace("-", "_") for name in metrics.preset_names()} == files
     assert metrics.preset("vot-eao") is metrics.preset("vot-supervised")
     assert metrics.preset("otb100-auc") is metrics.preset("otb")
-    assert (metrics.knows("vot"), metrics.knows("votes")) == (True, False)
-    with pytest.raises(ValueError, match=r"'lasott'\. Did you mean 'lasot'\? Known: got10k, "):
+    assert (metrics.is_preset("vot"), metrics.is_preset("votes")) == (True, False)
+    with pytest.raises(ValueError, match=r"'lasott'\. Did you mean 'lasot'\? Expected: got10k, "):
         metrics.preset("lasott")
 
 
@@ -58,7 +58,7 @@ def test_index_depends_on_all_modules_that_define_its_scores():
 @every_preset
 def test_preset_has_definition_and_meanings(name):
     preset = metrics.preset(name)
-    summary, _, paragraph = metrics.definition(name).partition("\n\n")
+    summary, _, paragraph = metrics.read_definition(name).partition("\n\n")
     assert summary.endswith(".")
     assert len(paragraph) > 200
     assert preset.protocol in ("one pass", "supervised", "anchors")
@@ -104,7 +104,7 @@ def test_shares_stay_in_range_without_target_and_beyond_the_border(name):
         assert all(0 <= value <= 1 for value in shares_of(name, judge(name, truth, boxes)).values())
     seen = np.isfinite(absent).all(axis=1)
     judge(name, absent, TRUTH, visible=seen, confidence=seen * 0.5)
-    metrics.preset(name).judge(truth_of(TRUTH), Answer(TRUTH.tolist()))  # boxes alone
+    metrics.preset(name).judge(truth_of(TRUTH), RunEstimates(TRUTH.tolist()))  # boxes alone
 
 
 @every_preset
@@ -125,10 +125,10 @@ def test_scores_begin_after_the_first_frame_with_a_target(name):
 def test_missing_rows_and_missing_ground_truth_are_refused(name):
     truth = walk(9)
     for target, boxes, message in (
-        (truth, truth[:8], r"shape \(8, 4\), the truth \(9, 4\)"),
-        (truth * np.nan, truth, "no truth"),
+        (truth, truth[:8], r"shape \(8, 4\). Expected: \(9, 4\)"),
+        (truth * np.nan, truth, "no frame with a target"),
         (truth, np.empty((0, 4)), r"shape \(0, 4\)"),
-        (np.empty((0, 4)), np.empty((0, 4)), "no truth"),
+        (np.empty((0, 4)), np.empty((0, 4)), "no frame with a target"),
     ):
         with pytest.raises(ValueError, match=message):
             judge(name, target, boxes)

@@ -107,7 +107,9 @@ def test_memory_layout_of_masks_does_not_matter():
 
 @pytest.mark.parametrize("measure", [region_similarity, contour_accuracy])
 def test_masks_of_different_shapes_are_refused(measure):
-    with pytest.raises(ValueError, match=r"the mask has shape \(3, 4\), the truth \(4, 3\)"):
+    with pytest.raises(
+        ValueError, match=r"The estimated mask has shape \(3, 4\). Expected: \(4, 3\)"
+    ):
         measure(np.ones((3, 4), bool), np.ones((4, 3), bool))
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from tests.bench.metrics import toolkits
 from trackmark.bench import metrics
-from trackmark.bench.metrics.preset import Answer, Target
+from trackmark.bench.metrics.preset import GroundTruthArrays, RunEstimates
 from trackmark.bench.metrics.region_overlap import exact_overlap, raster_overlap
 
 SEQUENCES = range(3)
@@ -25,7 +25,9 @@ def close(value):
 
 
 def target(i, absent=True, visibility=np.nan):
-    return Target(toolkits.truth(i, absent), image_size=toolkits.SIZE, visibility=visibility)
+    return GroundTruthArrays(
+        toolkits.truth(i, absent), image_size=toolkits.SIZE, visibility=visibility
+    )
 
 
 def judged(name, answer, runs=(0,), **of):
@@ -36,7 +38,7 @@ def judged(name, answer, runs=(0,), **of):
 
 def test_otb_is_got10ks_experiment():
     found = recorded("got10k")["otb"]
-    runs = judged("otb", lambda i, run: Answer(toolkits.estimate(i, run)), absent=False)
+    runs = judged("otb", lambda i, run: RunEstimates(toolkits.estimate(i, run)), absent=False)
     for i in SEQUENCES:
         (run,), theirs = runs[i], found["seq_wise"][str(i)]
         assert run.scores["success_auc"] == close(theirs["success_score"])
@@ -57,7 +59,7 @@ def test_got10k_is_got10ks_experiment_with_boxes_moved_in_and_all_frames_alike()
         [
             preset.judge(
                 target(i, absent=False, visibility=toolkits.cover(i) / 8),
-                Answer(toolkits.estimate(i, run)),
+                RunEstimates(toolkits.estimate(i, run)),
             )
             for run in (0, 1)
         ]
@@ -77,7 +79,7 @@ def test_vot_supervised_is_vot_toolkits_analysis():
     found = recorded("vot")["supervised"]
     runs = judged(
         "vot-supervised",
-        lambda i, run: Answer(toolkits.estimate(i, run), states=toolkits.states(i, run)),
+        lambda i, run: RunEstimates(toolkits.estimate(i, run), states=toolkits.states(i, run)),
         runs=(0, 1),
     )
     preset = metrics.preset("vot-supervised")
@@ -105,8 +107,10 @@ def test_vot_anchor_is_vot_toolkits_analysis():
         runs.append(
             [
                 preset.judge(
-                    Target(toolkits.from_anchor(truth, anchor), image_size=toolkits.SIZE),
-                    Answer(toolkits.from_anchor(boxes, anchor), of=len(truth)),
+                    GroundTruthArrays(
+                        toolkits.from_anchor(truth, anchor), image_size=toolkits.SIZE
+                    ),
+                    RunEstimates(toolkits.from_anchor(boxes, anchor), n_sequence_frames=len(truth)),
                 )
                 for anchor in toolkits.ANCHORS[i]
             ]
@@ -124,7 +128,7 @@ def test_long_term_is_vot_toolkits_analysis():
     found = recorded("vot")["longterm"]
     runs = judged(
         "long-term",
-        lambda i, run: Answer(toolkits.estimate(i), confidence=toolkits.confidence(i)),
+        lambda i, run: RunEstimates(toolkits.estimate(i), confidence=toolkits.confidence(i)),
     )
     overall = metrics.preset("long-term").overall(runs)
     for key in "precision", "recall", "f":

@@ -15,7 +15,7 @@ from trackmark.bench.pages.paper_export import write_paper
 from trackmark.bench.pages.report_figures import FigureFiles
 from trackmark.bench.reporting.by_preset import preset_report
 from trackmark.reports.figures import write_for_papers
-from trackmark.reports.page.content import Chart, Line, Page, Section, Sheet
+from trackmark.reports.page.content import Chart, Line, Page, PageSection, PageTable
 from trackmark.reports.tables import Cell, Table
 
 DOCUMENT = r"""\documentclass{article}\usepackage{booktabs,graphicx}
@@ -35,8 +35,8 @@ def page():
         for name in ("survival", "missing", "frames-ключ-1")
     }
     sections = [
-        Section("heat", "Map", ["Words & 50 %"], [Sheet(heat, [[0.5] * 3] * 3, heat=True)]),
-        *(Section(key, "S", charts=[chart], command="a b") for key, chart in charts.items()),
+        PageSection("heat", "Map", ["Words & 50 %"], [PageTable(heat, [[0.5] * 3] * 3, heat=True)]),
+        *(PageSection(key, "S", charts=[chart], command="a b") for key, chart in charts.items()),
     ]
     return Page("T <script>", sections, NAMES)
 
@@ -95,7 +95,7 @@ def test_long_tables_and_words_fit_a_page_of_latex(tmp_path):
         Table("few", "", ["a", "b"], 1, [[Cell("x"), Cell("1")]]),
     ]
     words = [f"Runs of {long}, {long} and {PARAMETERS}."]
-    sections = [Section("all", "All", words, [*map(Sheet, tables)] * 5)]
+    sections = [PageSection("all", "All", words, [*map(PageTable, tables)] * 5)]
     write_paper(tmp_path, Page("T", sections), ".pdf", [])
     assert wide_boxes(tmp_path) == []
 

@@ -6,7 +6,7 @@ import pytest
 
 from tests import browser
 from tests.bench.pages.reading import seen, state
-from trackmark.reports.page.content import Card, Chart, Line, Page, Section, Sheet
+from trackmark.reports.page.content import Card, Chart, Line, Page, PageSection, PageTable
 from trackmark.reports.page.page import write_page
 from trackmark.reports.tables import Cell, Table
 
@@ -37,13 +37,13 @@ def tables(tmp_path_factory):
     """A page of narrow and wide tables, of charts and of a folded section."""
     lines = [Line(f"t{n}", n, [0, 1, 2], [0, n, 1]) for n in range(9)]
     charts = [Chart(f"Chart {n}", "x", "y", lines[: 3 + n], "words") for n in range(6)]
-    wide = [Sheet(table(f"wide-{columns}", columns)) for columns in (3, 8, 25)]
-    card = Card("card", "A claim", facts={"why": "w"}, sheets=[Sheet(table("claimed", 12, 2))])
+    wide = [PageTable(table(f"wide-{columns}", columns)) for columns in (3, 8, 25)]
+    card = Card("card", "A claim", facts={"why": "w"}, sheets=[PageTable(table("claimed", 12, 2))])
     command = "trackmark report " + " ".join(f"--results-of {LONG}-{n}" for n in range(9))
     sections = [
-        Section("tables", "Tables", ["Words."], wide, command=command),
-        Section("charts", "Charts", charts=charts),
-        Section("cards", "Claims", ["Words."], cards=[card], folded="all claims"),
+        PageSection("tables", "Tables", ["Words."], wide, command=command),
+        PageSection("charts", "Charts", charts=charts),
+        PageSection("cards", "Claims", ["Words."], cards=[card], folded="all claims"),
     ]
     path = tmp_path_factory.mktemp("printed") / "report.html"
     return write_page(path, Page("T", sections))[0]

@@ -14,7 +14,7 @@ from tests.bench.pages.reading import Cells, data_of, named, seen, written
 from trackmark import bench
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 from trackmark.bench.metrics.centre_error import centre_error
-from trackmark.bench.metrics.preset import State
+from trackmark.bench.metrics.preset import FrameState
 from trackmark.bench.reporting.by_preset import preset_report
 from trackmark.bench.reporting.stored_runs import judged_runs
 from trackmark.reports.page.film import ABSENT
@@ -78,8 +78,8 @@ def test_runs_have_their_boxes_in_the_frames_of_their_segments(by_protocols):
                 assert judged == {*frames[1:].tolist()}
                 assert f"from frame {frames[0]}" in take[9]
             if run.states is not None:
-                assert take[11] == [*np.flatnonzero(run.states == State.INITIALISED)[1:]]
-                assert judged == {*np.flatnonzero(run.states >= State.FAILED).tolist()}
+                assert take[11] == [*np.flatnonzero(run.states == FrameState.INITIALISED)[1:]]
+                assert judged == {*np.flatnonzero(run.states >= FrameState.FAILED).tolist()}
                 restarts += len(take[11])
             assert judged or row["protocol"] == "accuracy"
     assert restarts

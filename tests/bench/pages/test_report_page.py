@@ -16,7 +16,7 @@ from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 from trackmark.bench.metrics.centre_error import centre_error
 from trackmark.bench.metrics.overlap import overlap
 from trackmark.bench.reporting.stored_runs import one_pass_runs
-from trackmark.reports.page.content import Page, Section, Sheet
+from trackmark.reports.page.content import Page, PageSection, PageTable
 from trackmark.reports.page.page import write_page
 from trackmark.reports.tables import Cell, Table
 
@@ -259,7 +259,9 @@ def test_units_of_a_column_are_aligned(chromium, tmp_path):
     ]
     rows = [[*map(Cell, row)] for row in zip("abcd", *columns, strict=True)]
     table = Table("t", "", ["tracker", "overlap", "success", "the first is", "name"], 1, rows)
-    (path,) = write_page(tmp_path / "a.html", Page("T", [Section("a", "A", sheets=[Sheet(table)])]))
+    (path,) = write_page(
+        tmp_path / "a.html", Page("T", [PageSection("a", "A", sheets=[PageTable(table)])])
+    )
     assert ">plain/<wbr>target:<wbr>noise=<wbr>30:<wbr>scene=<wbr>4<" in path.read_text()
     chromium.open(path.as_uri())
     ends = """[1, 2].map(column => [...document.querySelectorAll("tbody tr")].slice(0, 3)

@@ -1,4 +1,4 @@
-"""What every protocol must do, whatever it is: asked of all that are found."""
+"""Properties that every protocol must have."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -38,25 +38,25 @@ DEFAULTS = {
     "supervised": {"skip": 5, "threshold": 0.0},
     "tre": {"starts": 20, "least": 20},
 }
-"""A run's name says nothing of a knob at its default: who changes one, changes what is stored."""
+"""Defaults of all parameters. Stored names omit defaults: changing one changes their meaning."""
 
 REPEATABLE = {"real-time": "real-time:seconds=0.05/0.01"}
-"""Texts of protocols that depend on the clock otherwise."""
+"""Texts of protocols that depend on measured times by default."""
 
 
-class Sure(Walker):
-    """Walks, and says how sure it is."""
+class Confident(Walker):
+    """Walker that reports a confidence."""
 
     def update(self, image):
-        said = super().update(image)
-        return Estimate(said.box, details=said.details, confidence=0.5)
+        estimate = super().update(image)
+        return Estimate(estimate.box, details=estimate.details, confidence=0.5)
 
 
 def text_of(name):
     return REPEATABLE.get(name, name)
 
 
-def by(name, sequence, *makers):
+def runs_by(name, sequence, *makers):
     entries = [(parse_tracker(maker), 0) for maker in makers]
     return run_protocol(entries, sequence, parse_protocol(text_of(name)).text).runs
 
@@ -66,34 +66,38 @@ def sequence(make_sequence):
     return make_sequence(n=70, absent=(0, 30, 31))
 
 
-def test_a_protocol_is_found_by_its_file_and_defaults_stay():
+def test_protocols_are_found_by_file_and_keep_defaults():
     files = {path.stem for path in Path(protocols.__file__).parent.glob("*.py")} - {"__init__"}
     assert {name.replace("-", "_") for name in protocols.names()} == files
     assert {name: dict(parse_protocol(name)) for name in protocols.names()} == DEFAULTS
 
 
 @every_protocol
-def test_a_protocol_says_what_it_is(name):
-    told = protocols.definition(name)
-    assert told["name"] == name
-    assert told["summary"].endswith(".")
-    assert len(told["summary"]) < 80
-    assert len(told["definition"]) > 200
-    assert all(knob["meaning"] for knob in told["knobs"])
-    assert can_judge(told["preset"], parse_protocol(name).text)
+def test_definition_of_protocol_is_complete(name):
+    definition = protocols.definition(name)
+    assert definition["name"] == name
+    assert definition["summary"].endswith(".")
+    assert len(definition["summary"]) < 80
+    assert len(definition["definition"]) > 200
+    assert all(parameter["meaning"] for parameter in definition["knobs"])
+    assert can_judge(definition["preset"], parse_protocol(name).text)
 
 
 @every_protocol
-def test_its_text_gives_it_again_and_names_what_differs_from_the_defaults(name):
-    one = parse_protocol(name)
-    assert one.text == (STORED_ONE_PASS if name == "one-pass" else name)
-    assert parse_protocol(one.text) == one
-    assert protocols.title(one.text) == name
+def test_text_of_protocol_is_parsed_to_an_equal_protocol(name):
+    protocol = parse_protocol(name)
+    assert protocol.text == (STORED_ONE_PASS if name == "one-pass" else name)
+    assert parse_protocol(protocol.text) == protocol
+    assert protocols.title(protocol.text) == name
 
 
-def test_knobs_are_read_checked_and_named():
-    one = parse_protocol(" supervised:threshold=0.10:skip=5")
-    assert (one.skip, one.threshold, one.text) == (5, 0.1, "supervised:threshold=0.1")
+def test_parameters_are_parsed_and_checked():
+    protocol = parse_protocol(" supervised:threshold=0.10:skip=5")
+    assert (protocol.skip, protocol.threshold, protocol.text) == (
+        5,
+        0.1,
+        "supervised:threshold=0.1",
+    )
     for text, words in {
         "supervise": r"Did you mean 'supervised'\? Known: anchors, ",
         "tre:start=3": "Did you mean 'starts'",
@@ -108,52 +112,52 @@ def test_knobs_are_read_checked_and_named():
 
 
 @every_protocol
-def test_rows_are_those_of_the_segments_and_each_begins_with_a_given_box(name, sequence):
-    (run,) = by(name, sequence, Sure)
+def test_rows_follow_segments_and_start_with_init_boxes(name, sequence):
+    (run,) = runs_by(name, sequence, Confident)
     assert run.status == "finished"
     segments = frames_of_segments(parse_protocol(text_of(name)).text, sequence, "boxes")
-    assert [of.tolist() for of in run.segments] == [of.tolist() for of in segments]
+    assert [frames.tolist() for frames in run.segments] == [frames.tolist() for frames in segments]
     assert len(run.boxes) == (sum(map(len, segments)) or len(sequence))
-    at = 0
+    row = 0
     for frames in segments or [np.arange(len(sequence))]:
         first = int(sequence.present[frames].argmax())
-        assert np.isnan(run.boxes[at : at + first]).all()
-        given, truth = run.boxes[at + first], sequence.boxes[frames[first]]
-        assert np.abs(given - truth).max() <= 0.2 * truth[2:].max() + 1e-12
-        assert np.isfinite(run.boxes[at + first : at + len(frames)]).all() or name == "supervised"
-        at += len(frames)
+        assert np.isnan(run.boxes[row : row + first]).all()
+        init_box, truth = run.boxes[row + first], sequence.boxes[frames[first]]
+        assert np.abs(init_box - truth).max() <= 0.2 * truth[2:].max() + 1e-12
+        assert np.isfinite(run.boxes[row + first : row + len(frames)]).all() or name == "supervised"
+        row += len(frames)
 
 
 @every_protocol
 def test_run_is_repeatable_alone_and_next_to_others(name, sequence):
-    (run,) = by(name, sequence, Sure)
-    _, beside, _ = by(name, sequence, lambda seed: Sure(seed), Sure, Walker)
-    (other,) = by(name, sequence, Walker)
-    evaluated = bench.evaluate(Sure, sequence, protocol=text_of(name))
-    for again in (beside, evaluated):
+    (run,) = runs_by(name, sequence, Confident)
+    _, in_company, _ = runs_by(name, sequence, lambda seed: Confident(seed), Confident, Walker)
+    (other,) = runs_by(name, sequence, Walker)
+    evaluated = bench.evaluate(Confident, sequence, protocol=text_of(name))
+    for again in (in_company, evaluated):
         np.testing.assert_array_equal(run.boxes, again.boxes)
         assert run.identity == again.identity != other.identity
-    np.testing.assert_array_equal(run.details["brightness"], beside.details["brightness"])
+    np.testing.assert_array_equal(run.details["brightness"], in_company.details["brightness"])
 
 
 @every_protocol
-def test_what_is_stored_is_read_as_it_was(name, sequence, tmp_path):
-    (run,) = by(name, sequence, Sure)
+def test_stored_run_is_read_back_unchanged(name, sequence, tmp_path):
+    (run,) = runs_by(name, sequence, Confident)
     results = Results(tmp_path / "trial")
     results.prepare(Asked("", {}))
     assert results.write(run)
     read = results.read(cell_of(run.identity))
-    for found, made in zip(read.segments, run.segments, strict=True):
-        np.testing.assert_array_equal(found, made)
+    for frames, expected in zip(read.segments, run.segments, strict=True):
+        np.testing.assert_array_equal(frames, expected)
     for column in ("boxes", "visible", "confidence", "states", "answered"):
         np.testing.assert_array_equal(getattr(read, column), getattr(run, column), column)
     assert read.identity == run.identity
 
 
 @every_protocol
-def test_presets_judge_what_the_protocol_is_for_and_refuse_the_rest_by_name(name, sequence):
-    (run,) = by(name, sequence, Sure)
-    for preset in metrics.names():
+def test_presets_judge_their_protocols_and_refuse_others(name, sequence):
+    (run,) = runs_by(name, sequence, Confident)
+    for preset in metrics.preset_names():
         if can_judge(preset, run.identity.protocol):
             if (name, preset) != ("one-pass", "vot-supervised"):  # which may have failed
                 judged = judge(run, sequence, preset)
@@ -167,49 +171,49 @@ def test_presets_judge_what_the_protocol_is_for_and_refuse_the_rest_by_name(name
 
 
 @every_protocol
-def test_a_tracker_that_raises_fails_its_run_alone(name, sequence):
-    class Raises(Sure):
+def test_tracker_that_raises_fails_only_its_run(name, sequence):
+    class Raises(Confident):
         def update(self, image):
             if len(self.shown) == 12:
                 raise RuntimeError("no idea")
             return super().update(image)
 
-    failed, other = by(name, sequence, Raises, Sure)
-    (alone,) = by(name, sequence, Sure)
+    failed, other = runs_by(name, sequence, Raises, Confident)
+    (alone,) = runs_by(name, sequence, Confident)
     assert "no idea" in failed.failure
     assert failed.boxes.shape == other.boxes.shape
     assert np.isnan(failed.boxes[-1]).all()
     np.testing.assert_array_equal(other.boxes, alone.boxes)
 
 
-def test_runs_by_a_protocol_that_is_not_known_here_are_read_and_not_judged(sequence, tmp_path):
-    (run,) = by("one-pass", sequence, Walker)
-    strange = replace(run, identity=replace(run.identity, protocol="of-tomorrow:knob=1"))
+def test_runs_by_unknown_protocol_are_read_but_not_judged(sequence, tmp_path):
+    (run,) = runs_by("one-pass", sequence, Walker)
+    unknown = replace(run, identity=replace(run.identity, protocol="of-tomorrow:knob=1"))
     results = Results(tmp_path / "trial")
     results.prepare(Asked("", {}))
     write_truth(results.folder, sequence)
-    results.write(strange)
+    results.write(unknown)
     (row,) = read_index(results)
     assert (row["protocol"], row["scores"]) == ("of-tomorrow:knob=1", {})
     (table,) = preset_report(results.folder, ["native"]).tables
     assert any("native judges no runs by the protocol of-tomorrow" in note for note in table.notes)
 
 
-def test_one_pass_is_identified_and_filed_as_before_there_were_others(sequence, tmp_path):
-    (run,) = by("one-pass", sequence, Walker)
+def test_one_pass_keeps_its_first_identity_and_stored_name(sequence, tmp_path):
+    (run,) = runs_by("one-pass", sequence, Walker)
     assert run.identity.protocol == "accuracy"
     assert run.identity == bench.evaluate(Walker, sequence).identity
     assert cell_of(run.identity) == ("Walker", "line", 0, "accuracy")
-    others = {by(name, sequence, Sure)[0].identity.version for name in protocols.names()}
+    others = {runs_by(name, sequence, Confident)[0].identity.version for name in protocols.names()}
     assert len(others) == len(protocols.names())
 
 
 @every_protocol
-def test_a_run_whose_process_died_is_recorded_with_the_rows_of_its_protocol(name, tmp_path):
+def test_run_of_dead_process_has_rows_of_its_protocol(name, tmp_path):
     source = SequenceSource("plain/target:length=30")
-    asked = Experiment("trial", ("static",), (source,), protocol=text_of(name))
+    experiment = Experiment("trial", ("static",), (source,), protocol=text_of(name))
     results = Results(tmp_path / "trial")
-    plan = make_plan(asked, results)
+    plan = make_plan(experiment, results)
     (unit,) = left_of(plan)
     write_truth(results.folder, datasets.load(source.text))
     (run,) = record_failure(unit, Failure(3, "it died")).runs
@@ -217,5 +221,5 @@ def test_a_run_whose_process_died_is_recorded_with_the_rows_of_its_protocol(name
     assert run.failure == "frame 3: it died"
     assert run.identity.version == unit.entries[0].version
     assert len(run.boxes) == unit.frames == (sum(map(len, run.segments)) or 30)
-    assert make_plan(asked, results).count(State.FAILED) == 1
-    assert make_plan(replace(asked, protocol="tre:starts=2"), results).count(State.LEFT) == 1
+    assert make_plan(experiment, results).count(State.FAILED) == 1
+    assert make_plan(replace(experiment, protocol="tre:starts=2"), results).count(State.LEFT) == 1

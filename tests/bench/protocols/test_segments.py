@@ -1,4 +1,4 @@
-"""Where segments start, which boxes they are given, and what their scores are."""
+"""Segments of protocols: start frames, init boxes and scores."""
 
 from dataclasses import replace
 
@@ -11,7 +11,7 @@ from tests.bench.evaluation.walkers import Walker
 from trackmark import bench
 from trackmark.bench import metrics
 from trackmark.bench.evaluation.scoring import judge
-from trackmark.bench.metrics.preset import Answer, Target
+from trackmark.bench.metrics.preset import GroundTruthArrays, RunEstimates
 from trackmark.bench.protocols import Segment, parse_protocol
 from trackmark.bench.store.asked import Asked
 from trackmark.bench.store.files import ResultsError
@@ -23,10 +23,10 @@ presences = st.lists(st.booleans(), min_size=1, max_size=120).filter(any).map(np
 
 
 def starts_of(text, present, **values):
-    return [(one.start, one.step) for one in parse_protocol(text).segments(present, values)]
+    return [(part.start, part.step) for part in parse_protocol(text).segments(present, values)]
 
 
-def test_tre_starts_at_equal_distances_and_leaves_room_for_the_last():
+def test_tre_spaces_starts_evenly_up_to_last_possible_frame():
     starts = [start for start, _ in starts_of("tre", np.ones(210, bool))]
     assert starts == list(range(0, 191, 10))
     assert starts_of("tre:starts=1", np.ones(50, bool)) == [(0, 1)]
@@ -38,10 +38,10 @@ def test_tre_starts_at_equal_distances_and_leaves_room_for_the_last():
 
 
 @given(presences, st.integers(1, 30), st.integers(2, 40))
-def test_tre_starts_with_a_target_no_frame_twice_and_the_first_is_the_whole(present, n, least):
+def test_tre_starts_are_distinct_frames_with_target(present, n, least):
     segments = parse_protocol(f"tre:starts={n}:least={least}").segments(present, {})
     assert segments[0] == Segment()
-    starts = [one.start for one in segments[1:]]
+    starts = [segment.start for segment in segments[1:]]
     assert starts == sorted(set(starts))
     room = [f for f in np.flatnonzero(present)[1:] if len(present) - f >= least]
     assert set(starts) <= set(room)
@@ -49,33 +49,33 @@ def test_tre_starts_with_a_target_no_frame_twice_and_the_first_is_the_whole(pres
     assert n == 1 or not room or starts[-1] == room[-1]
 
 
-def test_the_first_segment_of_tre_is_the_run_in_one_pass(make_sequence):
+def test_first_segment_of_tre_is_the_one_pass_run(make_sequence):
     sequence = make_sequence(n=60, absent=(0, 1))
     whole = bench.evaluate(Walker, sequence)
     run = bench.evaluate(Walker, sequence, protocol="tre:starts=3")
     np.testing.assert_array_equal(run.boxes[:60], whole.boxes)
     np.testing.assert_array_equal(run.details["brightness"][:60], whole.details["brightness"])
-    assert [of[0] for of in run.segments] == [0, 21, 40]
-    shown = [float(sequence[int(frame)].mean()) for frame in run.segments[2][1:]]
-    np.testing.assert_allclose(run.details["brightness"][-19:], shown)
+    assert [frames[0] for frames in run.segments] == [0, 21, 40]
+    means = [float(sequence[int(frame)].mean()) for frame in run.segments[2][1:]]
+    np.testing.assert_allclose(run.details["brightness"][-19:], means)
 
 
-def test_segments_have_random_numbers_of_their_own(make_sequence):
+def test_segments_have_independent_random_numbers(make_sequence):
     run = bench.evaluate(Walker, make_sequence(), protocol="sre")
     steps = [np.diff(rows, axis=0)[:, :2] for rows in run.boxes.reshape(12, 20, 4)]
     assert len({step.tobytes() for step in steps}) == 12
 
 
-def test_sre_gives_these_twelve_boxes():
+def test_sre_perturbs_init_box_in_twelve_ways():
     truth = np.array([100.0, 50.0, 40.0, 20.0])  # right side at 140, lower one at 70
     segments = parse_protocol("sre").segments(np.ones(3, bool), {})
-    boxes = np.array([one.perturbed_box(truth) for one in segments])
+    boxes = np.array([segment.perturbed_box(truth) for segment in segments])
     expected = [
         [96, 50, 40, 20],  # left
         [104, 50, 40, 20],  # right
         [100, 48, 40, 20],  # up
-        [100, 52, 40, 20],  # down, of the same size: not wider, as in a toolkit of others
-        [96, 48, 44, 22],  # corners are drawn outwards: the opposite one stays
+        [100, 52, 40, 20],  # down; unlike in another toolkit, the size stays
+        [96, 48, 44, 22],  # a corner moves outwards, the opposite one stays
         [100, 48, 44, 22],
         [96, 50, 44, 22],
         [100, 50, 44, 22],
@@ -85,10 +85,10 @@ def test_sre_gives_these_twelve_boxes():
         [96, 48, 48, 24],
     ]
     np.testing.assert_allclose(boxes, expected, atol=1e-12)
-    assert {(one.start, one.step) for one in segments} == {(0, 1)}
+    assert {(segment.start, segment.step) for segment in segments} == {(0, 1)}
 
 
-def test_sre_moves_the_region_that_a_run_starts_from_and_scores_by_it(make_sequence):
+def test_sre_perturbs_the_selected_region(make_sequence):
     boxes = make_sequence(n=6).boxes
     sequence = make_sequence(n=6, regions={"wide": boxes + [0, 0, 12, 0]})
     run = bench.evaluate("static:init=wide", sequence, protocol="sre")
@@ -97,7 +97,7 @@ def test_sre_moves_the_region_that_a_run_starts_from_and_scores_by_it(make_seque
 
 
 @given(presences, st.integers(1, 60))
-def test_anchors_lie_where_targets_are_and_go_to_the_further_end(present, spacing):
+def test_anchors_have_target_and_run_to_the_further_end(present, spacing):
     n, frames = len(present), np.flatnonzero(present)
     segments = starts_of(f"anchors:spacing={spacing}", present)
     anchors = [frames[0] if start == 0 and step == 1 else start for start, step in segments]
@@ -110,28 +110,28 @@ def test_anchors_lie_where_targets_are_and_go_to_the_further_end(present, spacin
         assert np.diff(anchors).max(initial=0) <= 1.5 * spacing + 1
 
 
-def test_anchors_of_the_data_are_taken_as_they_are():
+def test_anchors_of_the_data_are_used_unchanged():
     value = np.array([1, 0, np.nan, -1, 1, 0, -1.0])
     present = np.array([True, True, True, True, True, True, False])
     assert starts_of("anchors", present, anchor=value) == [(0, 1), (3, -1), (4, 1)]
     assert starts_of("anchors:spacing=3", present, anchor=0 * value) == [(0, 1), (2, 1), (5, -1)]
 
 
-def test_backwards_the_frames_come_backwards(make_sequence):
+def test_backward_segment_shows_frames_in_reverse(make_sequence):
     sequence = make_sequence(n=30)
     run = bench.evaluate(Walker, sequence, protocol="anchors:spacing=15")
-    assert [of.tolist() for of in run.segments] == [
+    assert [frames.tolist() for frames in run.segments] == [
         list(range(30)),
         list(range(14, 30)),
         list(range(29, -1, -1)),
     ]
-    shown = [float(sequence[frame].mean()) for frame in range(28, -1, -1)]
-    np.testing.assert_allclose(run.details["brightness"][-29:], shown)
+    means = [float(sequence[frame].mean()) for frame in range(28, -1, -1)]
+    np.testing.assert_allclose(run.details["brightness"][-29:], means)
     np.testing.assert_array_equal(run.boxes[-30], sequence.boxes[29])
 
 
 @pytest.mark.parametrize("preset", ["native", "otb", "got10k"])
-def test_score_of_segments_is_the_mean_of_theirs(make_sequence, preset):
+def test_score_of_run_is_mean_over_segments(make_sequence, preset):
     sequence = make_sequence(n=40)
     run = bench.evaluate(Walker, sequence, protocol="tre:starts=4:least=10")
     key = {"native": "mean_overlap", "otb": "success_auc", "got10k": "ao"}[preset]
@@ -139,8 +139,10 @@ def test_score_of_segments_is_the_mean_of_theirs(make_sequence, preset):
     for frames in run.segments:
         rows, end = slice(end, end + len(frames)), end + len(frames)
         visible = sequence.visibility[frames]
-        truth = Target(sequence.boxes[frames], {}, visible, sequence.image_size)
-        alone = metrics.preset(preset).judge(truth, Answer(run.boxes[rows], run.visible[rows]))
+        truth = GroundTruthArrays(sequence.boxes[frames], {}, visible, sequence.image_size)
+        alone = metrics.preset(preset).judge(
+            truth, RunEstimates(run.boxes[rows], run.visible[rows])
+        )
         values.append(alone.scores[key])
     weights = [len(frames) - 1 for frames in run.segments]  # in GOT-10k every frame counts once
     expected = np.average(values, weights=weights if preset == "got10k" else None)
@@ -154,8 +156,7 @@ def pixels_of(box):
     return mask
 
 
-def test_robustness_and_accuracy_of_anchors_equal_slow_definition(make_sequence):
-    """A tracker that stays, on a target that leaves it."""
+def test_anchor_scores_equal_slow_definition(make_sequence):
     sequence = make_sequence(n=30, image_size=(32, 24))
     run = bench.evaluate("static", sequence, protocol="anchors:spacing=29")
     masks = [pixels_of(box) for box in sequence.boxes]
@@ -183,8 +184,8 @@ def test_robustness_and_accuracy_of_anchors_equal_slow_definition(make_sequence)
         lambda frames: frames[::2],
     ],
 )
-def test_segments_of_a_forged_run_are_damage_not_numbers(make_sequence, tmp_path, forge):
-    """A stored run has its checksum from whoever wrote it."""
+def test_forged_segments_are_reported_as_damage(make_sequence, tmp_path, forge):
+    """The checksum of a stored run cannot reveal this: the writer computes it."""
     sequence = make_sequence(n=30)
     run = bench.evaluate("static", sequence, protocol="tre:starts=2:least=5")
     forged = replace(run, segments=(run.segments[0], forge(run.segments[1])))
@@ -201,14 +202,14 @@ def test_segments_of_a_forged_run_are_damage_not_numbers(make_sequence, tmp_path
 
 
 @pytest.mark.parametrize(("text", "count"), [("tre:starts=3:least=5", 3), ("sre", 12)])
-@pytest.mark.parametrize("kept", [slice(0), slice(1), slice(None, None, -1), [0, 0, 0]])
-def test_segments_that_the_protocol_does_not_make_are_not_scored(make_sequence, text, count, kept):
+@pytest.mark.parametrize("selected", [slice(0), slice(1), slice(None, None, -1), [0, 0, 0]])
+def test_segments_that_differ_from_protocol_are_not_scored(make_sequence, text, count, selected):
     sequence = make_sequence(n=30)
     run = bench.evaluate("static", sequence, protocol=text)
-    places = np.arange(count)[kept].tolist()
+    places = np.arange(count)[selected].tolist()
     rows = np.split(np.arange(len(run.boxes)), np.cumsum(list(map(len, run.segments)))[:-1])
-    left = np.concatenate([rows[place] for place in places or [0]])
-    columns = {name: getattr(run, name)[left] for name in ("boxes", "visible", "confidence")}
+    row_numbers = np.concatenate([rows[place] for place in places or [0]])
+    columns = {name: getattr(run, name)[row_numbers] for name in ("boxes", "visible", "confidence")}
     forged = replace(run, segments=tuple(run.segments[place] for place in places), **columns)
     if text == "sre" and len(places) == count:  # all its segments have the same frames
         assert judge(forged, sequence).scores
@@ -217,9 +218,10 @@ def test_segments_that_the_protocol_does_not_make_are_not_scored(make_sequence, 
         judge(forged, sequence)
 
 
-def test_a_segment_may_be_a_frame_at_either_end(make_sequence):
+def test_segment_may_have_a_single_frame(make_sequence):
     sequence = make_sequence(n=5)
     run = bench.evaluate("static", sequence, protocol="anchors:spacing=4")
     for frame in (0, 4):
-        one = replace(run, segments=(np.array([frame], np.int32),), boxes=sequence.boxes[[frame]])
-        assert len(judge(one, sequence, "vot-anchor").parts) == 1
+        frames = (np.array([frame], np.int32),)
+        single = replace(run, segments=frames, boxes=sequence.boxes[[frame]])
+        assert len(judge(single, sequence, "vot-anchor").parts) == 1

@@ -8,7 +8,7 @@ import pytest
 from trackmark import bench, datasets
 from trackmark.bench import metrics
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
-from trackmark.bench.metrics.preset import Answer
+from trackmark.bench.metrics.preset import RunEstimates
 from trackmark.bench.pages.report_figures import preset_curves
 from trackmark.bench.reporting.by_preset import LATE, MEANS, TOGETHER, preset_report, score_runs
 from trackmark.bench.reporting.tables import SUMMARY
@@ -30,7 +30,7 @@ def texts(table):
     return {(row[0].text, row[1].text): [cell.text for cell in row[2:]] for row in table.rows}
 
 
-@pytest.mark.parametrize("name", metrics.names())
+@pytest.mark.parametrize("name", metrics.preset_names())
 def test_a_stored_run_scores_what_its_boxes_do_together_as_the_preset_says(stored, name):
     preset = metrics.preset(name)
     (scored,) = score_runs(stored, [name], load_results(stored), "T")
@@ -41,7 +41,7 @@ def test_a_stored_run_scores_what_its_boxes_do_together_as_the_preset_says(store
     for source in SOURCES:
         sequence = datasets.load(source.text)
         run = bench.evaluate("camshift", sequence)
-        one = preset.judge(sequence, Answer(run.boxes, run.visible, run.confidence))
+        one = preset.judge(sequence, RunEstimates(run.boxes, run.visible, run.confidence))
         judged.append([one])
         key = next(key for key in one.scores if key in told)
         assert found[sequence.name, "camshift", key] == pytest.approx(one.scores[key])

@@ -63,7 +63,7 @@ def test_failed_centre_error_is_bounded_without_an_image_size(stored):
     assert scores["centre_error"] == hypot(*corners.max(axis=0))
 
 
-WITHOUT_SEGMENTS = [n for n in metrics.names() if metrics.preset(n).protocol != "anchors"]
+WITHOUT_SEGMENTS = [n for n in metrics.preset_names() if metrics.preset(n).protocol != "anchors"]
 
 
 @pytest.mark.parametrize("name", WITHOUT_SEGMENTS)

@@ -10,9 +10,11 @@ from trackmark.bench.reporting import tables as reporting
 from trackmark.bench.reporting.tables import SUMMARY, score_tables, uncertainty_of
 from trackmark.bench.statistics.intervals import mean_interval
 from trackmark.reports.renderers import to_html, to_latex, to_markdown, to_text
-from trackmark.reports.tables import Measure
+from trackmark.reports.tables import ScoreMeasure
 
-HIGHER, LOWER, NEITHER = (Measure("m", "m", direction=one) for one in ("higher", "lower", None))
+HIGHER, LOWER, NEITHER = (
+    ScoreMeasure("m", "m", direction=one) for one in ("higher", "lower", None)
+)
 EASE = np.linspace(0.3, 0.8, 8)
 
 

@@ -11,10 +11,10 @@ from scipy import stats
 
 from trackmark.bench.statistics.accuracy_drop import (
     advised_seeds,
+    decide_by_seeds,
+    decide_deterministic,
     detectable_drops,
-    fact,
     pooled_spread,
-    seed_change,
 )
 from trackmark.bench.statistics.intervals import interval_ends
 
@@ -43,10 +43,10 @@ def slow_label(low, high):
 
 
 @given(differences, st.integers(1, 20))
-def test_seed_change_equals_slow_definition(values, comparisons):
+def test_decide_by_seeds_equals_slow_definition(values, comparisons):
     if np.ptp(values) < 1e-4:
         return
-    change = seed_change(values, comparisons, DETECT)
+    change = decide_by_seeds(values, comparisons, DETECT)
     low, high = slow_interval(values, 1 - 0.05 / comparisons)
     assert change.interval == pytest.approx((low, high), abs=1e-7)
     close = [abs(end - limit) for end in (low, high) for limit in (0, 0.01, -0.01, -DETECT)]
@@ -72,8 +72,8 @@ def test_seed_change_equals_slow_definition(values, comparisons):
         ),
     ],
 )
-def test_seed_change_labels_and_reasons(values, comparisons, label, reason):
-    change = seed_change(values, comparisons, DETECT)
+def test_decide_by_seeds_labels_and_reasons(values, comparisons, label, reason):
+    change = decide_by_seeds(values, comparisons, DETECT)
     assert (change.label, change.reason) == (label, reason)
 
 
@@ -87,7 +87,7 @@ def test_seed_change_labels_and_reasons(values, comparisons, label, reason):
     ],
 )
 def test_fact_is_judged_by_margin_alone(difference, margin, label):
-    change = fact(difference, margin)
+    change = decide_deterministic(difference, margin)
     assert (change.label, change.mean, change.interval) == (label, difference, None)
 
 

@@ -5,9 +5,9 @@ import pytest
 from scipy.optimize import minimize
 from scipy.special import expit
 
-from trackmark.bench.statistics.psychometric import FIRST, next_places, threshold
+from trackmark.bench.statistics.psychometric import N_FIRST_RUNS, next_difficulties, threshold
 
-EVENLY = (np.arange(FIRST) + 0.5) / FIRST
+EVENLY = (np.arange(N_FIRST_RUNS) + 0.5) / N_FIRST_RUNS
 
 
 def curve(place, half, slope, lapse=0.0, luck=0.0):
@@ -24,10 +24,10 @@ def adaptive(truth, generator, most=100, enough=0.05):
         places = np.concatenate([places, np.round(wanted * 40) / 40])
         kept = generator.uniform(size=len(wanted)) < curve(np.round(wanted * 40) / 40, *truth)
         survived = np.concatenate([survived, kept])
-        found = threshold(places, survived)
-        if len(places) >= most or found.half_width <= enough:
-            return found, len(places)
-        wanted = next_places(found, generator)
+        posterior = threshold(places, survived)
+        if len(places) >= most or posterior.half_width <= enough:
+            return posterior, len(places)
+        wanted = next_difficulties(posterior, generator)
 
 
 def test_with_many_runs_it_is_that_of_the_likeliest_curve():
@@ -41,22 +41,23 @@ def test_with_many_runs_it_is_that_of_the_likeliest_curve():
 
     best = minimize(unlikelihood, [0.5, 0.1, 0.02, 0.02], method="Nelder-Mead").x
     best[2:] = np.abs(best[2:])
-    found = threshold(places, survived)
-    assert found.place == pytest.approx(best[0], abs=0.01)
-    assert found.interval.low < best[0] < found.interval.high
-    assert found.half_width < 0.02
+    posterior = threshold(places, survived)
+    assert posterior.median == pytest.approx(best[0], abs=0.01)
+    assert posterior.interval.low < best[0] < posterior.interval.high
+    assert posterior.half_width < 0.02
     expected = curve(np.array([0.1, 0.4, 0.8]), *best)
-    np.testing.assert_allclose(found.survival([0.1, 0.4, 0.8]), expected, atol=0.03)
+    np.testing.assert_allclose(posterior.survival([0.1, 0.4, 0.8]), expected, atol=0.03)
 
 
 @pytest.mark.parametrize(
-    ("survived", "beyond"), [(np.ones(FIRST, bool), 1.0), (np.zeros(FIRST, bool), -1.0)]
+    ("survived", "beyond"),
+    [(np.ones(N_FIRST_RUNS, bool), 1.0), (np.zeros(N_FIRST_RUNS, bool), -1.0)],
 )
 def test_where_all_survive_or_none_the_threshold_lies_beyond_the_range(survived, beyond):
-    found = threshold(EVENLY, survived)
-    assert (found.place - 0.5) * beyond > 0.5
-    assert (np.array(found.interval) * beyond).max() > (0.9 if beyond > 0 else -0.1)
-    placed = next_places(found, np.random.default_rng(0))
+    posterior = threshold(EVENLY, survived)
+    assert (posterior.median - 0.5) * beyond > 0.5
+    assert (np.array(posterior.interval) * beyond).max() > (0.9 if beyond > 0 else -0.1)
+    placed = next_difficulties(posterior, np.random.default_rng(0))
     assert set(placed) <= {0.0, 1.0} or (np.abs(placed - 0.5) > 0.4).all()
 
 
@@ -65,9 +66,9 @@ def test_runs_are_placed_where_it_is_decided_and_equally_again():
     few = threshold(EVENLY, survived)
     assert few.interval == (few.quantile(0.025), few.quantile(0.975))
     assert few.quantile(0.025) < few.quantile(0.05) < few.quantile(0.95) < few.quantile(0.975)
-    places = next_places(threshold(EVENLY, survived), np.random.default_rng(5))
+    places = next_difficulties(threshold(EVENLY, survived), np.random.default_rng(5))
     assert np.quantile(np.abs(places - 0.3), 0.8) < 0.1
-    again = next_places(threshold(EVENLY, survived), np.random.default_rng(5))
+    again = next_difficulties(threshold(EVENLY, survived), np.random.default_rng(5))
     np.testing.assert_array_equal(places, again)
 
 
@@ -80,10 +81,10 @@ def test_a_threshold_is_known_as_well_as_its_interval_says():
         for lapse, luck in ((0.0, 0.0), (0.1, 0.0), (0.05, 0.2)):
             for _ in range(60):
                 half = generator.uniform(0.15, 0.85)
-                found, runs = adaptive((half, slope, lapse, luck), generator)
+                posterior, runs = adaptive((half, slope, lapse, luck), generator)
                 assert runs <= 100
-                covered.append(found.interval.low <= half <= found.interval.high)
-                errors.append(found.place - half)
+                covered.append(posterior.interval.low <= half <= posterior.interval.high)
+                errors.append(posterior.median - half)
     assert 0.925 <= np.mean(covered) <= 0.975
     assert np.mean(np.abs(errors) < 0.05) > 0.9
     assert abs(np.mean(errors)) < 0.01

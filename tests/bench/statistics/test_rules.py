@@ -11,7 +11,7 @@ from trackmark.bench.statistics.intervals import mean_interval, share_interval
 from trackmark.bench.statistics.rules import (
     MARGIN,
     MIN_UNITS,
-    about,
+    approximate,
     decide,
     p_value,
     star_marks,
@@ -88,9 +88,9 @@ def test_decide_labels_and_reasons(values, comparisons, label, reason):
 
 
 def test_units_needed_matches_documented_examples():
-    assert about(units_needed(-0.094, (-0.180, 0.010), 8, 0.01)) == "about 19"
-    assert about(units_needed(0.031, (-0.012, 0.071), 20, 0.02)) == "about 75"
-    assert about(units_needed(0.002, (-0.1, 0.104), 8, 0.01)) == "more than 500"
+    assert approximate(units_needed(-0.094, (-0.180, 0.010), 8, 0.01)) == "about 19"
+    assert approximate(units_needed(0.031, (-0.012, 0.071), 20, 0.02)) == "about 75"
+    assert approximate(units_needed(0.002, (-0.1, 0.104), 8, 0.01)) == "more than 500"
     # To be inside the margin: 30 (0.012 / (0.01 - 0.002))².
     assert units_needed(0.002, (-0.010, 0.014), 30, 0.01) == pytest.approx(67.5)
 

@@ -1,0 +1,30 @@
+"""Readers of printed output, and figures without drawing, for the tests of commands."""
+
+import json
+from pathlib import Path
+
+import pytest
+from matplotlib.figure import Figure
+
+SMALL = ("--sequences", "data/Small")
+TINY = "plain/target:length=12:width=64:height=64"
+
+
+def json_lines(done):
+    """Return the objects that a command printed, one per line; none of them holds NaN."""
+
+    def refuse(constant):
+        raise AssertionError(f"{constant} is not JSON")
+
+    return [json.loads(line, parse_constant=refuse) for line in done.stdout.splitlines()]
+
+
+def unwrapped(text):
+    """Return a text without its line breaks."""
+    return " ".join(text.split())
+
+
+@pytest.fixture
+def blank_figures(monkeypatch):
+    """Write files without content instead of figures: drawing takes most of a report's time."""
+    monkeypatch.setattr(Figure, "savefig", lambda figure, file, **options: Path(file).touch())
