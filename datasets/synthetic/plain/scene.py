@@ -110,7 +110,7 @@ class TargetMotion:
         elapsed = np.asarray(times, np.float64) - self.occlusion_frame
         return quantised(self._board_middle + self._board_velocity * elapsed)
 
-    def cut_window(self, frame: int) -> Array:
+    def window_corner(self, frame: int) -> Array:
         """Return the corner (x, y) of the image on the ground [pixels]."""
         return quantised(self.pan * frame)
 
@@ -359,7 +359,7 @@ class TargetScene(SyntheticScene):
     def render(self, frame: int) -> Image:
         knobs, motion = self.knobs, self.motion
         side = len(self._ground) - knobs.height - 1
-        x, y = (np.round(motion.cut_window(frame) * 64).astype(np.int64) % (side * 64)).tolist()
+        x, y = (np.round(motion.window_corner(frame) * 64).astype(np.int64) % (side * 64)).tolist()
         canvas: Image = cut_window(self._ground, x, y, knobs.height, knobs.width)
         for thing, path in zip(self._distractors, motion.distractors, strict=True):
             self._draw_object(

@@ -85,7 +85,7 @@ class CupPlan:
     view: ParallelView
     horizon: float  # row in which the wall meets the counter [pixels]
     cup: Cup
-    mirror_limbs: bool  # True if images are flipped horizontally
+    mirrored: bool  # True if images are flipped horizontally
     pace: float  # sideways speed of the cup [pixels/frame]
     haste: float  # additional sideways distance in the frames `HASTE` [pixels]
     # (2, 3): amplitude, period [frames] and phase of the oscillation of path and tilt
@@ -145,7 +145,7 @@ def sample_plan(random: np.random.Generator) -> CupPlan:
         view=view,
         horizon=random.uniform(59, 63),
         cup=cup,
-        mirror_limbs=bool(random.integers(2)),
+        mirrored=bool(random.integers(2)),
         pace=pace,
         haste=haste,
         unevenness=np.array(
@@ -615,13 +615,13 @@ class CupScene(SyntheticScene):
         for layer in (carried, box):
             picture = picture * (1 - layer[..., 3:]) + layer[..., :3]
         canvas = np.round(255 * np.clip(picture, 0, 1)).astype(np.uint8)
-        if self.plan.mirror_limbs:
+        if self.plan.mirrored:
             canvas = np.ascontiguousarray(canvas[:, ::-1])
         return CAMERA.exposed(canvas, self._seed, frame)
 
     def mask(self, frame: int) -> Mask:
         mask = self.seen(frame)[1] >= 0.5
-        return np.asarray(mask[:, ::-1] if self.plan.mirror_limbs else mask)
+        return np.asarray(mask[:, ::-1] if self.plan.mirrored else mask)
 
     def seen(self, frame: int) -> tuple[Array, Array]:
         """Return the share of each pixel that the cup covers, and its visible part.
@@ -652,7 +652,7 @@ def _truth(seed: int) -> SceneTruth:
     setting, plan = scene.setting, scene.plan
     times = np.arange(FRAMES)
     boxes = setting.silhouettes[0].extents(plan.middle(times), plan.tilt(times))
-    if plan.mirror_limbs:
+    if plan.mirrored:
         boxes[:, 0] = SIZE[0] - boxes[:, 0] - boxes[:, 2]
     shares = np.empty((FRAMES, 3))
     for frame in range(FRAMES):
