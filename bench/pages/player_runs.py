@@ -29,7 +29,7 @@ from trackmark.reports.page.content import PlayerPosition, PlayerRun, PlayerScen
 
 _SUPERVISION = {
     FrameState.SKIPPED: "not asked",
-    FrameState.INITIALISED: "start_label with the truth",
+    FrameState.INITIALISED: "begun with the truth",
     FrameState.FAILED: "failed",
 }
 """Labels of the states of frames in supervised runs, except tracking."""
