@@ -9,7 +9,11 @@ from typing import TYPE_CHECKING
 import click
 
 from trackmark.bench.commands import EXIT_ANSWER_IS_NO
-from trackmark.bench.commands._imported_results import guests_of, imported_option, with_imported
+from trackmark.bench.commands._imported_results import (
+    imported_option,
+    parse_imported,
+    with_imported,
+)
 from trackmark.bench.commands._options import (
     Command,
     JsonOptions,
@@ -100,7 +104,7 @@ def command(options: ReportOptions) -> int:
     if options.frames and not options.has_page:
         raise click.UsageError("--frames needs a page, which is not written: give --folder.")
     stored = [] if results is None else experiment_folders(results)
-    with with_imported(stored, guests_of(options.results_of), sequences) as experiments:
+    with with_imported(stored, parse_imported(options.results_of), sequences) as experiments:
         for number, experiment in enumerate(experiments):
             _report(experiment, stored[number] if stored else None, options, len(experiments) > 1)
         return _print_left_out(experiments)
