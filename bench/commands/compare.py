@@ -369,7 +369,7 @@ def _write(comparison: "Comparison", experiment: Path, folder: Path) -> list[str
     from trackmark.bench.comparing.tables import files, paragraph
     from trackmark.bench.reporting.film_strips import write_strips
     from trackmark.reports.files import write_file
-    from trackmark.reports.write import what_was_written, write_tables
+    from trackmark.reports.write import list_written_files, write_tables
 
     paths = [*write_tables(folder, files(comparison)), *write_figures(comparison, folder)]
     sequences = comparison.most_different(STRIPS)
@@ -377,4 +377,4 @@ def _write(comparison: "Comparison", experiment: Path, folder: Path) -> list[str
     file = folder / "paragraph.txt"
     text = f"{paragraph(comparison)}\n"
     paths.append(write_file(file, lambda path: path.write_text(text, encoding="utf-8")))
-    return what_was_written(paths, file.name)
+    return list_written_files(paths, file.name)

@@ -256,7 +256,7 @@ def _print_tables(execution: "Execution", metrics: Sequence[str]) -> None:
 def _print_remarks(execution: "Execution", failed: int) -> None:
     """Print how to list failures, the time of the harness, and the formats of the sequences."""
     from trackmark import datasets
-    from trackmark.reports.printable import wrapped
+    from trackmark.reports.printable import wrap
 
     if failed:
         command = shlex.join(["trackmark", "results", "failures", str(execution.folder)])
@@ -269,7 +269,7 @@ def _print_remarks(execution: "Execution", failed: int) -> None:
     for name in filter(None, dict.fromkeys(formats.values())):
         first, *others = [text for text in texts if formats[text] == name]
         more = f" and {len(others)} more" if others else ""
-        click.echo(wrapped(f"{first}{more}: read as {name}."))
+        click.echo(wrap(f"{first}{more}: read as {name}."))
 
 
 _BASES = {

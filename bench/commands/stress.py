@@ -89,7 +89,7 @@ def command(options: StressOptions) -> int:
     from trackmark.bench.experiments.tracker_files import resolve_trackers
     from trackmark.reports.renderers import to_text
     from trackmark.reports.table_width import on_terminal
-    from trackmark.reports.write import what_was_written, write_tables
+    from trackmark.reports.write import list_written_files, write_tables
 
     if not (knob_texts := split_list(options.knobs)):
         raise click.UsageError("--knob: the list is empty. Name at least one.")
@@ -112,7 +112,7 @@ def command(options: StressOptions) -> int:
         click.echo("\n".join(on_terminal(table, to_text) for table in tables(result)), nl=False)
     if (folder := options.folder) is not None:
         paths = [*write_tables(folder, tables(result, whole=True)), *write_curves(result, folder)]
-        print_message("\n".join(what_was_written(paths)))
+        print_message("\n".join(list_written_files(paths)))
     return 0
 
 
