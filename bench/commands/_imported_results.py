@@ -66,10 +66,10 @@ def with_imported(
     Without experiments the imported results on `sequences` are one. `only`: names of the sequences
     of the experiments on which results are imported; all by default.
     """
-    from trackmark.bench.store.results import KeptRuns, kept_runs
+    from trackmark.bench.store.results import RunCache, run_cache
 
     with ExitStack() as stack:
-        stack.callback(kept_runs.reset, kept_runs.set(KeptRuns()))
+        stack.callback(run_cache.reset, run_cache.set(RunCache()))
         if not experiments:
             folder = Path(stack.enter_context(TemporaryDirectory(prefix="trackmark-"))) / ALONE
             import_guests(guests, sequences or "", folder)

@@ -11,8 +11,8 @@ from tempfile import TemporaryDirectory
 import pandas as pd
 
 from trackmark import datasets
-from trackmark.bench.store import loading
-from trackmark.bench.store.layout import Cell, experiment_folders
+from trackmark.bench.store import data_frames
+from trackmark.bench.store.layout import RunKey, experiment_folders
 from trackmark.reports.files import write_file
 
 _HEIGHT = 780  # of a player [CSS pixels]
@@ -26,7 +26,7 @@ class Runs(pd.DataFrame):
 
     _metadata = ("folder", "cells")
     folder: Path
-    cells: Collection[Cell] | None
+    cells: Collection[RunKey] | None
 
     @property
     def _constructor(self) -> type[pd.DataFrame]:
@@ -45,13 +45,13 @@ class Runs(pd.DataFrame):
         )
 
 
-def load_results(folder: str | Path, cells: Collection[Cell] | None = None) -> Runs:
+def load_results(folder: str | Path, cells: Collection[RunKey] | None = None) -> Runs:
     """All runs of an experiment, or of all experiments in a folder.
 
-    A data frame; parameters, columns and errors as of `bench.store.loading.load_results`. In a
+    A data frame; parameters, columns and errors as of `bench.store.data_frames.load_results`. In a
     notebook it shows the report's tables.
     """
-    runs = Runs(loading.load_results(folder, cells))
+    runs = Runs(data_frames.load_results(folder, cells))
     runs.folder, runs.cells = Path(folder), cells
     return runs
 
@@ -148,6 +148,6 @@ def _holding(folder: Path, sequence: str) -> tuple[Path, str]:
 
 def _ran_on(experiment: Path) -> list[str]:
     """Return the sequences with scored runs."""
-    runs = loading.load_results(experiment)
+    runs = data_frames.load_results(experiment)
     scored = runs[(runs["protocol"] == "accuracy") & (runs["status"] != "missing")]
     return [str(name) for name in scored["sequence"].unique()]
