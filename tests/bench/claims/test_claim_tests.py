@@ -154,6 +154,6 @@ def test_row_shows_both_settings_with_reason_and_notes() -> None:
     assert "only 3 of 12 scenes" in texts[4]
     assert "1 of 9 runs failed" in texts[4]
     assert texts[6] == "holds"
-    settings = row.to_json_row()["settings"]
+    settings = row.for_json()["settings"]
     assert settings["as-written"]["interval"] == [None, None]
     assert settings["recommended"]["verdict"] == "holds"

@@ -136,10 +136,10 @@ def test_incomplete_copy_is_one_message(trackmark, one_line, vot2016, got10k):
 
     for image in (vot2016 / "bolt").glob("*.jpg"):
         image.unlink()
-    assert "there is 'groundtruth.txt, occlusion.label'" in message("vot2016/bolt")
+    assert "It contains 'groundtruth.txt, occlusion.label'" in message("vot2016/bolt")
     assert "(VOT)" in message("vot2016/bolt")
     (got10k / "GOT-10k_Val_000001" / "groundtruth.txt").unlink()
     assert "there is no ground truth" in message("GOT-10k/val/GOT-10k_Val_000001")
     (vot2016 / "racing" / "groundtruth.txt").rename(vot2016 / "racing" / "truth.txt")
-    assert "truth.txt is of a format that isn't read" in message("vot2016/racing")
+    assert "truth.txt is not read" in message("vot2016/racing")
     assert "Did you mean 'GOT-10k/val'?" in message("GOT-10k/vale")
