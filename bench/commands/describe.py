@@ -18,7 +18,7 @@ from trackmark.bench.commands._options import (
     with_options,
 )
 from trackmark.bench.commands._progress import patience, progress_bar
-from trackmark.reports.printable import wrapped
+from trackmark.reports.printable import wrap
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -52,7 +52,7 @@ def command(options: DescribeOptions) -> None:
     description = _tracker(name) or (_named(name) if truth is None else None)
     data, lines = description or _sequence(name, truth, measure=options.measure)
     as_json = json.dumps(data, indent=1, default=str) if options.as_json else ""
-    click.echo(as_json or wrapped("\n".join(lines)))
+    click.echo(as_json or wrap("\n".join(lines)))
 
 
 Description = tuple[dict[str, Any], list[str]]

@@ -70,9 +70,11 @@ def command(options: ReproduceOptions) -> int:
         names = ", ".join(paper_names())
         raise click.UsageError(f"Give one PAPER ({names}) or --all-papers.")
     if page is not None and (options.all_papers or quick):
-        raise click.UsageError("--page needs one PAPER, and a report with verdicts (no --quick).")
+        raise click.UsageError(
+            "--page requires one PAPER and verdicts. Omit --all-papers and --quick."
+        )
     if quick and options.everything:
-        raise click.UsageError("Give --quick or --all, not both.")
+        raise click.UsageError("Give either --quick or --all.")
     effort = Effort(
         quick=quick, everything=options.everything, seeds=options.seeds, jobs=options.jobs
     )
@@ -99,9 +101,9 @@ def _reproduce(paper: "Reproduction", effort: "Effort", options: ReproduceOption
 
     started_at, folder = time.monotonic(), options.output / paper.name
     requested: dict[str, Collection[Cell]] = {}
-    known: KnownSequences = {}
+    opened_sequences: KnownSequences = {}
     for experiment in paper.experiments(effort):
-        execution = plan_experiment(experiment, options, known=known)
+        execution = plan_experiment(experiment, options, opened_sequences=opened_sequences)
         print_message(f"{experiment.title}: {len(execution.plan)} runs")
         execute_runs(execution)
         requested[experiment.name] = execution.plan.asked().cells

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from trackmark.bench.commands import EXIT_ANSWER_IS_NO
-from trackmark.bench.commands._imported_results import guests_of, import_guests
+from trackmark.bench.commands._imported_results import parse_imported, store_imported
 from trackmark.bench.commands._options import (
     Command,
     JsonOptions,
@@ -341,7 +341,7 @@ def import_results(options: ImportOptions) -> None:
     Exit codes: 0 success; 2 invalid usage or input.
     """
     folder = options.output / options.name
-    number = import_guests(guests_of(options.results), options.sequences, folder)
+    number = store_imported(parse_imported(options.results), options.sequences, folder)
     click.echo(f"{number} runs are in {folder}.")
 
 

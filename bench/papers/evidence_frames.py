@@ -58,7 +58,7 @@ def film_runs(
     places = {run: place for run in runs if (place := _place(run, reading, context))}
     limit = MAX_QUICK_SECONDS if context.effort.quick else MAX_SECONDS
     frames = _frames(reading, list(places.values()), limit)
-    filmed = [*scenes(reading, str(results), watch, chosen=frames)] if files else []
+    filmed = [*scenes(reading, str(results), watch, selected=frames)] if files else []
     return Footage(reading, filmed, places)
 
 
