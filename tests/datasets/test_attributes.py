@@ -390,13 +390,13 @@ def test_measured_values_are_cached_until_definitions_change(monkeypatch):
 
 @pytest.mark.parametrize("content", [b"", b"PK\x03\x04 truncated", b"another format" * 9])
 def test_damaged_cache_is_replaced(cache, content):
-    made = sequence([textured(0)], [[4, 4, 8, 8]])
-    expected = attributes.measure(made)["size"].tolist()
+    recording = sequence([textured(0)], [[4, 4, 8, 8]])
+    expected = attributes.measure(recording)["size"].tolist()
     (file,) = (cache / "attributes").iterdir()
     file.write_bytes(content)
-    assert attributes.cached_values(made.fingerprint) is None
-    assert attributes.measure(made)["size"].tolist() == expected
-    assert attributes.cached_values(made.fingerprint) is not None
+    assert attributes.cached_values(recording.fingerprint) is None
+    assert attributes.measure(recording)["size"].tolist() == expected
+    assert attributes.cached_values(recording.fingerprint) is not None
 
 
 def test_measuring_does_not_need_a_writable_cache(cache):

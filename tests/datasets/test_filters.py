@@ -27,29 +27,29 @@ def test_sequences_without_filters_have_fixed_fingerprints():
 def test_filtered_sequence_has_its_own_identity(text, name):
     plain = datasets.load(text)
     hard = FILTERS[name].hard if name != "occlusion" else 20
-    made = load_filtered(text, f"{name}={hard}")
-    assert made.name == f"{plain.name}:filter.{name}={hard}"
+    changed = load_filtered(text, f"{name}={hard}")
+    assert changed.name == f"{plain.name}:filter.{name}={hard}"
     others = {load_filtered(text, f"{name}={FILTERS[name].easy}").fingerprint}
     others |= {plain.fingerprint, load_filtered(text, f"{name}={hard}", "draw=1").fingerprint}
-    assert len({made.fingerprint, *others}) == 4
-    assert load_filtered(text, f"{name}={hard}").fingerprint == made.fingerprint
-    made.check_runnable()
-    assert len(made) == len(plain) - (name == "start")
-    for frame in (0, 30, len(made) - 1):
-        assert made[frame].dtype == np.uint8
-        assert made[frame].shape[1::-1] == made.image_size
-        np.testing.assert_array_equal(made[frame], made[frame])
+    assert len({changed.fingerprint, *others}) == 4
+    assert load_filtered(text, f"{name}={hard}").fingerprint == changed.fingerprint
+    changed.check_runnable()
+    assert len(changed) == len(plain) - (name == "start")
+    for frame in (0, 30, len(changed) - 1):
+        assert changed[frame].dtype == np.uint8
+        assert changed[frame].shape[1::-1] == changed.image_size
+        np.testing.assert_array_equal(changed[frame], changed[frame])
 
 
 @pytest.mark.parametrize(
     "name", ["step=1", "motion=0", "occlusion=0", "gain=1", "blur=0", "noise=0", "box_error=0"]
 )
 def test_easiest_value_changes_nothing(name):
-    plain, made = datasets.load(SCENE), load_filtered(SCENE, name)
-    np.testing.assert_array_equal(made.boxes, plain.boxes)
+    plain, changed = datasets.load(SCENE), load_filtered(SCENE, name)
+    np.testing.assert_array_equal(changed.boxes, plain.boxes)
     for frame in (0, 20, 59):
-        np.testing.assert_array_equal(made[frame], plain[frame])
-        np.testing.assert_array_equal(made.mask(frame), plain.mask(frame))
+        np.testing.assert_array_equal(changed[frame], plain[frame])
+        np.testing.assert_array_equal(changed.mask(frame), plain.mask(frame))
 
 
 def test_noise_of_two_levels_is_proportional():
@@ -61,70 +61,70 @@ def test_noise_of_two_levels_is_proportional():
 
 
 def test_gain_fades_geometrically_and_stays():
-    plain, made = datasets.load(FACE), load_filtered(FACE, "gain=0.25")
-    shares = [made[frame].mean() / plain[frame].mean() for frame in (0, 30, 60, 119)]
+    plain, changed = datasets.load(FACE), load_filtered(FACE, "gain=0.25")
+    shares = [changed[frame].mean() / plain[frame].mean() for frame in (0, 30, 60, 119)]
     assert shares == pytest.approx([1, 0.5, 0.25, 0.25], rel=0.02)
 
 
 def test_step_shows_frames_forwards_and_backwards():
-    plain, made = datasets.load(SCENE), load_filtered(SCENE, "step=25")
+    plain, changed = datasets.load(SCENE), load_filtered(SCENE, "step=25")
     frames = [0, 25, 50, 25, 0, 25]
-    np.testing.assert_array_equal(made.boxes[:6], plain.boxes[frames])
-    np.testing.assert_array_equal(made[3], plain[25])
-    np.testing.assert_array_equal(made.mask(2), plain.mask(50))
-    assert len(made) == 60
+    np.testing.assert_array_equal(changed.boxes[:6], plain.boxes[frames])
+    np.testing.assert_array_equal(changed[3], plain[25])
+    np.testing.assert_array_equal(changed.mask(2), plain.mask(50))
+    assert len(changed) == 60
 
 
 @pytest.mark.parametrize("text", [SCENE, FACE])
 def test_size_sets_the_size_of_the_target(text):
-    made = load_filtered(text, "size=12")
-    assert np.sqrt(np.prod(made.boxes[0, 2:])) == pytest.approx(12, rel=0.03)
+    changed = load_filtered(text, "size=12")
+    assert np.sqrt(np.prod(changed.boxes[0, 2:])) == pytest.approx(12, rel=0.03)
 
 
 @pytest.mark.parametrize(
     "filters", ["size=30", "motion=0.7", "size=20:filter.motion=0.7", "start=9"]
 )
 def test_boxes_enclose_the_changed_masks(filters):
-    made = load_filtered(MASKED, filters)
+    changed = load_filtered(MASKED, filters)
     for frame in (0, 7, 20):
-        box = np.array(cv2.boundingRect(made.mask(frame).view(np.uint8)), float)
-        np.testing.assert_allclose(box, made.boxes[frame], atol=1.6)
+        box = np.array(cv2.boundingRect(changed.mask(frame).view(np.uint8)), float)
+        np.testing.assert_allclose(box, changed.boxes[frame], atol=1.6)
 
 
 def test_motion_shifts_images_by_a_constant_distance():
-    plain, made = datasets.load(SCENE), load_filtered(SCENE, "motion=0.5")
-    offsets = (made.boxes - plain.boxes)[:, :2]
+    plain, changed = datasets.load(SCENE), load_filtered(SCENE, "motion=0.5")
+    offsets = (changed.boxes - plain.boxes)[:, :2]
     lengths = np.hypot(*np.diff(offsets, axis=0).T)
     width = plain.boxes[0, 2]
     np.testing.assert_allclose(lengths, 0.5 * width, atol=1.5)
     assert not offsets[0].any()
     assert np.hypot(*offsets.T).max() <= 1.5 * width + 1
-    centres = made.boxes[:, :2] + made.boxes[:, 2:] / 2
+    centres = changed.boxes[:, :2] + changed.boxes[:, 2:] / 2
     assert ((centres >= -1) & (centres <= np.array(plain.image_size) + 1)).all()
 
 
 def test_occlusion_covers_the_target_and_sets_visibility():
-    plain, made = datasets.load(SCENE), load_filtered(SCENE, "occlusion=20")
-    hidden = made.visibility == 0
+    plain, changed = datasets.load(SCENE), load_filtered(SCENE, "occlusion=20")
+    hidden = changed.visibility == 0
     assert np.flatnonzero(hidden).tolist() == list(range(10, 30))
-    np.testing.assert_array_equal(made.boxes, plain.boxes)
+    np.testing.assert_array_equal(changed.boxes, plain.boxes)
     x, y, width, height = plain.boxes[20].astype(int)
-    assert np.ptp(made[20][y : y + height, x : x + width].reshape(-1, 3), axis=0).max() == 0
-    np.testing.assert_array_equal(made[30], plain[30])
-    assert not made.mask(20).any()
-    assert made.attributes["occlusion"][hidden].all()
+    assert np.ptp(changed[20][y : y + height, x : x + width].reshape(-1, 3), axis=0).max() == 0
+    np.testing.assert_array_equal(changed[30], plain[30])
+    assert not changed.mask(20).any()
+    assert changed.attributes["occlusion"][hidden].all()
 
 
 def test_box_error_shifts_only_the_init_box():
     scene = datasets.load(SCENE)
     regions = {"full": scene.boxes + [0, 0, 3, 4]}
     plain = Sequence("both", scene.frames, scene.boxes, regions=regions, fingerprint="")
-    made = filtered(plain, {"box_error": 0.5})
-    shift = (made.boxes - plain.boxes)[0]
+    changed = filtered(plain, {"box_error": 0.5})
+    shift = (changed.boxes - plain.boxes)[0]
     assert np.hypot(*(shift[:2] / plain.boxes[0, 2:])) == pytest.approx(0.5)
     assert not shift[2:].any()
-    np.testing.assert_array_equal(made.boxes[1:], plain.boxes[1:])
-    np.testing.assert_allclose((made.regions["full"] - plain.regions["full"])[0], shift)
+    np.testing.assert_array_equal(changed.boxes[1:], plain.boxes[1:])
+    np.testing.assert_allclose((changed.regions["full"] - plain.regions["full"])[0], shift)
 
 
 def test_order_of_filters_in_the_text_does_not_matter():
