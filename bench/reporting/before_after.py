@@ -8,9 +8,8 @@ import numpy as np
 
 from trackmark.bench.execution.plan import Plan, State
 from trackmark.bench.reporting.tables import MASKS, PRESET, SUMMARY, TIMES
-from trackmark.bench.store.layout import Cell as RunCell
-from trackmark.bench.store.layout import cell_of
-from trackmark.bench.store.loading import as_frame
+from trackmark.bench.store.data_frames import to_data_frame
+from trackmark.bench.store.layout import RunKey, run_key
 from trackmark.reports.renderers import to_text
 from trackmark.reports.table_width import on_terminal
 from trackmark.reports.tables import Cell, Table, summary_table
@@ -26,7 +25,7 @@ class ReplacedRuns:
 
     def __init__(self, plan: Plan, rows: Rows) -> None:
         self._rows = rows
-        self._stale = {cell for cell in plan.cells if plan.state(cell) == State.STALE}
+        self._stale = {cell for cell in plan.requested if plan.state(cell) == State.STALE}
 
     def before(self, caption: str) -> str:
         """Return the means of the old scores as text."""
@@ -48,13 +47,13 @@ class ReplacedRuns:
         return on_terminal(replace(table, notes=[]), to_text)
 
 
-def _select(rows: Rows, cells: Collection[RunCell]) -> Rows:
-    return [row for row in rows if cell_of(row) in cells]
+def _select(rows: Rows, cells: Collection[RunKey]) -> Rows:
+    return [row for row in rows if run_key(row) in cells]
 
 
 def _table(stages: Mapping[str, Rows], caption: str) -> Table:
     """Return a table with each tracker before and after, over its replaced runs."""
-    runs = as_frame({**row, "stage": stage} for stage, rows in stages.items() for row in rows)
+    runs = to_data_frame({**row, "stage": stage} for stage, rows in stages.items() for row in rows)
     masks = [m for m in MASKS if m.name in runs and runs[m.name].notna().any()]
     missing = [m.name for m in SUMMARY if m.name not in runs]  # for example of supervised runs
     runs = runs.assign(**dict.fromkeys(missing, np.nan))
