@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from trackmark.bench.execution.plan import KnownSequences
     from trackmark.bench.papers import Effort
     from trackmark.bench.papers.reproduction import Report, Reproduction
-    from trackmark.bench.store.layout import Cell
+    from trackmark.bench.store.layout import RunKey
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -70,9 +70,11 @@ def command(options: ReproduceOptions) -> int:
         names = ", ".join(paper_names())
         raise click.UsageError(f"Give one PAPER ({names}) or --all-papers.")
     if page is not None and (options.all_papers or quick):
-        raise click.UsageError("--page needs one PAPER, and a report with verdicts (no --quick).")
+        raise click.UsageError(
+            "--page requires one PAPER and verdicts. Omit --all-papers and --quick."
+        )
     if quick and options.everything:
-        raise click.UsageError("Give --quick or --all, not both.")
+        raise click.UsageError("Give either --quick or --all.")
     effort = Effort(
         quick=quick, everything=options.everything, seeds=options.seeds, jobs=options.jobs
     )
@@ -98,13 +100,13 @@ def _reproduce(paper: "Reproduction", effort: "Effort", options: ReproduceOption
     from trackmark.bench.papers.terminal_report import screen
 
     started_at, folder = time.monotonic(), options.output / paper.name
-    requested: dict[str, Collection[Cell]] = {}
-    known: KnownSequences = {}
+    requested: dict[str, Collection[RunKey]] = {}
+    opened_sequences: KnownSequences = {}
     for experiment in paper.experiments(effort):
-        execution = plan_experiment(experiment, options, known=known)
+        execution = plan_experiment(experiment, options, opened_sequences=opened_sequences)
         print_message(f"{experiment.title}: {len(execution.plan)} runs")
         execute_runs(execution)
-        requested[experiment.name] = execution.plan.asked().cells
+        requested[experiment.name] = execution.plan.manifest().versions
     report = paper.report(options.output, folder, effort, requested)
     content = document(report, time.monotonic() - started_at)
     _write(report, content, folder)

@@ -96,7 +96,5 @@ def test_other_clip_of_the_same_name_is_refused(monkeypatch, tmp_path):
 
 
 def test_option_is_refused():
-    with pytest.raises(
-        SequenceError, match=r"face: unknown option 'speed'\. Options: none"
-    ):
+    with pytest.raises(SequenceError, match=r"face: unknown option 'speed'\. Options: none"):
         datasets.load("samples/face:speed=2")

@@ -66,9 +66,9 @@ def test_baseline_has_one_score_and_digest_per_run(trackmark, workspace):
     assert (table["format"], table["seeds"], table["detect"]) == (2, 6, 0.001)
     assert table["specifications"] == {"mine": "knob.py:as=mine"}
     for tracker, runs in (("mine", 6), ("static", 1)):
-        for cell in table["trackers"][tracker].values():
-            assert len(cell["overlap"]) == len(cell["boxes"]) == runs
-            assert {*cell} <= {"sequence", "overlap", "boxes", "path"}
+        for entry in table["trackers"][tracker].values():
+            assert len(entry["overlap"]) == len(entry["boxes"]) == runs
+            assert {*entry} <= {"sequence", "overlap", "boxes", "path"}
     assert len(set(table["trackers"]["mine"]["Small"]["boxes"])) == 6
     assert "--force" in trackmark(*BASELINE, status=2).stderr
     assert file.read_bytes() == content
@@ -81,7 +81,7 @@ def test_unchanged_tracker_is_identical(trackmark, baseline_file):
     assert printed == "identical  static  2 sequences; mine  2 sequences\n"
     data = json.loads(trackmark("check", baseline_file, "--json", "--trackers", "static").stdout)
     assert data["verdict"] == "pass"
-    assert {cell["state"] for cell in data["cells"]} == {"identical"}
+    assert {entry["state"] for entry in data["cells"]} == {"identical"}
     whole = trackmark("check", "own", "--whole", "--seeds", 6).stdout
     assert whole.count("6 of 6 runs") == 2
 
@@ -92,7 +92,7 @@ def test_check_selects_sequences_by_any_of_their_names(trackmark, baseline_file)
     for texts, number in numbers.items():
         selection = ("--sequences", texts, "--trackers", "knob.py*,none", "--json")
         data = json.loads(trackmark("check", "own", *selection).stdout)
-        assert [cell["tracker"] for cell in data["cells"]] == ["mine"] * number, texts
+        assert [entry["tracker"] for entry in data["cells"]] == ["mine"] * number, texts
 
 
 def test_worse_tracker_is_reported_and_accepted(trackmark, workspace, baseline_file, edit):
@@ -184,7 +184,7 @@ def test_crash_in_repeated_run_is_a_regression(trackmark, edit, workspace, monke
     assert "Small, seed 0: 0001.png: KeyError: 'hash' (repeated run)" in unwrapped(printed)
     assert "not repeatable" not in printed
     data = json.loads(trackmark("check", "own", "--json", status=1).stdout)
-    assert [cell["failed"] for cell in data["cells"] if cell["tracker"] == "mine"] == [1, 1]
+    assert [entry["failed"] for entry in data["cells"] if entry["tracker"] == "mine"] == [1, 1]
     file = workspace / "baselines" / "own.toml"
     before = file.read_bytes()
     assert "is not changed: runs failed" in trackmark("check", "own", *ACCEPT, status=1).stderr
@@ -210,7 +210,7 @@ def test_tracker_that_draws_now_is_run_with_all_seeds(trackmark, edit):
     trackmark(*BASELINE)
     edit(DETERMINISTIC[::-1], DRAW)
     data = json.loads(trackmark("check", "own", "--json", "--trackers", "mine", status=1).stdout)
-    assert {(cell["runs_before"], cell["runs"]) for cell in data["cells"]} == {(1, 6)}
+    assert {(entry["runs_before"], entry["runs"]) for entry in data["cells"]} == {(1, 6)}
 
 
 REFUSED = {

@@ -18,14 +18,14 @@ N_SETS = 6
 def restricted(baseline, first):
     """Return the baseline restricted to `SEEDS` seeds from the first one on."""
     chosen = slice(first, first + SEEDS)
-    cells = {
+    entries = {
         tracker: {
-            name: replace(cell, overlap=cell.overlap[chosen], boxes=cell.boxes[chosen])
-            for name, cell in row.items()
+            name: replace(entry, overlap=entry.overlap[chosen], boxes=entry.boxes[chosen])
+            for name, entry in row.items()
         }
-        for tracker, row in baseline.cells.items()
+        for tracker, row in baseline.entries.items()
     }
-    return replace(baseline, cells=cells, seeds=SEEDS)
+    return replace(baseline, entries=entries, seeds=SEEDS)
 
 
 def test_unchanged_stochastic_trackers_pass_check(trackmark_process, workspace):

@@ -153,4 +153,4 @@ def test_wrong_usage_of_time_exits_with_2(trackmark, written, git, arguments, wo
 def test_missing_git_is_reported(trackmark, written, monkeypatch):
     monkeypatch.setenv("PATH", "")
     message = trackmark("check", "own", "--trackers", "mine", *AGAINST, status=2).stderr
-    assert "needs git" in message
+    assert "cannot run git" in message

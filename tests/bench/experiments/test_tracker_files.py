@@ -86,7 +86,7 @@ def calm(tmp_path):
 
 def test_error_of_an_import_is_one_line_with_the_file(calm):
     files = {str(calm(name, *rest)): words for name, (*rest, words) in REFUSED.items()}
-    _, lines = tracker_files._child(json.dumps(["settle", list(files)]))
+    _, lines = tracker_files._child(json.dumps(["parse", list(files)]))
     told = {text: error for text, error, _ in map(json.loads, lines)}
     assert told.keys() == files.keys()
     for file, words in files.items():
