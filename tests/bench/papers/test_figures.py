@@ -56,7 +56,7 @@ def test_quick_report_has_strips_and_quick_hooks(tiny):
 
 def test_strip_shows_the_scene_of_median_error(report):
     errors = {
-        scene: report.context.runs.courses(ADAPTIVE, scene)[0].error.mean() for scene in SCENES
+        scene: report.context.runs.judged_runs(ADAPTIVE, scene)[0].error.mean() for scene in SCENES
     }
     middle = sorted(errors, key=errors.__getitem__)[5]  # the lower one of twelve
     assert f"Frames 1, 10, 20 of {middle}, the scene" in report.figures[0].words
@@ -78,8 +78,8 @@ def test_strip_has_a_row_per_tracker_and_setting(report, redraw, monkeypatch):
     ]  # fmt: skip
     assert shown == [([0, 9, 19], 1)] * 3
     assert titles[0].endswith("like this in 12 of 12 scenes")
-    courses = [report.context.runs.courses(ADAPTIVE, scene)[0] for scene in SCENES]
-    patterns = [tuple(course.on_target[[0, 9, 19]].tolist()) for course in courses]
+    judged_runs = [report.context.runs.judged_runs(ADAPTIVE, scene)[0] for scene in SCENES]
+    patterns = [tuple(judged.on_target[[0, 9, 19]].tolist()) for judged in judged_runs]
     scene = report.figures[0].words.split(" of ")[1].partition(",")[0]
     same = patterns.count(patterns[SCENES.index(scene)])
     assert titles[1].endswith(f"like this in {same} of 12 scenes")
@@ -97,7 +97,7 @@ def test_series_has_scenes_in_a_panel_per_setting(report, redraw, monkeypatch):
     assert "overlap [share]: median and quartiles over 12 scenes of target" in drawing.words
     (shown,) = panels
     assert list(shown) == ["as written", "recommended"]
-    expected = [report.context.runs.courses(ADAPTIVE, scene)[0].overlap for scene in SCENES]
+    expected = [report.context.runs.judged_runs(ADAPTIVE, scene)[0].overlap for scene in SCENES]
     np.testing.assert_allclose(shown["recommended"]["camshift"], expected)
 
 

@@ -94,9 +94,9 @@ def test_scenes_without_runs_have_values_alone(report):
 
 def test_cell_of_main_table_opens_its_worst_run(page, report):
     *_, cell = opened(sections(page)["The paper&#39;s numbers and ours"])
-    courses = report.context.runs.courses
+    judged_runs = report.context.runs.judged_runs
     scenes = report.verdicts[0].evidence["recommended"].first["scene"]
-    frames = {(text, s): courses(text, s)[0].on_target.sum() for text in TEXTS for s in scenes}
+    frames = {(text, s): judged_runs(text, s)[0].on_target.sum() for text in TEXTS for s in scenes}
     assert frames[cell["tracker"], cell["sequence"]] == min(frames.values())
 
 

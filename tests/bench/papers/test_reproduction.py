@@ -90,10 +90,12 @@ def test_quick_report_has_no_verdicts(tiny, tmp_path):
 
 def test_failed_run_counts_as_lost_and_is_named(tiny, report, monkeypatch):
     runs, scene = report.context.runs, report.verdicts[1].evidence["recommended"].first["scene"][0]
-    courses, (course,) = runs.courses, runs.courses("static", scene)
-    failed = replace(course, run=replace(course.run, failure="frame 3: ValueError: no"))
+    judged_runs, (judged,) = runs.judged_runs, runs.judged_runs("static", scene)
+    failed = replace(judged, run=replace(judged.run, failure="frame 3: ValueError: no"))
     monkeypatch.setattr(
-        runs, "courses", lambda *run: [failed] if run == ("static", scene) else courses(*run)
+        runs,
+        "judged_runs",
+        lambda *run: [failed] if run == ("static", scene) else judged_runs(*run),
     )
     found = evidence(tiny.paper.claims["TI-2"], "recommended", report.context)
     assert found.first["value"].iloc[0] == 0

@@ -6,14 +6,14 @@ import pytest
 
 from tests.bench.papers.nguyen2002.runs import made_run, made_truth
 from trackmark.bench.papers.description import read_description
-from trackmark.bench.papers.measures import Course, find_measure
+from trackmark.bench.papers.measures import JudgedRun, find_measure
 from trackmark.bench.papers.nguyen2002.figures import chosen_frames
 
 PAPER = read_description("nguyen2002")
 
 
 def value(text, run, truth):
-    return find_measure(text, "nguyen2002")(Course(run, truth, PAPER, "nguyen2002"))
+    return find_measure(text, "nguyen2002")(JudgedRun(run, truth, PAPER, "nguyen2002"))
 
 
 def test_kept_counts_clear_frames_and_the_last_five():
