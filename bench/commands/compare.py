@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from trackmark.bench.comparing.comparison import Comparison
-    from trackmark.bench.store.layout import Cell
+    from trackmark.bench.store.layout import RunKey
     from trackmark.reports.tables import ScoreMeasure
 
 WIDTH = 96
@@ -119,7 +119,7 @@ def command(options: CompareOptions) -> int:
     imported = [guest.tracker for guest in imported_trackers]
     trackers, against = _trackers(options, imported)
     labels: list[str] | None = [label for label, _ in trackers] or None
-    cells: Collection[Cell] | None = None
+    cells: Collection[RunKey] | None = None
     experiments = []
     if options.sequences is not None and len(trackers) + len(imported) < 2:
         raise click.UsageError("Name at least two trackers to compare.")
@@ -239,7 +239,7 @@ def _label(text: str) -> str:
 
 def _run(
     options: CompareOptions, trackers: Sequence[str]
-) -> "tuple[Path, list[str], Collection[Cell]]":
+) -> "tuple[Path, list[str], Collection[RunKey]]":
     """Execute missing runs; return the results folder, the labels and the requested runs."""
     sequences = options.sequences or ""
     experiment = Experiment(
@@ -252,7 +252,7 @@ def _run(
     execution = run_experiment(experiment, options)
     print_message(f"Runs are in {execution.folder}.")
     labels = [spec.label for spec in execution.plan.trackers.values()]
-    return execution.folder, labels, execution.plan.asked().cells
+    return execution.folder, labels, execution.plan.manifest().versions
 
 
 @dataclass(frozen=True)
@@ -268,19 +268,19 @@ class _Runs:
 def _load(
     experiment: Path,
     labels: list[str] | None,
-    cells: "Collection[Cell] | None",
+    cells: "Collection[RunKey] | None",
     imported: Sequence[str],
     filed: str,
 ) -> _Runs:
     """Load requested runs (all stored runs if None), imported runs and timing runs."""
     from trackmark.bench.protocols import TIMING
-    from trackmark.bench.store.loading import load_results
+    from trackmark.bench.store.data_frames import load_results
     from trackmark.bench.store.results import Results
 
     if labels is not None:
         labels = [*labels, *imported]
     if cells is not None:
-        stored = Results(experiment).asked().cells if imported else ()
+        stored = Results(experiment).manifest().versions if imported else ()
         cells = [*cells, *(cell for cell in stored if cell[0] in imported)]
         cells = [*cells, *((*cell[:3], TIMING) for cell in cells)]
     runs = load_results(experiment, cells)
@@ -298,7 +298,7 @@ def _compare(
     from trackmark.bench.reporting.by_preset import runs_by
     from trackmark.bench.reporting.failed_runs import with_worst_scores
     from trackmark.bench.reporting.tables import PRESET, not_repeatable
-    from trackmark.bench.store.truth import occurring_attributes
+    from trackmark.bench.store.truth import find_attributes
 
     table, labels = runs.table, runs.labels
     if preset != PRESET:
@@ -316,7 +316,7 @@ def _compare(
         labels,
         against,
         by_scene=options.unit == "scene",
-        attributes=occurring_attributes(runs.experiment, finished),
+        attributes=find_attributes(runs.experiment, finished),
         same_boxes=same_boxes(runs.experiment, runs.table, runs.filed),
         not_repeatable=not_repeatable(runs.table),
     )

@@ -177,8 +177,8 @@ def _attribute(name: str) -> dict[str, Any]:
     return {
         "name": attribute.name,
         "unit": attribute.unit,
-        "range": f"{attribute.least:g} to {attribute.most:g}",
-        "sequence": f"{attribute.over} of its frames",
+        "range": f"{attribute.minimum:g} to {attribute.maximum:g}",
+        "sequence": f"{attribute.statistic} of its frames",
         "definition": attribute.definition.replace("\n", indent).replace(f"{indent}\n", "\n\n"),
     }
 
@@ -266,7 +266,7 @@ def _measured(name: str, truth: Path | None) -> dict[str, Any]:
         attribute.name: {
             "value": finite(overall[attribute.name]),
             "unit": attribute.unit,
-            "over": attribute.over,
+            "over": attribute.statistic,
             "frames": [finite(value) for value in series[attribute.name].tolist()],
         }
         for attribute in map(attributes.find, attributes.names())

@@ -201,7 +201,7 @@ def _write_page(
 def _print_left_out(experiments: Sequence[Path]) -> int:
     """Print a line on every tracker whose every run failed; return the exit status."""
     from trackmark.bench.reporting.failed_runs import failed_runs
-    from trackmark.bench.store.loading import load_results
+    from trackmark.bench.store.data_frames import load_results
 
     lines = dict[str, None]()
     for experiment in experiments:

@@ -187,11 +187,11 @@ def _runs(
     repetitions: int = 1,
 ) -> "tuple[pd.DataFrame, dict[str, str]]":
     """Execute missing runs; return all of them, and the texts of the sequences by name."""
-    from trackmark.bench.store.loading import load_results
+    from trackmark.bench.store.data_frames import load_results
 
     experiment = Experiment(
         options.name, tuple(trackers), tuple(sequences), repetitions, title="Breaking points"
     )
     execution = run_experiment(experiment, options, opened_sequences)
     texts = {sequence.name: sequence.source.text for sequence in execution.plan.sequences}
-    return load_results(execution.folder, execution.plan.asked().cells), texts
+    return load_results(execution.folder, execution.plan.manifest().versions), texts

@@ -11,8 +11,8 @@ from tempfile import TemporaryDirectory
 import pandas as pd
 
 from trackmark import datasets
-from trackmark.bench.store import loading
-from trackmark.bench.store.layout import Cell, experiment_folders
+from trackmark.bench.store import data_frames
+from trackmark.bench.store.layout import RunKey, experiment_folders
 from trackmark.reports.files import write_file
 
 _PLAYER_HEIGHT = 780  # CSS pixels
@@ -26,7 +26,7 @@ class Runs(pd.DataFrame):
 
     _metadata = ("folder", "cells")
     folder: Path
-    cells: Collection[Cell] | None
+    cells: Collection[RunKey] | None
 
     @property
     def _constructor(self) -> type[pd.DataFrame]:
@@ -47,13 +47,13 @@ class Runs(pd.DataFrame):
         )
 
 
-def load_results(folder: str | Path, cells: Collection[Cell] | None = None) -> Runs:
+def load_results(folder: str | Path, cells: Collection[RunKey] | None = None) -> Runs:
     """Return the runs of an experiment, or of all experiments in a folder, as a data frame.
 
-    Parameters, columns and errors are those of `bench.store.loading.load_results`. A notebook shows
-    the tables of the report.
+    Parameters, columns and errors are those of `bench.store.data_frames.load_results`. A notebook
+    shows the tables of the report.
     """
-    runs = Runs(loading.load_results(folder, cells))
+    runs = Runs(data_frames.load_results(folder, cells))
     runs.folder, runs.cells = Path(folder), cells
     return runs
 
@@ -150,6 +150,6 @@ def _find_sequence(folder: Path, sequence: str) -> tuple[Path, str]:
 
 def _scored_sequences(experiment: Path) -> list[str]:
     """Return the sequences with scored runs."""
-    runs = loading.load_results(experiment)
+    runs = data_frames.load_results(experiment)
     scored = runs[(runs["protocol"] == "accuracy") & (runs["status"] != "missing")]
     return [str(name) for name in scored["sequence"].unique()]

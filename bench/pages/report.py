@@ -29,8 +29,8 @@ from trackmark.bench.pages.player_runs import Layers, name_on_page, read_runs, s
 from trackmark.bench.protocols import STORED_ONE_PASS, TIMING
 from trackmark.bench.reporting.by_preset import table_prefix
 from trackmark.bench.reporting.failed_runs import with_worst_scores
-from trackmark.bench.store.loading import load_results
-from trackmark.bench.store.truth import occurring_attributes
+from trackmark.bench.store.data_frames import load_results
+from trackmark.bench.store.truth import find_attributes
 from trackmark.datasets.spec_string import format_text
 from trackmark.reports.page.content import Page, PageSection, PageTable, PlayerPosition
 from trackmark.reports.page.page import write_chunk, write_page
@@ -147,7 +147,7 @@ class _Content:
         named = {table.name: table for table in tables}
         runs, scored, wide = self.runs, self.scored, self.commands.text("report", "--wide")
         finished = scored[scored["status"] == "finished"]
-        occurring = occurring_attributes(self.experiment, finished)
+        occurring = find_attributes(self.experiment, finished)
         which, differences = comparison_section(
             self.experiment, self.all_runs, occurring, runs, self.commands.text("compare")
         )

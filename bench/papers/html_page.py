@@ -47,7 +47,9 @@ def write_html_page(path: Path, report: Report, watch: Watch = lambda *_: None) 
     linked_runs = [run for rows in scenes.values() for row in rows for run in row.runs]
     linked_runs += [run for row in cells for run in row]
     footage = film_runs(linked_runs, report.context, path.parent.parent, watch)
-    sections = [one for one in _sections(report, scenes, cells, footage) if _has_content(one)]
+    sections = [
+        section for section in _sections(report, scenes, cells, footage) if _has_content(section)
+    ]
     page = Page(report.description.title, sections, footage.reading.labels, footage.scenes)
     return write_page(path, page)
 

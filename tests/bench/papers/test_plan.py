@@ -1,4 +1,4 @@
-"""Which runs a paper needs: scenes that meet the criteria, settings, experiments."""
+"""Runs that a paper needs: scenes that meet the criteria, settings, experiments."""
 
 from pathlib import Path
 

@@ -40,10 +40,10 @@ def test_filters_have_the_posterior_of_a_grid():
     anywhere = mean((grid >= 0) & (grid <= 1), observed[1], 1)
     for kind, colour in (("dependent", twice), ("independent", anywhere)):
         cues = example.chain(kind, setting, 200_000, start)
-        found = cues.step(observed, np.random.default_rng(5))
-        attached = found[-2].states[found[-1].attached]
-        assert found[-1].weights @ found[-1].states == pytest.approx(position, abs=1e-3)
-        assert found[-1].weights @ attached == pytest.approx(colour, abs=2e-3)
+        hypotheses = cues.step(observed, np.random.default_rng(5))
+        attached = hypotheses[-2].states[hypotheses[-1].attached]
+        assert hypotheses[-1].weights @ hypotheses[-1].states == pytest.approx(position, abs=1e-3)
+        assert hypotheses[-1].weights @ attached == pytest.approx(colour, abs=2e-3)
 
 
 def test_gains_are_shares_of_the_observations_error(monkeypatch):

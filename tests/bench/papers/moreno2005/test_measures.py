@@ -66,8 +66,8 @@ def test_contrast_is_the_distance_of_mean_colours():
 
 def test_posterior_map_shows_the_target(scene):
     before, mask = scene.mask(0), scene.mask(1)
-    shown = posterior_map(scene[0], before, scene[1], np.random.default_rng(0))
-    assert shown[mask].mean() > shown[~mask].mean() + 0.4
+    posterior = posterior_map(scene[0], before, scene[1], np.random.default_rng(0))
+    assert posterior[mask].mean() > posterior[~mask].mean() + 0.4
 
 
 def test_starts_lie_near_the_contour():

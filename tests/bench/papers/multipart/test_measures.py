@@ -33,16 +33,16 @@ def judged(shifts: Any = 0.0, *, hidden: Any = (), failure: str = "") -> JudgedR
     )
 
 
-def off_from(first: int, last: int = N, by: float = 11.0) -> np.ndarray:
+def off_from(first: int, last: int = N, pixels: float = 11.0) -> np.ndarray:
     """Return shifts in frames from `first` to before `last`, counted from 0."""
     shifts = np.zeros(N)
-    shifts[first:last] = by
+    shifts[first:last] = pixels
     return shifts
 
 
-@pytest.mark.parametrize(("by", "expected"), [(9.5, N), (10.5, 20)])
-def test_frame_counts_with_its_centre_inside_the_person(by: float, expected: int) -> None:
-    assert value("frames_on_target", judged(off_from(20, by=by))) == expected
+@pytest.mark.parametrize(("pixels", "expected"), [(9.5, N), (10.5, 20)])
+def test_frame_counts_with_its_centre_inside_the_person(pixels: float, expected: int) -> None:
+    assert value("frames_on_target", judged(off_from(20, pixels=pixels))) == expected
 
 
 def test_failed_run_tracks_the_first_frame_alone() -> None:
@@ -50,14 +50,14 @@ def test_failed_run_tracks_the_first_frame_alone() -> None:
 
 
 def test_overlap_is_with_the_region_of_the_start() -> None:
-    assert value("frames_overlapping", judged(off_from(20, by=3.5))) == N
-    assert value("frames_overlapping", judged(off_from(20, by=4.5))) == 20
+    assert value("frames_overlapping", judged(off_from(20, pixels=3.5))) == N
+    assert value("frames_overlapping", judged(off_from(20, pixels=4.5))) == 20
 
 
 def test_stored_run_is_judged_by_the_region_of_its_start(store_runs: Any, tmp_path: Path) -> None:
     tracker, scene = "multipart:particles=2:init=full", "stress/twin:scene=0"
-    asked = {"twin": store_runs(tmp_path / "twin", [tracker], [scene])}
-    (stored,) = StoredRuns(tmp_path, asked, PAPER).judged_runs(tracker, scene)
+    requested = {"twin": store_runs(tmp_path / "twin", [tracker], [scene])}
+    (stored,) = StoredRuns(tmp_path, requested, PAPER).judged_runs(tracker, scene)
     np.testing.assert_array_equal(stored.truth.boxes, stored.truth.regions["full"])
     assert stored.error[0] == pytest.approx(0.0)
 

@@ -25,8 +25,8 @@ def truth():
     visibility = np.ones(N)
     visibility[TREE] = 0.0
     visibility[96:100] = visibility[116:120] = 0.6
-    for one in SHORT:
-        visibility[one] = 0.2
+    for occlusion in SHORT:
+        visibility[occlusion] = 0.2
     visibility[:COMES] = visibility[LEAVES:] = 0.0
     visibility[LEAVES - 3 : LEAVES] = 0.3
     return boxes, visibility
@@ -92,8 +92,8 @@ def test_initialisation_behind_the_tree_takes_three_steps(changes, expected):
     ],
 )
 def test_short_occlusions_count_if_the_target_is_tracked_before(changes, expected):
-    found = value("bridges_short_occlusions", judged(**changes))
-    np.testing.assert_equal(found, expected)
+    bridged = value("bridges_short_occlusions", judged(**changes))
+    np.testing.assert_equal(bridged, expected)
 
 
 def test_count_may_fall_ten_frames_after_the_exit():
@@ -117,8 +117,8 @@ def test_size_error_is_relative_to_the_truth():
 def surface():
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(scenes, "RUN", 6)
-        (found,) = surfaces("plain/target", "as-written", 1)
-        return found
+        (surface_found,) = surfaces("plain/target", "as-written", 1)
+        return surface_found
 
 
 def test_surface_has_its_maximum_at_the_target(surface):
