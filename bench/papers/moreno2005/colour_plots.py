@@ -195,7 +195,7 @@ def hypotheses_plot(
     """Draw planes and contours at the left, and one row per palette at the right.
 
     The image is BGR. `planes` are bases (n, 3, 2) and their weights (n,), `contours` polygons
-    (n, points, 2) [pixels] and theirs; palettes are by what is said of them.
+    (n, points, 2) [px] and their weights; palettes are by label.
     """
     figure = bare_figure(title, 0.8 + 1.9 * len(palettes))
     halves: Any = figure.subfigures(1, 2, width_ratios=(4, 5))

@@ -58,7 +58,7 @@ def description(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Description:
     ("fields", "message"),
     [
         ({"repetitions": "repetitions = 2"}, "give an odd number"),
-        ({"tracker": "Camshift"}, "unknown tracker 'Camshift'; known: proposed, CamShift"),
+        ({"tracker": "Camshift"}, "unknown tracker 'Camshift'; use one of: proposed, CamShift"),
         ({"repetitions": "colour = 1"}, "colour: Extra inputs"),
     ],
 )
