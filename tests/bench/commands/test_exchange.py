@@ -102,7 +102,7 @@ def test_exported_results_are_imported_with_equal_scores(trackmark, imported):
     assert np.isfinite([row["mean_overlap"] for row in first]).all()
     for form in ("otb", "otb-json", "got10k", "vot", "pysot", "pytracking"):
         done = trackmark("results", "export", "results/first", form, "--as", form)
-        assert done.stderr.startswith(f"{form} keeps ")
+        assert done.stderr.startswith(f"{form} contains ")
         assert scores_of(f"from-{form}", f"MINE={form}:{form}/MINE") == first, form
 
 
