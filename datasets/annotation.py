@@ -41,8 +41,8 @@ def interpolate(
     Raises
     ------
     SequenceError
-        If there is no key frame, a frame or box is out of range, a box has no size, an interval
-        ends before it starts, or the target is absent in a key frame.
+        If there is no key frame, or if a frame or box is out of range. Also if a box has no size,
+        an interval ends before it starts, or the target is absent in a key frame.
 
     Examples
     --------

@@ -84,11 +84,11 @@ def run_experiment(
 def stored_runs(execution: "Execution") -> "tuple[list[dict[str, Any]], Plan, str]":
     """Return the stored runs, the plan in its current state, and a sentence with the counts."""
     from trackmark.bench.execution.plan import State
-    from trackmark.bench.store.index import read_index
     from trackmark.bench.store.results import Results
+    from trackmark.bench.store.run_rows import list_scored_runs
 
     # Read from disk: another command may have stored runs meanwhile.
-    rows = read_index(Results(execution.folder))
+    rows = list_scored_runs(Results(execution.folder))
     plan = execution.plan.seen_in(rows)
     failed = plan.count(State.FAILED)
     end = f", {failed} failed." if failed else "."
@@ -103,8 +103,8 @@ def stored_runs(execution: "Execution") -> "tuple[list[dict[str, Any]], Plan, st
 def _replacement_messages(execution: "Execution", remark: str) -> Iterator[None]:
     """Print which stored runs will be replaced and, afterwards, how their scores changed."""
     from trackmark.bench.execution.plan import State
-    from trackmark.bench.store.index import read_index
     from trackmark.bench.store.results import Results
+    from trackmark.bench.store.run_rows import list_scored_runs
 
     if not (stale := execution.plan.count(State.STALE)):
         yield
@@ -112,7 +112,7 @@ def _replacement_messages(execution: "Execution", remark: str) -> Iterator[None]
     from trackmark.bench.reporting.before_after import Replaced  # imports the table renderers
 
     results = Results(execution.folder)
-    replaced = Replaced(execution.plan, read_index(results))
+    replaced = Replaced(execution.plan, list_scored_runs(results))
     runs = "1 stored run was" if stale == 1 else f"{stale} stored runs were"
     caption = (
         f"{runs} made with another version of tracker or sequence and will be repeated{remark}. "
@@ -120,6 +120,6 @@ def _replacement_messages(execution: "Execution", remark: str) -> Iterator[None]
     )
     print_message(replaced.before(caption))
     yield
-    rows = read_index(results)
+    rows = list_scored_runs(results)
     if change := replaced.compared(execution.plan.seen_in(rows), rows):
         print_message(change)

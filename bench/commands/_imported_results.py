@@ -70,10 +70,10 @@ def with_imported(
     the imported results on `sequences`. `only`: names of the sequences of the experiments for which
     results are imported; all by default.
     """
-    from trackmark.bench.store.results import KeptRuns, kept_runs
+    from trackmark.bench.store.results import RunCache, run_cache
 
     with ExitStack() as stack:
-        stack.callback(kept_runs.reset, kept_runs.set(KeptRuns()))
+        stack.callback(run_cache.reset, run_cache.set(RunCache()))
         if not experiments:
             folder = Path(stack.enter_context(TemporaryDirectory(prefix="trackmark-"))) / ALONE
             store_imported(imported, sequences or "", folder)

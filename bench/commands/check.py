@@ -273,11 +273,11 @@ def _scores_by(result: "Check", folder: Path, metrics: list[str]) -> str:
 
 def _text(table: "Table") -> str:
     """Return the table, or only its notes if nothing changed."""
-    from trackmark.reports.printable import wrapped
+    from trackmark.reports.printable import wrap
     from trackmark.reports.renderers import to_text
     from trackmark.reports.table_width import on_terminal
 
-    notes = "\n".join(wrapped(note) for note in table.notes)
+    notes = "\n".join(wrap(note) for note in table.notes)
     rows = on_terminal(replace(table, notes=[]), to_text) if table.rows else ""
     return f"{rows}{notes}\n"
 

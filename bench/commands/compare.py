@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from trackmark.bench.comparing.comparison import Comparison
-    from trackmark.bench.store.layout import Cell
+    from trackmark.bench.store.layout import RunKey
     from trackmark.reports.tables import ScoreMeasure
 
 WIDTH = 96
@@ -118,7 +118,7 @@ def command(options: CompareOptions) -> int:
     imported = [guest.tracker for guest in imported_trackers]
     trackers, against = _trackers(options, imported)
     labels: list[str] | None = [label for label, _ in trackers] or None
-    cells: Collection[Cell] | None = None
+    cells: Collection[RunKey] | None = None
     experiments = []
     if options.sequences is not None and len(trackers) + len(imported) < 2:
         raise click.UsageError("Name at least two trackers to compare.")
@@ -238,7 +238,7 @@ def _label(text: str) -> str:
 
 def _run(
     options: CompareOptions, trackers: Sequence[str]
-) -> "tuple[Path, list[str], Collection[Cell]]":
+) -> "tuple[Path, list[str], Collection[RunKey]]":
     """Execute missing runs; return the results folder, the labels and the requested runs."""
     sequences = options.sequences or ""
     experiment = Experiment(
@@ -251,7 +251,7 @@ def _run(
     execution = run_experiment(experiment, options)
     print_message(f"Runs are in {execution.folder}.")
     labels = [spec.label for spec in execution.plan.trackers.values()]
-    return execution.folder, labels, execution.plan.asked().cells
+    return execution.folder, labels, execution.plan.manifest().versions
 
 
 @dataclass(frozen=True)
@@ -267,19 +267,19 @@ class _Runs:
 def _load(
     experiment: Path,
     labels: list[str] | None,
-    cells: "Collection[Cell] | None",
+    cells: "Collection[RunKey] | None",
     imported: Sequence[str],
     filed: str,
 ) -> _Runs:
     """Load requested runs (all stored runs if None), imported runs and timing runs."""
     from trackmark.bench.protocols import TIMING
-    from trackmark.bench.store.loading import load_results
+    from trackmark.bench.store.data_frames import load_results
     from trackmark.bench.store.results import Results
 
     if labels is not None:
         labels = [*labels, *imported]
     if cells is not None:
-        stored = Results(experiment).asked().cells if imported else ()
+        stored = Results(experiment).manifest().versions if imported else ()
         cells = [*cells, *(cell for cell in stored if cell[0] in imported)]
         cells = [*cells, *((*cell[:3], TIMING) for cell in cells)]
     runs = load_results(experiment, cells)
@@ -297,7 +297,7 @@ def _compare(
     from trackmark.bench.reporting.by_preset import runs_by
     from trackmark.bench.reporting.failed_runs import with_worst_scores
     from trackmark.bench.reporting.tables import PRESET, not_repeatable
-    from trackmark.bench.store.truth import occurring_attributes
+    from trackmark.bench.store.truth import find_attributes
 
     table, labels = runs.table, runs.labels
     if preset != PRESET:
@@ -315,7 +315,7 @@ def _compare(
         labels,
         against,
         by_scene=options.unit == "scene",
-        attributes=occurring_attributes(runs.experiment, finished),
+        attributes=find_attributes(runs.experiment, finished),
         same_boxes=same_boxes(runs.experiment, runs.table, runs.filed),
         not_repeatable=not_repeatable(runs.table),
     )
@@ -368,7 +368,7 @@ def _write(comparison: "Comparison", experiment: Path, folder: Path) -> list[str
     from trackmark.bench.comparing.tables import files, paragraph
     from trackmark.bench.reporting.film_strips import write_strips
     from trackmark.reports.files import write_file
-    from trackmark.reports.write import what_was_written, write_tables
+    from trackmark.reports.write import list_written_files, write_tables
 
     paths = [*write_tables(folder, files(comparison)), *write_figures(comparison, folder)]
     sequences = comparison.most_different(STRIPS)
@@ -376,4 +376,4 @@ def _write(comparison: "Comparison", experiment: Path, folder: Path) -> list[str
     file = folder / "paragraph.txt"
     text = f"{paragraph(comparison)}\n"
     paths.append(write_file(file, lambda path: path.write_text(text, encoding="utf-8")))
-    return what_was_written(paths, file.name)
+    return list_written_files(paths, file.name)

@@ -118,7 +118,7 @@ def _report(experiment: Path, stored: Path | None, options: ReportOptions, sever
     from trackmark.bench.pages.report_figures import FigureFiles
     from trackmark.bench.reporting.by_preset import preset_report
     from trackmark.bench.reporting.tables import title_of
-    from trackmark.reports.write import what_was_written, write_tables
+    from trackmark.reports.write import list_written_files, write_tables
 
     metrics, folder = options.metrics, options.folder
     title = title_of(experiment, named=several)
@@ -140,7 +140,7 @@ def _report(experiment: Path, stored: Path | None, options: ReportOptions, sever
     if options.has_page:
         page = target / "report.html"
         files += _write_page(experiment, page, tables, title, commands, options.frames, figures)
-    for line in what_was_written(files):
+    for line in list_written_files(files):
         print_message(line)
 
 
@@ -200,7 +200,7 @@ def _write_page(
 def _print_left_out(experiments: Sequence[Path]) -> int:
     """Print a line on every tracker whose every run failed; return the exit status."""
     from trackmark.bench.reporting.failed_runs import failed_runs
-    from trackmark.bench.store.loading import load_results
+    from trackmark.bench.store.data_frames import load_results
 
     lines = dict[str, None]()
     for experiment in experiments:

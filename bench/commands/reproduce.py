@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from trackmark.bench.execution.plan import KnownSequences
     from trackmark.bench.papers import Effort
     from trackmark.bench.papers.reproduction import Report, Reproduction
-    from trackmark.bench.store.layout import Cell
+    from trackmark.bench.store.layout import RunKey
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -99,13 +99,13 @@ def _reproduce(paper: "Reproduction", effort: "Effort", options: ReproduceOption
     from trackmark.bench.papers.terminal_report import screen
 
     started_at, folder = time.monotonic(), options.output / paper.name
-    requested: dict[str, Collection[Cell]] = {}
+    requested: dict[str, Collection[RunKey]] = {}
     opened_sequences: KnownSequences = {}
     for experiment in paper.experiments(effort):
         execution = plan_experiment(experiment, options, opened_sequences=opened_sequences)
         print_message(f"{experiment.title}: {len(execution.plan)} runs")
         execute_runs(execution)
-        requested[experiment.name] = execution.plan.asked().cells
+        requested[experiment.name] = execution.plan.manifest().versions
     report = paper.report(options.output, folder, effort, requested)
     content = document(report, time.monotonic() - started_at)
     _write(report, content, folder)

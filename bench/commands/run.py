@@ -42,7 +42,7 @@ from trackmark.bench.experiments.experiment import (
 if TYPE_CHECKING:
     from trackmark.bench.execution.executor import Execution
     from trackmark.bench.execution.plan import KnownSequences
-    from trackmark.bench.store.layout import Cell
+    from trackmark.bench.store.layout import RunKey
 
 _MAX_NAME = 24  # characters of a tracker or a sequence in the name of a folder
 
@@ -194,7 +194,7 @@ def execute(execution: "Execution", metrics: Sequence[str], *, as_json: bool = F
     Without presets, scores are printed only if runs failed.
     """
     from trackmark.bench.execution.plan import State
-    from trackmark.bench.store.layout import cell_of
+    from trackmark.bench.store.layout import run_key
 
     plan = execution.plan
     for sequence in plan.sequences:
@@ -203,12 +203,12 @@ def execute(execution: "Execution", metrics: Sequence[str], *, as_json: bool = F
                 f"{sequence.name}: {sequence.images_beyond_truth} images after the last row of "
                 "the ground truth are not read."
             )
-    printed: set[Cell] = set()
+    printed: set[RunKey] = set()
 
     def print_row(row: Mapping[str, Any]) -> None:
         if as_json:
             _print_row(row, execution.folder, metrics)
-            printed.add(cell_of(row))
+            printed.add(run_key(row))
 
     remark = " (--keep stores new runs in another folder)"
     execute_runs(execution, print_row, remark=remark, keep_errors=True)
@@ -218,8 +218,8 @@ def execute(execution: "Execution", metrics: Sequence[str], *, as_json: bool = F
         complain(error)
     if as_json:
         for row in rows:
-            cell = cell_of(row)
-            if cell in now.cells and cell not in printed and now.state(cell) >= State.FAILED:
+            cell = run_key(row)
+            if cell in now.requested and cell not in printed and now.state(cell) >= State.FAILED:
                 _print_row(row, execution.folder, metrics)
         print_message(state)
     elif metrics or failed:
@@ -233,9 +233,9 @@ def execute(execution: "Execution", metrics: Sequence[str], *, as_json: bool = F
 
 def _print_row(row: Mapping[str, Any], folder: Path, metrics: Sequence[str]) -> None:
     """Print a run as JSON, with scores by other presets if they are requested."""
-    from trackmark.bench.store.index import for_json
+    from trackmark.bench.store.run_rows import to_json_row
 
-    data = for_json(row)
+    data = to_json_row(row)
     if list(metrics) != ["native"] or row["protocol"] not in ("accuracy", "timing"):
         # Imports the table renderers.
         from trackmark.bench.reporting.by_preset import presets_for, scores_by
@@ -250,14 +250,14 @@ def _print_tables(execution: "Execution", metrics: Sequence[str]) -> None:
     from trackmark.bench.reporting.by_preset import summary_text
 
     with patience("Scoring runs"):
-        text = summary_text(execution.folder, execution.plan.asked().cells, metrics)
+        text = summary_text(execution.folder, execution.plan.manifest().versions, metrics)
     click.echo(text)
 
 
 def _print_remarks(execution: "Execution", failed: int) -> None:
     """Print how to list failures, the time of the harness, and the formats of the sequences."""
     from trackmark import datasets
-    from trackmark.reports.printable import wrapped
+    from trackmark.reports.printable import wrap
 
     if failed:
         command = shlex.join(["trackmark", "results", "failures", str(execution.folder)])
@@ -270,7 +270,7 @@ def _print_remarks(execution: "Execution", failed: int) -> None:
     for name in filter(None, dict.fromkeys(formats.values())):
         first, *others = [text for text in texts if formats[text] == name]
         more = f" and {len(others)} more" if others else ""
-        click.echo(wrapped(f"{first}{more}: read as {name}."))
+        click.echo(wrap(f"{first}{more}: read as {name}."))
 
 
 _BASES = {

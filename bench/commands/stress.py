@@ -88,7 +88,7 @@ def command(options: StressOptions) -> int:
     from trackmark.bench.experiments.tracker_files import resolve_trackers
     from trackmark.reports.renderers import to_text
     from trackmark.reports.table_width import on_terminal
-    from trackmark.reports.write import what_was_written, write_tables
+    from trackmark.reports.write import list_written_files, write_tables
 
     if not (knob_texts := split_list(options.knobs)):
         raise click.UsageError("--knob: the list is empty. Name at least one.")
@@ -111,7 +111,7 @@ def command(options: StressOptions) -> int:
         click.echo("\n".join(on_terminal(table, to_text) for table in tables(result)), nl=False)
     if (folder := options.folder) is not None:
         paths = [*write_tables(folder, tables(result, whole=True)), *write_curves(result, folder)]
-        print_message("\n".join(what_was_written(paths)))
+        print_message("\n".join(list_written_files(paths)))
     return 0
 
 
@@ -186,11 +186,11 @@ def _runs(
     repetitions: int = 1,
 ) -> "tuple[pd.DataFrame, dict[str, str]]":
     """Execute missing runs; return all of them, and the texts of the sequences by name."""
-    from trackmark.bench.store.loading import load_results
+    from trackmark.bench.store.data_frames import load_results
 
     experiment = Experiment(
         options.name, tuple(trackers), tuple(sequences), repetitions, title="Breaking points"
     )
     execution = run_experiment(experiment, options, opened_sequences)
     texts = {sequence.name: sequence.source.text for sequence in execution.plan.sequences}
-    return load_results(execution.folder, execution.plan.asked().cells), texts
+    return load_results(execution.folder, execution.plan.manifest().versions), texts

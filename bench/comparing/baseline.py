@@ -20,9 +20,9 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from trackmark.bench.experiments.experiment import SequenceSource, read_toml
 from trackmark.bench.statistics.rules import MIN_UNITS
+from trackmark.bench.store.data_frames import ordered_rows
 from trackmark.bench.store.files import ResultsError
-from trackmark.bench.store.layout import cell_of
-from trackmark.bench.store.loading import ordered_rows
+from trackmark.bench.store.layout import run_key
 from trackmark.bench.store.results import Results
 from trackmark.reports.files import write_file
 
@@ -163,7 +163,7 @@ def _entry(
                 "the sequence: its ground truth has no box after the first one."
             )
         overlap[seed] = round(score, DECIMALS)
-        boxes[seed] = box_digest(results.read(cell_of(row)).boxes)
+        boxes[seed] = box_digest(results.read(run_key(row)).boxes)
     sequence = digest(rows[0]["fingerprint"].encode())
     return BaselineEntry(source, sequence, tuple(overlap), tuple(boxes), failures)
 

@@ -31,7 +31,7 @@ from trackmark.bench.statistics.psychometric import (
 from trackmark.bench.statistics.rules import MIN_UNITS
 from trackmark.datasets.filters import FILTERS, split_filters, with_filters
 from trackmark.datasets.spec_string import close_match, format_text, parse_text
-from trackmark.reports.comparison import Breaks, breaking_plot
+from trackmark.reports.comparison import SurvivalCurve, breaking_plot
 from trackmark.reports.figures import write_figure
 from trackmark.reports.tables import MISSING, Cell, Table, failure_notes
 from trackmark.reports.write import file_names
@@ -508,7 +508,7 @@ def write_curves(result: BreakingPoints, folder: Path) -> list[Path]:
     return paths
 
 
-def _curve(series: Series, levels: NDArray[np.float64]) -> Breaks:
+def _curve(series: Series, levels: NDArray[np.float64]) -> SurvivalCurve:
     """Return the survival curve with dots for groups of neighbouring runs, and the interval."""
     knob = series.knob
     runs = [(knob.place(trial.level), trial.survived) for trial in series.trials]
@@ -521,4 +521,4 @@ def _curve(series: Series, levels: NDArray[np.float64]) -> Breaks:
     ends = [nan, nan]
     if series.verdict == "broken":
         ends = [knob.level(min(1.0, max(0.0, end))) for end in series.threshold.interval]
-    return Breaks(levels, series.threshold.survival(PLACES), *dots, *ends)
+    return SurvivalCurve(levels, series.threshold.survival(PLACES), *dots, *ends)

@@ -19,7 +19,7 @@ from trackmark.bench.statistics.accuracy_drop import (
     decide_deterministic,
 )
 from trackmark.bench.statistics.rules import MARGIN, Decision
-from trackmark.reports.printable import in_xml
+from trackmark.reports.printable import to_xml
 from trackmark.reports.tables import Cell, Table
 
 UNREPEATABLE = "not repeatable"
@@ -266,10 +266,10 @@ def as_junit(result: Check, times: Iterable[tuple[str, str, str]] = ()) -> str:
     kinds = {"worse": "failure", "slower": "failure", "inconclusive": "skipped"}
     suite = ElementTree.Element("testsuite", name="trackmark check", tests=str(len(cases)))
     for tracker, name, state, words in cases:
-        names = {"classname": in_xml(tracker), "name": in_xml(name)}
+        names = {"classname": to_xml(tracker), "name": to_xml(name)}
         case = ElementTree.SubElement(suite, "testcase", names)
         if kind := kinds.get(state):
-            ElementTree.SubElement(case, kind, message=in_xml(words))
+            ElementTree.SubElement(case, kind, message=to_xml(words))
     suite.set("failures", str(len(suite.findall("*/failure"))))
     suite.set("skipped", str(len(suite.findall("*/skipped"))))
     return ElementTree.tostring(suite, encoding="unicode", xml_declaration=True) + "\n"

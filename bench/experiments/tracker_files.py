@@ -27,7 +27,7 @@ from trackmark.bench.experiments.tracker_spec import (
     parse_trackers,
     split_text,
 )
-from trackmark.bench.process_tree import Offspring
+from trackmark.bench.process_tree import ProcessTree
 from trackmark.trackers import Randomness, Tracker, TrackerError
 from trackmark.trackers.base.catalogue import is_outside
 from trackmark.trackers.base.former_imports import warn_of_former_imports
@@ -93,7 +93,7 @@ def _ask_child(question: str, texts: list[str]) -> dict[str, Any]:
 def _child(request: str) -> tuple[str, list[bytes]]:
     """Run the child; return how it ended, and the lines that it wrote."""
     with tempfile.TemporaryFile() as answers:
-        child = Offspring(
+        child = ProcessTree(
             "trackmark.bench.experiments.tracker_files",
             [answers.fileno()],
             stdin=subprocess.PIPE,

@@ -12,9 +12,9 @@ from trackmark.bench.pages.player_runs import PageRuns, collect_runs, scenes
 from trackmark.bench.papers.context import Context
 from trackmark.bench.papers.scene_rows import ShownRun
 from trackmark.bench.reporting.stored_runs import StoredRun
-from trackmark.bench.store.index import index_row
-from trackmark.bench.store.layout import Cell
+from trackmark.bench.store.layout import RunKey
 from trackmark.bench.store.results import Results
+from trackmark.bench.store.run_rows import run_row
 from trackmark.bench.store.truth import read_truth
 from trackmark.reports.page.content import PlayerPosition, PlayerScene
 
@@ -58,17 +58,17 @@ def film_runs(
     places = {run: place for run in runs if (place := _place(run, reading, context))}
     limit = MAX_QUICK_SECONDS if context.effort.quick else MAX_SECONDS
     frames = _frames(reading, list(places.values()), limit)
-    filmed = [*scenes(reading, str(results), watch, chosen=frames)] if files else []
+    filmed = [*scenes(reading, str(results), watch, selected=frames)] if files else []
     return Footage(reading, filmed, places)
 
 
-def _stored(places: Iterable[tuple[Path, Cell]]) -> Iterator[StoredRun]:
+def _stored(places: Iterable[tuple[Path, RunKey]]) -> Iterator[StoredRun]:
     truth = cache(read_truth)
     for folder, cell in places:
         results = Results(folder)
         run = results.read(cell)
         stored = truth(results.folder, run.identity.sequence, run.identity.fingerprint)
-        row = index_row(run, stored)
+        row = run_row(run, stored)
         # The name of a synthetic scene is its source.
         yield row | {"source": row["source"] or row["sequence"]}, run, stored
 

@@ -20,7 +20,7 @@ from trackmark.bench.papers.description import FigureEntry
 from trackmark.bench.papers.measures import Course, find_measure, series
 from trackmark.bench.papers.plan import scene_names, tracker_text
 from trackmark.reports.figures import write_figure
-from trackmark.reports.film_strip import COLUMNS, WIDTH, film_strip, write_film_strip
+from trackmark.reports.film_strip import DEFAULT_WIDTH, MAX_COLUMNS, film_strip, write_film_strip
 from trackmark.reports.overlay import TRUTH
 from trackmark.reports.palette import colours
 from trackmark.reports.series import series_plot
@@ -120,8 +120,8 @@ def _strip(entry: FigureEntry, context: Context) -> tuple[str, Strip | None]:
                 frames,
                 {TRUTH: course.truth.boxes, tracker: course.boxes},
                 f"{tracker}, {setting}: like this in {same} of {len(runs)} scenes",
-                min(len(frames), COLUMNS),
-                min(WIDTH, TILE_WIDTH * len(frames)),
+                min(len(frames), MAX_COLUMNS),
+                min(DEFAULT_WIDTH, TILE_WIDTH * len(frames)),
                 shape=entry.shape,
                 shades=shades,
                 words={i: f"({course.error[i]:.1f} px)" for i in frames if course.present[i]},

@@ -12,7 +12,7 @@ from trackmark.bench.papers.markdown_page import RULES, VIDEOS
 from trackmark.bench.papers.reproduction import Report
 from trackmark.bench.papers.scene_rows import SceneRow, ShownRun, claim_scenes, main_runs
 from trackmark.reports.page.content import Card, Page, PageSection, PageTable, Picture
-from trackmark.reports.page.film import still
+from trackmark.reports.page.film import compress_picture
 from trackmark.reports.page.page import write_page
 from trackmark.reports.tables import MISSING, text_table
 
@@ -169,7 +169,7 @@ def _scenes(
 def _pictures(report: Report) -> list[Picture]:
     return [
         Picture(
-            still(one.path.read_bytes()),
+            compress_picture(one.path.read_bytes()),
             f"{one.label}. Paper: {one.caption.rstrip('.')}. Ours: {one.words}",
         )
         for one in report.figures

@@ -18,7 +18,7 @@ from trackmark.bench.papers.main_table import main_table, sensitivity_table
 from trackmark.bench.papers.measures import check_measure, paper_module
 from trackmark.bench.papers.plan import experiments, requests, sensitivity_requests
 from trackmark.bench.papers.runs import StoredRuns
-from trackmark.bench.store.layout import Cell
+from trackmark.bench.store.layout import RunKey
 from trackmark.reports.tables import Table, text_table
 
 
@@ -105,7 +105,7 @@ class Reproduction:
         results: Path,
         folder: Path,
         effort: Effort,
-        asked: Mapping[str, Collection[Cell]],
+        asked: Mapping[str, Collection[RunKey]],
     ) -> Report:
         """Judge the runs in `results` that were asked for, and draw figures into `folder`."""
         runs = StoredRuns(results, asked, self.description)

@@ -15,13 +15,13 @@ from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.bench.papers.description import Description
 from trackmark.bench.papers.measures import Course, Measure
 from trackmark.bench.papers.plan import scene_names
+from trackmark.bench.store.data_frames import load_results
 from trackmark.bench.store.files import ResultsError
-from trackmark.bench.store.layout import CELL, Cell
-from trackmark.bench.store.loading import load_results
+from trackmark.bench.store.layout import RUN_KEY_COLUMNS, RunKey
 from trackmark.bench.store.results import Results
 from trackmark.bench.store.truth import read_truth
 
-StoredPlace: TypeAlias = tuple[Path, Cell]
+StoredPlace: TypeAlias = tuple[Path, RunKey]
 """Folder of the experiment and key of a run."""
 
 
@@ -32,7 +32,7 @@ class StoredRuns:
     ----------
     results : Path
         Folder of all experiments.
-    asked : mapping of str to collection of Cell
+    asked : mapping of str to collection of RunKey
         The runs that are meant, by experiment.
     description : Description
         The paper.
@@ -44,7 +44,7 @@ class StoredRuns:
     """
 
     def __init__(
-        self, results: Path, asked: Mapping[str, Collection[Cell]], description: Description
+        self, results: Path, asked: Mapping[str, Collection[RunKey]], description: Description
     ) -> None:
         self._results, self._asked, self._description = results, asked, description
         self.courses = cache(self._courses)
@@ -64,7 +64,7 @@ class StoredRuns:
                     f"first {first['tracker']} on {first['sequence']}, repetition "
                     f"{first['repetition']}. Run `trackmark reproduce` again."
                 )
-            for cell in runs[[*CELL]].itertuples(index=False, name=None):
+            for cell in runs[[*RUN_KEY_COLUMNS]].itertuples(index=False, name=None):
                 place = found.setdefault((cell[0], cell[1]), {})
                 place.setdefault(cell[2], (folder, cell))
         return {key: [files[k] for k in sorted(files)] for key, files in found.items()}

@@ -8,9 +8,8 @@ import numpy as np
 
 from trackmark.bench.execution.plan import Plan, State
 from trackmark.bench.reporting.tables import MASKS, PRESET, SUMMARY, TIMES
-from trackmark.bench.store.layout import Cell as RunCell
-from trackmark.bench.store.layout import cell_of
-from trackmark.bench.store.loading import as_frame
+from trackmark.bench.store.data_frames import to_data_frame
+from trackmark.bench.store.layout import RunKey, run_key
 from trackmark.reports.renderers import to_text
 from trackmark.reports.table_width import on_terminal
 from trackmark.reports.tables import Cell, Table, summary_table
@@ -26,7 +25,7 @@ class Replaced:
 
     def __init__(self, plan: Plan, rows: Rows) -> None:
         self._rows = rows
-        self._stale = {cell for cell in plan.cells if plan.state(cell) == State.STALE}
+        self._stale = {cell for cell in plan.requested if plan.state(cell) == State.STALE}
 
     def before(self, caption: str) -> str:
         """Return means of their scores as text."""
@@ -48,13 +47,13 @@ class Replaced:
         return on_terminal(replace(table, notes=[]), to_text)
 
 
-def _chosen(rows: Rows, cells: Collection[RunCell]) -> Rows:
-    return [row for row in rows if cell_of(row) in cells]
+def _chosen(rows: Rows, cells: Collection[RunKey]) -> Rows:
+    return [row for row in rows if run_key(row) in cells]
 
 
 def _table(stages: Mapping[str, Rows], caption: str) -> Table:
     """Return trackers before and after, each over its own replaced runs."""
-    runs = as_frame({**row, "stage": stage} for stage, rows in stages.items() for row in rows)
+    runs = to_data_frame({**row, "stage": stage} for stage, rows in stages.items() for row in rows)
     masks = [one for one in MASKS if one.name in runs and runs[one.name].notna().any()]
     missing = [
         one.name for one in SUMMARY if one.name not in runs

@@ -25,8 +25,8 @@ from trackmark.bench.reporting.tables import PRESET, SUMMARY
 from trackmark.bench.statistics.correlation import rank_correlation
 from trackmark.bench.statistics.intervals import Interval
 from trackmark.bench.statistics.rules import MIN_UNITS, corrected_level, interval_or_none
+from trackmark.bench.store.data_frames import load_results
 from trackmark.bench.store.files import ResultsError
-from trackmark.bench.store.loading import load_results
 from trackmark.datasets import attributes
 from trackmark.reports.tables import MISSING, Cell, ScoreMeasure, Table, complete, counted
 
@@ -313,15 +313,15 @@ def write_plot(
     path: Path, curves: Sequence[Curve], measure: ScoreMeasure, title: str
 ) -> list[Path]:
     """Draw curves into a file with a panel per attribute; return the files, none without curves."""
-    from trackmark.reports.attributes import Against, attribute_plot
+    from trackmark.reports.attributes import AttributeScores, attribute_plot
     from trackmark.reports.figures import write_for_papers
 
     if not curves:
         return []
-    panels: dict[str, list[Against]] = {}
+    panels: dict[str, list[AttributeScores]] = {}
     for curve in curves:
         points = [(bin_.centre, bin_.mean, bin_.low, bin_.high) for bin_ in curve.bins]
         bins = np.reshape(points, (-1, 4)) * [1.0, *[measure.scale] * 3]
-        drawn = Against(curve.label, curve.places, curve.scores * measure.scale, bins)
+        drawn = AttributeScores(curve.label, curve.places, curve.scores * measure.scale, bins)
         panels.setdefault(attributes.find(curve.attribute).head, []).append(drawn)
     return write_for_papers(path, attribute_plot(panels, measure.head, title))

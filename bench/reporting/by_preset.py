@@ -33,9 +33,9 @@ from trackmark.bench.reporting.tables import (
 )
 from trackmark.bench.statistics.rules import MARGIN
 from trackmark.bench.statistics.units import units_of
+from trackmark.bench.store.data_frames import load_results
 from trackmark.bench.store.files import ResultsError
-from trackmark.bench.store.layout import Cell, cell_of
-from trackmark.bench.store.loading import load_results
+from trackmark.bench.store.layout import RunKey, run_key
 from trackmark.bench.store.results import Results
 from trackmark.bench.store.truth import StoredTruth, read_truth
 from trackmark.reports.renderers import to_text
@@ -88,7 +88,7 @@ class PresetReport(NamedTuple):
 
 
 def preset_report(
-    folder: Path, names: Sequence[str], cells: Collection[Cell] | None = None, title: str = ""
+    folder: Path, names: Sequence[str], cells: Collection[RunKey] | None = None, title: str = ""
 ) -> PresetReport:
     """Score the runs of an experiment by presets.
 
@@ -179,7 +179,7 @@ def runs_by(
 def scores_by(folder: Path, row: Mapping[str, Any], names: Sequence[str]) -> dict[str, Any]:
     """Return scores of a run by name of preset, None for a preset that cannot judge it.
 
-    `row`: of the run, as `bench.store.index` has it.
+    `row`: of the run, as `bench.store.run_rows` has it.
     """
     if row["status"] != "finished" or row["protocol"] == TIMING:
         return dict.fromkeys(names)
@@ -191,7 +191,9 @@ def scores_by(folder: Path, row: Mapping[str, Any], names: Sequence[str]) -> dic
     return found
 
 
-def summary_text(folder: Path, cells: Collection[Cell], metrics: Sequence[str] = (PRESET,)) -> str:
+def summary_text(
+    folder: Path, cells: Collection[RunKey], metrics: Sequence[str] = (PRESET,)
+) -> str:
     """Return tables of some runs of an experiment for a terminal."""
     option = "" if tuple(metrics) == (PRESET,) else f" --metrics {','.join(metrics)}"
     more = f" (`trackmark report {folder}{option} --wide`)"
@@ -211,7 +213,7 @@ def _judge_runs(
     left_out = runs["tracker"].isin(failed_runs(runs).left_out)
     ended = runs[runs["status"].isin(["finished", "failed"]) & ~left_out]
     for number, row in zip(ended.index.tolist(), ended.to_dict("records"), strict=True):
-        run = results.read(cell_of(row))
+        run = results.read(run_key(row))
         for name in names:
             verdicts[name][number] = _judge_run(
                 run, truth(row["sequence"], row["fingerprint"]), name

@@ -24,7 +24,7 @@ from trackmark.bench.evaluation.scoring import judge
 from trackmark.bench.metrics import preset as metrics_preset
 from trackmark.bench.metrics.preset import FrameState, PresetResult, mean_of_sequences
 from trackmark.bench.protocols import TIMING, parse_protocol
-from trackmark.bench.store.layout import cell_of
+from trackmark.bench.store.layout import run_key
 from trackmark.bench.store.results import Results
 from trackmark.bench.store.truth import StoredTruth, read_truth
 from trackmark.reports.tables import failure_notes
@@ -69,7 +69,7 @@ def with_worst_scores(
         return runs
     filled, results = runs.copy(), Results(folder)
     for number, row in zip(failed.index, failed.to_dict("records"), strict=True):
-        run = results.read(cell_of(row))
+        run = results.read(run_key(row))
         truth = read_truth(folder, row["sequence"], row["fingerprint"])
         scores: dict[str, float] = {}
         for name in presets:

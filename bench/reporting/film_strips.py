@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from trackmark.bench.evaluation.run_record import Run, Trace
 from trackmark.bench.reporting.outlines import Outlines, outlines_of_run
 from trackmark.bench.reporting.stored_runs import StoredRun, one_pass_runs, open_sequence
-from trackmark.bench.store.index import read_index
 from trackmark.bench.store.layout import experiment_folders
 from trackmark.bench.store.results import Results
+from trackmark.bench.store.run_rows import list_scored_runs
 from trackmark.reports.film_strip import evenly_spaced, film_strip, write_film_strip
 from trackmark.reports.overlay import TRUTH
 from trackmark.reports.palette import colours
@@ -39,7 +39,7 @@ def write_strips(
     `trackers`: in the order of their colours. `chosen`: trackers by sequence; all on all sequences
     by default. `tell` receives a message on every sequence that cannot be drawn.
     """
-    rows = {str(row["sequence"]): row for row in read_index(Results(experiment))}
+    rows = {str(row["sequence"]): row for row in list_scored_runs(Results(experiment))}
     selected = [{}] if chosen is None else [{"sequence": name} for name in chosen]
     stored = [
         (row, replace(run, arrays={}), truth)  # masks of all runs may not fit into memory

@@ -8,8 +8,8 @@ from typing import Any, TypeAlias
 from trackmark import datasets
 from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.protocols import STORED_ONE_PASS, TIMING
-from trackmark.bench.store.layout import cell_of
-from trackmark.bench.store.loading import ordered_rows
+from trackmark.bench.store.data_frames import ordered_rows
+from trackmark.bench.store.layout import run_key
 from trackmark.bench.store.results import Results
 from trackmark.bench.store.truth import StoredTruth, read_truth
 
@@ -28,7 +28,7 @@ def judged_runs(folder: Path, **only: str) -> Iterator[StoredRun]:
     truth = cache(partial(read_truth, folder))
     for row in ordered_rows(results, **only):
         if row["protocol"] != TIMING:
-            run = results.read(cell_of(row))
+            run = results.read(run_key(row))
             yield row, run, truth(row["sequence"], row["fingerprint"])
 
 

@@ -12,8 +12,8 @@ from trackmark.bench.reporting import MARGINS
 from trackmark.bench.reporting.failed_runs import with_worst_scores
 from trackmark.bench.statistics.rules import MIN_UNITS, interval_or_none, star_marks
 from trackmark.bench.statistics.units import StatisticalUnits, units_of
-from trackmark.bench.store.layout import Cell
-from trackmark.bench.store.loading import as_revised, load_results
+from trackmark.bench.store.data_frames import load_results, with_revised_scores
+from trackmark.bench.store.layout import RunKey
 from trackmark.bench.store.results import Results
 from trackmark.reports.tables import (
     ScoreMeasure,
@@ -95,11 +95,11 @@ TIMES = (
 
 def title_of(folder: Path, *, named: bool = False) -> str:
     """Title of an experiment's results; `named` begins with the name of its folder."""
-    title = Results(folder).asked().title or folder.name
+    title = Results(folder).manifest().title or folder.name
     return f"{folder.name}: {title}" if named and title != folder.name else title
 
 
-def tables(folder: Path, cells: Collection[Cell] | None = None, title: str = "") -> list[Table]:
+def tables(folder: Path, cells: Collection[RunKey] | None = None, title: str = "") -> list[Table]:
     """Make the tables of one experiment: summary and sequences, masks if there are any, and times.
 
     `cells`: selected runs, all by default; times are of any timing runs. `title`: the experiment's
@@ -111,7 +111,7 @@ def tables(folder: Path, cells: Collection[Cell] | None = None, title: str = "")
     scored = with_worst_scores(folder, runs[runs["protocol"] == "accuracy"])
     every = runs if cells is None else load_results(folder)
     timed, ever = (of[of["protocol"] == "timing"] for of in (runs, every))
-    revised = as_revised(scored)
+    revised = with_revised_scores(scored)
     if revised is None:
         made = score_tables(scored, ever, title)
     else:

@@ -110,7 +110,7 @@ class Mapper(Protocol):
     def maps(self, image: Image) -> Mapping[str, NDArray[Any]]:
         """What each pixel of the frame that `update` was just given weighs, by name.
 
-        Shape (height, width), in [0, 1]; 1 is most like the target. Asked only where arrays are
+        Shape (height, width), in [0, 1]; 1 is most like the target. Manifest only where arrays are
         kept, and on nobody's clock; what the tracker says afterwards must be the same without.
         """
         ...

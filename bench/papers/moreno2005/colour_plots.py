@@ -13,7 +13,7 @@ from matplotlib.patches import Ellipse
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from trackmark.reports.figures import bare_figure, rim, show
+from trackmark.reports.figures import bare_figure, draw_image, outline_effect
 from trackmark.reports.palette import colour
 
 Array = NDArray[np.float64]
@@ -62,8 +62,8 @@ def colour_model_plot(model: ColourModel, title: str) -> Figure:
     view = oblique(model.basis)
     upper = [grid[0, 4 * place : 4 * place + 4] for place in range(3)]
     frame = figure.add_subplot(upper[0])
-    show(frame, model.image)
-    frame.plot(*model.contour.T, color="white", linewidth=1.4, path_effects=rim(2.8))
+    draw_image(frame, model.image)
+    frame.plot(*model.contour.T, color="white", linewidth=1.4, path_effects=outline_effect(2.8))
     frame.set_title("frame, with the target's outline", fontsize=9)
 
     every = np.concatenate(list(model.points.values()))
@@ -100,7 +100,7 @@ def colour_model_plot(model: ColourModel, title: str) -> Figure:
         axes.set_title(words, fontsize=9)
         axes.tick_params(labelsize=7)
     projected.set_ylabel("along φ₂")
-    show(image, model.on_image)
+    draw_image(image, model.on_image)
     image.set_title("(e) posterior of the frame", fontsize=9)
     handles, labels = projected.get_legend_handles_labels()
     options: dict[str, Any] = {"ncols": 2, "markerscale": 5, "fontsize": 9, "frameon": False}
@@ -243,7 +243,7 @@ def _draw_normals(axes: Any, bases: Array, weights: Array) -> None:
 def _draw_contours(axes: Axes, image: NDArray[np.uint8], contours: Array, weights: Array) -> None:
     """Contours on the part of the image about them, the heaviest last; their mean above all."""
     height, width = image.shape[:2]
-    show(axes, image)
+    draw_image(axes, image)
     order = np.argsort(weights)
     closed = np.concatenate([contours, contours[:, :1]], axis=1)
     shades = _shades(weights)[order]
@@ -251,7 +251,9 @@ def _draw_contours(axes: Axes, image: NDArray[np.uint8], contours: Array, weight
     shades[:, 3] = np.maximum(weights[order] / weights.max(), _FAINTEST)
     axes.add_collection(LineCollection(list(closed[order]), colors=shades, linewidths=0.5))
     mean = np.einsum("n,npd->pd", weights, closed) / weights.sum()
-    axes.plot(*mean.T, color=colour(4), linewidth=1.3, path_effects=rim(2.4), label="mean")
+    axes.plot(
+        *mean.T, color=colour(4), linewidth=1.3, path_effects=outline_effect(2.4), label="mean"
+    )
     low, high = contours.min(axis=(0, 1)) - AROUND, contours.max(axis=(0, 1)) + AROUND
     axes.set(xlim=(max(low[0], 0), min(high[0], width)))
     axes.set(ylim=(min(high[1], height), max(low[1], 0)))

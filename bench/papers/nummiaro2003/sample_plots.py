@@ -13,7 +13,13 @@ from matplotlib.collections import EllipseCollection
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from trackmark.reports.figures import add_legend, bare_figure, new_figure, rim, show
+from trackmark.reports.figures import (
+    add_legend,
+    bare_figure,
+    draw_image,
+    new_figure,
+    outline_effect,
+)
 from trackmark.reports.palette import colour
 from trackmark.reports.series import QUARTILES, draw_median
 
@@ -64,7 +70,7 @@ def surface_plot(
     """
     figure = bare_figure(title, 4.2)
     left: Axes = figure.add_subplot(1, 2, 1)
-    show(left, image)
+    draw_image(left, image)
     _draw_ellipses(left, samples, _SAMPLE, 0.5)
     _draw_ellipses(left, mean[np.newaxis], _MEAN, 2.0)
     centre, half = mean[:2], _SHOWN * mean[2:].max()
@@ -99,9 +105,11 @@ def trajectory_plot(tracks: Sequence[Track], title: str, every: int) -> Figure:
     for axes, track in zip(all_axes, tracks, strict=True):
         axes.set_title(track.title, fontsize=9)
         states, truth = _ellipses_in(track.boxes), _ellipses_in(track.truth)
-        dashed: dict[str, Any] = {"linestyle": (0, (3, 2)), "path_effects": rim(2.4)}
+        dashed: dict[str, Any] = {"linestyle": (0, (3, 2)), "path_effects": outline_effect(2.4)}
         axes.plot(*truth[:, :2].T, color=_MEAN, linewidth=1.2, **dashed)
-        axes.plot(*states[:, :2].T, color=colour(4), linewidth=1.4, path_effects=rim(2.6))
+        axes.plot(
+            *states[:, :2].T, color=colour(4), linewidth=1.4, path_effects=outline_effect(2.6)
+        )
         chosen = np.flatnonzero(np.isfinite(states[::every]).all(axis=1)) * every
         _draw_ellipses(axes, states[chosen], _MEAN, 1.2)
         said: list[tuple[float, float]] = []
@@ -119,7 +127,7 @@ def trajectory_plot(tracks: Sequence[Track], title: str, every: int) -> Figure:
                 ha="center",
                 fontsize=6,
                 color="white",
-                path_effects=rim(1.5),
+                path_effects=outline_effect(1.5),
             )
     return figure
 
@@ -135,7 +143,7 @@ def _panels(images: Sequence[NDArray[np.uint8]], title: str) -> tuple[Figure, li
     figure = bare_figure(title, 0.6 + 8.0 / len(images) * shape[0] / shape[1])
     all_axes = list(figure.subplots(1, len(images), squeeze=False)[0])
     for axes, image in zip(all_axes, images, strict=True):
-        show(axes, image)
+        draw_image(axes, image)
         height, width = image.shape[:2]  # which is kept to, whatever is drawn later
         axes.set(xlim=(0, width), ylim=(height, 0), autoscale_on=False)
     return figure, all_axes

@@ -51,7 +51,7 @@ from trackmark.datasets.synthetic.render.solids import (
     chain,
     half_space,
     limb,
-    mirrored,
+    mirror_limbs,
 )
 from trackmark.datasets.synthetic.scene import SceneTruth, SyntheticScene, part_generator
 
@@ -383,7 +383,7 @@ def _hand(cup: Cup, grip: float, slope: float) -> list[Array]:
     solids += chain([wrist, ball, joint, tip], (3.2, 2.7, 1.9, 1.45), 1.6)
     arm = wrist + np.array([9.0, 9.0 * slope, 1.0])
     solids += chain([wrist, arm], (3.8, 4.6), 2.0)
-    return mirrored(solids, cup.hand)
+    return mirror_limbs(solids, cup.hand)
 
 
 def _sleeve(cup: Cup, grip: float, slope: float) -> list[Array]:
@@ -391,7 +391,7 @@ def _sleeve(cup: Cup, grip: float, slope: float) -> list[Array]:
     way = np.array([1.0, slope, 0.10])
     cuff = chain([start, start + 2.6 * way], (5.4, 5.5), 0.0)
     arm = chain([start + 1.5 * way, start + 30 * way, start + 110 * way], (5.0, 6.6, 9.5), 1.0)
-    return mirrored([*cuff, *arm], cup.hand)
+    return mirror_limbs([*cuff, *arm], cup.hand)
 
 
 def _knitted(random: np.random.Generator, slope: float) -> Pattern:

@@ -75,8 +75,8 @@ def test_failed_runs_are_counted_and_named(trackmark, workspace, otb):
 def test_missing_run_is_executed_or_refused_in_results(trackmark, workspace):
     trackmark("compare", "static", "camshift", "--sequences", SCENES, "--name", "gap")
     results = Results(workspace / "results/gap")
-    requested = results.asked()
-    results.remove([next(cell for cell in results.cells() if cell[0] == "camshift")])
+    requested = results.manifest()
+    results.remove([next(key for key in results.list_keys() if key[0] == "camshift")])
     results.prepare(requested)
     results = ("compare", "--results", "results/gap")
     message = trackmark(*results, status=2).stderr

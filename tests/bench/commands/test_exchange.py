@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.bench.commands.conftest import json_lines
-from trackmark.bench.store.layout import cell_of
+from trackmark.bench.store.layout import run_key
 from trackmark.bench.store.results import Results
 
 SHARED = Path(__file__).parents[4] / "shared"
@@ -138,7 +138,7 @@ def test_exported_times_are_those_of_updates(trackmark, workspace):
     trackmark(*run)
     stored = Results(workspace / "results/ours")
     (row,) = json_lines(trackmark("results", "list", "results/ours", "--json"))
-    update = stored.read(cell_of(row)).circumstances["update_seconds"]
+    update = stored.read(run_key(row)).circumstances["update_seconds"]
 
     def exported(form, name):
         trackmark("results", "export", "results/ours", f"there-{form}", "--as", form, "--force")

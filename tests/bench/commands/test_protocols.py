@@ -29,7 +29,7 @@ def test_runs_by_several_protocols_are_stored_and_tabled_apart(both, trackmark, 
     assert "metrics preset vot-supervised" in supervised
     assert "metrics preset native" not in supervised
     folder = workspace / "results" / "trial"
-    stored = {(cell[0], cell[3]) for cell in Results(folder).cells()}
+    stored = {(cell[0], cell[3]) for cell in Results(folder).list_keys()}
     assert stored == {
         (tracker, protocol)
         for tracker in ("static", "knob.py:Knob")

@@ -9,7 +9,7 @@ import pytest
 
 from tests.bench.commands.conftest import SMALL, json_lines
 from trackmark import bench
-from trackmark.bench.store import index, results
+from trackmark.bench.store import results, run_rows
 
 pytestmark = pytest.mark.usefixtures("blank_figures")
 
@@ -191,14 +191,14 @@ def test_command_reads_each_run_once(trackmark, workspace, monkeypatch, command)
     stored = workspace / "results" / "stored"
     where = (*SMALL, "--seeds", 2, "--name", "stored")
     trackmark("run", "--trackers", "static,camshift,knob.py:Knob", *where)
-    monkeypatch.setattr(index, "_scorer_version", lambda: "another")
+    monkeypatch.setattr(run_rows, "_scorer_version", lambda: "another")
     reads, decode = Counter(), results._run
     monkeypatch.setattr(results, "_run", lambda *row: reads.update([row[1]["id"]]) or decode(*row))
     trackmark(*command, stored, "--metrics", "native,otb", "--folder", "out")
     assert sorted(reads.values()) == [1] * 4
     data = *command, stored, "--metrics", "native,otb,lasot", "--json"
     first = trackmark(*data).stdout
-    monkeypatch.setattr(results.KeptRuns, "free", 0)
+    monkeypatch.setattr(results.RunCache, "free", 0)
     reads.clear()
     assert trackmark(*data).stdout == first
     assert min(reads.values()) > 1

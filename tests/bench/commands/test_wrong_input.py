@@ -81,8 +81,8 @@ compare --results nowhere --margin nan | not a finite number
 {STRESS} --knob '' | the list is empty
 {STRESS} --knob nois | Did you mean 'noise'
 {STRESS} --sequences nowhere | nowhere
-{STRESS} --knob occlusion | is too long for it
-{STRESS}=0..900 | give a number from 0 to 255
+{STRESS} --knob occlusion | is too long
+{STRESS}=0..900 | Expected: a number from 0 to 255
 {STRESS} --runs 3 | 20
 reproduce multi-part | Did you mean 'multipart'?
 reproduce | Give one PAPER (moreno2005,

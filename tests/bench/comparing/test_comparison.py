@@ -19,7 +19,7 @@ from trackmark.bench.reporting.tables import SUMMARY
 from trackmark.bench.statistics.intervals import mean_interval
 from trackmark.bench.statistics.rules import decide
 from trackmark.reports.comparison import (
-    Breaks,
+    SurvivalCurve,
     breaking_plot,
     difference_plot,
 )
@@ -345,7 +345,9 @@ def test_published_file_of_wrong_content_is_refused(make_runs, tmp_path, text, w
 def test_breaking_plot_gives_each_of_many_trackers_a_panel(n, panels):
     levels = np.array([1.0, 10.0])
     curves = {
-        f"t{k}": Breaks(levels, np.array([1.0, k / n]), levels, levels / 10, levels, 2.0, 3.0)
+        f"t{k}": SurvivalCurve(
+            levels, np.array([1.0, k / n]), levels, levels / 10, levels, 2.0, 3.0
+        )
         for k in range(n)
     }
     figure = breaking_plot(curves, "noise", "T", logarithmic=True)

@@ -15,7 +15,7 @@ from trackmark.bench.evaluation.loop import run_protocol
 from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.bench.papers import Effort, description, plan, reproduction, scene_check
 from trackmark.bench.papers.measures import find_measure
-from trackmark.bench.store.asked import Asked
+from trackmark.bench.store.manifest import Manifest
 from trackmark.bench.store.results import Results
 from trackmark.bench.store.truth import write_truth
 
@@ -172,7 +172,7 @@ def stored_runs(folder, trackers, sequences):
             assert results.write(run)
             key = run.identity
             versions[key.tracker, key.sequence, key.repetition, key.protocol] = key.version
-    results.prepare(Asked(folder.name, versions))
+    results.prepare(Manifest(folder.name, versions))
     return set(versions)
 
 

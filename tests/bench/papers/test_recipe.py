@@ -36,7 +36,7 @@ def test_claim_is_judged_from_its_toml_alone(recipe: str, tmp_path: Path) -> Non
     for experiment in experiments(description, requests(description, claims, Effort(seeds=1))):
         execution = Execution(experiment, tmp_path, jobs=1)
         assert list(execution.rows()) is not None
-        asked[experiment.name] = execution.plan.asked().cells
+        asked[experiment.name] = execution.plan.manifest().versions
     runs = StoredRuns(tmp_path, asked, description)
     context = Context(description, claims, runs, tmp_path, Effort())
     (claim,) = claims.values()

@@ -15,7 +15,7 @@ from trackmark.bench.statistics.correlation import rank_correlation
 from trackmark.bench.statistics.intervals import mean_interval
 from trackmark.bench.statistics.rules import MIN_UNITS
 from trackmark.datasets import attributes
-from trackmark.reports.attributes import Against, attribute_plot
+from trackmark.reports.attributes import AttributeScores, attribute_plot
 from trackmark.reports.renderers import to_text
 from trackmark.reports.table_width import on_terminal
 
@@ -120,7 +120,9 @@ def test_plot_has_a_panel_per_attribute(n, tmp_path, monkeypatch):
 @pytest.mark.parametrize(("n", "shown"), [(7, [7]), (8, [4, 4]), (15, [5, 5, 5])])
 def test_a_panel_has_at_most_seven_labels(n, shown):
     ends = np.array([0.1, 0.9])
-    panels = {"size": [Against(f"t{k}", ends, ends, np.tile(ends[:, None], 4)) for k in range(n)]}
+    panels = {
+        "size": [AttributeScores(f"t{k}", ends, ends, np.tile(ends[:, None], 4)) for k in range(n)]
+    }
     axes = [one for one in attribute_plot(panels, "overlap", "T").axes if one.get_visible()]
     assert [len(one.collections) - len(one.containers) for one in axes] == shown  # of dots
     assert [len(one.containers) for one in axes] == shown

@@ -22,7 +22,7 @@ def parametrize_layouts(*excluded):
 
 @pytest.fixture
 def create(tmp_path, write_images):
-    """Write a benchmark anew, replace or remove some of its files, and return its paths."""
+    """Write a benchmark into an empty folder with changed files, and return its paths."""
 
     def write(layout, changes=None):
         for entry in tmp_path.iterdir():

@@ -10,7 +10,7 @@ from trackmark import datasets
 from trackmark.datasets.synthetic.multipart.designs import DESIGNS
 from trackmark.datasets.synthetic.multipart.scene import WalkingScene
 from trackmark.datasets.synthetic.multipart.street_walk import multipart_plan
-from trackmark.datasets.synthetic.render.prop import extents, visible
+from trackmark.datasets.synthetic.render.prop import coverage_extents, visible_part
 
 
 def overlap(box, other):
@@ -118,7 +118,7 @@ def test_what_is_visible_is_covered_by_nothing_and_in_the_picture(target, others
     expected = whole(target)
     for other in others:
         expected = expected * (1 - whole(other) / 255)
-    left, top, seen = visible(target, others)
+    left, top, seen = visible_part(target, others)
     found = np.zeros((480, 640))
     found[top : top + len(seen), left : left + seen.shape[1]] = seen
     assert np.abs(found - expected).max() <= 0.5 * len(others) + 1e-9
@@ -128,7 +128,7 @@ def test_extents_are_those_of_what_is_covered_to_one_half():
     alpha = np.zeros((9, 12), np.uint8)
     alpha[2:7, 3:11] = 127
     alpha[3:6, 4:9] = 128
-    assert extents((-4, 100, alpha)).tolist() == [0, 103, 5, 3]
+    assert coverage_extents((-4, 100, alpha)).tolist() == [0, 103, 5, 3]
 
 
 @settings(max_examples=4, deadline=None)

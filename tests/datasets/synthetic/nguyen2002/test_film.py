@@ -10,11 +10,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.datasets.synthetic.scenes import SEEDS, runs
-from trackmark.datasets.synthetic.nguyen2002.film.hiders import HIDERS
-from trackmark.datasets.synthetic.nguyen2002.film.plan import CLIPS, SIZE, WIDTHS, plan, script
+from trackmark.datasets.synthetic.nguyen2002.film.occluders import OCCLUDERS
+from trackmark.datasets.synthetic.nguyen2002.film.plan import (
+    CLIPS,
+    SIZE,
+    WIDTHS,
+    clip_plan,
+    clip_script,
+)
 from trackmark.datasets.synthetic.nguyen2002.film.scene import scene
 from trackmark.datasets.synthetic.nguyen2002.film.setting import SETTINGS
-from trackmark.datasets.synthetic.nguyen2002.film.sheet import Rigid
+from trackmark.datasets.synthetic.nguyen2002.film.sheet import RigidObject
 from trackmark.datasets.synthetic.nguyen2002.film.targets import KINDS
 from trackmark.datasets.synthetic.nguyen2002.knobs import FilmKnobs
 
@@ -27,13 +33,13 @@ def opened(seed, clip):
 
 
 def first_clip(seed, wanted):
-    return next(clip for clip, shot in enumerate(script(seed), 1) if wanted(shot))
+    return next(clip for clip, shot in enumerate(clip_script(seed), 1) if wanted(shot))
 
 
 @settings(max_examples=30, deadline=None)
 @given(seed=SEEDS)
 def test_a_set_has_the_papers_numbers_all_settings_and_half_of_its_targets_ellipses(seed):
-    shots = script(seed)
+    shots = clip_script(seed)
     assert len(shots) == 20
     assert Counter(shot.occlusions for shot in shots) == {0: 5, 1: 10, 2: 4, 3: 1}
     assert sum(shot.occlusions for shot in shots) == 21
@@ -51,7 +57,7 @@ def test_a_set_has_the_papers_numbers_all_settings_and_half_of_its_targets_ellip
 @pytest.mark.parametrize("seed", [0, pytest.param(7, marks=pytest.mark.slow)])
 def test_occlusions_are_complete_and_end(seed):
     lengths, partial, hidden_frames = [], 0, []
-    for clip, shot in enumerate(script(seed), 1):
+    for clip, shot in enumerate(clip_script(seed), 1):
         truth = opened(seed, clip).truth()
         seen = truth.visibility
         stretches = runs(seen < 0.9)
@@ -80,7 +86,7 @@ def test_occlusions_are_complete_and_end(seed):
 @settings(max_examples=20, deadline=None)
 @given(seed=SEEDS, clip=NUMBERS)
 def test_the_target_stays_in_the_picture_and_moves_smoothly(seed, clip):
-    clip = plan(seed, clip)
+    clip = clip_plan(seed, clip)
     boxes = clip.boxes
     assert (boxes[:, :2] > 2).all()
     assert (boxes[:, :2] + boxes[:, 2:] < np.array(SIZE) - 2).all()
@@ -98,17 +104,17 @@ def test_the_target_stays_in_the_picture_and_moves_smoothly(seed, clip):
 @settings(max_examples=20, deadline=None)
 @given(seed=SEEDS, clip=NUMBERS)
 def test_what_stands_before_the_target_is_passed_faster_than_what_is_behind(seed, clip):
-    clip = plan(seed, clip)
+    clip = clip_plan(seed, clip)
     assert len(clip.passages) == clip.shot.occlusions + clip.shot.partial
     for passage in clip.passages:
-        step = np.diff(passage.way[:, 0]).mean()
+        step = np.diff(passage.path[:, 0]).mean()
         assert 3.5 < abs(step) < 13
-        if HIDERS[passage.kind].fixed:
+        if OCCLUDERS[passage.kind].fixed:
             background = -45 * np.diff(clip.travel).mean()
             assert step * background > 0
             assert abs(step) > 0.95 * abs(background)
-        if passage.kind in SETTINGS[clip.shot.setting].hiders:
-            middle = np.abs(passage.way[:, 0] - clip.centre[:, 0]).argmin()
+        if passage.kind in SETTINGS[clip.shot.setting].occluders:
+            middle = np.abs(passage.path[:, 0] - clip.centre[:, 0]).argmin()
             share = passage.size[0] / clip.boxes[middle, 2]
             assert WIDTHS[0] * 0.9 < share < WIDTHS[1] * 1.1
 
@@ -161,7 +167,7 @@ def test_light_changes_neither_strongly_nor_abruptly(clip):
 
 def test_the_film_has_grain_of_brightness_and_of_dyes():
     film = opened(2, first_clip(2, lambda shot: shot.occlusions == 0 and not shot.partial))
-    still = np.stack([film._developed(np.full((240, 320, 3), 128, np.uint8), k) for k in range(12)])
+    still = np.stack([film._develop(np.full((240, 320, 3), 128, np.uint8), k) for k in range(12)])
     noise = (still - still.mean(axis=0)).reshape(-1, 3)
     assert 2 < noise.std(axis=0).min() < noise.std(axis=0).max() < 6
     assert 0.1 < np.corrcoef(noise.T)[np.triu_indices(3, 1)].min() < 0.6
@@ -171,7 +177,7 @@ def test_laying_a_picture_is_the_average_of_bilinear_samples():
     random = np.random.default_rng(4)
     coverage = np.pad(random.uniform(0.2, 1, (9, 7)), 1)
     looks = [random.uniform(0, 255, (11, 9, 3)) for _ in "ab"]
-    thing = Rigid(looks, coverage, 1.25)
+    thing = RigidObject(looks, coverage, 1.25)
     canvas = random.integers(0, 256, (24, 30, 3)).astype(np.uint8)
     places, scale, angle, share = np.array([[12.3, 9.8], [14.1, 10.6]]), 1.1, 0.05, 0.25
     expected = canvas.astype(float)
@@ -196,7 +202,7 @@ def test_laying_a_picture_is_the_average_of_bilinear_samples():
 
 
 def test_what_lies_outside_the_canvas_is_not_drawn():
-    thing = Rigid([np.full((8, 8, 3), 255.0)], np.ones((8, 8)), 1.0)
+    thing = RigidObject([np.full((8, 8, 3), 255.0)], np.ones((8, 8)), 1.0)
     canvas = np.zeros((20, 20, 3), np.uint8)
     for place in ([-30.0, 5.0], [50.0, 5.0], [5.0, -30.0], [5.0, 50.0]):
         thing.draw(canvas, np.array([place]), 1.0, 0.1)

@@ -6,15 +6,17 @@ import numpy as np
 import pytest
 
 from tests.datasets.synthetic.scenes import grown, runs, scenes_of
-from trackmark.datasets.synthetic.nguyen2002.lights.plan import KINDS
+from trackmark.datasets.synthetic.nguyen2002.lights.objects import HALF_HEIGHT, occluder_objects
 from trackmark.datasets.synthetic.nguyen2002.lights.scene import (
+    OCCLUDERS,
+    CardPose,
+    FlatCard,
     LightsScene,
+    LightsSetting,
     _lighting,
     _passing,
     _pose,
 )
-from trackmark.datasets.synthetic.nguyen2002.lights.setting import CardPose, FlatCard, LightsSetting
-from trackmark.datasets.synthetic.nguyen2002.lights.things import HALF_HEIGHT, passer
 from trackmark.datasets.synthetic.render.finish import SceneObject, render_surfaces
 from trackmark.datasets.synthetic.render.solids import NOTHING
 
@@ -32,7 +34,7 @@ def around_the_switch(seed):
     before, after = image(seed, off - 1), image(seed, off)
     still = np.ones(before.shape[:2], bool)
     for frame in (off - 1, off):
-        coverage = one.setting.carried.at(_pose(one.plan, frame))[0][..., 3]
+        coverage = one.setting.carried.place(_pose(one.plan, frame))[0][..., 3]
         still &= ~grown(coverage > 0, 12)
     return before, after, still
 
@@ -75,7 +77,7 @@ def test_visibility_is_the_masks_part_of_the_whole_object():
     truth = one.truth()
     start, end = runs(truth.attributes["occluded"])[0]
     for frame in range(start - 8, end + 9, 4):
-        whole = one.setting.silhouette.at(_pose(one.plan, frame))[0][..., 3].sum()
+        whole = one.setting.silhouette.place(_pose(one.plan, frame))[0][..., 3].sum()
         assert one.mask(frame).sum() / whole == pytest.approx(truth.visibility[frame], abs=0.025)
     partly, hidden = truth.attributes["partly occluded"], truth.attributes["occluded"]
     assert (hidden == (truth.visibility < 0.5)).all()
@@ -103,10 +105,10 @@ def test_what_changes_with_the_objects_print_is_the_mask():
         assert changed[~near].mean() < 1e-3
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", OCCLUDERS)
 def test_what_passes_has_no_holes(kind):
     for seed in range(3):
-        things = passer(kind, np.random.default_rng(seed))
+        things = occluder_objects(kind, np.random.default_rng(seed))
         seen = render_surfaces(things, (-34, -HALF_HEIGHT), (68, 2 * HALF_HEIGHT), 1)
         assert (seen.owners != NOTHING).all()
 
@@ -138,7 +140,7 @@ def test_the_held_thing_throws_a_shadow_away_from_each_lamp(lamp):
     pose = _pose(one.plan, 0)
     away = CardPose((-2000.0, 0.0))
     shaded, free = (lighting.picture([lamp], p, np.zeros(2), []) for p in (pose, away))
-    beside = one.setting.carried.at(pose)[0][..., 3] == 0
+    beside = one.setting.carried.place(pose)[0][..., 3] == 0
     lost = np.where(beside, 1 - shaded.sum(axis=2) / free.sum(axis=2), 0)
     assert lost.min() > -1e-5
     assert (lost > 0.3).sum() > 300
@@ -181,7 +183,7 @@ def card():
 
 @pytest.mark.parametrize("pose", POSES)
 def test_a_card_covers_its_area_around_its_place(card, pose):
-    coverage = card.at(pose)[0][..., 3].astype(float)
+    coverage = card.place(pose)[0][..., 3].astype(float)
     rows, columns = np.indices(coverage.shape) + 0.5
     middle = np.array([(coverage * at).sum() for at in (columns, rows)]) / coverage.sum()
     assert middle == pytest.approx(pose._place, abs=0.02)
@@ -206,8 +208,8 @@ def test_a_shade_is_the_coverage_softened(card):
     pose = POSES[1]
     rows, columns = np.indices((240, 320)) + 0.5
     points = np.stack([columns, rows], axis=2).astype(np.float32)
-    sharp, soft = card.shade().at(pose, points), card.shade(4.0).at(pose, points)
-    assert np.abs(sharp - card.at(pose)[0][..., 3]).mean() < 0.001
+    sharp, soft = card.shade().sample(pose, points), card.shade(4.0).sample(pose, points)
+    assert np.abs(sharp - card.place(pose)[0][..., 3]).mean() < 0.001
     assert soft.sum() == pytest.approx(sharp.sum(), rel=0.01)
     edge = points[80, 148]  # about its right edge
     assert edge[0] - pose._place[0] == pytest.approx(22, abs=6)

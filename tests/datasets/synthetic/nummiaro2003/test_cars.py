@@ -9,7 +9,7 @@ from tests.datasets.synthetic.scenes import SEEDS, unless_sealed
 from trackmark import datasets
 from trackmark.datasets.synthetic.nummiaro2003.driving.parking import parking_plan
 from trackmark.datasets.synthetic.nummiaro2003.driving.traffic import traffic_plan
-from trackmark.datasets.synthetic.nummiaro2003.driving.view import from_far
+from trackmark.datasets.synthetic.nummiaro2003.driving.view import sort_from_far
 
 pytestmark = unless_sealed("nummiaro2003/car") and unless_sealed("nummiaro2003/traffic")
 
@@ -60,7 +60,7 @@ def test_what_stands_still_is_the_same_around_moving_cars():
         canvas = np.empty_like(quick)
         scene._world.draw(canvas, view)
         moving = [scene.plan.moving(number, frame) for number in range(len(scene.plan.cars))]
-        for thing in from_far([*scene._world.resting, *moving], view, canvas.shape[1]):
+        for thing in sort_from_far([*scene._world.resting, *moving], view, canvas.shape[1]):
             thing.draw(canvas, view)
         difference = np.abs(quick.astype(int) - canvas)
         assert difference.max() <= 8

@@ -5,7 +5,7 @@ import pytest
 
 from trackmark.datasets.synthetic.render.camera import (
     Camera,
-    developed,
+    develop_light,
     random_bytes,
     slow_exposure,
 )
@@ -47,7 +47,7 @@ def test_a_gain_is_of_all_columns_or_of_each():
 
 def test_a_grey_level_is_the_square_root_of_the_light():
     light = np.repeat(np.array([0.0, 0.09, 0.36, 4.0], np.float32), 40).reshape(1, 160, 1)
-    image = developed(np.broadcast_to(light, (120, 160, 3)).astype(np.float32))[60]
+    image = develop_light(np.broadcast_to(light, (120, 160, 3)).astype(np.float32))[60]
     assert image[[20, 60, 100, 140], 1] == pytest.approx([0, 76.5, 153, 255], abs=0.6)
 
 

@@ -14,7 +14,7 @@ from trackmark.datasets.synthetic.render.solids import (
     cast_rays,
     half_space,
     limb,
-    packed,
+    pack_objects,
 )
 
 PITCH = 0.3
@@ -140,7 +140,7 @@ def test_rays_end_as_if_all_distances_were_measured(with_planes):
     if with_planes:
         things += [[half_space((0, 1, 0), -15.0)], [half_space((0, 0, 1), -25.0)]]
     owners, seen, _ = look(*things)
-    solids, balls = packed(things)
+    solids, balls = pack_objects(things)
     up, on = np.sin(PITCH), np.cos(PITCH)
     for row, column in random.integers(0, 40 * FINE, (400, 2)):
         x, below = (-20 + (k + 0.5) / FINE for k in (column, row))

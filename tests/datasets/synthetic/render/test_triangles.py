@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from trackmark.datasets.synthetic.render.lamp import light_left
+from trackmark.datasets.synthetic.render.lamp import remaining_light
 from trackmark.datasets.synthetic.render.triangles import (
     FINE,
     Mesh,
@@ -87,7 +87,7 @@ def test_a_sheet_lies_over_a_picture_by_its_coverage():
 def test_a_shadow_is_as_dark_as_asked_and_where_asked():
     coverage = np.zeros((120, 160), np.float32)
     coverage[40:80, 40:80] = 1
-    left = light_left(coverage, np.array([24.0, -8.0]), 4.0, 0.6)
+    left = remaining_light(coverage, np.array([24.0, -8.0]), 4.0, 0.6)
     assert left[52, 84] == pytest.approx(0.4, abs=0.01)
     assert left[100, 20] == pytest.approx(1)
     lost = 1 - left[..., 0]
