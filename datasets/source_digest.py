@@ -73,14 +73,8 @@ def library_versions(imports: set[str]) -> dict[str, str]:
     return {
         distribution: _version(distribution)
         for name in sorted(imports - sys.stdlib_module_names)
-        for distribution in _owners(name)
+        for distribution in sorted({owner.name for owner in _distributions().get(name, ())})
     }
-
-
-@cache
-def _owners(name: str) -> list[str]:
-    """Return the distributions of a top-level import name, cached: a lookup takes 8 ms."""
-    return sorted({owner.name for owner in _distributions().get(name, ())})
 
 
 @cache
