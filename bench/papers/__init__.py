@@ -56,5 +56,5 @@ def check_paper_name(name: str) -> None:
     if name not in valid_names:
         hint = close_match(name, valid_names)
         raise ExperimentError(
-            f"unknown paper {name!r}.{hint} Use one of: {', '.join(valid_names)}."
+            f"unknown paper {name!r}.{hint} Known: {', '.join(valid_names)}."
         )

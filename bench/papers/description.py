@@ -188,7 +188,7 @@ class Description(Entry):
         ):
             if unknown := [name for name in names if name not in valid_names]:
                 raise ValueError(
-                    f"{place}: unknown {kind} {unknown[0]!r}; use one of: {', '.join(valid_names)}"
+                    f"{place}: unknown {kind} {unknown[0]!r}; known: {', '.join(valid_names)}"
                 )
 
 

@@ -58,7 +58,7 @@ def description(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Description:
     ("fields", "message"),
     [
         ({"repetitions": "repetitions = 2"}, "give an odd number"),
-        ({"tracker": "Camshift"}, "unknown tracker 'Camshift'; use one of: proposed, CamShift"),
+        ({"tracker": "Camshift"}, "unknown tracker 'Camshift'; known: proposed, CamShift"),
         ({"repetitions": "colour = 1"}, "colour: Extra inputs"),
     ],
 )
@@ -85,7 +85,7 @@ def test_scenes_that_fail_the_criteria_are_skipped(description: Description) -> 
         ["wang2010/hand:background=face:scene=200"],
         ["wang2010/hand:background=face:scene=202"],
     ]
-    with pytest.raises(ExperimentError, match="40 scenes of hand are asked for, and 39 meet"):
+    with pytest.raises(ExperimentError, match="40 scenes of hand are requested, but only 39 meet"):
         scene_names(description, "hand", 40)
 
 
