@@ -1,4 +1,4 @@
-"""Headless Chromium, driven over its debugging pipe without driver or network."""
+"""Headless Chromium that tests control over its debugging pipe, without a driver or network."""
 
 import json
 import os
@@ -12,9 +12,9 @@ import pytest
 
 CHROMIUM = next(
     (
-        path
+        program
         for name in ("chromium", "chromium-browser", "google-chrome")
-        if (path := shutil.which(name))
+        if (program := shutil.which(name))
     ),
     None,
 )
@@ -23,7 +23,7 @@ needs_browser = pytest.mark.skipif(
     CHROMIUM is None, reason="no Chromium on PATH: install Debian's `chromium` to drive pages"
 )
 
-TIMEOUT = 120  # seconds; long enough for a busy machine
+PATIENCE = 120  # seconds, also on a busy machine
 
 KEYS = {
     "ArrowLeft": 37, "ArrowRight": 39, "Home": 36, "End": 35, "Escape": 27, "Enter": 13,
@@ -32,7 +32,7 @@ KEYS = {
 
 
 class Browser:
-    """Browser with one page; `console` collects the messages of its console."""
+    """One page of the browser; `console` holds its console messages and network requests."""
 
     def __init__(self, profile):
         read, self._in = os.pipe()
@@ -42,7 +42,7 @@ class Browser:
             "--no-first-run", "--disable-background-networking", "--disable-dev-shm-usage",
             f"--user-data-dir={profile}", "--remote-debugging-pipe", "about:blank",
         ]  # fmt: skip
-        # The browser reads from descriptor 3 and writes to 4.
+        # The browser reads from 3 and writes to 4.
         shell = f'exec "$@" 3<&{read} 4>&{write}'
         self._process = subprocess.Popen(
             ["bash", "-c", shell, "browser", *command], pass_fds=(read, write),
@@ -64,7 +64,7 @@ class Browser:
         self._session = None
         try:
             self.call("Browser.close")
-            self._process.wait(TIMEOUT)
+            self._process.wait(PATIENCE)
         finally:
             self._process.kill()
             self._process.wait()
@@ -79,22 +79,22 @@ class Browser:
             request["sessionId"] = self._session
         os.write(self._in, json.dumps(request).encode() + b"\0")
         while True:
-            message = self._read(TIMEOUT)
+            message = self._read(PATIENCE)
             assert message is not None, f"the browser does not answer {method}"
             if message.get("id") == self._number:
                 assert "error" not in message, message["error"]
                 return message["result"]
 
-    def _read(self, timeout):
-        """Return the next message, or None after a timeout [s]; collect messages of the console."""
+    def _read(self, patience):
+        """Return the next message, or None after `patience` seconds; note events in `console`."""
         while b"\0" not in self._left:
-            if not select.select([self._out], [], [], timeout)[0]:
+            if not select.select([self._out], [], [], patience)[0]:
                 return None
             piece = os.read(self._out, 1 << 20)
             assert piece, "the browser went away"
             self._left += piece
-        message, _, self._left = self._left.partition(b"\0")
-        message = json.loads(message)
+        encoded, _, self._left = self._left.partition(b"\0")
+        message = json.loads(encoded)
         if (method := message.get("method")) is not None:
             if method in ("Runtime.exceptionThrown", "Log.entryAdded") or (
                 method == "Runtime.consoleAPICalled" and message["params"]["type"] != "debug"
@@ -107,14 +107,14 @@ class Browser:
         return message
 
     def open(self, url):
-        """Open a page, also if only its hash differs, and wait until it is loaded."""
+        """Open a page and wait until it is loaded, also if only the hash of the address differs."""
         self.call("Page.navigate", url="about:blank")
         self.wait("location.href === 'about:blank'")
         self.call("Page.navigate", url=url)
         self.wait("location.href !== 'about:blank' && document.readyState === 'complete'")
 
     def size(self, width, height, *, dark=False, mobile=False, still=False):
-        """Set the size of the window and the display preferences."""
+        """Set the size of the view and the preferences of the reader."""
         self.call(
             "Emulation.setDeviceMetricsOverride",
             width=width, height=height, deviceScaleFactor=1, mobile=mobile,
@@ -125,16 +125,16 @@ class Browser:
 
     def run(self, script):
         """Return the value of an expression on the page; promises are awaited."""
-        message = self.call(
+        answer = self.call(
             "Runtime.evaluate", expression=script, awaitPromise=True, returnByValue=True,
             userGesture=True,
         )  # fmt: skip
-        assert "exceptionDetails" not in message, message["exceptionDetails"]
-        return message["result"].get("value")
+        assert "exceptionDetails" not in answer, answer["exceptionDetails"]
+        return answer["result"].get("value")
 
     def wait(self, script):
         """Wait until an expression is true and return its value."""
-        until = time.monotonic() + TIMEOUT
+        until = time.monotonic() + PATIENCE
         while not (value := self.run(script)):
             assert time.monotonic() < until, f"never true: {script}"
             time.sleep(0.05)
@@ -142,28 +142,28 @@ class Browser:
 
     def point(self, selector):
         """Move the mouse to the middle of an element and return the position."""
-        path = f"document.querySelector({json.dumps(selector)})"
-        self.run(f"{path}.scrollIntoView({{block: 'center', behavior: 'instant'}})")
+        element = f"document.querySelector({json.dumps(selector)})"
+        self.run(f"{element}.scrollIntoView({{block: 'center', behavior: 'instant'}})")
         self.run("new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))")
         place = self.run(
             f"(({{x, y, width, height}}) => ({{x: x + width / 2, y: y + height / 2}}))"
-            f"({path}.getBoundingClientRect())"
+            f"({element}.getBoundingClientRect())"
         )
         self.call("Input.dispatchMouseEvent", type="mouseMoved", **place)
         return place
 
     def click(self, selector):
-        """Click into the middle of an element with the mouse."""
+        """Click the middle of an element with the mouse."""
         place = self.point(selector)
         for kind in ("mousePressed", "mouseReleased"):
             self.call("Input.dispatchMouseEvent", type=kind, button="left", clickCount=1, **place)
 
     def key(self, key, *, shift=False, held=False):
-        """Press a key, and release it unless it is `held`."""
+        """Press a key, and release it unless `held`."""
         text = {"text": "\r" if key == "Enter" else key} if len(key) == 1 or key == "Enter" else {}
         code = {"windowsVirtualKeyCode": KEYS.get(key, ord(key[0].upper()))}
-        message = {"key": key, "modifiers": 8 if shift else 0, **code}
-        self.call("Input.dispatchKeyEvent", type="keyDown", **message, **text)
+        event = {"key": key, "modifiers": 8 if shift else 0, **code}
+        self.call("Input.dispatchKeyEvent", type="keyDown", **event, **text)
         if not held:
             self.release(key)
 
@@ -172,5 +172,5 @@ class Browser:
         self.call("Input.dispatchKeyEvent", type="keyUp", key=key)
 
     def shoot(self, path):
-        """Save a screenshot."""
+        """Write a picture of the view."""
         path.write_bytes(b64decode(self.call("Page.captureScreenshot")["data"]))

@@ -222,7 +222,7 @@ def test_arrays_are_stored_for_new_one_pass_runs(workspace, trackmark, monkeypat
     assert (strips[0] != strips[1]).any(axis=2).sum() > 50  # the contour's pixels
     with pytest.raises(ExperimentError, match="one-pass"):
         Experiment("a", ("static",), (SequenceSource("b"),), arrays=True, protocol="tre")
-    assert "one pass" in trackmark(*run, "--arrays", "--timing", status=2).stderr
+    assert "one-pass" in trackmark(*run, "--arrays", "--timing", status=2).stderr
 
 
 def test_map_of_another_size_fails_the_run(make_sequence):
