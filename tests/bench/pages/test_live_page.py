@@ -197,7 +197,7 @@ def test_show_live_writes_a_page_of_a_failed_run(trackmark, break_tracker, works
     [
         (("--live", "statik", "data/Small"), "static"),
         (("--live", "static", "data/Smal"), "data/Smal"),
-        (("--live", "", "data/Small"), "names no tracker"),
+        (("--live", "", "data/Small"), "the list is empty"),
         (("--live", "static", "data/Small", "--output", "a.png"), "not an .html"),
         (("--live", "static", "data/Small", "--frames", 3), "--frames and --live"),
         (("--live", "static", "data/Small/img"), "truth"),
@@ -220,9 +220,9 @@ def test_arrays_are_stored_for_new_one_pass_runs(workspace, trackmark, monkeypat
         strips.append(cv2.imread(str(workspace / name)))
         monkeypatch.setattr(show, "_stored", lambda *given: (read(*given)[0], {}))
     assert (strips[0] != strips[1]).any(axis=2).sum() > 50  # the contour's pixels
-    with pytest.raises(ExperimentError, match="one pass"):
+    with pytest.raises(ExperimentError, match="one-pass"):
         Experiment("a", ("static",), (SequenceSource("b"),), arrays=True, protocol="tre")
-    assert "one pass" in trackmark(*run, "--arrays", "--timing", status=2).stderr
+    assert "one-pass" in trackmark(*run, "--arrays", "--timing", status=2).stderr
 
 
 def test_map_of_another_size_fails_the_run(make_sequence):
