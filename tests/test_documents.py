@@ -225,6 +225,8 @@ def test_python_page_runs(tmp_path, monkeypatch):
     exec(revising, names)
     assert sorted(names["online"]) == sorted(names["final"]) == list(range(4, 16))
     assert min(names["revised"]) == 8  # in the black frames
+    (attributes,) = blocks("docs/attributes.md", "python")
+    exec(attributes.replace("results/trial", "results/windows"), {})
 
 
 def test_catalogue_has_all_trackers_and_sequences():
