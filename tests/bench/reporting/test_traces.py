@@ -136,4 +136,4 @@ def test_strips_of_a_comparison_have_the_colours_of_its_figures(ran):
 def test_trace_without_results_is_refused(trackmark):
     done = trackmark("show", "data/Small", "--trace", "revised", "--output", "a.png", status=2)
     assert "--trace" in done.stderr.splitlines()[-1]
-    assert "give both" in done.stderr
+    assert "requires --results" in done.stderr
