@@ -23,6 +23,25 @@ ROOT = Path(__file__).parents[1]
 PAGES = sorted([*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md")])
 
 
+HANG = """
+import time
+
+from trackmark import trackers
+
+
+class Hang(trackers.TrackerPlugin):
+    def init(self, image, box, mask=None):
+        self.box, self.frame = box.copy(), 0
+
+    def update(self, image):
+        self.frame += 1
+        if self.frame == 40:
+            time.sleep(1000)
+        return trackers.Estimate(self.box.copy())
+"""
+"""Tracker of docs/results.md that hangs at frame 40."""
+
+
 def blocks(page, language=""):
     fenced = re.findall(r"^```(\w*)\n(.*?)^```$", (ROOT / page).read_text(), re.DOTALL | re.M)
     return [block for marked, block in fenced if marked == language]
@@ -136,15 +155,16 @@ def test_readme_tracker_runs(tmp_path):
 
 
 @pytest.mark.slow
-def test_readme_transcripts_print_what_is_shown(tmp_path):
-    (tmp_path / "matcher.py").write_text(*blocks("README.md", "python"))
-    run_transcripts("README.md", tmp_path)
-
-
-@pytest.mark.slow
-def test_tutorial_transcripts_print_what_is_shown(tmp_path):
-    (tmp_path / "matcher.py").write_text(*blocks("docs/tutorial.md", "python"))
-    run_transcripts("docs/tutorial.md", tmp_path)
+@pytest.mark.parametrize(
+    "page", [page for page in PAGES if any(transcripts(page))], ids=lambda page: page.stem
+)
+def test_commands_print_the_output_of_the_page(page, tmp_path):
+    for name, program_text in {
+        "matcher": (blocks(page, "python") or [""])[0],
+        "hang": HANG,
+    }.items():
+        (tmp_path / f"{name}.py").write_text(program_text)
+    run_transcripts(page, tmp_path)
 
 
 def test_commands_of_pages_have_valid_options():
@@ -203,8 +223,10 @@ def test_python_page_runs(tmp_path, monkeypatch):
     exec(filtering, names)
     assert names["estimate"].visible
     exec(revising, names)
-    assert sorted(names["online"]) == sorted(names["in_the_end"]) == list(range(4, 16))
+    assert sorted(names["online"]) == sorted(names["final"]) == list(range(4, 16))
     assert min(names["revised"]) == 8  # in the black frames
+    (attributes,) = blocks("docs/attributes.md", "python")
+    exec(attributes.replace("results/trial", "results/windows"), {})
 
 
 def test_catalogue_has_all_trackers_and_sequences():

@@ -109,10 +109,10 @@ def _replacement_messages(execution: "Execution", remark: str) -> Iterator[None]
     if not (stale := execution.plan.count(State.STALE)):
         yield
         return
-    from trackmark.bench.reporting.before_after import Replaced  # imports the table renderers
+    from trackmark.bench.reporting.before_after import ReplacedRuns  # imports the table renderers
 
     results = Results(execution.folder)
-    replaced = Replaced(execution.plan, list_scored_runs(results))
+    replaced = ReplacedRuns(execution.plan, list_scored_runs(results))
     runs = "1 stored run was" if stale == 1 else f"{stale} stored runs were"
     caption = (
         f"{runs} made with another version of tracker or sequence and will be repeated{remark}. "

@@ -13,6 +13,7 @@ from trackmark.bench.commands._options import (
     argument,
     matching_sequences,
     option,
+    output_option,
     split_list,
     with_options,
 )
@@ -43,7 +44,7 @@ class BaselineOptions(EngineOptions):
         default=0.05,
         type=click.FloatRange(0, 1, min_open=True),
     )
-    force: bool = option("Replace an existing baseline.", group="Output")
+    force: bool = output_option("Replace an existing baseline.")
 
 
 @click.command("baseline", cls=Command)

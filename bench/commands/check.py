@@ -25,6 +25,8 @@ from trackmark.bench.commands._options import (
     argument,
     metrics_option,
     option,
+    output_option,
+    selection_option,
     split_list,
     utf8_text,
     with_options,
@@ -57,20 +59,18 @@ class CheckOptions(JsonOptions, EngineOptions):
     """Options of the command."""
 
     name: str = argument()
-    trackers: str = option(
+    trackers: str = selection_option(
         "Check only trackers with these comma-separated names or patterns.",
-        group="Selection",
         metavar="PATTERNS",
         default="*",
     )
-    sequences: str = option(
+    sequences: str = selection_option(
         "Check only sequences with these comma-separated names or patterns.",
-        group="Selection",
         metavar="PATTERNS",
         default="*",
     )
-    seeds: int | None = option(
-        "Use only the first seeds of the baseline.  [default: all]", group="Selection", minimum=6
+    seeds: int | None = selection_option(
+        "Use only the first seeds of the baseline.  [default: all]", minimum=6
     )
     strict: bool = option("Exit with code 3 if a result is inconclusive.", group="Decision")
     timed: bool = option("Check the speed as well. Requires --against.", "--time", group="Decision")
@@ -92,11 +92,11 @@ class CheckOptions(JsonOptions, EngineOptions):
     because: str | None = option(
         "Reason for --accept; stored in the baseline.", group="Baseline", callback=utf8_text
     )
-    whole: bool = option("Also list unchanged sequences.", group="Output")
-    markdown: Path | None = option(
-        "Write the result as Markdown, for a pull request.", group="Output", type=_FILE
+    whole: bool = output_option("Also list unchanged sequences.")
+    markdown: Path | None = output_option(
+        "Write the result as Markdown, for a pull request.", type=_FILE
     )
-    junit: Path | None = option("Write the result as JUnit XML.", group="Output", type=_FILE)
+    junit: Path | None = output_option("Write the result as JUnit XML.", type=_FILE)
     metrics: list[str] = metrics_option()
 
 

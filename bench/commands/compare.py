@@ -27,6 +27,7 @@ from trackmark.bench.commands._options import (
     metrics_option,
     only_experiment,
     option,
+    output_option,
     protocol_option,
     split_list,
     with_options,
@@ -81,11 +82,9 @@ class CompareOptions(JsonOptions, EngineOptions):
         group="Statistics",
         choices=["scene"],
     )
-    name: str | None = option(
-        "Name of the results folder; as in `run`.", group="Output", metavar="NAME"
-    )
-    folder: Path | None = option(
-        "Write tables, figures and a paragraph for a paper to this folder.", group="Output"
+    name: str | None = output_option("Name of the results folder; as in `run`.", metavar="NAME")
+    folder: Path | None = output_option(
+        "Write tables, figures and a paragraph for a paper to this folder."
     )
 
 

@@ -20,6 +20,7 @@ from trackmark.bench.commands._options import (
     argument,
     metrics_option,
     option,
+    output_option,
     with_options,
 )
 from trackmark.bench.commands._progress import patience, print_message, progress_bar
@@ -43,28 +44,26 @@ class ReportOptions(JsonOptions):
     """Options of the command."""
 
     results: Path | None = argument(required=False)
-    form: str | None = option(
+    form: str | None = output_option(
         "Format of the printed tables or, with --folder, of the plots.",
         "--format",
-        group="Output",
         choices=TEXTS + FIGURES,
     )
-    folder: Path | None = option(
+    folder: Path | None = output_option(
         "Write the page, tables in every format, plots and film strips to this folder.  "
-        "[default: only the page, to RESULTS]",
-        group="Output",
+        "[default: only the page, to RESULTS]"
     )
-    frames: bool = option("Write frames in full size next to the page.", group="Output")
+    frames: bool = output_option("Write frames in full size next to the page.")
     results_of: tuple[str, ...] = imported_option()
     sequences: str | None = option(
         "Sequences of --results-of if RESULTS is not given; as for `run`.", metavar="SEQUENCES"
     )
     metrics: list[str] = metrics_option()
-    by_attribute: bool = option(
-        "Add scores by attribute of the sequences; see docs/attributes.md.", group="Output"
+    by_attribute: bool = output_option(
+        "Add scores by attribute of the sequences; see docs/attributes.md."
     )
-    wide: bool = option("Print all columns of the tables.", group="Output")
-    no_pictures: bool = option("Write tables only: no page, no plots.", group="Output")
+    wide: bool = output_option("Print all columns of the tables.")
+    no_pictures: bool = output_option("Write tables only: no page, no plots.")
 
     @property
     def has_page(self) -> bool:

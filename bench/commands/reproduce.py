@@ -17,6 +17,7 @@ from trackmark.bench.commands._options import (
     JsonOptions,
     argument,
     option,
+    output_option,
     with_options,
 )
 from trackmark.bench.commands._progress import print_message, progress_bar
@@ -37,10 +38,8 @@ class ReproduceOptions(JsonOptions, EngineOptions):
     quick: bool = option("Main table and figure strips in a minute, without verdicts.")
     everything: bool = option("Add the sensitivity table.", "--all")
     seeds: int | None = option("Maximum number of repetitions.", minimum=1)
-    page: Path | None = option(
-        "Markdown file for the page of the paper.",
-        group="Output",
-        type=click.Path(path_type=Path, dir_okay=False),
+    page: Path | None = output_option(
+        "Markdown file for the page of the paper.", type=click.Path(path_type=Path, dir_okay=False)
     )
     strict: bool = option("Exit with code 1 if a claim does not hold in the setting `recommended`.")
 

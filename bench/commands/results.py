@@ -17,9 +17,12 @@ from trackmark.bench.commands._options import (
     Command,
     JsonOptions,
     argument,
+    execution_option,
     only_experiment,
     option,
+    output_option,
     protocol_option,
+    selection_option,
     trace_option,
     with_options,
 )
@@ -27,8 +30,6 @@ from trackmark.bench.commands._progress import print_message, progress_bar
 
 if TYPE_CHECKING:
     from trackmark.bench.evaluation.run_record import Trace
-
-SELECTION = "Selection"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -182,10 +183,10 @@ class RemoveOptions:
     """Options of `remove`."""
 
     folder: Path = argument(default=Path("results"), required=False)
-    tracker: str = option("Only trackers that match this pattern.", group=SELECTION, default="*")
-    sequence: str = option("Only sequences that match this pattern.", group=SELECTION, default="*")
-    failed: bool = option("Only runs that failed.", group=SELECTION)
-    yes: bool = option("Do not ask for confirmation.", group="Execution")
+    tracker: str = selection_option("Only trackers that match this pattern.", default="*")
+    sequence: str = selection_option("Only sequences that match this pattern.", default="*")
+    failed: bool = selection_option("Only runs that failed.")
+    yes: bool = execution_option("Do not ask for confirmation.")
 
 
 @command.command("remove")
@@ -321,9 +322,9 @@ class ImportOptions:
     sequences: str = option(
         "Comma-separated names, paths or patterns, as for `run`.", metavar="SEQUENCES"
     )
-    name: str = option("Name of the results folder.", group="Output", default="published")
-    output: Path = option(
-        "Folder that contains the results folder.", group="Output", default=Path("results")
+    name: str = output_option("Name of the results folder.", default="published")
+    output: Path = output_option(
+        "Folder that contains the results folder.", default=Path("results")
     )
 
 
@@ -351,22 +352,18 @@ class ExportOptions:
 
     experiment: Path = argument()
     folder: Path = argument()
-    format: str = option(
-        "Result format: otb, otb-json, got10k, vot, pysot or pytracking.",
-        "--as",
-        group="Output",
-        metavar="FORMAT",
+    format: str = output_option(
+        "Result format: otb, otb-json, got10k, vot, pysot or pytracking.", "--as", metavar="FORMAT"
     )
-    tracker: str = option("Only trackers that match this pattern.", group=SELECTION, default="*")
-    sequence: str = option("Only sequences that match this pattern.", group=SELECTION, default="*")
-    origin: int | None = option(
+    tracker: str = selection_option("Only trackers that match this pattern.", default="*")
+    sequence: str = selection_option("Only sequences that match this pattern.", default="*")
+    origin: int | None = output_option(
         "Coordinate of the first pixel, 0 or 1.  [default: set by the format]",
         "--from",
-        group="Output",
         metavar="INTEGER",
         type=click.IntRange(0, 1),
     )
-    force: bool = option("Replace existing files.", group="Output")
+    force: bool = output_option("Replace existing files.")
     protocol: str | None = protocol_option()
     trace: "Trace" = trace_option()
 

@@ -20,9 +20,11 @@ from trackmark.bench.commands._options import (
     EngineOptions,
     JsonOptions,
     argument,
+    execution_option,
     matching_sequences,
     metrics_option,
     option,
+    output_option,
     protocol_option,
     split_list,
     truth_option,
@@ -66,17 +68,16 @@ class RunOptions(JsonOptions, EngineOptions):
     arrays: bool = option(
         "Store masks, contours, particles and maps of new runs for the report's player."
     )
-    name: str | None = option(
+    name: str | None = output_option(
         "Name of the results folder.  [default: derived from --trackers and --sequences]",
-        group="Output",
         metavar="NAME",
     )
-    keep: bool = option(
-        "Keep stored runs of other versions: store new runs in NAME-2, NAME-3, …", group="Output"
+    keep: bool = output_option(
+        "Keep stored runs of other versions: store new runs in NAME-2, NAME-3, …"
     )
-    retry_failed: bool = option("Repeat runs that failed.", group="Execution")
-    dry_run: bool = option(
-        "Execute nothing; print the missing runs and the estimated time.", group="Execution"
+    retry_failed: bool = execution_option("Repeat runs that failed.")
+    dry_run: bool = execution_option(
+        "Execute nothing; print the missing runs and the estimated time."
     )
     metrics: list[str] = metrics_option()
 

@@ -16,6 +16,7 @@ from trackmark.bench.commands._options import (
     argument,
     matching_sequences,
     option,
+    output_option,
     split_list,
     with_options,
 )
@@ -57,10 +58,8 @@ class StressOptions(JsonOptions, EngineOptions):
     recorded: str | None = option(
         "Correlate breaking points with the overlap on these sequences.", metavar="SEQUENCES"
     )
-    name: str = option("Name of the results folder.", group="Output", default="stress")
-    folder: Path | None = option(
-        "Write tables, curves and all runs to this folder.", group="Output"
-    )
+    name: str = output_option("Name of the results folder.", default="stress")
+    folder: Path | None = output_option("Write tables, curves and all runs to this folder.")
 
 
 @click.command("stress", cls=Command)

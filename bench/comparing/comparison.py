@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from trackmark.bench.comparing.comparable_runs import AllFailedError, check_runs, selected_trackers
 from trackmark.bench.protocols import STORED_ONE_PASS, TIMING
 from trackmark.bench.reporting.failed_runs import failed_runs
-from trackmark.bench.reporting.tables import own_times, uncertainty_of
+from trackmark.bench.reporting.tables import uncertainty_of, update_times
 from trackmark.bench.statistics.intervals import Interval
 from trackmark.bench.statistics.rules import Decision, decide
 from trackmark.bench.statistics.units import StatisticalUnits, units_of
@@ -293,4 +293,4 @@ def _times(runs: pd.DataFrame, clock: str) -> tuple[float, bool]:
             by_sequence = timed.groupby("sequence", observed=True)[f"{clock}_median"].mean()
             return 1e3 * float(by_sequence.mean()), True
     scored = runs[(runs["protocol"] == STORED_ONE_PASS) & runs["seconds"].notna()]
-    return 1e3 * float(own_times(scored).mean()) if len(scored) else nan, False
+    return 1e3 * float(update_times(scored).mean()) if len(scored) else nan, False

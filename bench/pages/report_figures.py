@@ -14,7 +14,7 @@ from trackmark.bench.metrics.preset import heading
 from trackmark.bench.pages.charts import finished_clips
 from trackmark.bench.pages.player_runs import PageRuns, SequenceRuns
 from trackmark.bench.reporting.by_attribute import AttributeReport, write_plot
-from trackmark.bench.reporting.by_preset import Scored
+from trackmark.bench.reporting.by_preset import PresetScores
 from trackmark.bench.reporting.film_strips import TRACE_WORDS, write_strips
 from trackmark.reports.figures import heat_plot, write_for_papers
 from trackmark.reports.page.content import Chart, Line, Page
@@ -34,7 +34,7 @@ class FigureFiles:
 
     suffix: str
     on_message: Callable[[str], None]
-    scored: Sequence[Scored] = ()
+    scored: Sequence[PresetScores] = ()
     by_attribute: Sequence[AttributeReport] = ()
 
 
@@ -126,7 +126,7 @@ def _times(timing: pd.DataFrame, clock: str) -> dict[str, tuple[float, float]]:
 
 
 def preset_curves(
-    scored: Scored, trackers: Sequence[str], on_message: Callable[[str], None]
+    scored: PresetScores, trackers: Sequence[str], on_message: Callable[[str], None]
 ) -> Mapping[str, Figure]:
     """Draw the curves of a metrics preset."""
     if scored.curves and not any(scored.curves.values()):

@@ -38,16 +38,16 @@ class Footage:
 
 
 def film_runs(
-    shown: Iterable[ShownRun | None], context: Context, results: Path, watch: Watch
+    linked_runs: Iterable[ShownRun | None], context: Context, results: Path, watch: Watch
 ) -> Footage:
-    """Read runs with those beside them, and film their worst frames and the frames around these.
+    """Read runs with the runs drawn next to them; render the frames around their worst frames.
 
     Raises
     ------
     ResultsError
         If a file cannot be read.
     """
-    runs = list(dict.fromkeys(filter(None, shown)))
+    runs = list(dict.fromkeys(filter(None, linked_runs)))
     files = [
         file
         for run in runs
@@ -91,8 +91,8 @@ def _frames(reading: PageRuns, places: Sequence[PlayerPosition], seconds: float)
             last = len(reading.stages[place.sequence].truth) - 1
             near = range(max(0, place.frame - reach), min(last, place.frame + reach) + 1)
             sets[place.sequence] |= {*near}
-        chosen = [sorted(one) for one in sets]
-        took = sum(cost * len(one) for cost, one in zip(costs, chosen, strict=True))
+        chosen = [sorted(frames) for frames in sets]
+        took = sum(cost * len(frames) for cost, frames in zip(costs, chosen, strict=True))
         if took <= seconds and sum(map(len, chosen)) <= MAX_FRAMES:
             break
     return chosen

@@ -1,4 +1,4 @@
-"""Stored runs of an experiment with their ground truth, and the sequences that they are of."""
+"""Stored runs of an experiment with their ground truth and their sequences."""
 
 from collections.abc import Iterator, Mapping
 from functools import cache, partial
@@ -14,7 +14,7 @@ from trackmark.bench.store.results import Results
 from trackmark.bench.store.truth import StoredTruth, read_truth
 
 StoredRun: TypeAlias = tuple[Mapping[str, Any], Run, StoredTruth]
-"""A run with its row of the index, and the ground truth that it was made with."""
+"""Row of the index, run, and the ground truth of the run."""
 
 
 def one_pass_runs(folder: Path, **only: str) -> Iterator[StoredRun]:
@@ -33,7 +33,7 @@ def judged_runs(folder: Path, **only: str) -> Iterator[StoredRun]:
 
 
 def open_sequence(row: Mapping[Any, Any]) -> datasets.Sequence | str:
-    """Return the sequence of a run as the index has it, or a message why it cannot be used."""
+    """Open the sequence of a row of the index; return a message if that fails."""
     name, source = row["sequence"], row["source"]
     try:
         sequence = datasets.load(source, truth=row["truth"] or None)

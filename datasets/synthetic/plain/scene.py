@@ -128,9 +128,7 @@ def silhouette_columns(power: int) -> tuple[Array, Array]:
     return x, chord
 
 
-def _passing_cloud(
-    progress: NDArray[np.float64], across: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def _passing_cloud(progress: Array, across: Array) -> Array:
     """Return the share of sunlight that a cloud removes, in [0, 1], by progress of the sequence.
 
     The shade crosses the image from one side; `across` is the horizontal position in [-1, 1]. There
@@ -189,11 +187,8 @@ def target_truth(motion: TargetMotion) -> SceneTruth:
 
 
 def _visible_fractions(
-    motion: TargetMotion,
-    frames: NDArray[np.int64],
-    centre: NDArray[np.float64],
-    half: NDArray[np.float64],
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    motion: TargetMotion, frames: NDArray[np.int64], centre: Array, half: Array
+) -> tuple[Array, Array]:
     """Return the shares of the silhouette that are in view, and of it not behind the board."""
     x, chord = silhouette_columns(motion.power)
     left = centre[:, :1] + half[:, :1] * (x - 1 / COLUMNS)
@@ -384,14 +379,14 @@ class TargetScene(SyntheticScene):
         return np.asarray(canvas[:, :, 0] >= 128)
 
     def _draw_object(
-        self, canvas: Image, thing: ShadedSprite, centres: NDArray[np.float64], scale: float
+        self, canvas: Image, thing: ShadedSprite, centres: Array, scale: float
     ) -> None:
         """Draw an object after its shadow."""
         drop = self.motion.half_size[1] * np.array([0.16, 0.24]) * scale
         thing.shadow.draw(canvas, centres + drop, scale / thing.oversize)
         thing.sprite.draw(canvas, centres, scale / thing.oversize)
 
-    def _instants(self, frame: int, travelled: float) -> NDArray[np.float64]:
+    def _instants(self, frame: int, travelled: float) -> Array:
         """Return instants of the exposure [frames], about a pixel of motion apart.
 
         Their number is a power of two.
@@ -400,11 +395,11 @@ class TargetScene(SyntheticScene):
         count = min(MAX_INSTANTS, 1 << int(np.ceil(way) - 1).bit_length())
         return frame + self.knobs.blur * ((np.arange(count) + 0.5) / count - 0.5)
 
-    def _target_instants(self, frame: int) -> NDArray[np.float64]:
+    def _target_instants(self, frame: int) -> Array:
         way = np.abs(np.diff(self.motion.centre(np.array([frame - 0.5, frame + 0.5])), axis=0))
         return self._instants(frame, float(way.max()))
 
-    def _board_centres(self, frame: int) -> NDArray[np.float64]:
+    def _board_centres(self, frame: int) -> Array:
         way = abs(float(np.diff(self.motion.board(np.array([frame, frame + 1])))[0]))
         middles = self.motion.board(self._instants(frame, way))
         return np.stack([middles, np.full(len(middles), self.knobs.height / 2)], axis=1)

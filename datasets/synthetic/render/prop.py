@@ -29,10 +29,7 @@ class Prop:
 
     def middle(self, camera: Viewpoint) -> tuple[float, float]:
         """Return the centre of its picture in the image [pixels]."""
-        return (
-            float(camera.column(self.x, self.z)),
-            float(camera.row(0.0, self.z)) - self._rise,
-        )
+        return (float(camera.column(self.x, self.z)), float(camera.row(0.0, self.z)) - self._rise)
 
     def draw(
         self, canvas: NDArray[np.uint8], camera: Viewpoint, motion: float = 0.0, travel: float = 0.0

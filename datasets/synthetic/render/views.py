@@ -21,7 +21,7 @@ SIZE = 640, 480
 
 FRAMES_PER_SECOND = 25.0
 
-Number = TypeVar("Number", float, NDArray[np.float64])
+Number = TypeVar("Number", float, Array)
 
 
 @dataclass(frozen=True)

@@ -418,7 +418,7 @@ class PlacedLayer:
         self._picture = picture
         self._anchor = np.asarray(anchor, np.float64)
 
-    def render_at(self, place: ArrayLike, tilt: float) -> NDArray[np.float64]:
+    def render_at(self, place: ArrayLike, tilt: float) -> Array:
         """Render the layer with its anchor at a place [pixels], tilted to the right [radians].
 
         Returns values in [0, 1], shape (height, width) or (height, width, channels) of the whole
@@ -432,9 +432,7 @@ class PlacedLayer:
         matrix = np.column_stack([turn, shift])
         return downsample(cv2.warpAffine(self._picture, matrix, canvas, flags=flags))
 
-    def extents(
-        self, places: NDArray[np.float64], tilts: NDArray[np.float64]
-    ) -> NDArray[np.float64]:
+    def extents(self, places: Array, tilts: Array) -> Array:
         """Return tight boxes around the layer for several placements, shape (n, 4) [pixels]."""
         rows, columns = np.nonzero(self._picture)
         ends = [(columns + u, rows + v) for u in (0, 1) for v in (0, 1)]
@@ -447,7 +445,7 @@ class PlacedLayer:
         return np.stack([left, top, x.max(axis=1) - left, y.max(axis=1) - top], axis=1)
 
 
-def downsample(picture: NDArray[Any], fine: int = FINE) -> NDArray[np.float64]:
+def downsample(picture: NDArray[Any], fine: int = FINE) -> Array:
     """Return the means over the samples of each pixel, in [0, 1]."""
     height, width = picture.shape[0] // fine, picture.shape[1] // fine
     means = cv2.resize(picture.astype(np.float64), (width, height), interpolation=cv2.INTER_AREA)

@@ -35,7 +35,7 @@ def test_runs_by_several_protocols_are_stored_and_tabled_apart(both, trackmark, 
         for tracker in ("static", "knob.py:Knob")
         for protocol in ("accuracy", "supervised:skip=2")
     }
-    text = unwrapped(trackmark("report", folder, "--metrics", "native,otb").stdout)
+    text = unwrapped(trackmark("report", folder, "--metrics", "native,otb", "--no-pictures").stdout)
     assert text.count("metrics preset") == 4
     assert text.count("trial, protocol one-pass") == 2
     assert text.count("trial, protocol supervised:skip=2") == 2

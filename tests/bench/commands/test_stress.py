@@ -1,4 +1,4 @@
-"""`trackmark stress`, as a user types it."""
+"""Tests of the command `trackmark stress`."""
 
 import json
 

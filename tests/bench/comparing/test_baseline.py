@@ -43,12 +43,12 @@ def baseline(**entries):
 
 def test_written_baseline_is_read_as_it_was(tmp_path):
     video = entry((0.81234, 0.0, 1.0, 1e-05, 0.3, 0.4), "clips/cup.mp4", truth=Path("cup.csv"))
-    kept = baseline(**{"cup.mp4": video, "tracker": entry()})
-    kept = kept.moved_on("mine", kept.entries, 'a "better" update', "2026-11-22")
-    write_baseline(kept, tmp_path / "own.toml")
+    stored = baseline(**{"cup.mp4": video, "tracker": entry()})
+    stored = stored.moved_on("mine", stored.entries, 'a "better" update', "2026-11-22")
+    write_baseline(stored, tmp_path / "own.toml")
     read = read_baseline(tmp_path / "own.toml")
-    assert read.entries == kept.entries
-    assert (read.texts, read.seeds, read.detect) == (kept.texts, kept.seeds, kept.detect)
+    assert read.entries == stored.entries
+    assert (read.texts, read.seeds, read.detect) == (stored.texts, stored.seeds, stored.detect)
     assert read.made_with == MADE_WITH
     assert read.accepted[0]["because"] == 'a "better" update'
     write_baseline(read, tmp_path / "again.toml")
@@ -58,18 +58,18 @@ def test_written_baseline_is_read_as_it_was(tmp_path):
 @pytest.mark.parametrize("sign", ["\x7f", "\x00", "\x1b", "\x85", "\n", "\u2028", '"', "\\"])
 def test_control_character_in_a_text_is_read_back(tmp_path, sign):
     name = f"cup{sign}"
-    kept = baseline(**{name: entry(path=f"data/{name}")})
-    kept = kept.moved_on("mine", kept.entries, f"because {sign}", "2026-11-22")
-    write_baseline(kept, tmp_path / "own.toml")
+    stored = baseline(**{name: entry(path=f"data/{name}")})
+    stored = stored.moved_on("mine", stored.entries, f"because {sign}", "2026-11-22")
+    write_baseline(stored, tmp_path / "own.toml")
     read = read_baseline(tmp_path / "own.toml")
     assert read.entries["mine"][name].source.text == f"data/{name}"
     assert read.accepted[0]["because"] == f"because {sign}"
 
 
 def test_text_that_is_not_utf8_is_refused(tmp_path):
-    kept = baseline(s1=entry(path="data/\udcff"))
+    stored = baseline(s1=entry(path="data/\udcff"))
     with pytest.raises(BaselineError, match=r"own\.toml: .*udcff.* is not valid UTF-8\. Rename"):
-        write_baseline(kept, tmp_path / "own.toml")
+        write_baseline(stored, tmp_path / "own.toml")
     assert not list(tmp_path.iterdir())
 
 
@@ -116,8 +116,8 @@ REFUSED = [
 @pytest.mark.parametrize(("old", "new", "words"), REFUSED)
 def test_damaged_baseline_is_refused_in_one_line(tmp_path, old, new, words):
     file = tmp_path / "own.toml"
-    kept = baseline()
-    write_baseline(kept.moved_on("mine", kept.entries, "x", "2026-11-22"), file)
+    stored = baseline()
+    write_baseline(stored.moved_on("mine", stored.entries, "x", "2026-11-22"), file)
     text = file.read_text().replace(old, new, 1)
     file.write_text(text, errors="surrogateescape")
     with pytest.raises(BaselineError) as error:
@@ -140,8 +140,8 @@ def test_missing_baseline_is_named():
 @pytest.fixture(scope="module")
 def valid(tmp_path_factory):
     file = tmp_path_factory.mktemp("baseline") / "own.toml"
-    kept = baseline(s1=entry(path="data/s1", truth=Path("s1.csv")))
-    write_baseline(kept.moved_on("mine", kept.entries, "x", "2026-11-22"), file)
+    stored = baseline(s1=entry(path="data/s1", truth=Path("s1.csv")))
+    write_baseline(stored.moved_on("mine", stored.entries, "x", "2026-11-22"), file)
     return file.read_bytes(), file.with_name("mutated.toml")
 
 
@@ -184,7 +184,7 @@ def test_box_digest_equals_slow_definition():
 
 def test_project_baseline_has_all_distinct_presets():
     """A preset whose parameters equal those of an earlier one is left out: it gives equal runs."""
-    kept = read_baseline(Path(__file__).parents[2] / "baseline.toml")
+    stored = read_baseline(Path(__file__).parents[2] / "baseline.toml")
     labels = {"opencv-camshift", "opencv-mil"}
     for name in trackers.names():
         if not name.startswith("opencv-"):
@@ -195,5 +195,5 @@ def test_project_baseline_has_all_distinct_presets():
                     repr(trackers.resolve(name, preset=preset).parameters), label
                 )
             labels |= set(by_parameters.values())
-    assert set(kept.entries) == labels
-    assert len({tuple(entries) for entries in kept.entries.values()}) == 1
+    assert set(stored.entries) == labels
+    assert len({tuple(entries) for entries in stored.entries.values()}) == 1

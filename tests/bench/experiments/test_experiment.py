@@ -102,11 +102,11 @@ def test_unknown_experiment_and_invalid_name_are_refused(tmp_path):
             Experiment(name, ("static",), (SequenceSource("samples/face"),))
 
 
-def planned(experiment, folder, known):
+def planned(experiment, folder, opened_sequences):
     from trackmark.bench.execution.plan import make_plan
     from trackmark.bench.store.results import Results
 
-    return make_plan(experiment, Results(folder / "none"), known)
+    return make_plan(experiment, Results(folder / "none"), opened_sequences)
 
 
 outline = cache(datasets.describe)
@@ -128,8 +128,8 @@ def unopened(source):
 @pytest.mark.parametrize("name", experiment_names())
 def test_every_experiment_of_the_package_is_planned(name, tmp_path):
     experiment = read_experiment(name)
-    known = {source: unopened(source) for source in experiment.sequences}
-    plan = planned(experiment, tmp_path, known)
+    opened_sequences = {source: unopened(source) for source in experiment.sequences}
+    plan = planned(experiment, tmp_path, opened_sequences)
     assert len(plan) == len(set(plan.manifest().versions)) > 0
 
 

@@ -191,23 +191,25 @@ class Tiny:
 
     @cached_property
     def paper(self):
-        """Its `Reproduction`."""
+        """`Reproduction` of the tiny paper."""
         return reproduction.Reproduction("tiny")
 
     @cached_property
-    def asked(self):
-        """Cells of all its experiments, by name."""
+    def requested(self):
+        """Keys of the runs of all experiments, by experiment."""
         return {
-            one.name: stored_runs(
-                self.results / one.name, one.trackers, [source.text for source in one.sequences]
+            experiment.name: stored_runs(
+                self.results / experiment.name,
+                experiment.trackers,
+                [source.text for source in experiment.sequences],
             )
-            for one in self.paper.experiments(Effort(everything=True))
+            for experiment in self.paper.experiments(Effort(everything=True))
         }
 
     def report(self, **effort):
         """Return a report; its figures lie in `results / "tiny"`."""
         effort = Effort(jobs=1, **effort)
-        return self.paper.report(self.results, self.results / "tiny", effort, self.asked)
+        return self.paper.report(self.results, self.results / "tiny", effort, self.requested)
 
 
 @pytest.fixture(scope="module")

@@ -92,10 +92,7 @@ class FilmScene(SyntheticScene):
         """
         plan = self.plan
         whole = self._target.coverage(
-            SIZE,
-            plan.centre[frame],
-            float(plan.scale[frame]),
-            float(plan.angle[frame]),
+            SIZE, plan.centre[frame], float(plan.scale[frame]), float(plan.angle[frame])
         )
         visible = np.repeat(whole[..., None], 3, axis=2)
         for passage, (sprite, offset) in zip(plan.passages, self._silhouettes, strict=True):

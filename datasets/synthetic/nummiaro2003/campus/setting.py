@@ -37,7 +37,7 @@ class CarPark(Street):
         """Empty: all objects here are obstacles of the plan."""
         return []
 
-    def gains(self, x: ArrayLike, z: ArrayLike, heights: ArrayLike) -> NDArray[np.float64]:
+    def gains(self, x: ArrayLike, z: ArrayLike, heights: ArrayLike) -> Array:
         """See `Street.gains`; it is darker inside the porch."""
         inside = smooth_step(np.array(z), DOORSTEP - THRESHOLD, DOORSTEP + THRESHOLD)
         return super().gains(x, z, heights) * (1 - INSIDE * inside)

@@ -17,12 +17,12 @@ class Facets(NamedTuple):
     """Facets of a solid, from front to back if one can hide another."""
 
     # (n, MAX_CORNERS, 3), in the solid's own frame: right, up, ahead [metres]
-    corners: NDArray[np.float64]
+    corners: Array
     counts: NDArray[np.int64]  # (n,), number of valid corners
-    normals: NDArray[np.float64]  # (n, 3), outward unit normals
+    normals: Array  # (n, 3), outward unit normals
     kinds: NDArray[np.int64]  # (n,), index of the picture
     # (n, 2, 4), column and row in the picture, each as three factors of the place and a constant
-    places: NDArray[np.float64]
+    places: Array
     # (n,), True for a shadow, whose darkness is its picture's blue; it occupies no samples
     soft: NDArray[np.bool_]
 
@@ -47,15 +47,15 @@ class Lens(NamedTuple):
 class FacetPose(NamedTuple):
     """Pose of a solid relative to the camera, and its light."""
 
-    turn: NDArray[np.float64]  # (3, 3), from the solid's frame to the camera's: right, down, ahead
-    place: NDArray[np.float64]  # (3,), the solid's origin in the camera's frame [metres]
+    turn: Array  # (3, 3), from the solid's frame to the camera's: right, down, ahead
+    place: Array  # (3,), the solid's origin in the camera's frame [metres]
     gains: NDArray[np.int64]  # (n,), light on each facet, times 256
     # (2, 4), column and row in the picture of stains, each as three factors of the place in the
     # camera's frame and a constant
-    shading: NDArray[np.float64]
+    shading: Array
 
 
-def pack_pictures(images: Sequence[NDArray[np.float64]]) -> Pictures:
+def pack_pictures(images: Sequence[Array]) -> Pictures:
     """Pack pictures, BGR in [0, 255], at all resolutions; their sides are powers of two."""
     depth = 1 + max(min(image.shape[:2]).bit_length() - 1 for image in images)
     pixels: list[NDArray[np.uint32]] = []

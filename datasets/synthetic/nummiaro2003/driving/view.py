@@ -122,13 +122,7 @@ def facet_pose(
 
 @njit(cache=True)
 def _pose(
-    view: NDArray[np.float64],
-    eye: NDArray[np.float64],
-    axes: NDArray[np.float64],
-    place: NDArray[np.float64],
-    normals: NDArray[np.float64],
-    sky: NDArray[np.float64],
-    density: NDArray[np.float64],
+    view: Array, eye: Array, axes: Array, place: Array, normals: Array, sky: Array, density: Array
 ) -> FacetPose:
     """Return the pose of a solid at a `place` for a camera at `eye` [metres].
 

@@ -104,7 +104,7 @@ class _Front:
     def _fill(self, box: Box, colour: Array) -> None:
         _fill(self._picture, box, colour)
 
-    def _shade(self, box: Box, gain: NDArray[np.float64] | float) -> None:
+    def _shade(self, box: Box, gain: Array | float) -> None:
         """Multiply a region by a gain; an array is cut or repeated to its size."""
         height, width = self._picture.shape[:2]
         left, right = max(round(box[0]), 0), min(round(box[2]), width)
@@ -235,8 +235,7 @@ class _Front:
             middle = (board[1] + board[3]) / 2
             self._fill((x, middle - tall / 2, x + wide, middle + tall / 2), ink)
             self._fill(
-                (x + wide * 0.3, middle - tall * 0.2, x + wide * 0.75, middle + 0.1 * tall),
-                sign,
+                (x + wide * 0.3, middle - tall * 0.2, x + wide * 0.75, middle + 0.1 * tall), sign
             )
             x += wide * 1.4
         if random.random() < 0.5:

@@ -282,7 +282,7 @@ def _paint_car(
         columns, rows = size[1] / 2 + placed[:, 0] * metre, foot - placed[:, 1] * metre
         return np.round(np.stack([columns, rows], 1)).astype(np.int32)
 
-    def paint(points: Outline, colour: NDArray[np.float64]) -> None:
+    def paint(points: Outline, colour: Array) -> None:
         cv2.fillPoly(picture, [to_pixels(points)], colour.tolist())
 
     body = np.array(PAINTS[random.integers(len(PAINTS))], np.float64) * random.uniform(0.85, 1.1)
@@ -325,9 +325,7 @@ def _paint_wheel(
     cv2.circle(picture, hub, round(0.05 * metre), (60, 60, 60), -1)
 
 
-def _over_shadow(
-    colour: NDArray[np.float64], cover: NDArray[np.float64], foot: float, metre: float
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _over_shadow(colour: Array, cover: Array, foot: float, metre: float) -> tuple[Array, Array]:
     """Paint the body over its contact shadow."""
     rows, columns = np.indices(cover.shape)
     u = (columns + 0.5 - cover.shape[1] / 2) / (2.15 * metre)

@@ -59,7 +59,7 @@ def test_far_ground_is_on_the_horizon():
 
 @settings(max_examples=20)
 @given(seed=SEEDS)
-def test_faces_of_a_car_are_plane_and_look_outwards(seed):
+def test_car_faces_are_plane_with_unit_normals(seed):
     facets = sample_car_shape(np.random.default_rng(seed)).facets
     for corners, count, normal in zip(facets.corners, facets.counts, facets.normals, strict=True):
         heights = (corners[:count] - corners[0]) @ normal
@@ -69,7 +69,7 @@ def test_faces_of_a_car_are_plane_and_look_outwards(seed):
 
 @settings(max_examples=20)
 @given(seed=SEEDS, heading=angles)
-def test_a_cars_box_holds_its_length_width_and_height(seed, heading):
+def test_car_box_has_its_length_width_and_height(seed, heading):
     shape = sample_car_shape(np.random.default_rng(seed))
     view = PerspectiveView(
         5000.0, (320.0, 240.0), (0.0, 0.7, -100.0), 0.0, 0.0
@@ -83,7 +83,7 @@ def test_a_cars_box_holds_its_length_width_and_height(seed, heading):
 
 
 @given(straight=st.floats(8, 30), turn=st.floats(0.5, 2), radius=st.floats(5, 12), heading=angles)
-def test_a_way_ends_turned_by_its_bend(straight, turn, radius, heading):
+def test_route_ends_turned_by_its_bend(straight, turn, radius, heading):
     way = Route(2.0, -3.0, heading, [Bend(straight, turn, radius), Bend(15.0)])
     assert way.length == pytest.approx(straight + turn * radius + 15, abs=0.3)
     start, end = way.places_at(np.array([0.0, way.length]))
@@ -97,7 +97,7 @@ def test_a_way_ends_turned_by_its_bend(straight, turn, radius, heading):
     np.testing.assert_allclose(end[:2], [2.0, -3.0] + along * ahead + right * aside, atol=0.6)
 
 
-def test_drivers_slow_down_for_bends_in_time():
+def test_limit_acceleration_brakes_before_bends():
     limit = np.full(800, 12.0)
     limit[400:440] = 4.0
     speed = limit_acceleration(limit, 1.0)
@@ -109,7 +109,7 @@ def test_drivers_slow_down_for_bends_in_time():
     assert speed[0] < 12.0
 
 
-def test_a_way_is_driven_in_the_frames_that_it_is_to_take():
+def test_route_is_driven_in_the_requested_frames():
     way = Route(0.0, 0.0, 0.0, [Bend(30.0, math.pi / 2, 6.0), Bend(20.0)])
     travelled = way.travelled(300, 6.0, 0.5)
     assert len(travelled) == 300

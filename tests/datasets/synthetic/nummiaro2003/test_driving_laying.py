@@ -1,4 +1,4 @@
-"""Facets in perspective against a slow definition of what each sample sees."""
+"""Rasteriser of facets, compared with a slow definition of the visible facet per sample."""
 
 from dataclasses import replace
 
@@ -29,7 +29,7 @@ PLAIN = np.array([[[0.0, 0, 0, 0], [0, 0, 0, 0]]])
 
 
 def laid(faces, projections=PLAIN, pictures=None, view=VIEW):
-    """What some faces, given in the world, leave on a canvas."""
+    """Return a canvas with some faces, given in world coordinates."""
     canvas = np.zeros((SIZE[1], SIZE[0], 3), np.uint8)
     occupied, shadow = np.zeros(canvas.shape[:2], np.uint16), np.zeros(canvas.shape[:2], np.uint8)
     facets = assemble_facets(faces, np.asarray(projections, float))
@@ -41,19 +41,19 @@ def laid(faces, projections=PLAIN, pictures=None, view=VIEW):
 
 
 def samples():
-    """Places (x, y) of all samples in the picture, (4 rows, 4 columns, 2)."""
+    """Return the places (x, y) of all samples in the image, (4 rows, 4 columns, 2)."""
     x, y = ((np.arange(4 * n) + 0.5) / 4 for n in SIZE)
     return np.stack(np.meshgrid(x, y), axis=-1)
 
 
 def bits(occupied):
-    """A flag a sample, (4 rows, 4 columns)."""
+    """Return a flag per sample, (4 rows, 4 columns)."""
     spread = (occupied[..., None].astype(int) >> np.arange(16)) & 1
     return spread.reshape(*occupied.shape, 4, 4).transpose(0, 2, 1, 3).reshape(4 * SIZE[1], -1) == 1
 
 
 def inside(corners):
-    """Which samples lie in a convex polygon of image corners, borders included."""
+    """Return the samples in a convex polygon of image corners, borders included."""
     flags = []
     for (x, y), (x_next, y_next) in zip(corners, np.roll(corners, -1, axis=0), strict=True):
         place = samples()
@@ -63,7 +63,7 @@ def inside(corners):
 
 
 def seen_at(points):
-    """Image corners, rounded as the kernel's are; written for points before the camera."""
+    """Return image corners, rounded like the kernel's, for points in front of the camera."""
     places = [(24 + 40 * x / z, 20 - 40 * y / z) for x, y, z in points]
     return np.floor(np.array(places) * 64 + 0.5) / 64
 
@@ -73,7 +73,7 @@ places = st.tuples(st.floats(-4, 4), st.floats(-4, 4))
 
 @settings(max_examples=30)
 @given(places=st.tuples(places, places, places), tilt=st.floats(-0.6, 0.6))
-def test_a_triangle_takes_the_samples_that_it_covers(places, tilt):
+def test_triangle_occupies_the_covered_samples(places, tilt):
     points = np.array([[x, y, 5 + tilt * x] for x, y in places])
     if abs(np.cross(points[1] - points[0], points[2] - points[0])).max() < 0.1:
         return
@@ -84,21 +84,21 @@ def test_a_triangle_takes_the_samples_that_it_covers(places, tilt):
     np.testing.assert_array_equal(bits(occupied), inside(image))
 
 
-def test_what_looks_away_is_not_seen():
+def test_back_faces_are_not_drawn():
     square = np.array([[-1, -1, 5], [1, -1, 5], [1, 1, 5], [-1, 1, 5]], float)
     assert laid([Face(square, np.array([0.0, 0.0, -1.0]), 0)])[1].any()
     assert not laid([Face(square, np.array([0.0, 0.0, 1.0]), 0)])[1].any()
 
 
-def test_neighbours_share_an_edge_without_a_gap_and_the_first_is_before_the_second():
+def test_adjacent_facets_leave_no_gap_and_first_is_in_front():
     left = np.array([[-3, -3, 5], [0.37, -3, 5], [-0.2, 3, 5], [-3, 3, 5]], float)
     right = np.array([[0.37, -3, 5], [3, -3, 5], [3, 3, 5], [-0.2, 3, 5]], float)
     whole = np.array([[-3, -3, 5], [3, -3, 5], [3, 3, 5], [-3, 3, 5]], float)
     out = np.array([0.0, 0.0, -1.0])
-    both = laid([Face(left, out, 0), Face(right, out, 0)])
-    one = laid([Face(whole, out, 0)])
-    np.testing.assert_array_equal(both[1], one[1])
-    assert np.abs(both[0].astype(int) - one[0]).max() <= 1
+    pair = laid([Face(left, out, 0), Face(right, out, 0)])
+    single = laid([Face(whole, out, 0)])
+    np.testing.assert_array_equal(pair[1], single[1])
+    assert np.abs(pair[0].astype(int) - single[0]).max() <= 1
     two = pack_pictures([np.full((1, 1, 3), 30.0), np.full((1, 1, 3), 220.0)])
     near, far = whole * [0.5, 0.5, 1], whole * [2, 2, 1] + [0, 0, 3]
     ahead = laid([Face(near, out, 0), Face(far, out, 1)], np.repeat(PLAIN, 2, axis=0), two)
@@ -106,7 +106,7 @@ def test_neighbours_share_an_edge_without_a_gap_and_the_first_is_before_the_seco
     assert ahead[0][1, 1, 0] > 150
 
 
-def test_what_reaches_behind_the_camera_is_cut_off():
+def test_facets_are_clipped_behind_the_camera():
     floor = np.array([[-50, -1, -50], [50, -1, -50], [50, -1, 500], [-50, -1, 500]], float)
     _, occupied, _, _ = laid([Face(floor, np.array([0.0, 1.0, 0.0]), 0)])
     assert (occupied[21:] == FULL).all()
@@ -115,7 +115,7 @@ def test_what_reaches_behind_the_camera_is_cut_off():
 
 @pytest.mark.parametrize("place", [(0.0, 0.0, 0.0), (2.0, -1.25, 7.5)])
 @pytest.mark.parametrize("slant", [0.0, 0.5])
-def test_a_picture_lies_on_its_facet_as_rays_meet_it(slant, place):
+def test_facet_texture_agrees_with_ray_intersection(slant, place):
     """A slanted wall; its picture's blue is a gradient along x, its red along y."""
     side = 64
     rows, columns = np.indices((side, side))
@@ -145,8 +145,8 @@ def test_a_picture_lies_on_its_facet_as_rays_meet_it(slant, place):
     assert max(errors) < 3.0
 
 
-def test_far_pictures_are_taken_at_a_coarser_resolution():
-    """Black and white lines finer than a pixel become grey, not a pattern of their own."""
+def test_distant_facets_use_coarser_pictures():
+    """Black and white lines finer than a pixel become grey, without aliasing."""
     image = np.zeros((64, 64, 3))
     image[::2] = 240.0
     floor = np.array([[-90, -1, 1], [90, -1, 1], [90, -1, 900], [-90, -1, 900]], float)
@@ -158,7 +158,7 @@ def test_far_pictures_are_taken_at_a_coarser_resolution():
     assert far.std() < 4
 
 
-def test_a_shadow_takes_no_samples_and_is_as_dark_as_its_picture():
+def test_soft_facets_occupy_no_samples():
     square = np.array([[-1, -1, 5], [1, -1, 5], [1, 1, 5], [-1, 1, 5]], float)
     face = Face(square, np.array([0.0, 0.0, -1.0]), 0, soft=True)
     canvas, occupied, shadow, _ = laid([face])
@@ -182,7 +182,7 @@ def test_a_sprite_of_facets_is_covered_by_samples_and_shadow():
     assert np.abs(sprite[1:-1, 1:-1, 3] - expected).max() < 1
 
 
-def test_what_is_laid_behind_fills_what_is_left():
+def test_lay_behind_fills_the_free_samples():
     triangle = np.array([[-2, -2, 5], [2, -1.3, 5], [0.3, 2, 5]], float)
     canvas, occupied, _, _ = laid([Face(triangle, np.array([0.0, 0.0, -1.0]), 0)])
     before = canvas.copy()

@@ -38,7 +38,7 @@ def test_a_surface_that_faces_away_has_neither_light_nor_shine():
     assert lamp_light(np.array([0, 0, REACH]), np.zeros(3), -UP) == (0.0, 0.0)
 
 
-def test_a_surface_shines_where_it_faces_half_way_between_lamp_and_camera():
+def test_reflection_is_half_way_between_lamp_and_camera():
     place = REACH * np.array([np.sin(0.8), 0, np.cos(0.8)])
     angles = np.linspace(0, 0.8, 81)
     shine = [lamp_light(place, np.zeros(3), np.array([np.sin(a), 0, np.cos(a)]))[1] for a in angles]
@@ -57,14 +57,14 @@ def test_a_plane_behind_a_point_is_not_in_its_light():
     assert plane_crossings(lamp_at(0, 0, 200), np.array([[100.0, 120.0, 50.0]]), 10.0).max() < -1e3
 
 
-def test_a_shade_is_the_softer_the_farther_it_is_from_what_it_shades():
+def test_shadow_softness_grows_with_the_distance():
     lamp = lamp_at(0, 0, 200)
     assert shadow_softness(lamp, 20.0, 20.0) == 0
     assert 0 < shadow_softness(lamp, 40.0, 20.0) < shadow_softness(lamp, 90.0, 20.0) < RADIUS
 
 
 @pytest.mark.parametrize("side", [-1, 1])
-def test_a_wall_throws_its_shadow_away_from_the_lamp_as_far_as_geometry_says(side):
+def test_wall_shadow_has_its_geometric_length(side):
     fine, high = 2, 30.0
     depths = np.zeros((80, 400))
     depths[:, 196:204] = high  # a wall in columns 98 to 102 [pixels]
