@@ -145,9 +145,7 @@ def flip_bits(results, bits, caplog):
             assert messages, "a reader reports damage that the check does not"
             counts["reported"] += 1
         else:  # a reader may leave out a damaged run with a warning
-            assert same or caplog.messages, (
-                f"bit {bit} changed something without a report"
-            )
+            assert same or caplog.messages, f"bit {bit} changed something without a report"
             counts["reported" if messages else "no effect"] += 1
     file.write_bytes(whole)
     return counts
