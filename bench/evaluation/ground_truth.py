@@ -13,7 +13,7 @@ from trackmark.datasets.spec_string import close_match
 
 
 @dataclass(frozen=True)
-class Reference:
+class RegionGroundTruth:
     """Ground truth with one of its regions in place of its boxes."""
 
     boxes: NDArray[np.float64]
@@ -28,7 +28,9 @@ class Reference:
         return size
 
 
-def reference(truth: GroundTruthLike, region: str, name: str = "the sequence") -> GroundTruthLike:
+def select_ground_truth(
+    truth: GroundTruthLike, region: str, name: str = "the sequence"
+) -> GroundTruthLike:
     """Return the ground truth of a run that is initialised with a region.
 
     `truth`: a sequence, or its stored ground truth. `region`: `boxes`, or one of `truth.regions`.
@@ -39,11 +41,11 @@ def reference(truth: GroundTruthLike, region: str, name: str = "the sequence") -
     if region == BOXES:
         return truth
     if region not in truth.regions:
-        known = [BOXES, *sorted(truth.regions)]
-        hint = close_match(region, known)
+        valid_names = [BOXES, *sorted(truth.regions)]
+        hint = close_match(region, valid_names)
         raise SequenceError(
             f"{name} has no region {region!r} to initialise with (init={region}).{hint} "
-            f"Known: {', '.join(known)}."
+            f"Known: {', '.join(valid_names)}."
         )
     boxes = truth.regions[region]
     present = np.flatnonzero(np.isfinite(truth.boxes).all(axis=1))
@@ -52,4 +54,4 @@ def reference(truth: GroundTruthLike, region: str, name: str = "the sequence") -
             f"{name}: the region {region!r} is absent in frame {present[0]}, where the target "
             "appears; no tracker can be initialised with it."
         )
-    return Reference(boxes, truth.regions, truth.visibility, truth)
+    return RegionGroundTruth(boxes, truth.regions, truth.visibility, truth)

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from trackmark import datasets
-from trackmark.bench.evaluation.ground_truth import reference
+from trackmark.bench.evaluation.ground_truth import select_ground_truth
 from trackmark.bench.evaluation.run_record import Run, Trace
 from trackmark.bench.metrics import canonical_name
 from trackmark.bench.metrics import preset as metrics_preset
@@ -39,7 +39,7 @@ def judge(
         raise ValueError(
             f"{run!r} was made on another sequence, or on another version of it; run it again."
         )
-    init = reference(scored, run.identity.init, run.identity.sequence)
+    init = select_ground_truth(scored, run.identity.init, run.identity.sequence)
     chosen = metrics_preset(preset)
     if not can_judge(preset, run.identity.protocol):
         names = [

@@ -13,7 +13,7 @@ from typing import Any, Literal, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from trackmark.bench.evaluation.ground_truth import reference
+from trackmark.bench.evaluation.ground_truth import select_ground_truth
 from trackmark.bench.evaluation.run_record import Run, Trace
 from trackmark.bench.evaluation.scoring import REVISED
 from trackmark.bench.metrics.centre_error import centre_error
@@ -151,7 +151,7 @@ def collect_runs(
     stages: dict[str, SequenceRuns] = {}
     circumstances: dict[str, Mapping[str, Any]] = {}
     for row, run, stored in runs:
-        truth = np.asarray(reference(stored, run.identity.init, row["sequence"]).boxes)
+        truth = np.asarray(select_ground_truth(stored, run.identity.init, row["sequence"]).boxes)
         stage = stages.setdefault(row["sequence"], SequenceRuns(row, stored, truth))
         if row["fingerprint"] != stage.row["fingerprint"]:
             continue  # the run is stale, as the sequence has another version; tables report it
