@@ -403,6 +403,6 @@ def test_tracker_is_rarely_better_than_itself(make_runs):
 def test_more_particles_are_better(make_runs):
     names = [f"multipart/1:scene={k}" for k in range(20)]
     sequences = [first_frames(name, 40) for name in names]
-    few, many = (overlaps(f"multipart:particles={n}", sequences, 2) for n in (25, 200))
+    few, many = (overlaps(f"multipart:particles={n}", sequences, 2) for n in (3, 200))
     (pair,) = compare(make_runs({"many": many, "few": few}, names=names), OVERLAP).pairs
     assert (pair.answer.label, len(pair.by_unit)) == ("better", 20)
