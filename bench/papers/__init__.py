@@ -55,6 +55,4 @@ def check_paper_name(name: str) -> None:
     valid_names = paper_names()
     if name not in valid_names:
         hint = close_match(name, valid_names)
-        raise ExperimentError(
-            f"unknown paper {name!r}.{hint} Known: {', '.join(valid_names)}."
-        )
+        raise ExperimentError(f"unknown paper {name!r}.{hint} Known: {', '.join(valid_names)}.")
