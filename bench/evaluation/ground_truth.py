@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackmark.bench.experiments.tracker_spec import BOXES
-from trackmark.bench.metrics.native import GroundTruth
+from trackmark.bench.metrics.native import GroundTruthLike
 from trackmark.datasets import SequenceError
 from trackmark.datasets.spec_string import close_match
 
@@ -19,7 +19,7 @@ class RegionGroundTruth:
     boxes: NDArray[np.float64]
     regions: Mapping[str, NDArray[np.float64]]
     visibility: NDArray[np.float64]
-    origin: GroundTruth
+    origin: GroundTruthLike
 
     @property
     def image_size(self) -> tuple[int, int] | None:
@@ -28,7 +28,9 @@ class RegionGroundTruth:
         return size
 
 
-def select_ground_truth(truth: GroundTruth, region: str, name: str = "the sequence") -> GroundTruth:
+def select_ground_truth(
+    truth: GroundTruthLike, region: str, name: str = "the sequence"
+) -> GroundTruthLike:
     """Return the ground truth of a run that is initialised with a region.
 
     `truth`: a sequence, or its stored ground truth. `region`: `boxes`, or one of `truth.regions`.
