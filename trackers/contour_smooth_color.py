@@ -9,16 +9,21 @@ from pydantic import Field
 from trackmark.trackers.base.interface import Image, Mask
 from trackmark.trackers.base.parameters import choice
 from trackmark.trackers.contours.chain import Chain, Hypotheses
-from trackmark.trackers.contours.colour_cue import Palettes, RefittedColours
+from trackmark.trackers.contours.colour_cue import MixtureEvaluator, RefittedColours
 from trackmark.trackers.contours.observation import Observation
 from trackmark.trackers.contours.plane_cue import (
     GivenPlane,
-    basis_of,
     discriminant_basis,
-    oriented,
+    orient_normals,
+    plane_basis,
     plane_normal,
 )
-from trackmark.trackers.contours.segmenter import LITERAL, Segmenter, SegmenterParameters, Start
+from trackmark.trackers.contours.segmenter import (
+    LITERAL_PARAMETERS,
+    ChainStart,
+    Segmenter,
+    SegmenterParameters,
+)
 
 __all__ = ["ContourSmoothColor"]
 
@@ -56,16 +61,16 @@ class ContourSmoothColor(Segmenter):
         "A. Blake, CONDENSATION - conditional density propagation for visual tracking, IJCV 1998"
     )
     presets = {
-        "as-written": LITERAL,
+        "as-written": LITERAL_PARAMETERS,
         "recommended": {},
         "robust": {"snake_stiffness": "by-spacing"},
     }
     Parameters = ContourSmoothColorParameters
 
-    def chain_from(self, start: Start) -> Chain[Observation]:
+    def chain_from(self, start: ChainStart) -> Chain[Observation]:
         """See `Segmenter.chain_from`."""
         settings: ContourSmoothColorParameters = self.parameters
-        palettes = Palettes(
+        palettes = MixtureEvaluator(
             settings.object_components, settings.weights, 1.0, settings.colour_floor
         )
         self.plane = GivenPlane(start.basis)
@@ -80,6 +85,8 @@ class ContourSmoothColor(Segmenter):
         moved = self.parameters.plane == "refitted"
         if moved:
             normal = plane_normal(discriminant_basis(*sets))
-            self.plane.normal = oriented(normal[np.newaxis], plane_normal(self.plane.basis))[0]
-        basis = basis_of(self.plane.normal[np.newaxis], self.plane.basis)[0]
+            self.plane.normal = orient_normals(normal[np.newaxis], plane_normal(self.plane.basis))[
+                0
+            ]
+        basis = plane_basis(self.plane.normal[np.newaxis], self.plane.basis)[0]
         self.colours.learn(*sets, basis, moved)

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from trackmark.trackers.base.interface import Box, Estimate, Image, Mask
 from trackmark.trackers.base.sharing import SharedFrame, SharingTracker
-from trackmark.trackers.histograms.mean_shift import MeanShiftParameters, Target
+from trackmark.trackers.histograms.mean_shift import MeanShiftParameters, TargetEllipse
 
 __all__ = ["MeanShift"]
 
@@ -45,8 +45,8 @@ class MeanShift(SharingTracker):
     Parameters = MeanShiftParameters
 
     def init_shared(self, frame: SharedFrame, box: Box, mask: Mask | None = None) -> None:
-        """See `Tracker.init`, and `Target` for what is refused."""
-        self._target = Target("mean-shift", self.parameters, frame, box)
+        """See `Tracker.init`, and `TargetEllipse` for what is refused."""
+        self._target = TargetEllipse("mean-shift", self.parameters, frame, box)
         self._x, self._y = float(box[0] + box[2] / 2), float(box[1] + box[3] / 2)
 
     def update_shared(self, frame: SharedFrame) -> Estimate:

@@ -10,7 +10,7 @@ from trackmark.trackers.base.interface import Box, Estimate, Image, Mask
 from trackmark.trackers.base.kalman import ConstantVelocity
 from trackmark.trackers.base.parameters import fraction, positive
 from trackmark.trackers.base.sharing import SharedFrame, SharingTracker
-from trackmark.trackers.histograms.mean_shift import Location, MeanShiftParameters, Target
+from trackmark.trackers.histograms.mean_shift import Location, MeanShiftParameters, TargetEllipse
 
 __all__ = ["MeanShiftKalman"]
 
@@ -58,8 +58,8 @@ class MeanShiftKalman(SharingTracker):
     Parameters = MeanShiftKalmanParameters
 
     def init_shared(self, frame: SharedFrame, box: Box, mask: Mask | None = None) -> None:
-        """See `Tracker.init`, and `Target` for what is refused."""
-        self._target = Target("mean-shift-kalman", self.parameters, frame, box)
+        """See `Tracker.init`, and `TargetEllipse` for what is refused."""
+        self._target = TargetEllipse("mean-shift-kalman", self.parameters, frame, box)
         half_axes = box[2:] / 2
         self._motion = ConstantVelocity(
             box[:2] + half_axes, half_axes, self.parameters.acceleration_noise

@@ -11,14 +11,19 @@ from trackmark.trackers.contours.chain import Association, Chain, Feedback, Hypo
 from trackmark.trackers.contours.colour_cue import (
     ColourCue,
     ColourDynamics,
+    MixtureEvaluator,
     MixtureScale,
-    Palettes,
     RefittedColours,
 )
 from trackmark.trackers.contours.contour_cue import ContourCue, KalmanContourCue
 from trackmark.trackers.contours.observation import Observation, with_colour_sets
-from trackmark.trackers.contours.plane_cue import PlaneCue, basis_of
-from trackmark.trackers.contours.segmenter import LITERAL, Segmenter, SegmenterParameters, Start
+from trackmark.trackers.contours.plane_cue import PlaneCue, plane_basis
+from trackmark.trackers.contours.segmenter import (
+    LITERAL_PARAMETERS,
+    ChainStart,
+    Segmenter,
+    SegmenterParameters,
+)
 
 __all__ = ["Moreno2005"]
 
@@ -29,7 +34,9 @@ ESTIMATED_SPREADS: Mapping[str, float] = {
     "eigenvalue_spread": 0.05669,
     "angle_spread": 0.04717,
 }
-"""Deviations of planes and colours, estimated on the same sequences as those of `LITERAL`.
+"""Standard deviations of planes and colours.
+
+They were estimated on the same sequences as those of `LITERAL_PARAMETERS`.
 
 `plane_spread` is `sqrt(mean(|n - n'|²) / 4)` for the unit normals `n` and `n'` of the Fisher planes
 of consecutive frames: `H` and `p` have the same deviation, and a normal turns about two axes.
@@ -137,7 +144,7 @@ class Moreno2005(Segmenter):
     )
     presets = {
         "as-written": {
-            **LITERAL,
+            **LITERAL_PARAMETERS,
             "feedback": "marginal",
             "colour_dynamics": "diagonal",
             **ESTIMATED_SPREADS,
@@ -147,7 +154,7 @@ class Moreno2005(Segmenter):
     }
     Parameters = Moreno2005Parameters
 
-    def chain_from(self, start: Start) -> Chain[Observation]:
+    def chain_from(self, start: ChainStart) -> Chain[Observation]:
         """See `Segmenter.chain_from`."""
         settings: Moreno2005Parameters = self.parameters
         self.planes = PlaneCue(
@@ -158,7 +165,7 @@ class Moreno2005(Segmenter):
             settings.plane_temperature,
             settings.colour_floor,
         )
-        palettes = Palettes(
+        palettes = MixtureEvaluator(
             settings.object_components,
             settings.weights,
             settings.colour_temperature,
@@ -190,5 +197,5 @@ class Moreno2005(Segmenter):
         sets = self.colour_sets(image, inside)
         if sets is not None:
             best = found[0].states[found[0].weights.argmax()]
-            basis = basis_of(best[np.newaxis], self.planes.basis)[0]
+            basis = plane_basis(best[np.newaxis], self.planes.basis)[0]
             self.refitted.learn(*sets, basis, moved=True)

@@ -15,10 +15,15 @@ from trackmark.trackers.base.parameters import (
     positive,
     whole,
 )
-from trackmark.trackers.base.particles import SCHEMES, effective_number, mean_state, normalised
+from trackmark.trackers.base.particles import (
+    SCHEMES,
+    effective_sample_size,
+    mean_state,
+    normalise_log_weights,
+)
 from trackmark.trackers.base.sharing import SharedFrame, SharingTracker
 from trackmark.trackers.histograms.bins import N_BINS, Binning, LuvBins, UvRange
-from trackmark.trackers.histograms.counting import region_counts
+from trackmark.trackers.histograms.counting import count_regions
 from trackmark.trackers.histograms.rectangles import Regions, bhattacharyya_distances, pixel_regions
 
 __all__ = ["Multipart"]
@@ -143,7 +148,7 @@ class Multipart(SharingTracker):
                 f"a quarter, {LEAST_PIXELS} pixels and two rows are needed; give another box."
             )
         every = np.arange(N_BINS)
-        counts = region_counts(frame, halves, self._colours, every)[:, 0]
+        counts = count_regions(frame, halves, self._colours, every)[:, 0]
         totals = halves.pixels[:, 0] * self._colours.votes_a_pixel
         self._part_distance = float(
             bhattacharyya_distances(counts[:1], totals[:1], counts[1], totals[1])[0]
@@ -165,7 +170,7 @@ class Multipart(SharingTracker):
         self._propagate()
         distances, pixels = self._distances(frame)
         log_weights = np.where(pixels > 0, self._log_likelihood(distances), -inf)
-        weights = normalised(log_weights)
+        weights = normalise_log_weights(log_weights)
         self._mean = mean_state(weights, self._states)
         distance = min(float(weights @ distances), 1.0)
         estimate = Estimate(
@@ -174,7 +179,7 @@ class Multipart(SharingTracker):
             confidence=float(np.exp(self._log_likelihood(distance))),
             details={
                 "part_distance": self._part_distance,
-                "effective_particles": effective_number(weights),
+                "effective_particles": effective_sample_size(weights),
                 "distance": distance,
                 "area_ratio": float(self._mean[2] / self._first_area),
             },
@@ -210,7 +215,7 @@ class Multipart(SharingTracker):
     def _distances(self, frame: SharedFrame) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
         """Distance of each particle to the reference, and its pixels, 0 if too few are inside."""
         regions = self._regions(frame, self._states, self._n_parts)
-        counts = region_counts(frame, regions, self._colours, self._bins)
+        counts = count_regions(frame, regions, self._colours, self._bins)
         total = np.zeros(len(self._states))
         for part, reference in enumerate(self._reference):
             total += bhattacharyya_distances(

@@ -17,27 +17,27 @@ from trackmark.trackers.base.parameters import (
     positive,
     whole,
 )
-from trackmark.trackers.base.particles import mean_state, multinomial, normalised
+from trackmark.trackers.base.particles import mean_state, multinomial, normalise_log_weights
 from trackmark.trackers.base.sharing import SharedFrame, SharingTracker
 from trackmark.trackers.histograms.bins import ColourSpace, JointBins
 from trackmark.trackers.histograms.ellipses import Kernel
 from trackmark.trackers.histograms.motion import (
     Axes,
     Dynamics,
-    Motion,
+    LocationMemory,
+    MotionModel,
     Placement,
     ScaleChange,
-    Whereabouts,
     box_around,
     ellipse_in,
 )
 from trackmark.trackers.histograms.target_model import (
     Background,
-    Ellipses,
+    EllipseHistograms,
+    Interpretation,
     Likelihood,
-    Reading,
     TargetModel,
-    spacing_of,
+    grid_spacing,
 )
 
 __all__ = ["Nummiaro2003"]
@@ -78,7 +78,7 @@ class Nummiaro2003Parameters(Parameters):
         0.003, "deviation of the scale change's noise [half widths/frame]"
     )
     model_update: bool = choice(True, "whether the target model follows the estimate")
-    update_reading: Reading = choice(
+    update_reading: Interpretation = choice(
         "coefficient",
         "what of the mean state must be above the update threshold: its likelihood "
         "as a Gaussian density, as printed, with its peak at 1, with σ for a variance in the "
@@ -168,11 +168,11 @@ class Nummiaro2003(SharingTracker):
     def __init__(self, parameters: Nummiaro2003Parameters, seed: np.random.SeedSequence) -> None:
         super().__init__(parameters, seed)
         self._colours = JointBins(parameters.colour, parameters.bins)
-        self._ellipses = Ellipses(self._colours, parameters.kernel)
+        self._ellipses = EllipseHistograms(self._colours, parameters.kernel)
         self._likelihood = Likelihood(
             parameters.sigma, parameters.update_reading, parameters.update_threshold
         )
-        self._motion = Motion(**parameters.model_dump(include={*Motion.__annotations__}))
+        self._motion = MotionModel(**parameters.model_dump(include={*MotionModel.__annotations__}))
         self._watched: Image | None = None
         self._detector: Callable[[Image], Array] | None = None
 
@@ -260,7 +260,7 @@ class Nummiaro2003(SharingTracker):
         likeness = coefficients = self._model.coefficients(found)
         if self.parameters.appearance == "first":
             likeness = self._model.first_coefficients(found)
-        self._weights = normalised(self._likelihood.log(coefficients))
+        self._weights = normalise_log_weights(self._likelihood.log(coefficients))
         positive = int(np.count_nonzero(likeness > self._threshold))
         self._switch(positive)
         if self._tracking:
@@ -315,17 +315,17 @@ class Nummiaro2003(SharingTracker):
         self._mean, self._aspect = mean, float(mean[5] / mean[4])
         self._particles = np.tile(mean, (settings.particles, 1))
         self._rates = np.zeros((settings.particles, 3))
-        self._weights = normalised(np.zeros(settings.particles))
+        self._weights = normalise_log_weights(np.zeros(settings.particles))
         apart = settings.models == "per-particle"
         self._model = TargetModel(model, settings.particles, apart, settings.alpha)
-        self._whereabouts = Whereabouts(mean[4:6], self._image_size, regions)
+        self._whereabouts = LocationMemory(mean[4:6], self._image_size, regions)
         if tracking:
             self._whereabouts.seen(mean[:2], mean[4:6])
             self._whereabouts.certain(0, mean[:2])
         self._background = Background(
             empty or frame,
             mean[4:6],
-            spacing_of(settings.background_positions, mean[4:6], self._image_size),
+            grid_spacing(settings.background_positions, mean[4:6], self._image_size),
             self._colours,
             settings.kernel,
             mean[:2] if empty is None else None,

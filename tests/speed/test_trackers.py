@@ -16,7 +16,7 @@ from tests.speed.rivals import MeanShift, compare, run, say, seconds_of, warm
 from trackmark import trackers
 from trackmark.trackers.base.parameters import TrackerError
 from trackmark.trackers.base.sharing import SharedFrame
-from trackmark.trackers.histograms.motion import at_rest
+from trackmark.trackers.histograms.motion import states_at_rest
 
 LEEWAY = 1.7
 """By this factor other machines, and busy ones, differ; what takes twice as long is noticed."""
@@ -108,7 +108,7 @@ def cloud_of_multipart(tracker, rng):
 
 def cloud_of_nummiaro2003(tracker, rng):
     places = np.column_stack([rng.uniform(30, 610, 100), rng.uniform(70, 410, 100)])
-    tracker._particles = at_rest(places, tracker._mean[4:6])
+    tracker._particles = states_at_rest(places, tracker._mean[4:6])
 
 
 def cloud_of_wang2010(tracker, rng):

@@ -212,7 +212,7 @@ def test_describe_gives_parameters_with_default_type_and_meaning(plugin):
     assert (types["radius"], types["difference_window"]) == ("float | rule", "int")
     drift = trackers.describe(f"{plugin}:Drift")
     assert drift["presets"] == {"recommended": {}, "fast": {"step": 5.0}}
-    assert trackers.summary("static") == "Keeps the first box for ever: the floor of every table."
+    assert trackers.summary("static") == "Constant init box: the lower reference of every table."
 
 
 def test_listing_imports_no_tracker_and_no_heavy_library():

@@ -5,12 +5,12 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from trackmark.trackers.contours.contour_cue import ContourDynamics, KalmanContourCue
-from trackmark.trackers.contours.mixture import Mixture, components_of
+from trackmark.trackers.contours.mixture import Mixture, to_components
 from trackmark.trackers.contours.observation import colour_cells
 from trackmark.trackers.contours.plane_cue import (
-    basis_of,
     discriminant_basis,
-    oriented,
+    orient_normals,
+    plane_basis,
     plane_normal,
 )
 
@@ -29,7 +29,7 @@ def image():
 
 def mixtures(seed=0, of_target=2, of_background=3):
     random = np.random.default_rng(seed)
-    return components_of(
+    return to_components(
         Mixture(
             np.concatenate([np.full(of_target, 1 / of_target), np.full(of_background, 1 / 3)]),
             random.uniform(0, 1, (of_target + of_background, 2)),
@@ -156,8 +156,8 @@ REFERENCE = np.linalg.qr(np.random.default_rng(1).normal(size=(3, 2)))[0]
 
 def test_a_basis_is_the_references_turned_about_the_common_line_by_the_angle_between():
     reference = plane_normal(REFERENCE)
-    normals = oriented(unit_vectors(5, 30), reference)
-    for normal, basis in zip(normals, basis_of(normals, REFERENCE), strict=True):
+    normals = orient_normals(unit_vectors(5, 30), reference)
+    for normal, basis in zip(normals, plane_basis(normals, REFERENCE), strict=True):
         axis = np.cross(reference, normal)
         angle = np.arccos(reference @ normal)
         turn = Rotation.from_rotvec(angle * axis / np.linalg.norm(axis))

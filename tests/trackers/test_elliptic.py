@@ -12,13 +12,18 @@ from tests.trackers.slow_ellipses import codes_of, histogram_of
 from trackmark.trackers.base.sharing import SharedFrame
 from trackmark.trackers.histograms.bins import JointBins
 from trackmark.trackers.histograms.ellipses import EllipseCounts
-from trackmark.trackers.histograms.motion import Motion, Whereabouts, at_rest, ellipse_in
+from trackmark.trackers.histograms.motion import (
+    LocationMemory,
+    MotionModel,
+    ellipse_in,
+    states_at_rest,
+)
 from trackmark.trackers.histograms.target_model import (
     Background,
-    Ellipses,
+    EllipseHistograms,
     Likelihood,
     TargetModel,
-    spacing_of,
+    grid_spacing,
 )
 
 
@@ -39,7 +44,7 @@ def test_the_least_coefficient_solves_equations_10_and_11(reading, sigma):
 
 
 def motion(**changes):
-    quiet = Motion("first-order", "together", "linear", 1.0, 0.0, 0.0, 0.0, 0.0)
+    quiet = MotionModel("first-order", "together", "linear", 1.0, 0.0, 0.0, 0.0, 0.0)
     return replace(quiet, **changes)
 
 
@@ -74,7 +79,7 @@ def test_second_order_has_constant_rates_of_change():
 
 @pytest.mark.parametrize("scale_change", ["linear", "multiplicative"])
 def test_noise_has_the_deviations_that_are_asked_for(scale_change):
-    model = Motion("first-order", "apart", scale_change, 1.0, 0.12, 0.05, 0.02, 0.004)
+    model = MotionModel("first-order", "apart", scale_change, 1.0, 0.12, 0.05, 0.02, 0.004)
     state = [300.0, 200.0, 0.0, 0.0, 20.0, 30.0, 0.0]
     moved = steps(model, state, particles=40_000)
     spread = (moved - state).std(axis=0)
@@ -102,7 +107,7 @@ def test_half_axes_stay_between_three_pixels_and_the_image(axes, change):
 
 
 def test_the_model_does_not_change_how_many_numbers_are_drawn():
-    states = at_rest(np.zeros((3, 2)), np.array([4.0, 5.0]))
+    states = states_at_rest(np.zeros((3, 2)), np.array([4.0, 5.0]))
     for dynamics in ("first-order", "second-order", "random-walk"):
         generator, expected = np.random.default_rng(5), np.random.default_rng(5)
         motion(dynamics=dynamics).step(states, np.zeros((3, 3)), 4, 1.25, (9, 9), generator)
@@ -146,7 +151,7 @@ def test_background_is_examined_at_every_place_of_the_grid():
 @given(st.integers(50, 2000), st.floats(3, 60), st.floats(3, 60))
 def test_the_grid_has_about_as_many_positions_as_asked_for(positions, half_x, half_y):
     half_axes = np.array([half_x, half_y])
-    spacing = spacing_of(positions, half_axes, (640, 480))
+    spacing = grid_spacing(positions, half_axes, (640, 480))
     across, down = (
         len(np.arange(half, size - half + 1e-9, spacing))
         for half, size in zip(half_axes, (640, 480), strict=True)
@@ -171,7 +176,7 @@ def test_a_target_that_fills_the_image_leaves_no_background():
 
 
 def whereabouts(**changes):
-    return Whereabouts(np.array([10.0, 20.0]), (640, 480), **changes)
+    return LocationMemory(np.array([10.0, 20.0]), (640, 480), **changes)
 
 
 def placed(where, placement, n=4000, frame=0):
@@ -284,9 +289,9 @@ def test_models_of_their_own_follow_their_particles_and_go_on_with_them():
 
 
 def test_an_ellipse_counts_only_with_a_quarter_inside():
-    ellipses, frame = Ellipses(JointBins(), "isotropic"), SharedFrame(picture())
+    ellipses, frame = EllipseHistograms(JointBins(), "isotropic"), SharedFrame(picture())
     inside = [-6.0 + 0.5 * i for i in range(20)]
-    states = at_rest(np.array([[x, 40.0] for x in inside]), np.array([8.0, 8.0]))
+    states = states_at_rest(np.array([[x, 40.0] for x in inside]), np.array([8.0, 8.0]))
     found = ellipses.counts(frame, states, np.arange(512))
     shares = found.pixels / (pi * 64)
     assert ((found.totals > 0) == (shares >= 0.25)).all()

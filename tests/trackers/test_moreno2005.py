@@ -7,7 +7,7 @@ import pytest
 from tests.trackers.following import box_of
 from trackmark import trackers
 from trackmark.trackers import TrackerError
-from trackmark.trackers.contours.outline import bounding_box, filled
+from trackmark.trackers.contours.outline import bounding_box, fill_contour
 
 NAMES = ["moreno2005", "contour-smooth-color"]
 FEW = {"contour_samples": 60}
@@ -75,7 +75,9 @@ def test_the_answer_may_be_the_mean_contour_or_the_posterior_alone(disc):
         for key, array in snake.arrays.items():
             np.testing.assert_array_equal(array, mean.arrays[key])  # what goes on is the same
             np.testing.assert_array_equal(array, posterior.arrays[key])
-        np.testing.assert_array_equal(mean.mask, filled(snake.arrays["mean_contour"], 120, 160))
+        np.testing.assert_array_equal(
+            mean.mask, fill_contour(snake.arrays["mean_contour"], 120, 160)
+        )
         np.testing.assert_array_equal(posterior.mask, snake.arrays["posterior"] > 0.5)
         np.testing.assert_array_equal(posterior.box, box_of(posterior.mask))
 

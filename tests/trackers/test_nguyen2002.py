@@ -9,7 +9,7 @@ from tests.trackers import plain_nguyen2002 as plain
 from tests.trackers.template_clip import clip, made, texture, track
 from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.trackers.base.parameters import TrackerError
-from trackmark.trackers.templates.appearance import Appearance, features_of
+from trackmark.trackers.templates.appearance import TemplateFilter, compute_features
 
 
 @pytest.mark.parametrize(
@@ -133,13 +133,13 @@ def creeping(speed, features="rgb", **parameters):
     random = np.random.default_rng(0)
     still = random.integers(0, 200, (40, 100, 3), dtype=np.uint8)
     tracker = made([still], (0, 0, 100, 40), features=features, **parameters)
-    target = features_of(still, features)
-    appearance = Appearance(tracker._noise, target)
+    target = compute_features(still, features)
+    appearance = TemplateFilter(tracker._noise, target)
     appearance.start(target)
     for frame in range(60):
         image = still.copy()
         image[:, : speed * frame] = 250
-        seen = appearance.seen(features_of(image, features))
+        seen = appearance.compare(compute_features(image, features))
         changed = float((appearance.template != target).any(axis=2).mean())
         if seen.share > tracker.parameters.gamma:
             return frame, changed

@@ -65,7 +65,7 @@ def assert_it_is_the_plain_reference(images, box, **parameters):
     estimates = [tracker.update(image) for image in images[1:]]
     found = revised(box, estimates, tracker.finish())
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-9)
-    ours = tracker._appearance
+    ours = tracker._filter
     if not occlusions or occlusions[-1][1] < len(images):
         pairs = (ours.state, noise.c_w), (ours.measurement, noise.c_f), (ours.residual, noise.r_bar)
         for matrix, other in pairs:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from trackmark import trackers
-from trackmark.trackers.base.opencv import OpenCVTracker, factory, pixel_rectangle
+from trackmark.trackers.base.opencv import OpenCVTracker, find_factory, pixel_rectangle
 from trackmark.trackers.base.parameters import Parameters, TrackerError
 
 
@@ -100,7 +100,7 @@ def test_what_opencv_refuses_is_a_clear_error(moving_target):
 
 def test_a_tracker_that_the_installed_opencv_lacks_says_what_to_install():
     with pytest.raises(ImportError, match="has no TrackerOfTheFuture; install opencv-contrib"):
-        factory("OfTheFuture")
+        find_factory("OfTheFuture")
 
 
 @pytest.mark.parametrize("name", ["opencv-mil", "opencv-tld", "opencv-boosting"])

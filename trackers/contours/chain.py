@@ -110,7 +110,7 @@ class Chain(Generic[Seen]):
                     f"{type(cue).__name__} gives weights of shape {weighed.weights.shape} to "
                     f"{len(states)} hypotheses: each has one, not below 0."
                 )
-            weights = proportional(weighed.weights)
+            weights = normalise_weights(weighed.weights)
             found.append(Hypotheses(states, weights, attached, weighed.evidence))
         carried = _joint_weights(found) if self.feedback == "joint" else [h.weights for h in found]
         for cue, hypotheses, weights in zip(self.cues, found, carried, strict=True):
@@ -124,7 +124,7 @@ class Chain(Generic[Seen]):
         return multinomial(weights, uniforms)
 
 
-def complete(hypotheses: Sequence[Hypotheses]) -> tuple[Indices, ...]:
+def complete_combinations(hypotheses: Sequence[Hypotheses]) -> tuple[Indices, ...]:
     """Which hypotheses of each cue make up the complete density of equation 7.
 
     One array (n,) a cue: its hypothesis for each of the n of the last cue, whose weights are those
@@ -139,7 +139,7 @@ def complete(hypotheses: Sequence[Hypotheses]) -> tuple[Indices, ...]:
     return tuple(reversed(chosen))
 
 
-def proportional(weights: Array) -> Array:
+def normalise_weights(weights: Array) -> Array:
     """Weights that sum to 1; all equal where none is above 0, or not all are finite.
 
     Examples
@@ -160,11 +160,11 @@ def _joint_weights(found: Sequence[Hypotheses]) -> list[Array]:
     last = found[-1].weights
     carried = [last]
     for hypotheses, indices in zip(
-        reversed(found[:-1]), reversed(complete(found)[:-1]), strict=True
+        reversed(found[:-1]), reversed(complete_combinations(found)[:-1]), strict=True
     ):
         shares = np.zeros(len(hypotheses.weights))
         np.add.at(shares, indices, last)
-        carried.append(proportional(shares + _NEVER_QUITE_ZERO))
+        carried.append(normalise_weights(shares + _NEVER_QUITE_ZERO))
     return carried[::-1]
 
 

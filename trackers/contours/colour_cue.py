@@ -12,15 +12,15 @@ from scipy.optimize import linear_sum_assignment
 
 from trackmark.trackers.base.arrays import Array
 from trackmark.trackers.contours.chain import Attached, Earlier, ParticleCue, Weighed
-from trackmark.trackers.contours.mixture import Mixture, components_of, refined
-from trackmark.trackers.contours.observation import Observation, Weights, graded
+from trackmark.trackers.contours.mixture import Mixture, refine_mixture, to_components
+from trackmark.trackers.contours.observation import Observation, Weights, weights_from_scores
 from trackmark.trackers.contours.posterior import posterior_tables
 
 MixtureScale: TypeAlias = Literal["shared", "diagonal"]
 
 WEIGHT, MEAN, EIGENVALUES, ANGLE = 0, slice(1, 3), slice(3, 5), 5  # a component's six numbers
 
-SMALLEST_EIGENVALUE, LARGEST_EIGENVALUE = 2e-4, 0.15  # of colours in [0, 1]
+MIN_EIGENVALUE, MAX_EIGENVALUE = 2e-4, 0.15  # of colours in [0, 1]
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,8 +65,8 @@ class ColourDynamics:
         moved[:, :, ANGLE] += generator.normal(0.0, self.angle_spread, (count, components))
         np.clip(
             moved[:, :, EIGENVALUES],
-            SMALLEST_EIGENVALUE,
-            LARGEST_EIGENVALUE,
+            MIN_EIGENVALUE,
+            MAX_EIGENVALUE,
             out=moved[:, :, EIGENVALUES],
         )
         for part in (moved[:, :of_target, WEIGHT], moved[:, of_target:, WEIGHT]):
@@ -74,13 +74,13 @@ class ColourDynamics:
         return moved
 
 
-class Palettes:
+class MixtureEvaluator:
     """How pairs of mixtures are judged by a frame (section 5.3); a part of colour cues.
 
     A pair's weight says how well the posterior of the target, with its mixtures on the attached
     plane, tells the window from what is outside. The evidence are the posteriors of the frame's
     colours, one row a pair. The first `of_target` components are the target's; `weights` and
-    `temperature` are those of `graded`, `floor` is that of `posterior`.
+    `temperature` are those of `weights_from_scores`, `floor` is that of `posterior`.
     """
 
     def __init__(self, of_target: int, weights: Weights, temperature: float, floor: float) -> None:
@@ -103,14 +103,14 @@ class Palettes:
             observation.prior,
             observation.contrast,
         )
-        return Weighed(graded(scores, *self.grading), tables)
+        return Weighed(weights_from_scores(scores, *self.grading), tables)
 
 
 class ColourCue(ParticleCue):
     """Pairs of mixtures as particles: components (components, 6), the target's first."""
 
     def __init__(
-        self, start: Array, count: int, dynamics: ColourDynamics, palettes: Palettes
+        self, start: Array, count: int, dynamics: ColourDynamics, palettes: MixtureEvaluator
     ) -> None:
         super().__init__(start, count)
         self.dynamics = dynamics
@@ -125,7 +125,7 @@ class ColourCue(ParticleCue):
 STEPS = 6  # of EM, from the fit of the frame before
 
 
-class Fit(NamedTuple):
+class ColourFit(NamedTuple):
     """Colours of target and background in a frame, and mixtures of them on a plane."""
 
     target_colours: Array  # (n, 3): R, G, B in [0, 1]
@@ -133,17 +133,17 @@ class Fit(NamedTuple):
     target: Mixture
     background: Mixture
 
-    def on(self, basis: Array) -> "Fit":
+    def on(self, basis: Array) -> "ColourFit":
         """The same colours on another plane, shape (3, 2), fitted from these mixtures on."""
         return self.of(self.target_colours, self.background_colours, basis)
 
-    def of(self, target_colours: Array, background_colours: Array, basis: Array) -> "Fit":
+    def of(self, target_colours: Array, background_colours: Array, basis: Array) -> "ColourFit":
         """Other colours, fitted from these mixtures on."""
-        return Fit(
+        return ColourFit(
             target_colours,
             background_colours,
-            refined(target_colours @ basis, self.target, STEPS),
-            refined(background_colours @ basis, self.background, STEPS),
+            refine_mixture(target_colours @ basis, self.target, STEPS),
+            refine_mixture(background_colours @ basis, self.background, STEPS),
         )
 
 
@@ -156,7 +156,9 @@ class RefittedColours:
     judge.
     """
 
-    def __init__(self, fit: Fit, count: int, mixing: float, palettes: Palettes) -> None:
+    def __init__(
+        self, fit: ColourFit, count: int, mixing: float, palettes: MixtureEvaluator
+    ) -> None:
         self.fits = fit, fit
         self.count = count
         self.mixing = mixing
@@ -173,14 +175,16 @@ class RefittedColours:
         """See `Cue.sample`: the prediction."""
         older, newer = self.fits
         pairs = (older.target, newer.target), (older.background, newer.background)
-        predicted = np.concatenate([components_of(blended(*pair, self.mixing)) for pair in pairs])
+        predicted = np.concatenate(
+            [to_components(blend_mixtures(*pair, self.mixing)) for pair in pairs]
+        )
         return np.repeat(predicted[np.newaxis], self.count, axis=0)
 
     def receive(self, states: Array, weights: Array) -> None:
         """See `Cue.receive`; what is learnt is learnt from the segmented frame."""
 
 
-def blended(older: Mixture, newer: Mixture, mixing: float) -> Mixture:
+def blend_mixtures(older: Mixture, newer: Mixture, mixing: float) -> Mixture:
     """Blend paired components (but for angles, which jump): (1 - mixing) older + mixing newer."""
     distances = ((newer.means[:, np.newaxis] - older.means) ** 2).sum(axis=2)
     _, partner = linear_sum_assignment(distances)

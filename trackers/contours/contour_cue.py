@@ -9,10 +9,15 @@ import numpy as np
 from trackmark.trackers.base.arrays import Array
 from trackmark.trackers.base.kalman import ConstantVelocity
 from trackmark.trackers.contours.chain import Attached, Earlier, ParticleCue, Weighed
-from trackmark.trackers.contours.observation import Observation, Rectangle, Weights, graded
+from trackmark.trackers.contours.observation import (
+    Observation,
+    Rectangle,
+    Weights,
+    weights_from_scores,
+)
 from trackmark.trackers.contours.outline import Outside, contour_scores
 
-SMALLEST_AREA = 60  # pixels; a contour around fewer is no hypothesis
+MIN_AREA = 60  # pixels; a contour around fewer is no hypothesis
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,10 +55,10 @@ class ContourCue(ParticleCue):
     A contour's weight says how much higher the posterior of the target is inside than outside
     (section 5.4), on the map of the attached mixtures. "Outside" is the rest of the image, or of
     the bounding box of the window and all contours (beyond a small target, the mean over the image
-    hardly feels what a contour adds). `weights` and `temperature` are those of `graded`.
+    hardly changes with a contour). `weights` and `temperature` are those of `weights_from_scores`.
 
-    `anchors` (k, points, 2) are contours that take the places of the first k particles before they
-    go on; none at first.
+    `anchors` (k, points, 2) are contours that replace the first k particles before propagation;
+    none at first.
     """
 
     def __init__(
@@ -92,9 +97,9 @@ class ContourCue(ParticleCue):
             states,
             _around(observation.window, states, width, height),
             self.outside,
-            SMALLEST_AREA,
+            MIN_AREA,
         )
-        return Weighed(graded(scores, *self.grading), scores)
+        return Weighed(weights_from_scores(scores, *self.grading), scores)
 
 
 class KalmanContourCue(ContourCue):

@@ -12,7 +12,7 @@ from numba import njit
 from trackmark.trackers.base.arrays import Array
 
 REGULARISATION = 3e-4  # variance added to every axis of a fitted component
-LEAST_MASS = 1e-9  # points that a component has at least; fewer are nothing to place it by
+MIN_MASS = 1e-9  # points that a component has at least; fewer are nothing to place it by
 
 
 class Mixture(NamedTuple):
@@ -23,7 +23,7 @@ class Mixture(NamedTuple):
     covariances: Array  # (..., m, d, d): positive definite
 
 
-def fitted(
+def fit_mixture(
     points: Array,
     components: int,
     generator: np.random.Generator,
@@ -58,17 +58,17 @@ def fitted(
     return mixture
 
 
-def refined(
+def refine_mixture(
     points: Array, mixture: Mixture, iterations: int, regularisation: float = REGULARISATION
 ) -> Mixture:
-    """Refine a mixture by steps of `fitted`; a component of which no point is stays where it is."""
+    """Refine a mixture by steps of `fit_mixture`; a component without points keeps its place."""
     after = Mixture(*(array.copy() for array in mixture))
     axes = tuple(range(points.shape[1]))
     _iterate(np.ascontiguousarray(points.T), axes, after, iterations, regularisation)
     return after
 
 
-def refined_on_planes(
+def refine_on_planes(
     points: Array,
     mixture: Mixture,
     bases: Array,
@@ -76,12 +76,12 @@ def refined_on_planes(
     regularisation: float = REGULARISATION,
 ) -> Mixture:
     """Project a mixture of colours (n, 3) on planes of bases (P, 3, 2), and refine it on each."""
-    after = projected(mixture, bases)
+    after = project_mixture(mixture, bases)
     _iterate_on_planes(points, bases, after, iterations, regularisation)
     return after
 
 
-def projected(mixture: Mixture, basis: Array) -> Mixture:
+def project_mixture(mixture: Mixture, basis: Array) -> Mixture:
     """A mixture of colours as seen on a plane of basis (3, 2), or on as many as bases (P, 3, 2)."""
     across = np.swapaxes(basis, -1, -2)[..., np.newaxis, :, :]
     shape = (*basis.shape[:-2], len(mixture.weights))
@@ -111,7 +111,7 @@ def density(mixture: Mixture, points: Array) -> Array:
     return np.exp(log_density(mixture, points))
 
 
-def components_of(mixture: Mixture) -> Array:
+def to_components(mixture: Mixture) -> Array:
     """Components of a mixture in two dimensions, each as six numbers, shape (..., m, 6).
 
     Weight, mean x and y, the larger and the smaller eigenvalue of the covariance, and the angle of
@@ -132,7 +132,7 @@ def components_of(mixture: Mixture) -> Array:
     return np.stack(numbers, axis=-1)
 
 
-def mixture_of(components: Array) -> Mixture:
+def from_components(components: Array) -> Mixture:
     """The mixture of components (..., m, 6), in whatever order their eigenvalues are."""
     weights, first, second = components[..., 0], components[..., 3], components[..., 4]
     middle, half = (first + second) / 2, (first - second) / 2
@@ -227,7 +227,7 @@ def _maximise(
         row = responsibilities[component]
         mass = row.sum()
         weights[component] = mass / n
-        if mass < LEAST_MASS:
+        if mass < MIN_MASS:
             continue
         mean, covariance = means[component], covariances[component]
         for axis in range(d):

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from trackmark.trackers.base.arrays import Array, Ints
 from trackmark.trackers.base.interface import Image
-from trackmark.trackers.contours.mixture import Mixture, fitted
+from trackmark.trackers.contours.mixture import Mixture, fit_mixture
 from trackmark.trackers.contours.outline import bounding_box
 
 Cells: TypeAlias = NDArray[np.int32]
@@ -70,7 +70,7 @@ Weights: TypeAlias = Literal["literal", "exponential"]
 NOISE = 1e-6  # of differences of posteriors in single precision
 
 
-def graded(scores: Array, weights: Weights, temperature: float) -> Array:
+def weights_from_scores(scores: Array, weights: Weights, temperature: float) -> Array:
     """Weights of hypotheses, up to a common factor.
 
     A score, (n,), is the mean posterior in a region minus the mean outside, in [-1, 1]. 'literal'
@@ -94,7 +94,7 @@ def graded(scores: Array, weights: Weights, temperature: float) -> Array:
 Rectangle: TypeAlias = tuple[int, int, int, int]
 """Pixel columns x0 to x1 and rows y0 to y1, the latter of each not included: x0, y0, x1, y1."""
 
-NARROWEST = 8  # pixels that a window keeps of the image, wherever the target went
+MIN_WINDOW_SIDE = 8  # pixels that a window keeps of the image, wherever the target went
 FIRST_STEPS = 6  # of EM in three dimensions; more follow on the planes
 
 
@@ -167,22 +167,22 @@ def with_colour_sets(
         beyond = within
     sets = []
     for region, count, parts in zip((within, beyond), points, components, strict=True):
-        colours = drawn(image, region, count, generator)
-        mixture = fitted(colours, parts, generator, iterations=FIRST_STEPS)
+        colours = draw_colours(image, region, count, generator)
+        mixture = fit_mixture(colours, parts, generator, iterations=FIRST_STEPS)
         sets.append(ColourSet(colours, mixture))
     return observation._replace(inside=sets[0], outside=sets[1])
 
 
-def drawn(
+def draw_colours(
     image: Image, region: NDArray[np.bool_], count: int, generator: np.random.Generator
 ) -> Array:
     """R, G, B in [0, 1], (count, 3), of pixels drawn evenly, with replacement, from a region."""
     places = np.flatnonzero(region)
     chosen = places[generator.integers(0, len(places), count)]
-    return colours_of(image.reshape(-1, 3)[chosen])
+    return to_rgb(image.reshape(-1, 3)[chosen])
 
 
-def colours_of(pixels: NDArray[np.uint8]) -> Array:
+def to_rgb(pixels: NDArray[np.uint8]) -> Array:
     """R, G, B in [0, 1] of pixels that are B, G, R."""
     return pixels[..., ::-1] / 255.0
 
@@ -196,7 +196,7 @@ def _filled(rectangle: Rectangle, shape: tuple[int, ...]) -> NDArray[np.bool_]:
 
 def _spread(start: float, length: float, more: float, limit: int) -> tuple[int, int]:
     """An interval with some more on both sides, in whole pixels inside [0, limit)."""
-    narrowest = min(NARROWEST, limit)
+    narrowest = min(MIN_WINDOW_SIDE, limit)
     first = min(max(floor(start - more), 0), limit - narrowest)
     last = min(max(ceil(start + length + more), first + narrowest), limit)
     return first, last

@@ -54,7 +54,7 @@ def contour_scores(
 
 
 @njit(cache=True)
-def windings(contour: Array, height: int, width: int) -> Cells:
+def winding_numbers(contour: Array, height: int, width: int) -> Cells:
     """Count a contour's (points, 2) turns round each pixel's centre; the sign is the direction."""
     turns = np.zeros((height + 1, width), np.int32)
     for i in range(len(contour)):
@@ -170,9 +170,9 @@ def outline(mask: Mask, points: int = 32) -> Array:
     return equally_spaced(np.roll(chain, -first, axis=0) / 2, points)
 
 
-def filled(contour: Array, height: int, width: int) -> Mask:
+def fill_contour(contour: Array, height: int, width: int) -> Mask:
     """Pixels of an image whose centres are inside a contour (points, 2), by the rule above."""
-    inside: Mask = windings(contour, height, width) != 0
+    inside: Mask = winding_numbers(contour, height, width) != 0
     return inside
 
 

@@ -9,12 +9,12 @@ from scipy.spatial import cKDTree
 
 from trackmark.trackers.base.arrays import Array
 from trackmark.trackers.contours.chain import Attached, Earlier, ParticleCue, Weighed
-from trackmark.trackers.contours.mixture import refined_on_planes
-from trackmark.trackers.contours.observation import Observation, Weights, graded
+from trackmark.trackers.contours.mixture import refine_on_planes
+from trackmark.trackers.contours.observation import Observation, Weights, weights_from_scores
 from trackmark.trackers.contours.posterior import region_scores
 
 REGULARISATION = 1e-4  # added to each channel's scatter within classes, which may be singular
-LEAST_DISTANCE = 1e-6  # of colours in whitened space: equal ones, many of them, would weigh 0 / 0
+MIN_DISTANCE = 1e-6  # of colours in whitened space: equal ones, many of them, would weigh 0 / 0
 
 
 def discriminant_basis(
@@ -53,7 +53,7 @@ def discriminant_basis(
         colours = classes[own]
         distance_own = trees[own].query(colours, [neighbours + 1])[0][:, 0]  # the first is itself
         distances, nearest = trees[other].query(colours, np.arange(1, neighbours + 1))
-        powers = np.maximum([distance_own, distances[:, -1]], LEAST_DISTANCE) ** exponent
+        powers = np.maximum([distance_own, distances[:, -1]], MIN_DISTANCE) ** exponent
         weights = powers.min(axis=0) / powers.sum(axis=0)
         differences = colours - classes[other][nearest].mean(axis=1)
         between += _scatter(np.sqrt(weights)[:, np.newaxis] * differences) / 2
@@ -73,16 +73,16 @@ def plane_normal(basis: Array) -> Array:
     return np.cross(basis[:, 0], basis[:, 1])
 
 
-def oriented(normals: Array, reference: Array) -> Array:
+def orient_normals(normals: Array, reference: Array) -> Array:
     """Normals (n, 3), turned round where they point away from a reference normal (3,)."""
     return np.where((normals @ reference < 0)[:, np.newaxis], -normals, normals)
 
 
-def basis_of(normals: Array, reference_basis: Array) -> Array:
+def plane_basis(normals: Array, reference_basis: Array) -> Array:
     """Bases (n, 3, 2) of planes: a reference basis (3, 2), turned by the least rotation.
 
     So coordinates on a plane are reproducible, and vary continuously with its normal. Normals
-    (n, 3) are of length one, on the reference normal's side (see `oriented`).
+    (n, 3) are of length one, on the reference normal's side (see `orient_normals`).
 
     Examples
     --------
@@ -109,10 +109,11 @@ class PlaneCue(ParticleCue):
     s = H s' + p, with H the identity but for noise and p noise, and its length made 1; `spread` is
     the deviation of all their elements. A plane's weight says how well it tells the colours in the
     window from those outside (section 5.2). Its evidence are the frame's colours on each plane,
-    (planes, cells, 2), in the basis that `basis_of` gives it.
+    (planes, cells, 2), in the basis that `plane_basis` gives it.
 
-    `basis` (3, 2) is that of the first frame's plane; `weights` and `temperature` are those of
-    `graded`, `floor` is that of `posterior`: a density of the outside that no mixture explains.
+    `basis` (3, 2) is that of the first frame's plane. `weights` and `temperature` are passed to
+    `weights_from_scores`, `floor` to `posterior`: the density of a background that no mixture
+    explains.
     """
 
     def __init__(
@@ -136,7 +137,7 @@ class PlaneCue(ParticleCue):
         moved = np.einsum("nij,nj->ni", turned, states)
         moved += generator.normal(0.0, self.spread, states.shape)
         moved /= np.linalg.norm(moved, axis=1, keepdims=True)
-        return oriented(moved, plane_normal(self.basis))
+        return orient_normals(moved, plane_normal(self.basis))
 
     def weigh(
         self, observation: Observation, states: Array, attached: Attached, earlier: Earlier
@@ -144,14 +145,14 @@ class PlaneCue(ParticleCue):
         """See `Cue.weigh`."""
         if observation.inside is None or observation.outside is None:
             raise ValueError("planes are weighed by sets of colours drawn in and out of a window")
-        bases = basis_of(states, self.basis)
+        bases = plane_basis(states, self.basis)
         colours: Array = observation.cells.colours @ bases
         inside, outside = (
-            refined_on_planes(side.points, side.mixture, bases, STEPS_ON_PLANES)
+            refine_on_planes(side.points, side.mixture, bases, STEPS_ON_PLANES)
             for side in (observation.inside, observation.outside)
         )
         scores = region_scores(colours, inside, outside, observation.contrast, self.floor, 0.5)
-        return Weighed(graded(scores, *self.grading), colours)
+        return Weighed(weights_from_scores(scores, *self.grading), colours)
 
 
 class GivenPlane:
@@ -169,7 +170,7 @@ class GivenPlane:
         self, observation: Observation, states: Array, attached: Attached, earlier: Earlier
     ) -> Weighed:
         """See `Cue.weigh`."""
-        return Weighed(np.ones(1), observation.cells.colours @ basis_of(states, self.basis))
+        return Weighed(np.ones(1), observation.cells.colours @ plane_basis(states, self.basis))
 
     def receive(self, states: Array, weights: Array) -> None:
         """See `Cue.receive`; there is nothing to learn."""

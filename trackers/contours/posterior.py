@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.special import expit
 
 from trackmark.trackers.base.arrays import Array, Ints
-from trackmark.trackers.contours.mixture import Mixture, log_density, mixture_of
+from trackmark.trackers.contours.mixture import Mixture, from_components, log_density
 
 Array32: TypeAlias = NDArray[np.float32]
 
@@ -55,7 +55,7 @@ def posterior_tables(
     Gives float32 tables (N, K), where no eigenvalue is below 2e-4 within 2e-5 of `posterior`,
     without a floor within 1e-4; and scores (N,), Σ table · contrast of each.
     """
-    forms = _forms(mixture_of(target), mixture_of(background), floor, prior)
+    forms = _forms(from_components(target), from_components(background), floor, prior)
     return _tables(_across(projected), planes, forms, target.shape[1], contrast)
 
 

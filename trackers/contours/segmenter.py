@@ -21,18 +21,18 @@ from trackmark.trackers.base.parameters import (
     positive,
     whole,
 )
-from trackmark.trackers.base.particles import effective_number
+from trackmark.trackers.base.particles import effective_sample_size
 from trackmark.trackers.base.sharing import SharedFrame, SharingTracker
-from trackmark.trackers.contours.chain import Chain, Hypotheses, complete
-from trackmark.trackers.contours.colour_cue import Fit
+from trackmark.trackers.contours.chain import Chain, Hypotheses, complete_combinations
+from trackmark.trackers.contours.colour_cue import ColourFit
 from trackmark.trackers.contours.contour_cue import ContourCue, ContourDynamics
-from trackmark.trackers.contours.mixture import components_of, fitted
+from trackmark.trackers.contours.mixture import fit_mixture, to_components
 from trackmark.trackers.contours.observation import (
     ColourCells,
     Observation,
     Weights,
     colour_cells,
-    drawn,
+    draw_colours,
     observe,
     window_around,
 )
@@ -40,20 +40,20 @@ from trackmark.trackers.contours.outline import (
     Outside,
     bounding_box,
     enclosed_area,
-    filled,
+    fill_contour,
     inscribed_ellipse,
     outline,
 )
 from trackmark.trackers.contours.plane_cue import discriminant_basis
 from trackmark.trackers.contours.snake import Stiffness
-from trackmark.trackers.contours.snake import refined as refined_by_snake
+from trackmark.trackers.contours.snake import refine_by_snake as refined_by_snake
 
 Posterior: TypeAlias = NDArray[np.float32]
 
 REFERENCE_WIDTH = 320  # pixels of an image, to which distances in the parameters refer
 TARGET_POINTS, BACKGROUND_POINTS = 500, 1500  # colours for the first plane and mixtures
 REFIT_POINTS = 300, 600  # for later ones
-LITERAL: Mapping[str, str | float] = {
+LITERAL_PARAMETERS: Mapping[str, str | float] = {
     "weights": "literal",
     "outside": "image",
     "colour_floor": 0.0,
@@ -76,7 +76,7 @@ that corresponds to the first one of `r'` was the best of 256. Shifts are in pix
 320 wide.
 """
 
-LEAST_PRIOR = 0.05  # of target and background, where they follow from areas
+MIN_PRIOR = 0.05  # of target and background, where they follow from areas
 
 
 class SegmenterParameters(Parameters):
@@ -145,18 +145,18 @@ class SegmenterParameters(Parameters):
     )
 
 
-class Start(NamedTuple):
+class ChainStart(NamedTuple):
     """What the first frame tells."""
 
     basis: Array  # (3, 2): that of the Fisher plane
-    fit: Fit  # colours of target and background, and mixtures of them on that plane
+    fit: ColourFit  # colours of target and background, and mixtures of them on that plane
     contour: Array  # (points, 2) [pixels]
     width: int  # of the image [pixels]
 
     @property
     def components(self) -> Array:
         """Both mixtures' components, the target's first, shape (components, 6)."""
-        both = [components_of(self.fit.target), components_of(self.fit.background)]
+        both = [to_components(self.fit.target), to_components(self.fit.background)]
         return np.concatenate(both)
 
 
@@ -166,10 +166,10 @@ class Segmenter(SharingTracker):
     randomness = Randomness.GENERATOR
 
     @abstractmethod
-    def chain_from(self, start: Start) -> Chain[Observation]:
+    def chain_from(self, start: ChainStart) -> Chain[Observation]:
         """Cues of planes, of colours and of contours, as of the first frame."""
 
-    def contour_cue(self, start: Start, kind: type[ContourCue] = ContourCue) -> ContourCue:
+    def contour_cue(self, start: ChainStart, kind: type[ContourCue] = ContourCue) -> ContourCue:
         """The last cue of the chain, as of the first frame."""
         settings = self.parameters
         affine = [
@@ -196,13 +196,13 @@ class Segmenter(SharingTracker):
 
     def colour_sets(self, image: Image, inside: Mask) -> tuple[Array, Array] | None:
         """Colours (n, 3) of target and background as segmented; None where one has no pixel."""
-        target, background = surely(inside)
+        target, background = certain_pixels(inside)
         if not target.any() or not background.any():
             return None
         of_target, of_background = REFIT_POINTS
         return (
-            drawn(image, target, of_target, self.generator),
-            drawn(image, background, of_background, self.generator),
+            draw_colours(image, target, of_target, self.generator),
+            draw_colours(image, background, of_background, self.generator),
         )
 
     def init_shared(self, frame: SharedFrame, box: Box, mask: Mask | None = None) -> None:
@@ -221,23 +221,25 @@ class Segmenter(SharingTracker):
                 f"a mask is bool of the image's shape ({height}, {width}), not {mask.dtype} of "
                 f"shape {mask.shape}."
             )
-        target, background = surely(mask)
+        target, background = certain_pixels(mask)
         if not target.any() or not background.any():
             raise TrackerError(
                 f"{given}: a target has pixels of the image ({width}x{height}), and leaves some to "
                 "tell it from."
             )
-        target_colours = drawn(frame.image, target, TARGET_POINTS, self.generator)
-        background_colours = drawn(frame.image, background, BACKGROUND_POINTS, self.generator)
+        target_colours = draw_colours(frame.image, target, TARGET_POINTS, self.generator)
+        background_colours = draw_colours(
+            frame.image, background, BACKGROUND_POINTS, self.generator
+        )
         basis = discriminant_basis(target_colours, background_colours)
-        fit = Fit(
+        fit = ColourFit(
             target_colours,
             background_colours,
-            fitted(target_colours @ basis, settings.object_components, self.generator),
-            fitted(background_colours @ basis, settings.background_components, self.generator),
+            fit_mixture(target_colours @ basis, settings.object_components, self.generator),
+            fit_mixture(background_colours @ basis, settings.background_components, self.generator),
         )
         self.contour = outline(mask, settings.contour_points)
-        self.chain = self.chain_from(Start(basis, fit, self.contour, width))
+        self.chain = self.chain_from(ChainStart(basis, fit, self.contour, width))
 
     def update_shared(self, frame: SharedFrame) -> Estimate:
         """See `SharingTracker.update_shared`."""
@@ -253,14 +255,14 @@ class Segmenter(SharingTracker):
             self.contour, accepted = refined_by_snake(mean, image, edges, settings.snake_stiffness)
         anchors = round(settings.snake_feedback * settings.contour_samples)
         self.contours.anchors = np.repeat(self.contour[np.newaxis], anchors, axis=0)
-        inside = filled(self.contour, *image.shape[:2])
+        inside = fill_contour(self.contour, *image.shape[:2])
         self.learn(image, inside, found)
         box, mask = self._answer(mean, inside, posterior)
         score = float(contours.evidence.max())
         details = {"score": score, "snake": float(accepted)}
         for name, hypotheses in zip(("planes", "colours", "contours"), found, strict=True):
             weights = hypotheses.weights
-            details[f"effective_{name}"] = effective_number(weights) / len(weights)
+            details[f"effective_{name}"] = effective_sample_size(weights) / len(weights)
         return Estimate(
             box,
             confidence=max(score, 0.0),
@@ -278,7 +280,7 @@ class Segmenter(SharingTracker):
         prior = settings.object_prior
         if prior == "area":
             share = enclosed_area(self.contour) / ((x1 - x0) * (y1 - y0))
-            prior = min(max(share, LEAST_PRIOR), 1 - LEAST_PRIOR)
+            prior = min(max(share, MIN_PRIOR), 1 - MIN_PRIOR)
         ring = inf if settings.ring == "image" else settings.ring
         return self.prepared(observe(cells, window, prior, ring), image)
 
@@ -287,7 +289,7 @@ class Segmenter(SharingTracker):
         if self.parameters.output == "snake":
             return bounding_box(self.contour), inside
         if self.parameters.output == "mean":
-            return bounding_box(mean), filled(mean, *inside.shape)
+            return bounding_box(mean), fill_contour(mean, *inside.shape)
         mask = posterior > 0.5
         rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
         if not len(rows):  # no pixel: where it would be is still the best guess
@@ -296,7 +298,7 @@ class Segmenter(SharingTracker):
         return np.array([x, y, right - x, bottom - y], np.float64), mask
 
 
-def surely(mask: Mask) -> tuple[Mask, Mask]:
+def certain_pixels(mask: Mask) -> tuple[Mask, Mask]:
     """Return pixels one inside the target's border (a thin target whole) and two outside it."""
     pixels = mask.astype(np.uint8)
     target = cv2.erode(pixels, np.ones((3, 3), np.uint8), borderValue=0) > 0
@@ -307,7 +309,7 @@ def surely(mask: Mask) -> tuple[Mask, Mask]:
 def best_posterior(found: Sequence[Hypotheses]) -> Posterior:
     """Return the colours' posterior (cells,) under the mixtures that contours support most."""
     colours, contours = found[-2:]
-    supported = complete(found)[-2]
+    supported = complete_combinations(found)[-2]
     support = np.zeros(len(colours.weights))
     np.add.at(support, supported, contours.weights)
     best: Posterior = colours.evidence[support.argmax()]

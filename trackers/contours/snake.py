@@ -21,7 +21,7 @@ MARGIN = 14  # pixels around a contour in which edges are sought
 LEAST, MOST = 0.5, 2.0  # times the area before, for a snake that is to be believed
 
 
-def refined(
+def refine_by_snake(
     contour: Array,
     image: Image,
     posterior: NDArray[np.float32] | None,
@@ -52,7 +52,7 @@ def refined(
         ratio = SPACING / max(float(sides.mean()), 1.0)
         elasticity, rigidity = elasticity * ratio**2, rigidity * ratio**4
     at_rest = stiffness == "of-change"
-    snake = fitted_snake(contour, edges, (x, y), elasticity, rigidity, at_rest=at_rest)
+    snake = fit_snake(contour, edges, (x, y), elasticity, rigidity, at_rest=at_rest)
     area = enclosed_area(contour)
     if not LEAST * area <= enclosed_area(snake) <= MOST * area or crosses_itself(snake):
         return contour, False
@@ -81,7 +81,7 @@ def _gradient(values: NDArray[np.float32], sigma: float) -> NDArray[np.float32]:
     return np.sqrt(squared if squared.ndim == 2 else np.einsum("ijk->ij", squared))
 
 
-def fitted_snake(
+def fit_snake(
     contour: Array,
     edges: Array,
     origin: tuple[int, int],

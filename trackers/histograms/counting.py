@@ -34,7 +34,7 @@ _DIRECT_REGION = 3000.0  # a region's histogram emptied and added up
 _BINS_OF_A_FRAME = 40  # those that occur in it, roughly; they aren't known beforehand
 
 
-def region_counts(frame: SharedFrame, regions: Regions, colours: LuvBins, bins: Ints) -> Counts:
+def count_regions(frame: SharedFrame, regions: Regions, colours: LuvBins, bins: Ints) -> Counts:
     """Count votes for m bins in regions (parts, n, m); many sharers sum up the frame once."""
     window = (regions.right - regions.left) * (regions.bottom - regions.top)
     direct = _DIRECT * float(regions.pixels.sum()) + _DIRECT_REGION * regions.pixels.size
@@ -57,7 +57,7 @@ def region_counts(frame: SharedFrame, regions: Regions, colours: LuvBins, bins: 
     return counts.reshape(*regions.pixels.shape, -1)
 
 
-def ellipse_histograms(
+def count_ellipses(
     frame: SharedFrame, ellipses: Array, kernel: Kernel, colours: JointBins, bins: Ints
 ) -> EllipseCounts:
     """See `ellipse_counts`; many sharers look up the bins of the whole frame once for all."""
@@ -68,14 +68,14 @@ def ellipse_histograms(
     right, bottom = np.clip((centres + half_axes).max(axis=0) + 1, 0, limits).astype(int).tolist()
     high = bool(half_axes[0, 1] > half_axes[0, 0])
     if width * height < frame.sharers * (right - left) * (bottom - top):
-        whole = codes_of_frame(frame, colours, high)
+        whole = frame_codes(frame, colours, high)
         codes = whole[left:right, top:bottom] if high else whole[top:bottom, left:right]
     else:
         codes = colours.codes(frame.image[top:bottom, left:right], high)
     return ellipse_counts(codes, (left, top), high, ellipses, kernel, bins, colours.n_bins)
 
 
-def codes_of_frame(frame: SharedFrame, colours: JointBins, transposed: bool) -> Codes:
+def frame_codes(frame: SharedFrame, colours: JointBins, transposed: bool) -> Codes:
     """Bin of every pixel of a frame, looked up once for all its sharers; see `JointBins.codes`."""
     return frame.compute(_codes, colours, transposed)
 

@@ -29,7 +29,7 @@ class EllipseCounts(NamedTuple):
     pixels: Counts  # (n,): pixels of each that are inside the image
 
 
-class Window(NamedTuple):
+class CodeWindow(NamedTuple):
     """Codes of a window of an image."""
 
     codes: Codes  # (window's width, window's height): bin of each pixel, by column
@@ -39,7 +39,7 @@ class Window(NamedTuple):
     height: int
 
 
-class Found(NamedTuple):
+class MeanShiftResult(NamedTuple):
     """Where mean shift came to rest."""
 
     x: float  # centre [pixels]
@@ -197,7 +197,7 @@ def _add(
 
 
 @njit(cache=True)
-def coefficients(counts: Counts, totals: Counts, models: Array) -> Array:
+def bhattacharyya_coefficients(counts: Counts, totals: Counts, models: Array) -> Array:
     """Bhattacharyya coefficients Σ √(p q) of histograms and models, shape (n,), in [0, 1].
 
     `counts` (n, m) are histograms p, unnormalised, of the bins in which the models have something;
@@ -217,7 +217,7 @@ def coefficients(counts: Counts, totals: Counts, models: Array) -> Array:
 
 @njit(cache=True)
 def mean_shift(
-    window: Window,
+    window: CodeWindow,
     bins: Counts,
     model: Array,
     n_bins: int,
@@ -225,7 +225,7 @@ def mean_shift(
     stop_distance: float,
     max_iterations: int,
     halving: bool,
-) -> Found:
+) -> MeanShiftResult:
     """Shift an ellipse to where its histogram p resembles the model q most.
 
     p is taken under the Epanechnikov kernel. A step goes to the mean of the ellipse's pixels, each
@@ -243,7 +243,7 @@ def mean_shift(
     pixels = _buffers(window.codes)
     complete, first, last, begin = _count(window, x, y, half_width, half_height, pixels, parts)
     if not complete:
-        return Found(x, y, 0.0, 0, False)
+        return MeanShiftResult(x, y, 0.0, 0, False)
     coefficient = _weigh(parts, bins, model, weights)
     iterations = 0
     while coefficient > 0.0 and iterations < max_iterations:
@@ -254,23 +254,23 @@ def mean_shift(
                 window, new_x, new_y, half_width, half_height, pixels, parts
             )
             if not complete:
-                return Found(x, y, 0.0, iterations, False)
+                return MeanShiftResult(x, y, 0.0, iterations, False)
             found = _weigh(parts, bins, model, weights)
             step = np.hypot(new_x - x, new_y - y)
             if not halving or found >= coefficient:
                 break
             if step < stop_distance:
-                return Found(x, y, coefficient, iterations, True)
+                return MeanShiftResult(x, y, coefficient, iterations, True)
             new_x, new_y = (x + new_x) / 2, (y + new_y) / 2
         x, y, coefficient = new_x, new_y, found
         if step < stop_distance:
             break
-    return Found(x, y, coefficient, iterations, True)
+    return MeanShiftResult(x, y, coefficient, iterations, True)
 
 
 @njit(cache=True)
 def _count(
-    window: Window,
+    window: CodeWindow,
     x: float,
     y: float,
     half_width: float,
@@ -317,7 +317,7 @@ def _weigh(parts: Counts, bins: Counts, model: Array, weights: Array) -> float:
 
 @njit(cache=True)
 def _centroid(
-    window: Window, pixels: _Pixels, first: int, last: int, begin: int, weights: Array
+    window: CodeWindow, pixels: _Pixels, first: int, last: int, begin: int, weights: Array
 ) -> tuple[float, float]:
     """Mean of an ellipse's pixels, each with the weight of its bin; not all weigh nothing."""
     total, total_x, total_y = 0.0, 0.0, 0.0

@@ -18,16 +18,16 @@ from trackmark.trackers.base.parameters import (
 )
 from trackmark.trackers.base.sharing import SharedFrame
 from trackmark.trackers.histograms.bins import ColourSpace, JointBins
-from trackmark.trackers.histograms.counting import codes_of_frame, ellipse_histograms
+from trackmark.trackers.histograms.counting import count_ellipses, frame_codes
 from trackmark.trackers.histograms.ellipses import (
+    CodeWindow,
     EllipseCounts,
-    Found,
-    Window,
-    coefficients,
+    MeanShiftResult,
+    bhattacharyya_coefficients,
     mean_shift,
 )
 
-LEAST_SIDE = 3.0  # pixels; a smaller ellipse may lie between the pixels' centres
+MIN_SIDE = 3.0  # pixels; a smaller ellipse may lie between the pixels' centres
 REACH = 1.7  # half axes around the start within which a target is mostly found
 
 
@@ -65,7 +65,7 @@ class Location(NamedTuple):
     iterations: int  # steps that it took
 
 
-class Target:
+class TargetEllipse:
     """What a target looks like and how large it is: the ellipse inscribed in its box.
 
     It is learnt from the first `frame` and the `box` there, and looked for as `settings` say;
@@ -78,10 +78,10 @@ class Target:
         self, name: str, settings: MeanShiftParameters, frame: SharedFrame, box: Box
     ) -> None:
         x, y, width, height = (float(value) for value in box)
-        if not (width >= LEAST_SIDE and height >= LEAST_SIDE):
+        if not (width >= MIN_SIDE and height >= MIN_SIDE):
             raise TrackerError(
                 f"{name}: the box {np.round(box, 1).tolist()} is narrower or lower than "
-                f"{LEAST_SIDE:.0f} pixels; give a larger box."
+                f"{MIN_SIDE:.0f} pixels; give a larger box."
             )
         self.half_width, self.half_height = width / 2, height / 2
         self._settings = settings
@@ -118,7 +118,9 @@ class Target:
         ellipses = np.tile(np.array(found[:4]), (4, 1))
         ellipses[:, :2] += aside
         histograms = self._histograms(frame, ellipses)
-        return coefficients(histograms.counts, histograms.totals, self._model[np.newaxis])
+        return bhattacharyya_coefficients(
+            histograms.counts, histograms.totals, self._model[np.newaxis]
+        )
 
     def map(self, image: Image) -> Array:
         """How frequent each pixel's colour is in the target, as a share of the most frequent."""
@@ -146,7 +148,7 @@ class Target:
             return [1.0]
         factors, step = [1.0], self._settings.scale_step
         width, height = 2 * self.half_width, 2 * self.half_height
-        if min(width, height) * (1 - step) >= LEAST_SIDE:
+        if min(width, height) * (1 - step) >= MIN_SIDE:
             factors.append(1 - step)
         if (
             width * (1 + step) <= frame.image.shape[1]
@@ -155,10 +157,12 @@ class Target:
             factors.append(1 + step)
         return factors
 
-    def _shifted(self, window: Window, x: float, y: float, factor: float) -> tuple[Location, bool]:
+    def _shifted(
+        self, window: CodeWindow, x: float, y: float, factor: float
+    ) -> tuple[Location, bool]:
         settings = self._settings
         half_width, half_height = self.half_width * factor, self.half_height * factor
-        found: Found = mean_shift(
+        found: MeanShiftResult = mean_shift(
             window,
             self._bins,
             self._model,
@@ -174,9 +178,9 @@ class Target:
         return location, found.complete
 
     def _histograms(self, frame: SharedFrame, ellipses: Array) -> EllipseCounts:
-        return ellipse_histograms(frame, ellipses, "epanechnikov", self._colours, self._bins)
+        return count_ellipses(frame, ellipses, "epanechnikov", self._colours, self._bins)
 
-    def _window(self, frame: SharedFrame, x: float, y: float, reach: float) -> Window:
+    def _window(self, frame: SharedFrame, x: float, y: float, reach: float) -> CodeWindow:
         """Codes of so many half axes around (x, y), of the whole frame where that costs less."""
         height, width = frame.image.shape[:2]
         reach_x, reach_y = reach * self.half_width, reach * self.half_height
@@ -184,7 +188,7 @@ class Target:
         top, bottom = floor(max(y - reach_y, 0)), ceil(min(y + reach_y, height))
         columns, rows = max(right - left, 0), max(bottom - top, 0)
         if frame.sharers * columns * rows >= width * height:
-            codes = codes_of_frame(frame, self._colours, transposed=True)
-            return Window(codes, 0, 0, width, height)
+            codes = frame_codes(frame, self._colours, transposed=True)
+            return CodeWindow(codes, 0, 0, width, height)
         near = frame.image[top : top + rows, left : left + columns]
-        return Window(self._colours.codes(near, transposed=True), left, top, width, height)
+        return CodeWindow(self._colours.codes(near, transposed=True), left, top, width, height)

@@ -18,13 +18,13 @@ Dynamics: TypeAlias = Literal["first-order", "second-order", "random-walk"]
 Axes: TypeAlias = Literal["together", "apart"]
 ScaleChange: TypeAlias = Literal["linear", "multiplicative"]
 
-LEAST_HALF_AXIS = 3.0  # pixels
+MIN_HALF_AXIS = 3.0  # pixels
 
 X, V, H, A = slice(0, 2), slice(2, 4), slice(4, 6), 6
 """Where a state holds its centre, velocity, half axes and change of scale."""
 
 
-def at_rest(centres: Array, half_axes: Array) -> Array:
+def states_at_rest(centres: Array, half_axes: Array) -> Array:
     """States at rest, shape (n, 7), of centres (n, 2) and half axes (2,) or (n, 2) [pixels]."""
     states = np.zeros((len(centres), 7))
     states[:, X], states[:, H] = centres, half_axes
@@ -33,8 +33,8 @@ def at_rest(centres: Array, half_axes: Array) -> Array:
 
 def ellipse_in(box: Array) -> Array:
     """State at rest of the ellipse in a box `[x, y, width, height]` [pixels], shape (7,)."""
-    half_axes = np.maximum(box[2:] / 2, LEAST_HALF_AXIS)
-    return np.asarray(at_rest((box[:2] + box[2:] / 2)[np.newaxis], half_axes)[0])
+    half_axes = np.maximum(box[2:] / 2, MIN_HALF_AXIS)
+    return np.asarray(states_at_rest((box[:2] + box[2:] / 2)[np.newaxis], half_axes)[0])
 
 
 def box_around(state: Array) -> Array:
@@ -43,7 +43,7 @@ def box_around(state: Array) -> Array:
 
 
 @dataclass(frozen=True)
-class Motion:
+class MotionModel:
     """A model of motion; its noises are Gaussian, given by deviations in lengths of Hx.
 
     `first-order`: velocity and change of scale are constant but for the noise. `second-order`:
@@ -108,23 +108,23 @@ class Motion:
     def _keep_in_bounds(self, states: Array, aspect: float, image_size: tuple[int, int]) -> None:
         width, height = image_size
         if self.axes == "together":
-            least = max(LEAST_HALF_AXIS, LEAST_HALF_AXIS / aspect)
+            least = max(MIN_HALF_AXIS, MIN_HALF_AXIS / aspect)
             most = max(min(width, height / aspect), least)
             states[:, 4] = np.clip(states[:, 4], least, most)
             states[:, 5] = states[:, 4] * aspect
         else:
-            np.clip(states[:, H], LEAST_HALF_AXIS, [width, height], out=states[:, H])
+            np.clip(states[:, H], MIN_HALF_AXIS, [width, height], out=states[:, H])
 
 
 Placement: TypeAlias = Literal["last", "predicted", "borders", "image"]
 
 REMEMBERED = 20  # frames over which the way of the target is averaged
-FASTEST = 0.4  # speed that is believed [Hx/frame]
+MAX_SPEED = 0.4  # speed that is believed [Hx/frame]
 SIZE_SPREAD = 0.08  # of the logarithm of the size, with `predicted`
 
 
 @dataclass
-class Whereabouts:
+class LocationMemory:
     """What is known of where a target was, and where it may come in.
 
     Entries (k, 4) are boxes in which a target that enters has its centre: doors, borders. Without
@@ -182,12 +182,12 @@ class Whereabouts:
         anywhere = self._anywhere() if placement == "image" and not known else self._entries()
         chosen = anywhere[random.integers(len(anywhere), size=n - near)]
         inside = chosen[:, :2] + random.random((n - near, 2)) * chosen[:, 2:]
-        return at_rest(np.concatenate([around, inside]), sizes)
+        return states_at_rest(np.concatenate([around, inside]), sizes)
 
     def _prediction(self, frame: int) -> tuple[Array, Array]:
         (start, origin), (end, place) = self._reliable[0], self._reliable[-1]
         velocity = (place - origin) / max(end - start, 1)
-        fastest = FASTEST * self.half_axes[0]
+        fastest = MAX_SPEED * self.half_axes[0]
         lost = frame - end
         centre = place + lost * np.clip(velocity, -fastest, fastest)
         spread = np.array([min(3.0, 1.0 + 0.05 * lost), 0.5])

@@ -15,10 +15,12 @@ from numpy.typing import NDArray
 from trackmark.trackers.base.arrays import Array, Ints
 from trackmark.trackers.base.sharing import SharedFrame
 from trackmark.trackers.histograms.bins import JointBins
-from trackmark.trackers.histograms.counting import ellipse_histograms
-from trackmark.trackers.histograms.ellipses import EllipseCounts, Kernel, coefficients
+from trackmark.trackers.histograms.counting import count_ellipses
+from trackmark.trackers.histograms.ellipses import EllipseCounts, Kernel, bhattacharyya_coefficients
 
-Reading: TypeAlias = Literal["density", "printed", "peak", "variance", "coefficient", "always"]
+Interpretation: TypeAlias = Literal[
+    "density", "printed", "peak", "variance", "coefficient", "always"
+]
 
 
 @dataclass(frozen=True)
@@ -33,7 +35,7 @@ class Likelihood:
     """
 
     sigma: float
-    reading: Reading
+    reading: Interpretation
     threshold: float
 
     @property
@@ -66,11 +68,11 @@ class Likelihood:
         return 1 - 2 * self.variance * log(peak / self.threshold)
 
 
-LEAST_SHARE = 0.25  # of an ellipse inside the image, for it to look like anything
+MIN_SHARE = 0.25  # of an ellipse inside the image, for it to look like anything
 
 
 @dataclass(frozen=True)
-class Ellipses:
+class EllipseHistograms:
     """How ellipses are looked at: bins and kernel."""
 
     colours: JointBins
@@ -79,8 +81,8 @@ class Ellipses:
     def counts(self, frame: SharedFrame, states: Array, bins: Ints) -> EllipseCounts:
         """Count bins in states (n, 7); totals are 0 where less than a quarter is inside."""
         ellipses = states[:, [0, 1, 4, 5]]
-        found = ellipse_histograms(frame, ellipses, self.kernel, self.colours, bins)
-        least = LEAST_SHARE * pi * ellipses[:, 2] * ellipses[:, 3]
+        found = count_ellipses(frame, ellipses, self.kernel, self.colours, bins)
+        least = MIN_SHARE * pi * ellipses[:, 2] * ellipses[:, 3]
         return found._replace(totals=np.where(found.pixels >= least, found.totals, 0))
 
     def histogram(self, frame: SharedFrame, state: Array) -> Array | None:
@@ -119,11 +121,13 @@ class TargetModel:
     def coefficients(self, found: EllipseCounts) -> Array:
         """Bhattacharyya coefficient of each particle, whose `bins` were counted, shape (n,)."""
         models = self.current[np.newaxis, self.bins] if self.models is None else self.models
-        return coefficients(found.counts, found.totals, models)
+        return bhattacharyya_coefficients(found.counts, found.totals, models)
 
     def first_coefficients(self, found: EllipseCounts) -> Array:
         """The same with the first model; its bins are among `bins` for good."""
-        return coefficients(found.counts, found.totals, self.first[np.newaxis, self.bins])
+        return bhattacharyya_coefficients(
+            found.counts, found.totals, self.first[np.newaxis, self.bins]
+        )
 
     def update(
         self,
@@ -156,7 +160,7 @@ class TargetModel:
 _AT_ONCE = 128  # positions
 
 
-def spacing_of(positions: int, half_axes: Array, image_size: tuple[int, int]) -> float:
+def grid_spacing(positions: int, half_axes: Array, image_size: tuple[int, int]) -> float:
     """Return the spacing of about so many ellipses that are whole inside an image [pixels]."""
     free = np.maximum(np.array(image_size) - 2 * half_axes, 1.0)
     return float(np.sqrt(free.prod() / positions))
@@ -166,7 +170,7 @@ class Background:
     """Histograms of ellipses of the target's size all over an image, each whole inside it.
 
     Their half axes (2,) and the `spacing` of their grid, at least 1, are in pixels (see
-    `spacing_of`). Where the target is in the image, places nearer to its
+    `grid_spacing`). Where the target is in the image, places nearer to its
     centre `without` (2,) than 2 Hx sideways and 2 Hy upright are not background. `positions` (n, 2)
     are the centres; there are none where the target fills the image.
     """
@@ -194,7 +198,7 @@ class Background:
         for start in range(0, len(places), _AT_ONCE):
             some = places[start : start + _AT_ONCE]
             ellipses = np.hstack([some, np.tile(half_axes, (len(some), 1))])
-            found = ellipse_histograms(frame, ellipses, kernel, colours, np.arange(colours.n_bins))
+            found = count_ellipses(frame, ellipses, kernel, colours, np.arange(colours.n_bins))
             rows, filled = np.nonzero(found.counts)
             bins.append(filled)
             roots.append(np.sqrt(found.counts[rows, filled] / found.totals[rows]))
