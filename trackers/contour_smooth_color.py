@@ -1,4 +1,4 @@
-"""A contour particle filter with a smooth colour model: what Moreno-Noguer et al. compare with."""
+"""Contour particle filter with a smooth colour model: a baseline of Moreno-Noguer et al."""
 
 from collections.abc import Sequence
 from typing import Literal
@@ -44,12 +44,12 @@ class ContourSmoothColorParameters(SegmenterParameters):
 class ContourSmoothColor(Segmenter):
     """A contour particle filter with a smooth colour model.
 
-    The contour's particles, weights and snake are those of `moreno2005`. Its colours are one pair
-    of mixtures, predicted as G(t) = (1 - a) G(t-2) + a G(t-1) from mixtures that are fitted to the
-    last frames as they were segmented (section 6 of the paper, after Isard & Blake). The paper
-    gives no a; 1, which takes the last frame's colours, is mostly the strongest. It names no
-    plane either: the first frame's weakens it, `plane=refitted` does not. Colours are drawn one
-    pixel inside the contour and two outside it, as in the first frame.
+    Contour particles, weights and snake are those of `moreno2005`. The colours are one pair of
+    mixtures, predicted as G(t) = (1 - a) G(t-2) + a G(t-1). Each G is fitted to a segmented frame
+    (section 6 of the paper, after Isard & Blake). The paper does not state a; 1, the last frame's
+    colours, is mostly best. Nor does it state the plane: that of the first frame gives worse
+    results than `plane=refitted`. Colours are sampled one pixel inside the contour and two outside
+    it, as in the first frame.
 
     `robust` is as in `moreno2005`. Details and arrays are those of `moreno2005`.
     """
@@ -78,7 +78,7 @@ class ContourSmoothColor(Segmenter):
         return Chain([self.plane, self.colours, self.contour_cue(start)])
 
     def learn(self, image: Image, inside: Mask, found: Sequence[Hypotheses]) -> None:
-        """See `Segmenter.learn`: the last frame's colours, on the first plane or their own."""
+        """Fit the frame's colours on the first plane or a new one; see `Segmenter.learn`."""
         sets = self.colour_sets(image, inside)
         if sets is None:
             return

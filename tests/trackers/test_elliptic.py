@@ -40,7 +40,7 @@ def test_the_least_coefficient_solves_equations_10_and_11(reading, sigma):
     assert (
         replace(likelihood, threshold=prefix).least_coefficient == np.inf
     )  # no more than its peak
-    assert replace(likelihood, reading="always").least_coefficient == -np.inf
+    assert replace(likelihood, interpretation="always").least_coefficient == -np.inf
 
 
 def motion(**changes):
@@ -214,7 +214,7 @@ def test_a_target_that_was_never_seen_is_waited_for_evenly_where_it_may_enter(
 
 def test_half_of_the_particles_stay_where_the_target_was_last_seen():
     where = whereabouts()
-    where.seen(np.array([200.0, 300.0]), np.array([12.0, 24.0]))
+    where.record_probable(np.array([200.0, 300.0]), np.array([12.0, 24.0]))
     particles = placed(where, "last")
     near = np.abs(particles[:, 0] - 200) < 170
     assert near.mean() == pytest.approx(0.5, abs=0.01)
@@ -226,9 +226,9 @@ def test_half_of_the_particles_stay_where_the_target_was_last_seen():
 
 def test_a_prediction_goes_on_as_the_target_did():
     where = whereabouts()
-    where.seen(np.array([200.0, 300.0]), np.array([10.0, 20.0]))
+    where.record_probable(np.array([200.0, 300.0]), np.array([10.0, 20.0]))
     for frame in range(30):
-        where.certain(frame, np.array([100.0 + 2 * frame, 300.0]))
+        where.record_certain(frame, np.array([100.0 + 2 * frame, 300.0]))
     particles = placed(where, "predicted", frame=39)
     near = np.abs(particles[:, 0] - 178) < 100
     assert near.mean() == pytest.approx(0.7, abs=0.02)
@@ -241,7 +241,7 @@ def test_a_prediction_goes_on_as_the_target_did():
 def test_a_speed_that_no_target_has_is_not_believed():
     where = whereabouts()
     for frame in range(3):
-        where.certain(frame, np.array([100.0 + 50 * frame, 300.0]))
+        where.record_certain(frame, np.array([100.0 + 50 * frame, 300.0]))
     particles = placed(where, "predicted", frame=12)
     near = np.abs(particles[:, 0] - 240) < 100
     assert particles[near, 0].mean() == pytest.approx(200 + 10 * 4, abs=1.5)
@@ -283,7 +283,7 @@ def test_models_of_their_own_follow_their_particles_and_go_on_with_them():
     model.select(np.array([1, 1, 0]))
     expected = [1 * sqrt(0.75), 1 * sqrt(0.75), sqrt(0.5)]
     np.testing.assert_allclose(model.coefficients(counts_of([[1, 0]] * 3)), expected)
-    model.forget()
+    model.reset()
     expected = sqrt(model.current[0])
     np.testing.assert_allclose(model.coefficients(counts_of([[1, 0]] * 3)), expected)
 

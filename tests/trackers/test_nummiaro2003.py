@@ -123,7 +123,7 @@ def test_the_way_is_remembered_of_frames_in_which_the_target_is_surely_seen():
     tracker.watch(with_target(120, y=10, size=(30, 40)))  # reddish things are about
     tracker.init(with_target(40), box_at(40))
     noted = []
-    tracker._whereabouts.certain = lambda frame, centre: noted.append(frame)
+    tracker._locations.record_certain = lambda frame, centre: noted.append(frame)
     found = follow(tracker, [fading(share) for share in np.linspace(0, 1, 20)])
     sure = [e.details["coefficient"] > (1 + e.details["appearance_threshold"]) / 2 for e in found]
     assert noted == [frame for frame, seen in enumerate(sure, 1) if seen]

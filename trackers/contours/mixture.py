@@ -1,7 +1,6 @@
-"""Mixtures of Gaussians of colours: fitted to points, projected on planes, taken apart.
+"""Gaussian mixtures of colours: fit, projection on planes, density, and components.
 
-Arrays of mixtures share the functions of one: further axes, say of planes or of samples, stand
-before the components'.
+The functions also accept arrays of mixtures, with additional axes before that of the components.
 """
 
 from typing import NamedTuple
@@ -12,13 +11,13 @@ from numba import njit
 from trackmark.trackers.base.arrays import Array
 
 REGULARISATION = 3e-4  # variance added to every axis of a fitted component
-MIN_MASS = 1e-9  # points that a component has at least; fewer are nothing to place it by
+MIN_MASS = 1e-9  # sum of responsibilities below which a component keeps its place
 
 
 class Mixture(NamedTuple):
-    """A mixture of m Gaussians in d dimensions, or an array of such."""
+    """Mixture of m Gaussians in d dimensions, or an array of mixtures."""
 
-    weights: Array  # (..., m): 0 or more, of sum one
+    weights: Array  # (..., m): ≥ 0, of sum 1
     means: Array  # (..., m, d)
     covariances: Array  # (..., m, d, d): positive definite
 
@@ -30,13 +29,29 @@ def fit_mixture(
     iterations: int = 15,
     regularisation: float = REGULARISATION,
 ) -> Mixture:
-    """The mixture of m `components` that expectation maximisation comes to from random centres.
+    """Fit a mixture by expectation maximisation (EM) from random centres.
 
-    The centres are those of k-means++ (Arthur & Vassilvitskii 2007), by one uniform number of the
-    generator each, and the first components have the points that are nearest to each. Points are of
-    shape (n, d), d being 2 or 3; where they have fewer different places than m, components are left
-    over: of weight 0, at a place of another, with the variance `regularisation`, which every
-    component has besides that of its points.
+    The centres are those of k-means++ (Arthur & Vassilvitskii 2007), with one uniform random number
+    each. Each initial component consists of the points nearest to its centre.
+
+    Parameters
+    ----------
+    points : ndarray of float64, shape (n, d)
+        Points in 2 or 3 dimensions. With fewer than m different points, surplus components have
+        weight 0 and the position of another one.
+    components : int
+        Number m of components.
+    generator : numpy.random.Generator
+        Source of the random numbers.
+    iterations : int
+        Number of EM steps.
+    regularisation : float
+        Variance added to every axis of each component.
+
+    Returns
+    -------
+    Mixture
+        The fitted mixture.
     """
     distances = np.ones(len(points))
     centres = np.empty((components, points.shape[1]))
@@ -82,7 +97,7 @@ def refine_on_planes(
 
 
 def project_mixture(mixture: Mixture, basis: Array) -> Mixture:
-    """A mixture of colours as seen on a plane of basis (3, 2), or on as many as bases (P, 3, 2)."""
+    """Return a mixture of colours projected on a plane (3, 2), or on planes (P, 3, 2)."""
     across = np.swapaxes(basis, -1, -2)[..., np.newaxis, :, :]
     shape = (*basis.shape[:-2], len(mixture.weights))
     return Mixture(
@@ -93,7 +108,7 @@ def project_mixture(mixture: Mixture, basis: Array) -> Mixture:
 
 
 def log_density(mixture: Mixture, points: Array) -> Array:
-    """Logarithm of a mixture's density at points (n, d), shape (n,)."""
+    """Return the logarithm of a mixture's density at points (n, d), shape (n,)."""
     roots = np.linalg.cholesky(mixture.covariances)
     differences = points[:, np.newaxis] - mixture.means
     whitened = np.einsum("mab,nmb->nma", np.linalg.inv(roots), differences)
@@ -107,15 +122,15 @@ def log_density(mixture: Mixture, points: Array) -> Array:
 
 
 def density(mixture: Mixture, points: Array) -> Array:
-    """A mixture's density at points (n, d), shape (n,)."""
+    """Return a mixture's density at points (n, d), shape (n,)."""
     return np.exp(log_density(mixture, points))
 
 
 def to_components(mixture: Mixture) -> Array:
-    """Components of a mixture in two dimensions, each as six numbers, shape (..., m, 6).
+    """Return the components of a mixture in two dimensions, shape (..., m, 6).
 
-    Weight, mean x and y, the larger and the smaller eigenvalue of the covariance, and the angle of
-    the first one's direction [radians, in (-π/2, π/2]].
+    Weight, mean x and y, larger and smaller eigenvalue of the covariance, and angle of the first
+    eigenvector [radians, in (-π/2, π/2]].
 
     Examples
     --------
@@ -133,7 +148,7 @@ def to_components(mixture: Mixture) -> Array:
 
 
 def from_components(components: Array) -> Mixture:
-    """The mixture of components (..., m, 6), in whatever order their eigenvalues are."""
+    """Return the mixture of components (..., m, 6), with eigenvalues in any order."""
     weights, first, second = components[..., 0], components[..., 3], components[..., 4]
     middle, half = (first + second) / 2, (first - second) / 2
     along = half * np.cos(2 * components[..., 5])
@@ -167,7 +182,7 @@ def _iterate_on_planes(
 def _iterate(
     points: Array, axes: tuple[int, ...], mixture: Mixture, iterations: int, regularisation: float
 ) -> None:
-    """Take steps of expectation maximisation in place on points (d, n); `axes` has d items."""
+    """Apply EM steps in place to points (d, n); `axes` is a tuple of d items."""
     responsibilities = np.empty((len(mixture.weights), points.shape[1]))
     for _ in range(iterations):
         _expect(points, axes, mixture, responsibilities)
@@ -178,7 +193,7 @@ def _iterate(
 def _expect(
     points: Array, axes: tuple[int, ...], mixture: Mixture, responsibilities: Array
 ) -> None:
-    """Share (m, n) that each component has in each point."""
+    """Fill `responsibilities` (m, n): the share of each component in each point."""
     weights, means, covariances = mixture
     d = len(axes)
     n = points.shape[1]
@@ -219,7 +234,7 @@ def _maximise(
     mixture: Mixture,
     regularisation: float,
 ) -> None:
-    """Components of the points that they are responsible for; one without any keeps its place."""
+    """Update components by their responsibilities; one without points keeps its place."""
     weights, means, covariances = mixture
     d = len(axes)
     n = points.shape[1]

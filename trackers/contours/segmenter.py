@@ -1,4 +1,4 @@
-"""What the trackers that follow a contour by colours have in common (Moreno-Noguer et al. 2005)."""
+"""Base class of trackers that segment by colour and contour (Moreno-Noguer et al. 2005)."""
 
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
@@ -50,9 +50,9 @@ from trackmark.trackers.contours.snake import refine_by_snake as refined_by_snak
 
 Posterior: TypeAlias = NDArray[np.float32]
 
-REFERENCE_WIDTH = 320  # pixels of an image, to which distances in the parameters refer
-TARGET_POINTS, BACKGROUND_POINTS = 500, 1500  # colours for the first plane and mixtures
-REFIT_POINTS = 300, 600  # for later ones
+REFERENCE_WIDTH = 320  # image width to which distances in the parameters refer [pixels]
+TARGET_POINTS, BACKGROUND_POINTS = 500, 1500  # sample sizes for the first plane and mixtures
+REFIT_POINTS = 300, 600  # sample sizes of target and background in later frames
 LITERAL_PARAMETERS: Mapping[str, str | float] = {
     "weights": "literal",
     "outside": "image",
@@ -65,7 +65,7 @@ LITERAL_PARAMETERS: Mapping[str, str | float] = {
     "shift_x_spread": 3.465,
     "shift_y_spread": 3.72,
 }
-"""Parameters as in the paper's text, with deviations that were estimated by least squares.
+"""Parameters of the paper's text, with standard deviations estimated by least squares.
 
 The paper only says that dynamics are "learned off-line from a training hand-segmented sequence
 using a least squares technique". These are root mean squares of the steps, because a random walk
@@ -76,7 +76,7 @@ that corresponds to the first one of `r'` was the best of 256. Shifts are in pix
 320 wide.
 """
 
-MIN_PRIOR = 0.05  # of target and background, where they follow from areas
+MIN_PRIOR = 0.05  # minimum prior of target and background, if computed from areas
 
 
 class SegmenterParameters(Parameters):
@@ -161,16 +161,16 @@ class ChainStart(NamedTuple):
 
 
 class Segmenter(SharingTracker):
-    """Chain of a plane, colours and a contour, and a snake after it; a subclass gives the cues."""
+    """Base class: chain of plane, colour and contour cues, followed by a snake."""
 
     randomness = Randomness.GENERATOR
 
     @abstractmethod
     def chain_from(self, start: ChainStart) -> Chain[Observation]:
-        """Cues of planes, of colours and of contours, as of the first frame."""
+        """Return the chain of plane, colour and contour cues in the first frame."""
 
     def contour_cue(self, start: ChainStart, kind: type[ContourCue] = ContourCue) -> ContourCue:
-        """The last cue of the chain, as of the first frame."""
+        """Return the contour cue in the first frame."""
         settings = self.parameters
         affine = [
             [settings.stretch_x_spread, settings.shear_x_spread],
@@ -187,15 +187,15 @@ class Segmenter(SharingTracker):
         )
         return self.contours
 
-    def prepared(self, observation: Observation, image: Image) -> Observation:
-        """What the cues are shown: the observation, and what they want besides."""
+    def prepare_observation(self, observation: Observation, image: Image) -> Observation:
+        """Return the observation with additional data for the cues."""
         return observation
 
     def learn(self, image: Image, inside: Mask, found: Sequence[Hypotheses]) -> None:
-        """Take in a segmented frame."""
+        """Update the cues from a segmented frame."""
 
     def colour_sets(self, image: Image, inside: Mask) -> tuple[Array, Array] | None:
-        """Colours (n, 3) of target and background as segmented; None where one has no pixel."""
+        """Return colours (n, 3) of segmented target and background; None if one has no pixel."""
         target, background = certain_pixels(inside)
         if not target.any() or not background.any():
             return None
@@ -206,13 +206,13 @@ class Segmenter(SharingTracker):
         )
 
     def init_shared(self, frame: SharedFrame, box: Box, mask: Mask | None = None) -> None:
-        """See `Tracker.init`; TrackerError for a mask of wrong type or shape, empty or full."""
+        """See `Tracker.init`; raise TrackerError for an invalid, empty or full mask."""
         settings = self.parameters
         self.generator = np.random.default_rng(self.seed)
         height, width = frame.image.shape[:2]
-        given = "mask"
+        subject = "mask"
         if mask is None or settings.start == "box":
-            given = f"box {np.round(box, 1).tolist()}"
+            subject = f"box {np.round(box, 1).tolist()}"
             mask = np.zeros((height, width), bool)
             if (box[2:] > 0).all():
                 mask = inscribed_ellipse(box, height, width)
@@ -224,8 +224,8 @@ class Segmenter(SharingTracker):
         target, background = certain_pixels(mask)
         if not target.any() or not background.any():
             raise TrackerError(
-                f"{given}: a target has pixels of the image ({width}x{height}), and leaves some to "
-                "tell it from."
+                f"{subject}: a target has pixels of the image ({width}x{height}), and leaves some "
+                "to tell it from."
             )
         target_colours = draw_colours(frame.image, target, TARGET_POINTS, self.generator)
         background_colours = draw_colours(
@@ -257,7 +257,7 @@ class Segmenter(SharingTracker):
         self.contours.anchors = np.repeat(self.contour[np.newaxis], anchors, axis=0)
         inside = fill_contour(self.contour, *image.shape[:2])
         self.learn(image, inside, found)
-        box, mask = self._answer(mean, inside, posterior)
+        box, mask = self._select_output(mean, inside, posterior)
         score = float(contours.evidence.max())
         details = {"score": score, "snake": float(accepted)}
         for name, hypotheses in zip(("planes", "colours", "contours"), found, strict=True):
@@ -282,34 +282,34 @@ class Segmenter(SharingTracker):
             share = enclosed_area(self.contour) / ((x1 - x0) * (y1 - y0))
             prior = min(max(share, MIN_PRIOR), 1 - MIN_PRIOR)
         ring = inf if settings.ring == "image" else settings.ring
-        return self.prepared(observe(cells, window, prior, ring), image)
+        return self.prepare_observation(observe(cells, window, prior, ring), image)
 
-    def _answer(self, mean: Array, inside: Mask, posterior: Posterior) -> tuple[Box, Mask]:
-        """Box and mask of what is asked for."""
+    def _select_output(self, mean: Array, inside: Mask, posterior: Posterior) -> tuple[Box, Mask]:
+        """Return box and mask of the requested output."""
         if self.parameters.output == "snake":
             return bounding_box(self.contour), inside
         if self.parameters.output == "mean":
             return bounding_box(mean), fill_contour(mean, *inside.shape)
         mask = posterior > 0.5
         rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
-        if not len(rows):  # no pixel: where it would be is still the best guess
+        if not len(rows):  # the contour is the best estimate without pixels
             return bounding_box(self.contour), mask
         x, y, right, bottom = columns[0], rows[0], columns[-1] + 1, rows[-1] + 1
         return np.array([x, y, right - x, bottom - y], np.float64), mask
 
 
 def certain_pixels(mask: Mask) -> tuple[Mask, Mask]:
-    """Return pixels one inside the target's border (a thin target whole) and two outside it."""
+    """Return masks of the target without its border (if thick) and of pixels 2 px outside it."""
     pixels = mask.astype(np.uint8)
     target = cv2.erode(pixels, np.ones((3, 3), np.uint8), borderValue=0) > 0
     background = cv2.dilate(pixels, np.ones((5, 5), np.uint8), borderValue=0) == 0
     return target if target.any() else mask, background
 
 
-def best_posterior(found: Sequence[Hypotheses]) -> Posterior:
-    """Return the colours' posterior (cells,) under the mixtures that contours support most."""
-    colours, contours = found[-2:]
-    supported = complete_combinations(found)[-2]
+def best_posterior(hypotheses: Sequence[Hypotheses]) -> Posterior:
+    """Return the posterior (cells,) of the mixtures with the largest weight of contours."""
+    colours, contours = hypotheses[-2:]
+    supported = complete_combinations(hypotheses)[-2]
     support = np.zeros(len(colours.weights))
     np.add.at(support, supported, contours.weights)
     best: Posterior = colours.evidence[support.argmax()]

@@ -164,7 +164,7 @@ def mean_shift(
 
 
 def window_size(box: Box) -> tuple[int, int]:
-    """Return a box's width and height in whole pixels, at least 1; raise TrackerError for no area."""
+    """Return width and height in whole pixels, at least 1; raise TrackerError for no area."""
     if not (box[2] > 0 and box[3] > 0):
         raise TrackerError(f"the box {box.tolist()} has no area; give another.")
     return max(1, floor(float(box[2]) + 0.5)), max(1, floor(float(box[3]) + 0.5))
