@@ -19,14 +19,9 @@ class ConstantVelocity:
     The acceleration is white noise that is constant between two frames. The attributes `means`
     (axes, 2) and `covariances` (axes, 2, 2) describe position and velocity.
 
-    Parameters
-    ----------
-    position : ndarray, shape (axes,)
-        Exact initial position [pixels]; the initial velocity has mean 0.
-    velocity_deviation : ndarray, shape (axes,)
-        Standard deviation of the initial velocity [pixels/frame].
-    acceleration_noise : float
-        Standard deviation of the acceleration, above 0 [pixels/frame²].
+    `position` ndarray (axes,): exact initial position [pixels]; the initial velocity has mean 0.
+    `velocity_deviation` ndarray (axes,): standard deviation of the initial velocity [pixels/frame].
+    `acceleration_noise`: standard deviation of the acceleration, above 0 [pixels/frame²].
     """
 
     def __init__(

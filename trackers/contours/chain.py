@@ -73,23 +73,16 @@ class Cue(Protocol[Observation]):
 class Chain(Generic[Seen]):
     """Cues in the order of their dependence: each may depend on all previous ones.
 
-    Parameters
-    ----------
-    cues : sequence of Cue
-        The cues, in order.
-    association : {"by-weight", "uniform"}
-        Hypotheses of the previous cue that are attached to a cue's hypotheses: drawn by their
-        weights in this frame (section 5.3), or uniformly.
-    feedback : {"marginal", "joint"}
-        Weights of a cue in the next frame: its own (equation 4), or those of the complete density
-        (equation 7), which include later cues. `joint` corrects the paper: if z₂ depends on x₁, the
-        density of x₁ given all measurements differs from that given z₁.
+    `cues` sequence of Cue: the cues, in order.
+    `association` {"by-weight", "uniform"}: Hypotheses of the previous cue that are attached to a
+      cue's hypotheses: drawn by their weights in this frame (section 5.3), or uniformly.
+    `feedback` {"marginal", "joint"}: weights of a cue in the next frame: its own (equation 4), or
+      those of the complete density (equation 7), which include later cues. `joint` corrects the
+      paper: if z₂ depends on x₁, the density of x₁ given all measurements differs from that given
+      z₁.
 
-    Raises
-    ------
-    ValueError
-        For another association or feedback; in `step`, if a cue returns weights below 0 or of a
-        wrong shape.
+    Raises ValueError for another association or feedback; in `step`, if a cue returns weights below
+    0 or of a wrong shape.
     """
 
     def __init__(

@@ -34,24 +34,13 @@ def fit_mixture(
     The centres are those of k-means++ (Arthur & Vassilvitskii 2007), with one uniform random number
     each. Each initial component consists of the points nearest to its centre.
 
-    Parameters
-    ----------
-    points : ndarray of float64, shape (n, d)
-        Points in 2 or 3 dimensions. With fewer than m different points, surplus components have
-        weight 0 and the position of another one.
-    components : int
-        Number m of components.
-    generator : numpy.random.Generator
-        Source of the random numbers.
-    iterations : int
-        Number of EM steps.
-    regularisation : float
-        Variance added to every axis of each component.
+    `points` float64 (n, d): points in 2 or 3 dimensions. With fewer than m different points,
+      surplus components have weight 0 and the position of another one.
+    `components`: number m of components.
+    `generator`: source of the random numbers.
+    `iterations`: number of EM steps.
+    `regularisation`: variance added to every axis of each component.
 
-    Returns
-    -------
-    Mixture
-        The fitted mixture.
     """
     distances = np.ones(len(points))
     centres = np.empty((components, points.shape[1]))

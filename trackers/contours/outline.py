@@ -34,22 +34,13 @@ def contour_scores(
 ) -> Array:
     """Return the mean of a map inside each contour minus the mean outside, shape (n,).
 
-    Parameters
-    ----------
-    tables : ndarray of float32, shape (maps, k)
-        Value of each map in each of k cells.
-    cells : ndarray of int32, shape (height, width)
-        Cell of each pixel.
-    which : ndarray of int, shape (n,)
-        Map of each contour.
-    contours : ndarray of float64, shape (n, points, 2)
-        Contours without self-intersections [pixels].
-    window : tuple of int
-        Left, top, right and bottom (exclusive) in the image. Pixels beyond count as outside.
-    outside : {"window", "image"}
-        Region whose pixels can be outside.
-    smallest : int
-        The score is -1 if fewer pixels are inside, or if none is outside.
+    `tables` float32 (maps, k): value of each map in each of k cells.
+    `cells` int32 (height, width): cell of each pixel.
+    `which` int (n,): map of each contour.
+    `contours` float64 (n, points, 2): contours without self-intersections [pixels].
+    `window`: left, top, right and bottom (exclusive) in the image. Pixels beyond count as outside.
+    `outside` {"window", "image"}: region whose pixels can be outside.
+    `smallest`: the score is -1 if fewer pixels are inside, or if none is outside.
     """
     left, top, right, bottom = window
     seen = np.ascontiguousarray(cells[top:bottom, left:right])

@@ -26,24 +26,14 @@ def discriminant_basis(
     nearest neighbours in the other class. The axes are the first eigenvectors of the scatter of
     these differences, weighted most near the boundary of the classes.
 
-    Parameters
-    ----------
-    target, background : ndarray of float64, shape (n, 3) and (m, 3)
-        Colours of the two classes.
-    neighbours : int
-        Number of nearest neighbours.
-    exponent : float
-        Exponent of the distances in the weights, ≥ 0.
+    `target`, `background` float64 (n, 3) and (m, 3): colours of the two classes.
+    `neighbours`: number of nearest neighbours.
+    `exponent`: exponent of the distances in the weights, ≥ 0.
 
-    Returns
-    -------
-    ndarray of float64, shape (3, 2)
-        Orthonormal columns; the mean of the target is not below that of the background on either.
+    Returns ndarray of float64, shape (3, 2): Orthonormal columns; the mean of the target is not
+      below that of the background on either.
 
-    Raises
-    ------
-    ValueError
-        If a class does not have more than `neighbours` colours.
+    Raises ValueError if a class does not have more than `neighbours` colours.
 
     Examples
     --------

@@ -48,24 +48,14 @@ def posterior_tables(
 ) -> tuple[Array32, Array]:
     """Return the posterior of every colour for many pairs of mixtures, and scores of the pairs.
 
-    Parameters
-    ----------
-    projected : ndarray of float64, shape (P, K, 2)
-        K colours on each of P planes.
-    planes : ndarray of int64, shape (N,)
-        Plane of each pair.
-    target, background : ndarray of float64, shape (N, m, 6)
-        Components of each pair; see `to_components`.
-    contrast : ndarray of float64, shape (K,)
-        Share of a colour in one region minus its share in the other.
+    `projected` float64 (P, K, 2): K colours on each of P planes.
+    `planes` int64 (N,): plane of each pair.
+    `target`, `background` float64 (N, m, 6): components of each pair; see `to_components`.
+    `contrast` float64 (K,): share of a colour in one region minus its share in the other.
 
-    Returns
-    -------
-    tables : ndarray of float32, shape (N, K)
-        Posteriors. If no eigenvalue is below 2e-4, they are within 2e-5 of `posterior`, without a
-        floor within 1e-4.
-    scores : ndarray of float64, shape (N,)
-        Σ table · contrast.
+    `tables` float32 (N, K): posteriors. If no eigenvalue is below 2e-4, they are within 2e-5 of
+      `posterior`, without a floor within 1e-4.
+    `scores` float64 (N,): Σ table · contrast.
     """
     forms = _forms(from_components(target), from_components(background), floor, prior)
     return _tables(_plane_coordinates(projected), planes, forms, target.shape[1], contrast)

@@ -32,21 +32,16 @@ def refine_by_snake(
     The snake is accepted if it does not cross itself and its area is 0.5 to 2 times that of the
     input.
 
-    Parameters
-    ----------
-    contour : ndarray of float64, shape (points, 2)
-        Initial contour [pixels].
-    image : ndarray of uint8, shape (height, width, 3)
-        BGR image.
-    posterior : ndarray of float32, shape (height, width), or None
-        Posterior of the target in [0, 1]; only edges of both image and posterior count. With None,
-        all edges of the image count.
-    stiffness : {"constant", "by-spacing", "of-change"}
-        `constant`: weights of differences between points at any distance; large contours shrink and
-        become round. `by-spacing`: weights of derivatives along the contour, equal to `constant`
-        for points `SPACING` apart. Both shrink a closed contour until edges stop it: from the true
-        contour, by 3 to 5 % of the area. `of-change`: as `by-spacing`, on the displacement of
-        points from the input contour, without shrinkage.
+    `contour` float64 (points, 2): initial contour [pixels].
+    `image` uint8 (height, width, 3): BGR image.
+    `posterior` float32 (height, width), or None: posterior of the target in [0, 1]; only edges of
+      both image and posterior count. With None, all edges of the image count.
+    `stiffness` {"constant", "by-spacing", "of-change"}: `constant`: weights of differences between
+      points at any distance; large contours shrink and become round. `by-spacing`: weights of
+      derivatives along the contour, equal to `constant` for points `SPACING` apart. Both shrink a
+      closed contour until edges stop it: from the true contour, by 3 to 5 % of the area.
+      `of-change`: as `by-spacing`, on the displacement of points from the input contour, without
+      shrinkage.
     """
     left, top, width, height = bounding_box(contour).tolist()
     x, y = max(floor(left) - MARGIN, 0), max(floor(top) - MARGIN, 0)
@@ -103,24 +98,14 @@ def fit_snake(
 ) -> Array:
     """Return a closed contour (points, 2) after snake steps p ← (A + γ I)⁻¹ (γ p + f(p)).
 
-    Parameters
-    ----------
-    contour : ndarray of float64, shape (points, 2)
-        Initial contour [pixels].
-    edges : ndarray of float64, shape (rows, columns)
-        Edge strength in a window, at least two pixels per side.
-    origin : tuple of int
-        First column and row of the window.
-    elasticity, rigidity : float
-        Weights α and β of first and second differences in A.
-    step : float
-        γ; smaller values give larger steps.
-    attraction : float
-        κ; f is κ times the edges' gradient, interpolated linearly, at most one pixel.
-    iterations : int
-        Number of steps.
-    at_rest : bool
-        True: A acts on the displacement from the initial contour.
+    `contour` float64 (points, 2): initial contour [pixels].
+    `edges` float64 (rows, columns): edge strength in a window, at least two pixels per side.
+    `origin`: first column and row of the window.
+    `elasticity`, `rigidity`: weights α and β of first and second differences in A.
+    `step`: γ; smaller values give larger steps.
+    `attraction`: κ; f is κ times the edges' gradient, interpolated linearly, at most one pixel.
+    `iterations`: number of steps.
+    `at_rest`: True: A acts on the displacement from the initial contour.
     """
     down, across = np.gradient(edges)
     force = attraction * np.stack([across, down])

@@ -73,12 +73,8 @@ class JointBins:
 
     Trackers with equal bins share the codes of a frame.
 
-    Attributes
-    ----------
-    space : {"rgb", "hsv"}
-        Colour space.
-    bins : int
-        Bins per channel, 2 to 32; V of HSV has half as many.
+    `space` {"rgb", "hsv"}: colour space.
+    `bins`: bins per channel, 2 to 32; V of HSV has half as many.
     """
 
     space: ColourSpace = "rgb"
@@ -140,16 +136,12 @@ class LuvBins:
     The code of a pixel combines its lightness and chromaticity bins. Trackers with equal bins share
     the codes of a frame.
 
-    Attributes
-    ----------
-    binning : {"both", "perez"}
-        `both`: a pixel votes for both bins. `perez`: it votes for its chromaticity bin only, or for
-        its lightness bin only if √(u*² + v*²) < 17.9 (structure of Pérez et al. 2002, applied to
-        L*u*v*).
-    uv_range : {"full", "natural", "srgb-gamut"}
-        Range of the 10 x 10 chromaticity bins: u* -134 to 220 and v* -140 to 122 (range of bytes),
-        -60 to 120 and -80 to 80, or -83 to 175 and -134 to 107. Colours outside belong to the
-        outermost bins.
+    `binning` {"both", "perez"}: `both`: a pixel votes for both bins. `perez`: it votes for its
+      chromaticity bin only, or for its lightness bin only if √(u*² + v*²) < 17.9 (structure of
+      Pérez et al. 2002, applied to L*u*v*).
+    `uv_range` {"full", "natural", "srgb-gamut"}: range of the 10 x 10 chromaticity bins: u* -134 to
+      220 and v* -140 to 122 (range of bytes), -60 to 120 and -80 to 80, or -83 to 175 and -134 to
+      107. Colours outside belong to the outermost bins.
     """
 
     binning: Binning = "both"

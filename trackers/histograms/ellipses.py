@@ -72,17 +72,11 @@ def ellipse_counts(
     Kernels: `isotropic` 1 - (dx² + dy²) / (Hx² + Hy²), above 0 on the rim (Nummiaro et al. 2003,
     equations 2 and 3); `epanechnikov` 1 - (dx / Hx)² - (dy / Hy)²; `uniform` 1.
 
-    Parameters
-    ----------
-    codes : ndarray of uint16, shape (height, width)
-        Bin of every pixel of a window that contains the ellipses' part of the image; shape (width,
-        height) if `transposed`.
-    corner : tuple of int
-        Left and top of the window [pixels].
-    ellipses : ndarray of float64, shape (n, 4)
-        Centre x, y and half axes Hx, Hy, above 0 [pixels].
-    bins : ndarray of int64, shape (m,)
-        Requested bins, out of `n_bins`.
+    `codes` uint16 (height, width): bin of every pixel of a window that contains the ellipses' part
+      of the image; shape (width, height) if `transposed`.
+    `corner`: left and top of the window [pixels].
+    `ellipses` float64 (n, 4): centre x, y and half axes Hx, Hy, above 0 [pixels].
+    `bins` int64 (m,): requested bins, out of `n_bins`.
     """
     slots = np.zeros(n_bins, np.uint16)
     slots[bins] = np.arange(1, len(bins) + 1)
@@ -213,14 +207,9 @@ def _add_weights(
 def bhattacharyya_coefficients(counts: Counts, totals: Counts, models: Array) -> Array:
     """Return Bhattacharyya coefficients Σ √(p q), float64 (n,), in [0, 1].
 
-    Parameters
-    ----------
-    counts : ndarray of int64, shape (n, m)
-        Unnormalised histograms p in the non-empty bins of the models.
-    totals : ndarray of int64, shape (n,)
-        Sums of the complete histograms; if 0, the coefficient is 0.
-    models : ndarray of float64, shape (1, m) or (n, m)
-        Normalised histograms q: one for all or one for each.
+    `counts` int64 (n, m): unnormalised histograms p in the non-empty bins of the models.
+    `totals` int64 (n,): sums of the complete histograms; if 0, the coefficient is 0.
+    `models` float64 (1, m) or (n, m): normalised histograms q: one for all or one for each.
     """
     values = np.zeros(len(counts))
     for i in range(len(counts)):
@@ -251,16 +240,10 @@ def mean_shift(
     2003). A step below `stop_distance` [pixels] is the last one. With `halving`, a step that lowers
     the coefficient is halved until it does not; if it falls below `stop_distance`, it is skipped.
 
-    Parameters
-    ----------
-    window : CodeWindow
-        Codes of the search window. The search ends if the ellipse leaves it.
-    bins : ndarray of int64, shape (m,)
-        Non-empty bins of the model, out of `n_bins`.
-    model : ndarray of float64, shape (m,)
-        Normalised model histogram q.
-    ellipse : tuple of float
-        Initial centre x, y, and half axes, above 0 [pixels].
+    `window`: codes of the search window. The search ends if the ellipse leaves it.
+    `bins` int64 (m,): non-empty bins of the model, out of `n_bins`.
+    `model` float64 (m,): normalised model histogram q.
+    `ellipse`: initial centre x, y, and half axes, above 0 [pixels].
     """
     x, y, half_width, half_height = ellipse
     parts, weights = np.empty((4, n_bins), np.int64), np.zeros(n_bins)

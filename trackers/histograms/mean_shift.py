@@ -70,21 +70,12 @@ class TargetEllipse:
 
     The attributes `half_width` and `half_height` are the current half axes [pixels].
 
-    Parameters
-    ----------
-    name : str
-        Name of the tracker, for error messages.
-    settings : MeanShiftParameters
-        Parameters of histogram and search.
-    frame : SharedFrame
-        First frame.
-    box : ndarray of float64, shape (4,)
-        Init box [pixels].
+    `name`: name of the tracker, for error messages.
+    `settings`: parameters of histogram and search.
+    `frame`: first frame.
+    `box` float64 (4,): init box [pixels].
 
-    Raises
-    ------
-    TrackerError
-        If a side of the box is below 3 pixels, or its ellipse is outside the image.
+    Raises TrackerError if a side of the box is below 3 pixels, or its ellipse is outside the image.
     """
 
     def __init__(

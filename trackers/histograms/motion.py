@@ -46,21 +46,16 @@ def box_around(state: Array) -> Array:
 class MotionModel:
     """Dynamic model of states; its Gaussian noises are standard deviations in units of Hx.
 
-    Attributes
-    ----------
-    dynamics : {"first-order", "second-order", "random-walk"}
-        Quantities that are constant except for noise: velocity and change of scale, their rates of
-        change (with noise of the same size), or position and size.
-    axes : {"together", "apart"}
-        One size noise for both half axes, whose ratio is then constant, or one for each.
-    scale_change : {"linear", "multiplicative"}
-        `linear`: half axes change by sums, and noise is in units of the last estimate's Hx, so that
-        a step is a linear map plus equal noise for all particles. `multiplicative`: by factors, and
-        noise is in units of each particle's Hx.
-    scale_persistence : float
-        Factor of the change of scale per frame, in [0, 1].
-    position_noise, velocity_noise, size_noise, scale_noise : float
-        Standard deviations, ≥ 0 [Hx].
+    `dynamics` {"first-order", "second-order", "random-walk"}: quantities that are constant except
+      for noise: velocity and change of scale, their rates of change (with noise of the same size),
+      or position and size.
+    `axes` {"together", "apart"}: one size noise for both half axes, whose ratio is then constant,
+      or one for each.
+    `scale_change` {"linear", "multiplicative"}: `linear`: half axes change by sums, and noise is in
+      units of the last estimate's Hx, so that a step is a linear map plus equal noise for all
+      particles. `multiplicative`: by factors, and noise is in units of each particle's Hx.
+    `scale_persistence`: factor of the change of scale per frame, in [0, 1].
+    `position_noise`, `velocity_noise`, `size_noise`, `scale_noise`: standard deviations, ≥ 0 [Hx].
     """
 
     dynamics: Dynamics

@@ -176,14 +176,10 @@ class Background:
     The attribute `positions` (n, 2) contains their centres [pixels]; it is empty if the target
     fills the image.
 
-    Parameters
-    ----------
-    half_axes : ndarray of float64, shape (2,)
-        Half axes of the ellipses [pixels].
-    spacing : float
-        Spacing of the grid, at least 1 [pixels]; see `grid_spacing`.
-    target_centre : ndarray of float64, shape (2,), or None
-        Centre of a target in the image. Positions within 2 Hx in x and 2 Hy in y are excluded.
+    `half_axes` float64 (2,): half axes of the ellipses [pixels].
+    `spacing`: spacing of the grid, at least 1 [pixels]; see `grid_spacing`.
+    `target_centre` float64 (2,), or None: centre of a target in the image. Positions within 2 Hx in
+      x and 2 Hy in y are excluded.
     """
 
     def __init__(

@@ -296,23 +296,14 @@ class ColourMotionParameters(Parameters):
 class ColourMotionModel:
     """Histograms of the target's hue and saturation, and the motion of the last frames.
 
-    Parameters
-    ----------
-    owner : str
-        Name of the tracker, for error messages.
-    settings : ColourMotionParameters
-        Parameters of the map.
-    frame : SharedFrame
-        First frame.
-    centre : ndarray of float64, shape (2,)
-        Centre x, y of the template window [pixels].
-    window : tuple of int
-        Width and height of the template window [pixels].
+    `owner`: name of the tracker, for error messages.
+    `settings`: parameters of the map.
+    `frame`: first frame.
+    `centre` float64 (2,): centre x, y of the template window [pixels].
+    `window`: width and height of the template window [pixels].
 
-    Raises
-    ------
-    TrackerError
-        If no pixel of the window is in the image and within the limits of saturation and value.
+    Raises TrackerError if no pixel of the window is in the image and within the limits of
+    saturation and value.
     """
 
     def __init__(

@@ -59,21 +59,13 @@ class TemplateFilter:
 
     The second view (`start`) determines the noise.
 
-    Parameters
-    ----------
-    noise : NoiseModel
-        Assumptions about residuals.
-    features : ndarray of float64, shape (height, width, d)
-        First view of the target.
+    `noise`: assumptions about residuals.
+    `features` float64 (height, width, d): first view of the target.
 
-    Attributes
-    ----------
-    template : ndarray of float64, shape (height, width, d)
-        Filtered features g.
-    residual : ndarray of float64, shape (d, d)
-        Covariance of residuals, averaged over K frames (equation 12); a guess until `start`.
-    state, measurement : ndarray of float64, shape (d, d)
-        Noise covariances C_w and C_f.
+    `template` float64 (height, width, d): filtered features g.
+    `residual` float64 (d, d): covariance of residuals, averaged over K frames (equation 12); a
+      guess until `start`.
+    `state`, `measurement` float64 (d, d): noise covariances C_w and C_f.
     """
 
     def __init__(self, noise: NoiseModel, features: Array) -> None:

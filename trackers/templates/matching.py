@@ -76,25 +76,15 @@ def find_pose(
     in steps of 2. The next two search around the best in steps of 1, with scales 2 % and then 1 %
     apart. With `subpixel`, steps of 0.5 and 0.25 pixels follow.
 
-    Parameters
-    ----------
-    window : FeatureWindow
-        Pixels of at least `search_bounds`.
-    template : ndarray of float64, shape (height, width, d)
-        Features of the template.
-    covariance : ndarray of float64, shape (d, d)
-        Covariance of residuals.
-    around : Pose
-        Centre of the search, rounded to whole pixels.
-    search_range : int
-        Maximum translation of the first level, even [pixels]; 0: none.
-    cutoff : float
-        c of Huber's function; infinite for quadratic costs.
-    subpixel : bool
-        Refine to fractions of a pixel, with bilinear interpolation.
-    ties : {"ascending", "unchanged"}
-        Order of poses, of which the first of equal cost wins: ascending scale, y and x, or the
-        unchanged scale before others.
+    `window`: pixels of at least `search_bounds`.
+    `template` float64 (height, width, d): features of the template.
+    `covariance` float64 (d, d): covariance of residuals.
+    `around`: centre of the search, rounded to whole pixels.
+    `search_range`: maximum translation of the first level, even [pixels]; 0: none.
+    `cutoff`: c of Huber's function; infinite for quadratic costs.
+    `subpixel`: refine to fractions of a pixel, with bilinear interpolation.
+    `ties` {"ascending", "unchanged"}: order of poses, of which the first of equal cost wins:
+      ascending scale, y and x, or the unchanged scale before others.
     """
     start = floor(around.x + 0.5), floor(around.y + 0.5), around.scale
     pose, cost = _search(
