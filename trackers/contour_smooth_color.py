@@ -77,7 +77,7 @@ class ContourSmoothColor(Segmenter):
         self.colours = RefittedColours(start.fit, 1, settings.mixing, palettes)
         return Chain([self.plane, self.colours, self.contour_cue(start)])
 
-    def learn(self, image: Image, inside: Mask, found: Sequence[Hypotheses]) -> None:
+    def learn(self, image: Image, inside: Mask, hypotheses: Sequence[Hypotheses]) -> None:
         """Fit the frame's colours on the first plane or a new one; see `Segmenter.learn`."""
         sets = self.colour_sets(image, inside)
         if sets is None:

@@ -184,12 +184,12 @@ class Moreno2005(Segmenter):
             self.generator,
         )
 
-    def learn(self, image: Image, inside: Mask, found: Sequence[Hypotheses]) -> None:
+    def learn(self, image: Image, inside: Mask, hypotheses: Sequence[Hypotheses]) -> None:
         """See `Segmenter.learn`: fitted mixtures lie on the plane of the best hypothesis."""
         if self.parameters.colour_model == "particles":
             return
         sets = self.colour_sets(image, inside)
         if sets is not None:
-            best = found[0].states[found[0].weights.argmax()]
+            best = hypotheses[0].states[hypotheses[0].weights.argmax()]
             basis = plane_basis(best[np.newaxis], self.planes.basis)[0]
             self.refitted.learn(*sets, basis, moved=True)

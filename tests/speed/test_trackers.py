@@ -165,7 +165,7 @@ def test_many_in_lock_step_cost_less_than_each_alone(name, number, size, at_most
     assert ratio < at_most
 
 
-def test_what_an_occlusion_costs_nguyen2002_when_its_end_is_found():
+def test_nguyen2002_time_at_the_end_of_an_occlusion():
     images, truth = clips.hidden()
     tracker = warm("nguyen2002:features=rgb", clips.hidden())
     tracker.init(images[0], truth[0])
@@ -180,7 +180,7 @@ def test_what_an_occlusion_costs_nguyen2002_when_its_end_is_found():
     assert frames < LEEWAY * 32  # thirty are seen again, and one is searched for farther away
 
 
-def test_a_slow_frame_of_moreno2005_is_hardly_slower_than_the_median():
+def test_moreno2005_slow_frames_are_close_to_the_median():
     seconds = []
     tracker = warm("moreno2005", clips.disc())
     for _ in range(2):

@@ -78,9 +78,7 @@ window = st.tuples(st.integers(-8, 25), st.integers(-8, 20), st.integers(1, 30),
 
 @given(st.integers(0, 99), st.integers(1, 254), window, st.tuples(*[st.floats(0, 1)] * 3))
 @example(0, 32, (-8, -8, 40, 40), (0.0, 0.0, 1.0))
-def test_template_counts_are_those_of_the_visible_pixels_that_are_not_masked(
-    seed, n_bins, window, limits
-):
+def test_count_bins_ignores_masked_and_outside_pixels(seed, n_bins, window, limits):
     image = picture(seed)
     left, top, width, height = window
     expected = np.zeros(n_bins + 1, int)

@@ -42,7 +42,7 @@ def two(states=200_000, seed=0, **options):
     return chain, chain.step(None, np.random.default_rng(seed))
 
 
-def test_hypotheses_of_the_complete_density_have_its_exact_probabilities():
+def test_complete_density_has_exact_probabilities():
     _, (first, second) = two()
     indices = complete_combinations((first, second))
     measured = np.zeros((3, 2))
@@ -51,7 +51,7 @@ def test_hypotheses_of_the_complete_density_have_its_exact_probabilities():
     np.testing.assert_allclose(measured, exact / exact.sum(), atol=0.006)
 
 
-def test_a_hypothesis_that_no_other_was_attached_to_still_has_a_chance_in_the_next_frame():
+def test_unattached_hypothesis_keeps_a_small_weight():
     first, second = Listed([0, 1], [1.0, 0.0]), Listed([0, 1, 1], [[1.0, 1.0], [1.0, 1.0]])
     Chain([first, second], feedback="joint").step(None, np.random.default_rng(0))
     _, weights = first.received
@@ -72,7 +72,7 @@ def test_an_unknown_way_is_refused(options):
 
 
 @pytest.mark.parametrize("weights", [[0.2, -0.5, 0.3], [0.2, 0.5]])
-def test_weights_below_zero_or_too_few_are_refused_by_the_cues_name(weights):
+def test_invalid_cue_weights_are_rejected(weights):
     wrong = Listed([0, 1, 2], [0.2, 0.5, 0.3])
     wrong.weigh = lambda *given: Weighed(np.array(weights))
     with pytest.raises(ValueError, match="Listed gives weights of shape"):

@@ -85,7 +85,7 @@ def test_ellipses_that_are_nowhere_count_nothing(value):
 @pytest.mark.parametrize(
     ("space", "bins"), [("rgb", 2), ("rgb", 5), ("rgb", 32), ("hsv", 8), ("hsv", 16)]
 )
-def test_joint_bins_divide_every_channel_evenly_and_value_in_half_as_many(space, bins):
+def test_joint_bins_divide_channels_evenly(space, bins):
     colours = JointBins(space, bins)
     found = colours.codes(picture(2))
     np.testing.assert_array_equal(found, codes_of(picture(2), space, bins))

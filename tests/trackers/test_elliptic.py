@@ -60,7 +60,7 @@ def steps(model, state, n=1, rates=(0.0, 0.0, 0.0), seed=0, aspect=None, particl
 STATE = [100.0, 80.0, 3.0, -2.0, 20.0, 30.0, 0.5]
 
 
-def test_without_noise_velocity_and_scale_change_are_constant_or_damped():
+def test_motion_without_noise_is_constant_or_damped():
     found = steps(motion(), STATE, n=4)
     np.testing.assert_allclose(found[0], [112, 72, 3, -2, 22, 33, 0.5])
     damped = steps(motion(scale_persistence=0.9), STATE, n=3)
@@ -197,9 +197,7 @@ WHOLE = np.array([[10.0, 20.0, 620.0, 440.0]])
         ("image", None, WHOLE),  # of centres of ellipses that are whole inside
     ],
 )
-def test_a_target_that_was_never_seen_is_waited_for_evenly_where_it_may_enter(
-    placement, entries, expected
-):
+def test_unseen_target_is_searched_in_entry_boxes(placement, entries, expected):
     places = placed(whereabouts(entries=entries), placement)[:, np.newaxis, :2]
     inside = ((places >= expected[:, :2]) & (places <= expected[:, :2] + expected[:, 2:])).all(
         axis=2
@@ -212,7 +210,7 @@ def test_a_target_that_was_never_seen_is_waited_for_evenly_where_it_may_enter(
         np.testing.assert_allclose(places[own, 0].std(axis=0), spread, rtol=0.1)
 
 
-def test_half_of_the_particles_stay_where_the_target_was_last_seen():
+def test_placement_last_keeps_half_at_the_last_position():
     where = whereabouts()
     where.record_probable(np.array([200.0, 300.0]), np.array([12.0, 24.0]))
     particles = placed(where, "last")
@@ -275,7 +273,7 @@ def test_nothing_that_is_outside_the_image_enters_a_model():
     assert model.update(None, 0.0, found, np.ones(3) / 3, -np.inf) == 0.0
 
 
-def test_models_of_their_own_follow_their_particles_and_go_on_with_them():
+def test_models_per_particle_follow_their_particles():
     model = TargetModel(np.array([0.5, 0.5]), 3, apart=True, alpha=0.5)
     found = counts_of([[1, 1], [1, 0], [0, 0]])
     assert model.update(None, 0.0, found, np.array([0.5, 0.25, 0.25]), 0.1) == pytest.approx(2 / 3)

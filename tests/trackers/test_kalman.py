@@ -75,7 +75,7 @@ def test_each_axis_is_the_textbooks_filter(position, velocity_deviation, noise, 
         assert ours.position.tolist() == ours.means[:, 0].tolist()
 
 
-def test_a_measurement_that_says_nothing_changes_nothing_and_an_exact_one_is_taken():
+def test_correct_with_infinite_and_zero_variance():
     ours = ConstantVelocity(np.array([3.0, 4.0]), np.array([2.0, 5.0]), 1.0)
     ours.predict()
     means, covariances = ours.means.copy(), ours.covariances.copy()

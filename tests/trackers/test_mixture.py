@@ -92,7 +92,7 @@ def slow_start(points, m, uniforms, regularisation):
 
 
 @pytest.mark.parametrize("d", [2, 3])
-def test_fitting_begins_with_the_points_nearest_to_centres_of_k_means_plus_plus(d):
+def test_fit_mixture_starts_from_k_means_plus_plus(d):
     points = drawn(some_mixture(d, m=4, d=d), 80, 1)
     start = slow_start(points, 4, np.random.default_rng(5).random(4), 3e-4)
     assert_same(fit_mixture(points, 4, np.random.default_rng(5), 0), start, rtol=1e-9)
@@ -100,7 +100,7 @@ def test_fitting_begins_with_the_points_nearest_to_centres_of_k_means_plus_plus(
     assert_same(fit_mixture(points, 4, np.random.default_rng(5)), expected, rtol=1e-7)
 
 
-def test_components_without_points_keep_a_place_and_weigh_nothing():
+def test_components_without_points_have_weight_zero():
     points = np.repeat([[0.2, 0.3], [0.8, 0.5]], [30, 10], axis=0)
     found = fit_mixture(points, 4, np.random.default_rng(0))
     assert sorted(found.weights.round(9)) == [0, 0, 0.25, 0.75]
@@ -119,7 +119,7 @@ def bases(n):
     return plane_basis(normals / np.linalg.norm(normals, axis=1, keepdims=True), BASIS)
 
 
-def test_a_projected_mixture_is_the_marginal_density_on_the_plane():
+def test_projected_mixture_is_the_marginal_density():
     mixture = some_mixture(3, d=3)
     points = np.random.default_rng(0).random((5, 2))
     heights = np.linspace(-4, 4, 8001)

@@ -67,7 +67,7 @@ def test_a_disc_is_segmented_while_its_colour_changes(disc, name, parameters):
     assert np.mean(found) > 0.85
 
 
-def test_the_answer_may_be_the_mean_contour_or_the_posterior_alone(disc):
+def test_output_can_be_mean_contour_or_posterior(disc):
     answers = {
         key: run("moreno2005", disc, output=key)[1] for key in ("snake", "mean", "posterior")
     }
@@ -106,7 +106,7 @@ def test_a_target_that_vanishes_costs_nothing_but_confidence(disc):
     assert estimate.confidence < 0.5 * before[-1].confidence
 
 
-def test_a_frame_segmented_into_nothing_teaches_nothing_and_has_the_contours_box(disc):
+def test_empty_segmentation_keeps_the_model(disc):
     images, _, _ = disc
     nothing = np.zeros((120, 160), bool)
     tracker, _ = run("contour-smooth-color", disc, frames=1, output="posterior")

@@ -36,7 +36,7 @@ def test_posterior_is_that_of_scipys_densities(floor, prior):
     np.testing.assert_allclose(found, wanted / (wanted + others), rtol=1e-9)
 
 
-def test_without_a_floor_the_wider_tail_decides_even_where_densities_vanish():
+def test_posterior_without_floor_follows_the_wider_tail():
     narrow, wide = (
         Mixture(np.ones(1), np.zeros((1, 2)), variance * np.eye(2)[np.newaxis])
         for variance in (2e-4, 4e-4)

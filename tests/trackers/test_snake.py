@@ -93,7 +93,7 @@ def test_refinement_finds_an_ellipse_from_a_contour_beside_it():
     assert (before & mask).sum() / (before | mask).sum() < 0.87
 
 
-def test_refinement_follows_no_edge_that_the_posterior_does_not_show():
+def test_snake_ignores_edges_without_posterior():
     mask, image = noisy_ellipse()
     image[:, 138:] = 255  # a stronger edge, eight pixels off
     start = outline(mask) + [5.0, 0.0]
@@ -125,7 +125,7 @@ def test_a_contour_far_outside_the_image_stays_as_it_is():
 
 
 @pytest.mark.parametrize("edge", [18.0, 22.0])
-def test_stiff_against_change_a_circle_stops_nearer_to_an_edge_on_either_side(edge):
+def test_snake_at_rest_stops_closer_to_an_edge(edge):
     start = circle(20)
     still = fit_snake(start, np.zeros((100, 100)), (0, 0), at_rest=True)
     np.testing.assert_allclose(still, start, atol=1e-9)

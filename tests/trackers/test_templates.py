@@ -38,7 +38,7 @@ def views(number, d=3, sd=2.0, shape=(30, 40), seed=0):
 
 
 @pytest.mark.parametrize("full", [True, False])
-def test_grey_noise_is_singular_and_kept_off_singularity_in_the_other_directions_only(full):
+def test_grey_noise_covariance_is_regularised(full):
     random = np.random.default_rng(0)
     grey = random.uniform(0, 255, (30, 40, 1))
     seen = [np.repeat(grey + random.normal(0, 3, grey.shape), 3, axis=2) for _ in range(12)]
@@ -57,7 +57,7 @@ def test_grey_noise_is_singular_and_kept_off_singularity_in_the_other_directions
         np.testing.assert_array_equal(appearance.residual, np.diag(np.diag(appearance.residual)))
 
 
-def test_a_view_without_any_inlier_leaves_the_covariance_as_it_was():
+def test_view_without_inliers_keeps_the_covariance():
     _, seen = views(2)
     appearance = TemplateFilter(noise(), seen[0])
     appearance.start(seen[1])
@@ -150,9 +150,7 @@ POSES = st.builds(
     width=st.integers(4, 20),
     search_range=st.sampled_from([4, 16, 26]),
 )
-def test_a_search_finds_in_what_it_reaches_what_it_finds_in_the_whole_image(
-    pose, height, width, search_range
-):
+def test_search_window_does_not_change_the_result(pose, height, width, search_range):
     features = texture(blur=1.5)
     template = plain.sample(features, plain.Pose(47.3, 31.8, 1.1), height, width, bilinear=True)
     window = cropped(features, pose, search_range, template.shape)

@@ -146,7 +146,7 @@ class SegmenterParameters(Parameters):
 
 
 class ChainStart(NamedTuple):
-    """What the first frame tells."""
+    """Data of the first frame from which the cues are created."""
 
     basis: Array  # (3, 2): that of the Fisher plane
     fit: ColourFit  # colours of target and background, and mixtures of them on that plane
@@ -191,7 +191,7 @@ class Segmenter(SharingTracker):
         """Return the observation with additional data for the cues."""
         return observation
 
-    def learn(self, image: Image, inside: Mask, found: Sequence[Hypotheses]) -> None:
+    def learn(self, image: Image, inside: Mask, hypotheses: Sequence[Hypotheses]) -> None:
         """Update the cues from a segmented frame."""
 
     def colour_sets(self, image: Image, inside: Mask) -> tuple[Array, Array] | None:
@@ -245,10 +245,10 @@ class Segmenter(SharingTracker):
         """See `SharingTracker.update_shared`."""
         settings, image = self.parameters, frame.image
         cells = frame.compute(colour_cells, settings.colour_levels)
-        found = self.chain.step(self._observation(cells, image), self.generator)
-        contours = found[-1]
+        hypotheses = self.chain.step(self._observation(cells, image), self.generator)
+        contours = hypotheses[-1]
         mean: Array = np.einsum("n,npd->pd", contours.weights, contours.states)
-        posterior = best_posterior(found)[cells.image]
+        posterior = best_posterior(hypotheses)[cells.image]
         self.contour, accepted = mean, False
         if settings.snake:
             edges = posterior if settings.snake_edges == "supported" else None
@@ -256,12 +256,12 @@ class Segmenter(SharingTracker):
         anchors = round(settings.snake_feedback * settings.contour_samples)
         self.contours.anchors = np.repeat(self.contour[np.newaxis], anchors, axis=0)
         inside = fill_contour(self.contour, *image.shape[:2])
-        self.learn(image, inside, found)
+        self.learn(image, inside, hypotheses)
         box, mask = self._select_output(mean, inside, posterior)
         score = float(contours.evidence.max())
         details = {"score": score, "snake": float(accepted)}
-        for name, hypotheses in zip(("planes", "colours", "contours"), found, strict=True):
-            weights = hypotheses.weights
+        for name, cue in zip(("planes", "colours", "contours"), hypotheses, strict=True):
+            weights = cue.weights
             details[f"effective_{name}"] = effective_sample_size(weights) / len(weights)
         return Estimate(
             box,

@@ -121,10 +121,10 @@ def _hsv_table(bins: int) -> Codes:
     def codes(image: Image) -> Codes:
         hue, saturation, value = np.moveaxis(cv2.cvtColor(image, cv2.COLOR_BGR2HSV), 2, 0)
         half = bins // 2
-        found: Codes = hue.astype(np.uint16) * bins // 180 * (bins * half)
-        found += saturation.astype(np.uint16) * bins // 256 * half
-        found += value.astype(np.uint16) * half // 256
-        return found
+        codes_of_image: Codes = hue.astype(np.uint16) * bins // 180 * (bins * half)
+        codes_of_image += saturation.astype(np.uint16) * bins // 256 * half
+        codes_of_image += value.astype(np.uint16) * half // 256
+        return codes_of_image
 
     return _colour_table(codes)
 
@@ -178,8 +178,8 @@ def _luv_table(binning: Binning, uv_range: UvRange) -> Codes:
 
     def codes(image: Image) -> Codes:
         luv = cv2.cvtColor(image, cv2.COLOR_BGR2LUV)
-        found: Codes = lightness[luv[..., 0]] + chromaticity[luv[..., 1], luv[..., 2]]
-        return found
+        codes_of_image: Codes = lightness[luv[..., 0]] + chromaticity[luv[..., 1], luv[..., 2]]
+        return codes_of_image
 
     return _colour_table(codes)
 
