@@ -3,8 +3,10 @@ PYTHON ?= python3
 VENV   := .venv
 BIN    := $(VENV)/bin
 READY  := $(VENV)/.ready
-# With the optional Dask engine, for its tests.
+# With the optional packages, for their tests.
 FULL   := $(VENV)/.ready-full
+DOCS   := $(VENV)/.ready-docs
+SITE   := out/site
 # Twice quiet: errors are shown, warnings (about the index's folders, say) are not.
 INSTALL = PIP_CONSTRAINT=constraints.txt $(BIN)/python -m pip install --quiet --quiet \
           --disable-pip-version-check --editable
@@ -15,7 +17,7 @@ test test-full test-weekly test-newest: export PYTHONDONTWRITEBYTECODE =
 # In the order of the folders: files with few and long tests are not left for the end.
 SIDE_BY_SIDE = -n auto --dist loadfile --no-loadscope-reorder
 
-.PHONY: setup demo test test-full test-weekly test-newest lint check seal bench clean
+.PHONY: setup demo test test-full test-weekly test-newest lint check seal bench docs clean
 
 setup: $(READY)
 
@@ -30,7 +32,11 @@ $(READY): pyproject.toml constraints.txt
 	@touch $@
 
 $(FULL): $(READY)
-	@$(INSTALL) '.[dev,dask]'
+	@$(INSTALL) '.[dev,dask,docs]'
+	@touch $@
+
+$(DOCS): $(READY)
+	@$(INSTALL) '.[dev,docs]'
 	@touch $@
 
 demo: $(READY)
@@ -79,6 +85,11 @@ seal: $(READY)
 bench: $(READY)
 	$(BIN)/python -m pytest tests/speed --benchmark-enable \
 	  --benchmark-timer=time.thread_time --benchmark-sort=name
+
+# The documentation site, with all links checked.
+docs: $(DOCS)
+	@NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict --quiet --site-dir $(SITE)
+	@echo "Open $(SITE)/index.html."
 
 clean:
 	rm -rf $(VENV) $(NEWEST) .mypy_cache .pytest_cache .ruff_cache .hypothesis .import_linter_cache

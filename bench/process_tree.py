@@ -20,7 +20,7 @@ _CODE = (
 )
 
 
-class Offspring:
+class ProcessTree:
     """Process that calls `main` of a module, given its full name and command-line arguments.
 
     `how`: further arguments of `subprocess.Popen`, which makes `process`.

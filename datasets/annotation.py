@@ -1,4 +1,4 @@
-"""From boxes marked in some frames to the truth of all frames."""
+"""Interpolation of ground truth for all frames from boxes that are marked in some frames."""
 
 from collections.abc import Iterable, Mapping
 from math import nan
@@ -16,11 +16,11 @@ def interpolate(
     absent: Iterable[tuple[int, int]] = (),
     size: tuple[int, int] | None = None,
 ) -> GroundTruth:
-    """GroundTruth of all frames from the boxes of some.
+    """Interpolate the ground truth of all frames from the boxes of key frames.
 
-    Between two key frames x, y, width and height change linearly, also across frames where
-    the target is absent. Nothing is extrapolated: before the first key frame and after the
-    last the target counts as absent; whoever knows better marks those frames.
+    Between two key frames, x, y, width and height change linearly, also across frames without the
+    target. There is no extrapolation: the target counts as absent before the first and after the
+    last key frame.
 
     Parameters
     ----------
@@ -29,20 +29,20 @@ def interpolate(
     n_frames : int
         Number of frames, at least 1.
     absent : iterable of (int, int)
-        First and last frame (included) of every stretch without the target.
+        First and last frame (included) of each interval without the target.
     size : tuple of int, optional
-        Width and height of the images [pixels], in which boxes must lie at least in part.
+        Width and height of the images [pixels]; each box must overlap the image.
 
     Returns
     -------
     GroundTruth
-        With `n_frames` rows; `sources` tells the marked from the interpolated.
+        Ground truth with `n_frames` rows and their `sources`.
 
     Raises
     ------
     SequenceError
-        For no key frames, a frame outside the sequence, a box without size or outside the image,
-        a stretch that ends before it begins, and a key frame with the target said to be absent.
+        If there is no key frame, or if a frame or box is out of range. Also if a box has no size,
+        an interval ends before it starts, or the target is absent in a key frame.
 
     Examples
     --------
@@ -51,27 +51,31 @@ def interpolate(
     ([2.0, 1.0, 10.0, 12.0], ('', 'marked', 'interpolated', 'marked', ''))
     """
     if not keys:
-        raise SequenceError("there are no key frames: mark the target in at least one.")
+        raise SequenceError("there are no key frames. Mark the target in at least one frame.")
     frames = sorted(keys)
     marked = np.array([np.asarray(keys[frame], dtype=np.float64) for frame in frames])
     for frame, box in zip(frames, marked, strict=True):
         _check_frame(frame, n_frames)
         _check_box(frame, box, size)
-    every = np.arange(n_frames)
+    all_frames = np.arange(n_frames)
     boxes = np.column_stack(
-        [np.interp(every, frames, column, left=nan, right=nan) for column in marked.T]
+        [np.interp(all_frames, frames, column, left=nan, right=nan) for column in marked.T]
     )
     for first, last in absent:
         _check_absent(first, last, frames, n_frames)
         boxes[first : last + 1] = nan
-    sources = ("" if np.isnan(box[0]) else "interpolated" for box in boxes)
-    named = ("marked" if frame in keys else source for frame, source in enumerate(sources))
-    return GroundTruth(boxes, sources=tuple(named))
+    sources = [
+        "marked" if frame in keys else "" if np.isnan(box[0]) else "interpolated"
+        for frame, box in enumerate(boxes)
+    ]
+    return GroundTruth(boxes, sources=tuple(sources))
 
 
 def _check_frame(frame: int, n_frames: int) -> None:
     if not 0 <= frame < n_frames:
-        raise SequenceError(f"frame {frame} is outside the sequence: 0 to {n_frames - 1}.")
+        raise SequenceError(
+            f"frame {frame} is outside the sequence. Expected: 0 to {n_frames - 1}."
+        )
 
 
 def _check_box(frame: int, box: NDArray[np.float64], size: tuple[int, int] | None) -> None:
@@ -83,11 +87,11 @@ def _check_box(frame: int, box: NDArray[np.float64], size: tuple[int, int] | Non
 
 
 def _check_absent(first: int, last: int, marked: list[int], n_frames: int) -> None:
-    """Refuse a stretch without the target that is none, or in which a frame is marked."""
+    """Refuse an interval without the target that is invalid or contains a key frame."""
     _check_frame(first, n_frames)
     _check_frame(last, n_frames)
     if last < first:
-        raise SequenceError(f"absent {first}-{last}: the stretch ends before it begins.")
+        raise SequenceError(f"absent {first}-{last}: the interval ends before it starts.")
     inside = [frame for frame in marked if first <= frame <= last]
     if inside:
-        raise SequenceError(f"frame {inside[0]} has a box, but is within absent {first}-{last}.")
+        raise SequenceError(f"frame {inside[0]} has a box, but is inside absent {first}-{last}.")

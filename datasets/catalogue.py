@@ -1,4 +1,4 @@
-"""Names of sequences, and where each comes from."""
+"""Catalogue of sequences: built-in names, paths of recorded data, patterns and options."""
 
 from collections.abc import Mapping
 from difflib import get_close_matches
@@ -15,26 +15,26 @@ from trackmark.datasets.spec_string import close_match, natural_order, parse_tex
 
 
 class Suite(Protocol):
-    """What offers built-in sequences: the module `samples`, or a suite of synthetic ones."""
+    """Source of built-in sequences: the module `samples`, or a suite of synthetic sequences."""
 
     def names(self) -> list[str]:
-        """Full names, `suite/sequence`."""
+        """Return the full names, `suite/sequence`."""
         ...
 
     def options(self, name: str) -> list[dict[str, Any]]:
-        """What can be set of one of `names()`: dicts with `name`, `default` and `meaning`."""
+        """Return the options of a sequence: dicts with `name`, `default` and `meaning`."""
         ...
 
     def summary(self, name: str) -> Summary:
-        """Length and size of images of one of `names()` as it is by default."""
+        """Return the length and image size of a sequence with default options."""
         ...
 
     def describe(self, name: str) -> SequenceMetadata:
-        """What a description tells of one of `names()` as it is by default."""
+        """Return the metadata of a sequence with default options."""
         ...
 
     def load(self, name: str, options: Mapping[str, str]) -> Sequence:
-        """Sequence of one of `names()`, in the variant that the options say."""
+        """Open a sequence with these options."""
         ...
 
 
@@ -44,22 +44,22 @@ def names() -> list[str]:
 
 
 def summary(name: str) -> Summary:
-    """Length and size of images of one of `names()`, without opening it.
+    """Return the length and image size of a built-in sequence without opening it.
 
     Raises
     ------
     SequenceError
-        For a name that is none of them.
+        If the name is not one of `names()`.
     """
     if name not in _suites():
-        raise _unknown(name, _path(name))
+        raise _unknown_sequence(name, _checked_path(name))
     return _suites()[name].summary(name)
 
 
 def describe(name_or_path: str | Path, truth: str | Path | None = None) -> SequenceMetadata:
-    """What a description tells of a sequence; arguments and errors as of `load`.
+    """Return the metadata of a sequence; parameters and errors are those of `load`.
 
-    It is opened, unless it is rendered, has all knobs at their defaults, and is as it was sealed.
+    Metadata of synthetic sequences with default options are stored. Other sequences are opened.
     """
     text = str(name_or_path)
     if isinstance(name_or_path, str) and truth is None and text in _suites():
@@ -68,73 +68,73 @@ def describe(name_or_path: str | Path, truth: str | Path | None = None) -> Seque
 
 
 def identity(text: str) -> tuple[str, str]:
-    """Name and fingerprint of the sequence that `load` gives for a text; errors are as of it.
+    """Return name and fingerprint of the sequence that `load` opens for a text; same errors.
 
-    It is opened, which takes a second where solids are rendered, unless it is a synthetic one.
+    Synthetic sequences without filters are not opened, which can take a second.
     """
-    from trackmark.datasets.synthetic.suite import Suite as Rendered
+    from trackmark.datasets.synthetic.suite import Suite as SyntheticSuite
 
     suite = _suites().get(text.partition(":")[0])
-    if isinstance(suite, Rendered) and not _without_filters(text)[1]:
+    if isinstance(suite, SyntheticSuite) and not _split_filters(text)[1]:
         return suite.identity(text.partition(":")[0], _options_in(text))
     sequence = load(text)
     return sequence.name, sequence.fingerprint
 
 
 def options(name: str) -> list[dict[str, Any]]:
-    """What can be set of a sequence by `name:key=value`, or chosen of recorded data.
+    """Return the options of a sequence, which are set by `name:key=value`.
 
     Returns
     -------
     list of dict
-        `name`, `default` and `meaning` (unit in brackets); empty where there is no choice.
+        `name`, `default` and `meaning` (unit in brackets); empty without options.
     """
     if not is_built_in(name):
         from trackmark.datasets import readers
 
-        return readers.options(_path_and_choice(name)[0])
+        return readers.options(_split_path(name)[0])
     bare = name.partition(":")[0]
     return _suites()[bare].options(bare)
 
 
 def is_built_in(text: str) -> bool:
-    """Whether `load` takes a text for the name of a built-in sequence, not for a path."""
+    """Return whether `load` reads a text as the name of a built-in sequence, not as a path."""
     return text.partition(":")[0] in _suites()
 
 
 def path_format(text: str) -> str:
-    """What a path is taken for, in words; empty for a built-in name and for what nobody knows.
+    """Return the file layout of a path in words; empty for a built-in name or an unknown layout.
 
-    Raises `SequenceError` where the path can't be looked at.
+    Raises `SequenceError` if the path cannot be read.
     """
-    text, _ = _without_filters(text)
+    text, _ = _split_filters(text)
     if is_built_in(text):
         return ""
     from trackmark.datasets import readers
 
-    return readers.path_format(_path_and_choice(text)[0])
+    return readers.path_format(_split_path(text)[0])
 
 
 def matching(text: str) -> list[str]:
-    """Sequences that a text stands for: itself, those of a pattern, or those in a folder.
+    """Return the sequences that a text selects: one, those of a pattern, or those in a folder.
 
     Parameters
     ----------
     text : str
-        As for `load`; or a pattern with `*` and `?`, of built-in names (also with options) or of
-        paths; or a suite or a folder, for all sequences in it.
+        Name or path as for `load`; a pattern with `*` and `?` of built-in names (also with
+        options) or of paths; or a suite or folder, for all sequences in it.
 
     Returns
     -------
     list of str
-        One at least, in the order of their names.
+        At least one sequence, sorted by name.
 
     Raises
     ------
     SequenceError
-        For a pattern that matches no sequence, and for a sequence in a folder that isn't whole.
+        For a pattern that matches no sequence, and for an incomplete sequence in a folder.
     """
-    bare, filters = _without_filters(text)
+    bare, filters = _split_filters(text)
     if filters:
         from trackmark.datasets.filters import with_filters
 
@@ -149,57 +149,55 @@ def matching(text: str) -> list[str]:
 
 
 def _paths_matching(text: str) -> list[str]:
-    """Paths that a text stands for; see `matching`."""
+    """Return the paths that a text selects; see `matching`."""
     from trackmark.datasets import readers
 
-    path, chosen = _path_and_choice(text)
+    path, chosen = _split_path(text)
     is_pattern = any(sign in text for sign in "*?") and not path.exists()
-    # Path.glob raises where a name is too long, this one finds nothing there.
-    found = [Path(name) for name in glob(str(path))] if is_pattern else [path]  # noqa: PTH207
+    # Path.glob raises an error for a name that is too long, glob.glob returns no match.
+    matches = [Path(name) for name in glob(str(path))] if is_pattern else [path]  # noqa: PTH207
     if is_pattern:
-        found = [place for place in found if not readers.holds_masks(place)]
+        matches = [match for match in matches if not readers.is_mask_path(match)]
     paths = [
         str(sequence)
-        for place in sorted(found, key=lambda place: natural_order(str(place)))
-        for sequence in readers.sequence_paths(place) or readers.sequences_in(place)
+        for match in sorted(matches, key=lambda match: natural_order(str(match)))
+        for sequence in readers.sequence_paths(match) or readers.sequences_in(match)
     ]
-    if is_pattern and not paths:  # names in a folder that holds its sequences further inside
+    if is_pattern and not paths:  # the sequences can be in subfolders
         paths = [str(sequence) for sequence in readers.sequences_in(path.parent, path.name)]
     if paths and not chosen:
         return paths
     if not is_pattern:
-        return [text]  # `load` says what is wrong with it
+        return [text]  # `load` raises an error with the reason
     if paths:
         raise SequenceError(
-            f"{quote(text)}: a pattern of paths takes no options. Name the sequences, each with "
-            "its own."
+            f"{quote(text)}: a pattern of paths takes no options. Name each sequence with its "
+            "options."
         )
-    near = ", ".join(get_close_matches(text, names(), n=3, cutoff=0.5)) or "none of the built-in"
+    similar = ", ".join(get_close_matches(text, names(), n=3, cutoff=0.5)) or "none"
     raise SequenceError(
-        f"{quote(text)} matches no sequence. The nearest names: {near} (`trackmark list sequences` "
-        "shows them all); as a path it matches no file or folder that is read."
+        f"{quote(text)} matches no sequence, and no file or folder that a reader recognises. "
+        f"Similar built-in names: {similar} (`trackmark list sequences` lists all)."
     )
 
 
 def load(name_or_path: str | Path, truth: str | Path | None = None) -> Sequence:
-    """Open a sequence; no image is read or rendered before it is asked for.
+    """Open a sequence; images are read or rendered on access.
 
     Parameters
     ----------
     name_or_path : str or Path
-        One of `names()`, options after colons (`multipart/1:scene=2:light=even`); or the
-        path of recorded data, likewise with options where there is a choice
-        (`davis/bmx-trees:object=2`). Behind each there may be filters (`:filter.noise=20`, see
-        `datasets.filters`). A built-in name wins over a path of the same text, unless
-        that begins with `/`, `./` or `../` or is a `Path`.
+        One of `names()` with options after colons (`multipart/1:scene=2:light=even`), or the
+        path of recorded data, also with options (`davis/bmx-trees:object=2`). Filters can follow
+        (`:filter.noise=20`, see `datasets.filters`). A built-in name has priority over a path of
+        the same text, unless the path is a `Path` or starts with `/`, `./` or `../`.
     truth : str or Path, optional
-        CSV file `frame,x,y,width,height` for recorded data; it wins over their own truth.
+        CSV file `frame,x,y,width,height` that replaces the ground truth of recorded data.
 
     Raises
     ------
     SequenceError
-        For an unknown name, option or path, and for data that can't be read; the message
-        names what was looked for, and where.
+        For an unknown name, option or path, and for data that cannot be read.
 
     Examples
     --------
@@ -207,85 +205,88 @@ def load(name_or_path: str | Path, truth: str | Path | None = None) -> Sequence:
     <Sequence samples/bow-tie: 120 frames>
     """
     text = str(name_or_path)
-    bare, filters = _without_filters(text)
+    bare, filters = _split_filters(text)
     if filters:
-        from trackmark.datasets.filters import filtered  # OpenCV is loaded only where it is needed
+        from trackmark.datasets.filters import filtered  # imported here: it loads OpenCV
 
         return filtered(load(type(name_or_path)(bare), truth), filters)
     if isinstance(name_or_path, str) and is_built_in(text):
         name = text.partition(":")[0]
         if truth is not None:
-            raise SequenceError(f"{name}: a built-in sequence has its own truth; omit {truth}.")
+            raise SequenceError(
+                f"{name}: built-in sequences have their own ground truth. Omit {truth}."
+            )
         return _suites()[name].load(name, _options_in(text))
-    from trackmark.datasets import readers  # decoders are loaded only for recorded data
+    from trackmark.datasets import readers  # imported here: it loads decoders
 
-    path, chosen = _path_and_choice(text)
-    if not path.exists() and not readers.knows(path):
-        raise _unknown(text, Path(text).expanduser())
-    truth_file = None if truth is None else _path(str(truth))
+    path, chosen = _split_path(text)
+    if not path.exists() and not readers.reads(path):
+        raise _unknown_sequence(text, Path(text).expanduser())
+    truth_file = None if truth is None else _checked_path(str(truth))
     if truth_file is not None and not truth_file.is_file():
-        raise SequenceError(f"{truth_file}: there is no such truth file.")
+        raise SequenceError(f"{truth_file}: this ground-truth file does not exist.")
     return readers.read(path, truth_file, chosen)
 
 
 def _options_in(text: str) -> dict[str, str]:
-    """Options of a built-in sequence that a text says."""
+    """Return the options in the text of a built-in sequence."""
     try:
         return parse_text(text)[1]
     except ValueError as error:
         raise SequenceError(f"sequence {error}") from None
 
 
-def _without_filters(text: str) -> tuple[str, dict[str, float]]:
-    """A text without the filters in it, and these; a path that is there has none."""
-    if ":filter." not in text or _path(text).exists():
+def _split_filters(text: str) -> tuple[str, dict[str, float]]:
+    """Return a text without filters, and the filters; an existing path has none."""
+    if ":filter." not in text or _checked_path(text).exists():
         return text, {}
     from trackmark.datasets.filters import split_filters
 
     return split_filters(text)
 
 
-def _path_and_choice(text: str) -> tuple[Path, dict[str, str]]:
-    """Path of recorded data, and what the text chooses of them; a path may itself hold colons."""
-    path = _path(text)
+def _split_path(text: str) -> tuple[Path, dict[str, str]]:
+    """Return path and options of recorded data; a path can contain colons."""
+    path = _checked_path(text)
     if path.exists() or ":" not in path.name:
         return path, {}
     try:
         name, chosen = parse_text(path.name)
-    except ValueError:  # no options, so a part of the name
+    except ValueError:  # the colon is a part of the name
         return path, {}
     return path.parent / name, chosen
 
 
-def _path(text: str) -> Path:
-    """A path that can be asked whether something is there, and whose name results can hold."""
+def _checked_path(text: str) -> Path:
+    """Return a path whose existence can be tested, and whose name results can contain."""
     try:
         path = Path(text).expanduser()
         check_name(path.absolute())
         path.resolve()
         path.exists()
-    except RuntimeError as error:  # no such user's home, or links that run in a circle
+    except RuntimeError as error:  # unknown home folder, or a loop of links
         raise SequenceError(f"{quote(text)}: {error}") from None
     except OSError as error:
-        raise SequenceError(f"{quote(text)}: this can't be read ({error.strerror}).") from None
+        raise SequenceError(f"{quote(text)}: cannot be read ({error.strerror}).") from None
     return path
 
 
-def _unknown(text: str, path: Path) -> SequenceError:
-    beside = path.parent.iterdir() if path.parent.is_dir() else ()
-    candidates = [*names(), *(str(sibling) for sibling in beside)]
+def _unknown_sequence(text: str, path: Path) -> SequenceError:
+    """Return the error for an unknown name or path, with the closest match."""
+    siblings = path.parent.iterdir() if path.parent.is_dir() else ()
+    candidates = [*names(), *map(str, siblings)]
     hint = close_match(text.partition(":")[0], candidates)
     return SequenceError(
-        f"unknown sequence {quote(text)}.{hint} It is no built-in name (`trackmark list` shows "
-        f"them) and there is no file or folder {quote(str(path.absolute()))}."
+        f"unknown sequence {quote(text)}.{hint} It is not a built-in name (`trackmark list` shows "
+        f"them), and there is no file or folder {quote(str(path.absolute()))}."
     )
 
 
 @cache
 def _suites() -> dict[str, Suite]:
-    """Suite by name of sequence; finding them brings no renderer."""
+    """Return the suite of each built-in sequence by name, without loading a renderer."""
     from trackmark.datasets import samples
     from trackmark.datasets.synthetic.suite import suites
 
-    found = [cast(Suite, samples), *suites()]
-    return {name: suite for suite in found for name in suite.names()}
+    all_suites = [cast(Suite, samples), *suites()]
+    return {name: suite for suite in all_suites for name in suite.names()}

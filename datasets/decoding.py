@@ -1,4 +1,4 @@
-"""What all decoding keeps to: a limit of pixels, and errors that are told in the file's name."""
+"""Rules for all decoding: a pixel limit, and errors that name the file."""
 
 import os
 from collections.abc import Iterator
@@ -8,22 +8,26 @@ from reprlib import Repr
 
 from trackmark.datasets.interface import SequenceError
 
-# Pixels of the largest image that is decoded, and the environment variable that overrides it.
-LIMIT, MOST_PIXELS = "TRACKMARK_MOST_PIXELS", 100_000_000
-# Exceptions that show a defect of our code or of a library, not of the file.
+PIXEL_LIMIT_VARIABLE = "TRACKMARK_MOST_PIXELS"
+"""Environment variable with the number of pixels of the largest image that is decoded."""
+
+DEFAULT_MAX_PIXELS = 100_000_000
+
 PROGRAMMING_ERRORS = (AssertionError, AttributeError, ImportError, NameError, TypeError)
-_LONGEST_REASON = 300
-_BRIEF = Repr()
-_BRIEF.maxstring = 200
+"""Exceptions that show a defect of our code or of a library, not of the file."""
+
+_MAX_REASON = 300  # characters of a decoder's message
+_REPR = Repr()
+_REPR.maxstring = 200
 
 
 def quote(text: str) -> str:
-    """A text in quotes for a message: of a long one its two ends."""
-    return _BRIEF.repr(text)
+    """Return a text in quotes for a message; a long text is shortened in the middle."""
+    return _REPR.repr(text)
 
 
 def check_name(path: Path) -> None:
-    """Refuse a name that is no text: results and messages could not hold it.
+    """Check that messages and results can contain the name of a file or folder.
 
     Raises `SequenceError` for a name that is not UTF-8 or contains a NUL character.
     """
@@ -32,13 +36,15 @@ def check_name(path: Path) -> None:
     try:
         str(path).encode()
     except UnicodeEncodeError:
-        said = str(path).encode(errors="backslashreplace").decode()
-        raise SequenceError(f"{said}: this name is not UTF-8. Rename the file or folder.") from None
+        printable = str(path).encode(errors="backslashreplace").decode()
+        raise SequenceError(
+            f"{printable}: this name is not UTF-8. Rename the file or folder."
+        ) from None
 
 
 @contextmanager
-def decoding(what: str, advice: str = "Get the file anew.") -> Iterator[None]:
-    """Raise a `SequenceError`, `WHAT (REASON). ADVICE`, if a decoder fails.
+def decoding(problem: str, remedy: str = "Download the file again.") -> Iterator[None]:
+    """Raise a `SequenceError`, `PROBLEM (REASON). REMEDY`, if a decoder fails.
 
     `PROGRAMMING_ERRORS` pass unchanged: they do not depend on the file.
     """
@@ -51,33 +57,33 @@ def decoding(what: str, advice: str = "Get the file anew.") -> Iterator[None]:
     except Exception as error:
         reason = " ".join(str(error).split()) or type(error).__name__
         if isinstance(error, MemoryError):
-            reason = "decoding it takes more memory than there is, or than --memory-limit allows"
-        raise SequenceError(f"{what} ({reason[:_LONGEST_REASON]}). {advice}") from error
+            reason = "decoding needs more memory than is available, or than --memory-limit allows"
+        raise SequenceError(f"{problem} ({reason[:_MAX_REASON]}). {remedy}") from error
 
 
-def pixel_limit(most: int | None = None) -> int:
-    """Pixels of the largest image that is decoded: so many, or what holds where none is given.
+def pixel_limit(max_pixels: int | None = None) -> int:
+    """Return the number of pixels of the largest image that is decoded.
 
-    Raises `SequenceError` where `$TRACKMARK_MOST_PIXELS` is no number.
+    `max_pixels`: the limit; if None, it is read from the environment variable.
+
+    Raises `SequenceError` if `$TRACKMARK_MOST_PIXELS` is not a number.
     """
-    if most is not None:
-        return most
-    own = os.environ.get(LIMIT, str(MOST_PIXELS))
-    if not (own.isdecimal() and len(own) < 20):
-        raise SequenceError(f"{LIMIT} is {quote(own)}; give a number of pixels.")
-    return int(own)
+    if max_pixels is not None:
+        return max_pixels
+    value = os.environ.get(PIXEL_LIMIT_VARIABLE, str(DEFAULT_MAX_PIXELS))
+    if not (value.isdecimal() and len(value) < 20):
+        raise SequenceError(f"{PIXEL_LIMIT_VARIABLE} is {quote(value)}. Set a number of pixels.")
+    return int(value)
 
 
-def check_pixels(width: int, height: int, most: int | None = None) -> None:
-    """Refuse an image before memory is taken for it.
+def check_pixels(width: int, height: int, max_pixels: int | None = None) -> None:
+    """Check the size that an image's header states [pixels], before memory is allocated for it.
 
-    `width` and `height` are what its header says [pixels]; `most` is as for `pixel_limit`.
-
-    Raises `ValueError` for a larger image.
+    `max_pixels`: see `pixel_limit`. Raises `ValueError` for a larger image.
     """
-    most = pixel_limit(most)
-    if width * height > most:
+    limit = pixel_limit(max_pixels)
+    if width * height > limit:
         raise ValueError(
-            f"it claims {width}x{height} pixels, more than the {most} that are decoded; "
-            f"{LIMIT} sets another limit"
+            f"it claims {width}x{height} pixels, more than the {limit} that are decoded; set "
+            f"{PIXEL_LIMIT_VARIABLE} to another limit"
         )

@@ -1,4 +1,4 @@
-"""Golden digests of a sequence: what it shows and what is true of it, at a few frames."""
+"""Golden digests of a sequence: reference values of its images and its ground truth."""
 
 import hashlib
 
@@ -6,19 +6,20 @@ import numpy as np
 
 from trackmark.datasets.interface import Image, Sequence
 
-TILES = 4  # tiles across and down of which a look keeps the mean colours
+N_TILES = 4
+"""Number of tiles in each direction whose mean colours are stored."""
 
 
 def golden_digests(sequence: Sequence) -> dict[str, str]:
-    """Digests of images and masks, and of the truth.
+    """Return digests of images, masks and ground truth by name.
 
-    Returns `images` over bytes of images and masks at the beginning, in the middle and at the end;
-    `truth` over boxes, visibility and regions of all frames, to a millionth of a pixel; `look`, the
-    mean colours of tiles of these images in hexadecimal: they tell a changed picture from a changed
-    last bit, as another platform's arithmetic may give.
+    `images`: bytes of images and masks at the start, in the middle and at the end. `truth`: boxes,
+    visibility and regions of all frames, rounded to 1e-6. `look`: mean colours of tiles of these
+    images in hexadecimal. They distinguish a changed image from a changed last bit, which can be
+    due to the arithmetic of another platform.
     """
     n = len(sequence)
-    # Of 120 frames, those in which the knobs of `plain/target` show.
+    # Frames of `plain/target`, which has 120, in which every parameter has a visible effect.
     frames = (0, 41, 60, 119) if n == 120 else (0, n // 2, n - 1)
     images, looks = hashlib.sha256(), []
     for frame in frames:
@@ -34,13 +35,14 @@ def golden_digests(sequence: Sequence) -> dict[str, str]:
     }
 
 
-def look_difference(one: str, other: str) -> int:
-    """Greatest difference between two looks, in grey levels; 255 for other sizes."""
-    a, b = (np.frombuffer(bytes.fromhex(look), np.uint8).astype(int) for look in (one, other))
+def look_difference(first: str, second: str) -> int:
+    """Return the largest difference of two `look` digests [grey levels]; 255 for other sizes."""
+    a, b = (np.frombuffer(bytes.fromhex(look), np.uint8).astype(int) for look in (first, second))
     return int(np.abs(a - b).max()) if len(a) == len(b) else 255
 
 
 def _look(image: Image) -> bytes:
-    height, width = (side // TILES for side in image.shape[:2])
-    tiles = image[: TILES * height, : TILES * width].reshape(TILES, height, TILES, width, 3)
+    """Return the rounded mean colours of an image's tiles."""
+    height, width = (side // N_TILES for side in image.shape[:2])
+    tiles = image[: N_TILES * height, : N_TILES * width].reshape(N_TILES, height, N_TILES, width, 3)
     return bytes(tiles.mean(axis=(1, 3)).round().astype(np.uint8))

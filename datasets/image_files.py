@@ -1,4 +1,4 @@
-"""Images in files, decoded strictly: damaged data are an error, never grey pixels."""
+"""Strict decoding of image files: damaged data raise an error instead of grey pixels."""
 
 from collections.abc import Callable, Mapping
 from collections.abc import Sequence as SequenceOf
@@ -17,6 +17,7 @@ from PIL.PpmImagePlugin import PpmImageFile
 from PIL.TiffImagePlugin import TiffImageFile
 
 from trackmark.datasets.decoding import (
+    PIXEL_LIMIT_VARIABLE,
     PROGRAMMING_ERRORS,
     check_name,
     check_pixels,
@@ -31,11 +32,11 @@ SUFFIXES = (".jpg", ".jpeg", ".png", ".bmp", ".ppm", ".tif", ".tiff")
 
 _JPEG_START, _PNG_START, _TIFF_STARTS = b"\xff\xd8", b"\x89PNG", (b"II", b"MM")
 
-_MOST_BYTES = 6  # a pixel, where there are as many as may be: of a PPM file of 16 bits
+_MAX_BYTES_PER_PIXEL = 6  # accepted for the largest images: a PPM file with 16 bits per channel
 # Numbers of the TIFF format: a version, a tag and a type of values.
 _BIG_TIFF, _ORIENTATION, _SHORT = 43, 274, 3
-_TIFF_BYTES = 32  # a pixel, at most: four numbers in double precision
-# What reads no more than a header, by how a file begins.
+_TIFF_BYTES_PER_PIXEL = 32  # at most: four numbers in double precision
+# Functions that read only the header, by the first bytes of the file.
 _HEADERS: Mapping[bytes, Callable[[BytesIO], ImageFile]] = {
     _PNG_START: PngImageFile,
     b"BM": BmpImageFile,
@@ -43,21 +44,20 @@ _HEADERS: Mapping[bytes, Callable[[BytesIO], ImageFile]] = {
     **dict.fromkeys(_TIFF_STARTS, TiffImageFile),
 }
 
-# Pixels are decoded as stored: ground truth from other tools counts from the stored corner. OpenCV
-# applies the orientation of TIFF data in spite of this flag; see `_without_orientation`.
+# Pixels are decoded as stored: ground truth from other tools refers to the stored orientation.
+# OpenCV applies the orientation of TIFF data in spite of this flag; see `_without_orientation`.
 _COLOUR = cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION
 
 
 class ImageFiles:
-    """Frames that lie in image files.
+    """Frames in image files, read on request.
 
-    `files`: In the order of the frames; nothing is read before a frame is asked for. `most_pixels`:
-    See `decode_image`.
+    `files`: in the order of the frames. `max_pixels`: see `decode_image`.
     """
 
-    def __init__(self, files: SequenceOf[Path], most_pixels: int | None = None) -> None:
+    def __init__(self, files: SequenceOf[Path], max_pixels: int | None = None) -> None:
         self.files = files
-        self._most_pixels = most_pixels
+        self._max_pixels = max_pixels
 
     def __len__(self) -> int:
         return len(self.files)
@@ -65,13 +65,13 @@ class ImageFiles:
     def __getitem__(self, frame: int) -> Image:
         """See `Frames`."""
         file = self.files[frame]
-        advice = "Get the file anew, or end the truth before this frame."
-        with decoding(f"{file}: frame {frame} can't be read", advice):
-            return decode_image(file.read_bytes(), self._most_pixels)
+        remedy = "Download the file again, or end the ground truth before this frame."
+        with decoding(f"{file}: frame {frame} cannot be read", remedy):
+            return decode_image(file.read_bytes(), self._max_pixels)
 
 
 def image_size(data: bytes) -> tuple[int, int] | None:
-    """Return the stored width and height by the header, None if it is not readable."""
+    """Return the stored width and height from the header, or None if it is not readable."""
     data = _without_orientation(data)
     try:
         if data.startswith(_JPEG_START):
@@ -88,23 +88,23 @@ def image_size(data: bytes) -> tuple[int, int] | None:
     return None
 
 
-def decode_image(data: bytes, most_pixels: int | None = None) -> Image:
+def decode_image(data: bytes, max_pixels: int | None = None) -> Image:
     """Decode an image file's bytes to 8-bit BGR.
 
     Pixels are returned as stored: an orientation tag is not applied. Grey images get three equal
     channels, 16-bit images keep the upper byte, alpha is dropped.
 
-    `data`: Of the file. `most_pixels`: A larger image is refused by its header; see
-    `datasets.decoding.pixel_limit`.
-    Raises `ValueError` for data that are damaged, cut short, or no image, and for an image that is
-    too large. Raises `MemoryError` where decoding takes more memory than there is.
+    `max_pixels`: limit of the size in the header; see `datasets.decoding.pixel_limit`.
+
+    Raises `ValueError` for data that are damaged, truncated or not an image, and for an image that
+    is too large. Raises `MemoryError` if decoding needs more memory than is available.
     """
     size = image_size(data)
     if size is None:
-        # OpenCV knows more formats, of which fifty bytes may take it a minute and gigabytes.
+        # OpenCV reads more formats. Fifty bytes of some can take a minute and gigabytes to decode.
         raise ValueError("not an image of JPEG, PNG, BMP, PPM or TIFF, or damaged")
-    check_pixels(*size, most_pixels)
-    _check_memory(data, size, pixel_limit(most_pixels))
+    check_pixels(*size, max_pixels)
+    _check_memory(data, size, pixel_limit(max_pixels))
     if data.startswith(_JPEG_START):
         return np.asarray(simplejpeg.decode_jpeg(data, "BGR"), dtype=np.uint8)
     try:
@@ -114,7 +114,7 @@ def decode_image(data: bytes, most_pixels: int | None = None) -> Image:
             raise MemoryError from None
         image = None
     if image is None:
-        raise ValueError("damaged, cut short, or not an image")
+        raise ValueError("damaged, truncated, or not an image")
     return np.asarray(image, dtype=np.uint8)
 
 
@@ -140,31 +140,31 @@ def _without_orientation(data: bytes) -> bytes:
     return data
 
 
-def _check_memory(data: bytes, size: tuple[int, int], most: int) -> None:
-    """Refuse what would take a decoder more memory than pixels of three bytes do.
+def _check_memory(data: bytes, size: tuple[int, int], max_pixels: int) -> None:
+    """Refuse data for which a decoder would allocate more memory than the pixel limit implies.
 
-    Raises `ValueError` for as many pixels of many bytes, and for parts of a PNG file that say to be
-    longer than the file, for which OpenCV would make room.
+    Raises `ValueError` for many bytes per pixel, and for a PNG chunk that claims to be longer than
+    the file: OpenCV allocates memory of the claimed length.
     """
-    depth = _TIFF_BYTES if data.startswith(_TIFF_STARTS) else 3
+    depth = _TIFF_BYTES_PER_PIXEL if data.startswith(_TIFF_STARTS) else 3
     if data.startswith(_PNG_START):
-        depth = data[24] * {2: 3, 4: 2, 6: 4}.get(data[25], 1) // 8  # bits a sample, kind of colour
-        at = 8
-        while at < len(data) and data[at + 4 : at + 8] != b"IEND":
-            at += int.from_bytes(data[at : at + 4], "big") + 12
-        if at > len(data):
-            raise ValueError("a part of it is longer than the file: it is damaged, or cut short")
-    if size[0] * size[1] * depth > _MOST_BYTES * most:
+        depth = data[24] * {2: 3, 4: 2, 6: 4}.get(data[25], 1) // 8  # bits per sample, colour type
+        offset = 8
+        while offset < len(data) and data[offset + 4 : offset + 8] != b"IEND":
+            offset += int.from_bytes(data[offset : offset + 4], "big") + 12
+        if offset > len(data):
+            raise ValueError("a chunk is longer than the file: it is damaged or truncated")
+    if size[0] * size[1] * depth > _MAX_BYTES_PER_PIXEL * max_pixels:
         raise ValueError(
-            f"it claims {size[0]}x{size[1]} pixels, too many where one may have {depth} bytes; "
-            "TRACKMARK_MOST_PIXELS sets another limit"
+            f"it claims {size[0]}x{size[1]} pixels, too many with up to {depth} bytes per pixel; "
+            f"set {PIXEL_LIMIT_VARIABLE} to another limit"
         )
 
 
 def image_files(folder: Path) -> list[Path]:
-    """Image files directly in a folder, in natural order: `img2.png` before `img10.png`.
+    """Return the image files directly in a folder, in natural order: `img2.png`, `img10.png`.
 
-    Raises `SequenceError` for a name that is no UTF-8: it could stand in no message and no result.
+    Raises `SequenceError` for a name that is not UTF-8: messages and results cannot contain it.
     """
     files = [
         file
@@ -192,34 +192,34 @@ def numbered_images(folder: Path, *firsts: int) -> list[Path]:
     for file in images:
         if not file.stem.isdecimal():
             raise SequenceError(
-                f"{file}: its name is no number; images here are called 00000.jpg, 00001.jpg, …"
+                f"{file}: the name is not a number. Expected are 00000.jpg, 00001.jpg, …"
             )
     number = int(images[0].stem)
     if firsts and number not in firsts:
         first = min(firsts, key=lambda first: abs(first - number))
         missing = images[0].with_stem(f"{first:0{len(images[0].stem)}}")
-        wrong = (
-            f"{missing}: there is no such image; the first one is {images[0].name}. Get the file"
+        problem = (
+            f"{missing}: this image is missing; the first one is {images[0].name}. Add the file"
         )
         if number < first:
-            wrong = f"{images[0]}: images here begin with {missing.name}. Remove the file"
-        raise SequenceError(f"{wrong}, or number all images from {first}.")
+            problem = f"{images[0]}: the first image must be {missing.name}. Remove the file"
+        raise SequenceError(f"{problem}, or number all images from {first}.")
     for before, after in pairwise(images):
         if int(after.stem) != int(before.stem) + 1:
             missing = before.with_stem(f"{int(before.stem) + 1:0{len(before.stem)}}")
             raise SequenceError(
-                f"{missing}: there is no such image between {before.name} and {after.name}. "
-                "Get the file, or remove those on one side of the gap."
+                f"{missing}: this image is missing between {before.name} and {after.name}. Add "
+                "the file, or remove the images on one side of the gap."
             )
     return images
 
 
 def size_of_first(images: SequenceOf[Path]) -> tuple[int, int]:
-    """Width and height of the first image; no more than its head is decoded.
+    """Return width and height of the first image from its header.
 
-    Raises `SequenceError` where that can't be told.
+    Raises `SequenceError` if the header is not readable.
     """
     size = image_size(images[0].read_bytes())
     if size is None:
-        raise SequenceError(f"{images[0]}: this is no image, or damaged. Get the file anew.")
+        raise SequenceError(f"{images[0]}: damaged, or not an image. Download the file again.")
     return size

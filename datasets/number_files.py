@@ -1,7 +1,7 @@
-"""Text files of numbers, as benchmarks write their truth; a mistake is told with file and line."""
+"""Text files of numbers, as used by benchmarks for ground truth; errors name file and line."""
 
 import re
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from collections.abc import Sequence as SequenceOf
 from math import isinf, nan
 from pathlib import Path
@@ -13,36 +13,37 @@ from trackmark.datasets.decoding import quote
 from trackmark.datasets.interface import SequenceError
 from trackmark.datasets.truth_file import read_text
 
-# What `float` takes besides (1_0, infinity, digits of other scripts) is a mistake in such a file.
+# `float` also accepts 1_0, infinity and digits of other scripts; these are mistakes in such a file.
 _NUMBER = re.compile(r"[+-]?((\d+\.?\d*|\.\d+)(e[+-]?\d+)?|nan)", re.ASCII | re.IGNORECASE)
-_BETWEEN = re.compile(r"\s*,\s*|\s+")
+_SEPARATOR = re.compile(r"\s*,\s*|\s+")
 _FIELD = re.compile(r"([^=:\[#;]+?)\s*[=:]\s*(.*)")
 
-_MOST_FPS = 100_000.0
+_MAX_FPS = 100_000.0
 
 
 def words(line: str) -> list[str]:
-    """What stands between a line's commas, tabs or spaces; empty between two commas."""
-    return _BETWEEN.split(line.strip()) if line.strip() else []
+    """Split a line at commas, tabs or spaces; a word between two commas may be empty."""
+    return _SEPARATOR.split(line.strip()) if line.strip() else []
 
 
 def numbers(line: str) -> list[float]:
-    """Numbers of a line, see `words`; none where anything else is in it, or one is missing."""
-    found = words(line)
-    if not all(map(_NUMBER.fullmatch, found)):
+    """Return the numbers of a line, or an empty list if a word is missing or not a number."""
+    line_words = words(line)
+    if not all(map(_NUMBER.fullmatch, line_words)):
         return []
-    values = [float(word) for word in found]
+    values = [float(word) for word in line_words]
     return [] if any(map(isinf, values)) else values
 
 
 def read_rows(
-    path: Path, counts: Collection[int], expected: str, what: str = "a box"
+    path: Path, counts: Collection[int], expected: str, row_name: str = "a box"
 ) -> NDArray[np.float64]:
-    """Read rows of numbers, separated by commas, tabs or spaces; all rows have equally many.
+    """Read rows of numbers, separated by commas, tabs or spaces; all rows have equal length.
 
-    `counts`: How many numbers a row may have. `expected, what`: What a row holds, for messages.
-    The result has shape (n, k), a row a line, at least one; NaN where the file says so. Raises
-    `SequenceError` naming file and line.
+    `counts`: accepted numbers of values per row. `expected`, `row_name`: content of a row, for
+    messages. Returns an array of shape (n, k), one row per line, at least one; NaN values are kept.
+
+    Raises `SequenceError` naming file and line.
     """
     rows: list[list[float]] = []
     for number, line in enumerate(read_text(path).rstrip().splitlines(), 1):
@@ -50,7 +51,7 @@ def read_rows(
         row = numbers(line)
         if len(row) not in ({len(rows[0])} if rows else counts):
             raise SequenceError(
-                f"{path}: line {number}: {quote(line.strip())} is not {what}; expected are "
+                f"{path}: line {number}: {quote(line.strip())} is not {row_name}. Expected: "
                 f"{expected}."
             )
         rows.append(row)
@@ -72,7 +73,7 @@ def check_line(line: str, number: int, path: Path) -> None:
 
 
 def check_row_count(rows: int, images: SequenceOf[Path], path: Path) -> None:
-    """Refuse a file that has fewer rows than there are images: the missing row may be inside.
+    """Refuse a file with fewer rows than images: the missing row could be inside.
 
     Raises `SequenceError` naming file and counts.
     """
@@ -88,15 +89,16 @@ def check_row_count(rows: int, images: SequenceOf[Path], path: Path) -> None:
 def as_boxes(
     rows: NDArray[np.float64], path: Path, origin: float = 0.0, *, minus_is_absent: bool = False
 ) -> NDArray[np.float64]:
-    """Boxes from 0; NaN rows where the target is absent.
+    """Convert rows of a file to boxes in coordinates from 0; NaN rows mean absent targets.
 
-    A row without size says that the target is absent, but not in the first row: there it is
+    A row of size 0 means that the target is absent, except in the first row: such an init box is
     a mistake, which is kept for `Sequence.check_runnable` to refuse.
 
-    `rows`: x, y, width and height as they stand in the file, a row a line; shape (n, 4). `path`: Of
-    the file, for messages. `origin`: Coordinate of the first pixel there. `minus_is_absent`:
-    Whether a negative size says that the target is absent, too. Raises `SequenceError` naming the
-    line of a box of negative size.
+    `rows`: x, y, width and height, shape (n, 4). `path`: the file, for messages. `origin`:
+    coordinate of the first pixel in the file. `minus_is_absent`: whether a negative size also means
+    that the target is absent.
+
+    Raises `SequenceError` naming the line of a box of negative size.
     """
     boxes = rows - [origin, origin, 0.0, 0.0]
     negative = np.asarray((boxes[:, 2:] < 0.0).any(axis=1))
@@ -105,9 +107,9 @@ def as_boxes(
     absent[1:] |= (boxes[1:, 2:] == 0.0).any(axis=1)
     if minus_is_absent:
         absent |= negative
-    wrong = np.flatnonzero(negative & ~absent)
-    if len(wrong):
-        raise SequenceError(f"{path}: line {wrong[0] + 1}: the box has a negative size.")
+    invalid = np.flatnonzero(negative & ~absent)
+    if len(invalid):
+        raise SequenceError(f"{path}: line {invalid[0] + 1}: the box has a negative size.")
     boxes[absent] = nan
     return boxes
 
@@ -115,34 +117,36 @@ def as_boxes(
 def read_boxes(
     path: Path, origin: float = 0.0, *, minus_is_absent: bool = False
 ) -> NDArray[np.float64]:
-    """Boxes of a file of rows x, y, width, height; see `read_rows` and `as_boxes`."""
+    """Read boxes from rows x, y, width, height; see `read_rows` and `as_boxes`."""
     rows = read_rows(path, {4}, "four numbers, x y width height")
     return as_boxes(rows, path, origin, minus_is_absent=minus_is_absent)
 
 
-def without_rest(boxes: NDArray[np.float64], n: int) -> NDArray[np.float64]:
-    """Boxes of n frames where only the first is public, the rest NaN; others as they are."""
+def pad_first_box(boxes: NDArray[np.float64], n: int) -> NDArray[np.float64]:
+    """Add NaN rows up to n frames if only the first box is public, as in test sets."""
     if len(boxes) > 1:
         return boxes
     return np.vstack([boxes, np.full((max(0, n - 1), 4), nan)])
 
 
-def read_flags(path: Path, n: int, most: int = 1, *, padded: bool = False) -> NDArray[np.int64]:
-    """Read a whole number a frame, in lines or separated by commas.
+def read_integers(
+    path: Path, n: int, maximum: int = 1, *, padded: bool = False
+) -> NDArray[np.int64]:
+    """Read one integer per frame from 0 to `maximum`, in lines or separated by commas.
 
-    `path`: Of the file. `n`: Number of frames. `most`: Greatest number; they begin at 0. `padded`:
-    Whether there may be fewer, for 0 in the rest, or more, for images without truth. Raises
-    `SequenceError` naming the line of what is no such number, or the file where they are too few or
-    many.
+    `n`: number of frames. `padded`: whether missing values at the end mean 0, and additional values
+    belong to images without ground truth.
+
+    Raises `SequenceError` naming the line of an invalid value, or the file if the count is wrong.
     """
     values: list[int] = []
     for number, line in enumerate(read_text(path).rstrip().splitlines(), 1):
         if padded:
             check_line(line, number, path)
         for word, value in zip(words(line), numbers(line), strict=False):
-            if value not in range(most + 1):
+            if value not in range(maximum + 1):
                 raise SequenceError(
-                    f"{path}: line {number}: {quote(word)} is not a whole number of 0 to {most}."
+                    f"{path}: line {number}: {quote(word)} is not an integer from 0 to {maximum}."
                 )
             values.append(int(value))
         if line.strip() and not numbers(line):
@@ -150,51 +154,61 @@ def read_flags(path: Path, n: int, most: int = 1, *, padded: bool = False) -> ND
     if padded:
         values = (values + [0] * n)[:n]
     if len(values) != n:
-        raise SequenceError(f"{path}: {len(values)} values for the {n} rows of the truth.")
+        raise SequenceError(f"{path}: {len(values)} values for {n} rows of ground truth.")
     return np.array(values, np.int64)
 
 
-def read_fields(path: Path) -> dict[str, str]:
-    """Fields of a file of lines `key=value` or `key: value`; other lines are passed over.
+def read_flags(
+    files: Iterable[Path], n: int, *, padded: bool = False
+) -> dict[str, NDArray[np.bool_]]:
+    """Read one flag per frame from each existing file, by its stem; see `read_integers`."""
+    return {
+        file.stem: read_integers(file, n, padded=padded) > 0 for file in files if file.is_file()
+    }
 
-    Raises `SequenceError` for a file that is no text: its fields name files.
+
+def read_fields(path: Path) -> dict[str, str]:
+    """Read the fields of a file with lines `key=value` or `key: value`; other lines are skipped.
+
+    Raises `SequenceError` for a file with NUL characters: fields contain file names.
     """
     text = read_text(path)
     if "\0" in text:
-        raise SequenceError(f"{path}: this is no text. Get the file anew.")
-    found = (_FIELD.fullmatch(line.strip()) for line in text.splitlines())
-    return {match[1]: match[2] for match in found if match}
+        raise SequenceError(f"{path}: not a text file. Download the file again.")
+    matches = (_FIELD.fullmatch(line.strip()) for line in text.splitlines())
+    return {match[1]: match[2] for match in matches if match}
 
 
-def fps_of(fields: dict[str, str], key: str, path: Path) -> float | None:
-    """Frames a second that a field tells, with or without `Hz`; None where there is no such field.
+def field_fps(fields: dict[str, str], key: str, path: Path) -> float | None:
+    """Return the frame rate in a field [frames/s], with or without `Hz`; None without the field.
 
-    Raises `SequenceError` naming file and field where it is no such number.
+    Raises `SequenceError` naming file and field if its value is not a frame rate.
     """
     if key not in fields:
         return None
-    found = numbers(fields[key].lower().removesuffix("hz"))
-    if len(found) != 1 or not 0.0 < found[0] <= _MOST_FPS:
-        raise SequenceError(f"{path}: {key} is {quote(fields[key])}; expected are frames a second.")
-    return found[0]
+    values = numbers(fields[key].lower().removesuffix("hz"))
+    if len(values) != 1 or not 0.0 < values[0] <= _MAX_FPS:
+        raise SequenceError(f"{path}: {key} is {quote(fields[key])}. Expected: frames per second.")
+    return values[0]
 
 
-def place_of(fields: Mapping[str, str], key: str, path: Path, otherwise: str = "") -> Path:
-    """File or folder that a field names, or its place where there is no such field.
+def field_path(fields: Mapping[str, str], key: str, path: Path, default: str = "") -> Path:
+    """Return the file or folder that a field names.
 
-    `path`: the file of the fields, in whose folder it lies. `otherwise`: a name in that folder.
+    `path`: the file with the fields; the result is inside its folder. `default`: name in that
+    folder without the field.
 
-    Raises `SequenceError` naming file and field where it leads out of that folder.
+    Raises `SequenceError` naming file and field if the value leads out of that folder.
     """
-    named = Path(fields.get(key, otherwise).replace("\\", "/"))
-    if named.is_absolute() or ".." in named.parts:
+    relative = Path(fields.get(key, default).replace("\\", "/"))
+    if relative.is_absolute() or ".." in relative.parts:
         raise SequenceError(
-            f"{path}: {key} is {quote(fields[key])}; expected is what lies in this folder."
+            f"{path}: {key} is {quote(fields[key])}. Expected: a path inside this folder."
         )
-    return path.parent / named
+    return path.parent / relative
 
 
-def columns(path: Path) -> int:
-    """How many numbers stand in the first line; 0 where it holds anything else."""
+def count_columns(path: Path) -> int:
+    """Return the number of values in the first line, or 0 if a word is not a number."""
     with path.open("rb") as file:
         return len(numbers(file.readline(10_000).decode("utf-8-sig", errors="replace")))

@@ -1,7 +1,7 @@
-"""What all recorded sequences have in common: truth from a file, a fingerprint of files."""
+"""Parts that all recorded sequences share: options, ground truth and a fingerprint of the files."""
 
 import hashlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from collections.abc import Sequence as SequenceOf
 from pathlib import Path
 from typing import Any
@@ -9,11 +9,42 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from trackmark.datasets.decoding import quote
 from trackmark.datasets.file_digest import file_digests
 from trackmark.datasets.image_files import ImageFiles
-from trackmark.datasets.interface import Frames, Mask, Origin, Sequence
+from trackmark.datasets.interface import Frames, Mask, Origin, Sequence, SequenceError
 from trackmark.datasets.shapes import Shapes
 from trackmark.datasets.truth_file import GroundTruth
+
+_MAX_LISTED = 20  # values of an option that a description or message lists
+
+
+def describe_option(
+    name: str, values: Collection[object], default: object, remark: str = ""
+) -> dict[str, Any]:
+    """Return the description of an option that selects one of several values."""
+    meaning = f"which {name} of {_listed(values)}{remark}"
+    return {"name": name, "default": default, "meaning": meaning}
+
+
+def choose(
+    path: Path, name: str, values: Mapping[str, Any], options: Mapping[str, str], default: str = ""
+) -> str:
+    """Return the selected value of an option, by default the first.
+
+    Raises `SequenceError` naming the path if there is no such value.
+    """
+    value = options.get(name, default or next(iter(values)))
+    if value not in values:
+        raise SequenceError(
+            f"{path}: there is no {name} {quote(value)}. Values: {_listed(values)}."
+        )
+    return value
+
+
+def _listed(values: Collection[object]) -> str:
+    more = ", …" if len(values) > _MAX_LISTED else ""
+    return ", ".join([str(value) for value in values][:_MAX_LISTED]) + more
 
 
 def recorded(
@@ -33,17 +64,30 @@ def recorded(
     description: str = "",
     digests: Callable[[SequenceOf[Path]], list[str]] = file_digests,
 ) -> Sequence:
-    """Sequence of recorded images.
+    """Return the sequence of recorded images.
 
-    `name`: Canonical name. `frames`: The images. `files`: Files that hold them: one a frame, or one
-    for all. `truth`: What is known of the target. `truth_source`: File that the truth comes from.
-    `truth_missing, fps, frame_names, attributes, masks, shapes, values`: As for `Sequence`.
-    `description`: As for `Origin`. `digests`: Gives the digests of the files that were read; those
-    of masks must be among them.
+    Parameters
+    ----------
+    name : str
+        Canonical name.
+    frames : Frames
+        Images.
+    files : sequence of Path
+        Files of the images: one per frame, or one for all.
+    truth : GroundTruth or None
+        Ground truth.
+    truth_source : Path or None
+        File of the ground truth.
+    description : str
+        See `Origin`.
+    digests : callable
+        Function that returns the digests of the files that are read, including mask files.
+    truth_missing, fps, frame_names, attributes, masks, shapes, values
+        See `Sequence`.
     """
     boxes = None if truth is None else truth.boxes
     visibility = None if truth is None else truth.visibility
-    # One file a frame: those of images beyond the truth are never read.
+    # Image files after the last ground-truth row are never read.
     read = files if boxes is None else files[: len(boxes)]
 
     sequence = Sequence(
@@ -66,19 +110,23 @@ def recorded(
 
 
 def recorded_images(
-    name: str, images: list[Path], truth: GroundTruth | None, truth_source: Path | None, **more: Any
+    name: str,
+    images: list[Path],
+    truth: GroundTruth | None,
+    truth_source: Path | None,
+    **options: Any,
 ) -> Sequence:
-    """Sequence of images in files, which are what its frames are known by; see `recorded`."""
+    """Return the sequence of image files, with the file names as frame names; see `recorded`."""
     names = [file.name for file in images]
     frames = ImageFiles(images)
-    return recorded(name, frames, images, truth, truth_source, frame_names=names, **more)
+    return recorded(name, frames, images, truth, truth_source, frame_names=names, **options)
 
 
 def _fingerprint(sequence: Sequence, digests: SequenceOf[str]) -> str:
-    """Digest of what is true of a sequence, and of its files' digests."""
+    """Return a digest of a sequence's ground truth and of its files' digests."""
     digest = hashlib.sha256()
     for values in (sequence.boxes, sequence.visibility):
-        # Adding 0 makes -0 the 0 that it equals.
+        # Adding 0 turns -0 into 0, so that equal values have equal bytes.
         digest.update((values + 0.0).astype("<f8").tobytes() + b"\0")
     for tag, flags in sorted(sequence.attributes.items()):
         digest.update(tag.encode() + b"\0" + flags.tobytes())

@@ -1,8 +1,7 @@
-"""What a module's behaviour depends on: its syntax tree, the modules it imports, libraries.
+"""Digest of a module's source: its syntax tree, the modules that it imports, and libraries.
 
-Comments, docstrings and layout count for nothing, and neither do the names and places of
-modules: what is formatted, explained or moved stays what it was. Nothing is imported to find
-out: files are read and parsed.
+Comments, docstrings, layout, module names and folders do not change the digest: code can be
+formatted, documented and moved. Files are parsed, not imported.
 """
 
 import ast
@@ -18,15 +17,15 @@ from typing import Any
 
 @dataclass(frozen=True)
 class _Import:
-    """A name that a module binds by an import statement."""
+    """Name that a module binds with an import statement."""
 
     level: int  # dots of a relative import
-    module: str  # what stands behind `from`; empty for `import`
-    name: str  # what is imported
-    bound: str  # what it is called in the module
+    module: str  # module after `from`; empty for `import`
+    name: str  # imported name
+    bound: str  # name in the importing module
 
     def dotted(self, package: str) -> str:
-        """Dotted name; of `from a import b` it is `a.b`."""
+        """Return the dotted name, `a.b` for `from a import b`."""
         parts = package.split(".")
         base = parts[: len(parts) - self.level + 1] if self.level else []
         return ".".join([*base, *([self.module] if self.module else []), self.name])
@@ -34,113 +33,113 @@ class _Import:
 
 @dataclass(frozen=True)
 class _Parsed:
-    """A source file: digest of its tree without imports and docstrings, and the imports."""
+    """Source file: digest of its tree without imports and docstrings, and the imports."""
 
     digest: str
     imports: tuple[_Import, ...]
 
 
 def source_digest(file: Path, package: Path) -> tuple[str, dict[str, str]]:
-    """Digest of a source file and of all modules of a package that it comes to import.
+    """Return the digest of a source file and of all modules that it imports, and the libraries.
 
-    Returns `digest`: See `tree_digest`. `libraries`: Version by distribution of every third-party
-    library imported by these files.
+    The first value is that of `tree_digest`. The second is the version of each third-party library
+    that these files import, by distribution.
     """
-    digest, libraries = _followed(file, package)
+    digest, libraries = _follow_imports(file, package)
     return digest, library_versions(libraries)
 
 
 def tree_digest(file: Path, package: Path) -> str:
-    """Digest of the same files alone: no library is looked up, which takes longer than the rest.
+    """Return the digest of a source file and of all modules that it imports, 16 hexadecimal digits.
 
-    `file`: The source file; it may lie inside or outside `package`. `package`: Folder of the
-    package whose modules are followed (`.../trackers`). Of a file outside of it, modules of its own
-    package, or beside it where it is in none, are followed too. Returns 16 hexadecimal digits over
-    the syntax trees of the files, without docstrings. The package's own `__init__.py` counts only
-    where names are imported from it.
+    No library is looked up, which would take longer than the rest. `file`: source file inside or
+    outside `package`. `package`: folder of the package whose modules are included (`.../trackers`).
+    For a file outside of it, modules of the file's own package, or of its folder, are included too.
+    The `__init__.py` of the package counts only if names are imported from it.
     """
-    return _followed(file, package)[0]
+    return _follow_imports(file, package)[0]
 
 
 def imported_libraries(file: Path, package: Path) -> list[str]:
-    """Import names of the third-party libraries of a source file; see `source_digest`."""
-    return sorted(name for name in _followed(file, package)[1] if name in _distributions())
+    """Return the import names of a source file's third-party libraries; see `source_digest`."""
+    return sorted(name for name in _follow_imports(file, package)[1] if name in _distributions())
 
 
 def library_versions(imports: set[str]) -> dict[str, str]:
-    """Installed version by distribution of the given top-level import names.
+    """Return the installed versions of top-level import names, by distribution.
 
-    The standard library and names that no distribution provides are left out.
+    Names of the standard library, and names without distribution, are left out.
     """
     return {
         distribution: _version(distribution)
         for name in sorted(imports - sys.stdlib_module_names)
-        for distribution in sorted({found.name for found in _distributions().get(name, ())})
+        for distribution in sorted({owner.name for owner in _distributions().get(name, ())})
     }
 
 
 @cache
 def _version(distribution: str) -> str:
-    """Version that is installed: a millisecond each, and every run that is kept tells several."""
+    """Return an installed version, cached: a lookup takes 1 ms, and each run has several."""
     return metadata.version(distribution)
 
 
-def _followed(file: Path, package: Path) -> tuple[str, set[str]]:
-    """Digest of all files that are reached, and what is imported from elsewhere."""
+def _follow_imports(file: Path, package: Path) -> tuple[str, set[str]]:
+    """Return the digest of all imported files, and the import names of libraries."""
     file, package = file.resolve(), package.resolve()
     inside = file.is_relative_to(package)
     roots: dict[str, Path] = {}
-    for known in (package / "__init__.py", file):
-        dotted = _dotted_package(known)
+    for source in (package / "__init__.py", file):
+        dotted = _dotted_package(source)
         if dotted:
-            roots[dotted.partition(".")[0]] = known.parents[dotted.count(".") + 1]
-    described: dict[Path, str] = {}
+            roots[dotted.partition(".")[0]] = source.parents[dotted.count(".") + 1]
+    contents: dict[Path, str] = {}
     libraries: set[str] = set()
-    todo = [file]
-    while todo:
-        path = todo.pop()
-        if path in described:
+    pending = [file]
+    while pending:
+        path = pending.pop()
+        if path in contents:
             continue
-        parsed = _parsed(path.read_bytes(), str(path))
+        parsed = _parse(path.read_bytes(), str(path))
         lines = []
         for imported in parsed.imports:
             full = imported.dotted(_dotted_package(path))
             dotted = full.removeprefix("trackmark.")
             top = dotted.partition(".")[0]
             root = roots.get(top)
-            elsewhere = dotted != full or _is_elsewhere(top)
-            if root is None and not _dotted_package(file) and not elsewhere:
+            is_external = dotted != full or _is_installed(top)
+            if root is None and not _dotted_package(file) and not is_external:
                 root = file.parent
-            found = _module(dotted, root) if root is not None else None
-            if found is None or (inside and not found[1].is_relative_to(package)):
+            module = _find_module(dotted, root) if root is not None else None
+            if module is None or (inside and not module[1].is_relative_to(package)):
                 libraries |= {top} if root is None and dotted == full else set()
                 lines.append(f"{imported.bound} {dotted}")
                 continue
-            name, source = found
-            todo.append(source)
-            content = _parsed(source.read_bytes(), str(source)).digest
+            name, source = module
+            pending.append(source)
+            content = _parse(source.read_bytes(), str(source)).digest
             lines.append(f"{imported.bound} {content} {dotted.removeprefix(name)}")
-        described[path] = "\n".join([parsed.digest, *sorted(lines)])
-    text = "\n\n".join(sorted(described.values()))
+        contents[path] = "\n".join([parsed.digest, *sorted(lines)])
+    text = "\n\n".join(sorted(contents.values()))
     return hashlib.sha256(text.encode()).hexdigest()[:16], libraries
 
 
 @cache
 def _distributions() -> dict[str, list[metadata.Distribution]]:
-    """What is installed, by import name.
+    """Return the installed distributions by import name.
 
-    `importlib.metadata.packages_distributions` takes a path apart for each installed file, a tenth
-    of a second or two of every command; only the first folder of each is wanted.
+    `importlib.metadata.packages_distributions` parses the path of each installed file, which takes
+    0.1 to 0.2 s per command; only the first folder of each path is needed here.
     """
-    found: dict[str, list[metadata.Distribution]] = {}
+    owners: dict[str, list[metadata.Distribution]] = {}
     for distribution in metadata.distributions():
         names = (distribution.read_text("top_level.txt") or "").split()
         for name in set(names) or _first_folders(distribution):
-            found.setdefault(name, []).append(distribution)
-    return found
+            owners.setdefault(name, []).append(distribution)
+    return owners
 
 
 def _first_folders(distribution: metadata.Distribution) -> set[str]:
+    """Return the top-level import names of a distribution's files."""
     record = distribution.read_text("RECORD")
     if record is None:
         files = [str(file) for file in distribution.files or ()]
@@ -151,14 +150,14 @@ def _first_folders(distribution: metadata.Distribution) -> set[str]:
     return {name for name in names if name and "." not in name}
 
 
-def _is_elsewhere(top: str) -> bool:
-    """Whether a name to import is that of the standard library, or of something installed."""
+def _is_installed(top: str) -> bool:
+    """Return whether an import name belongs to the standard library or a distribution."""
     return top in sys.stdlib_module_names or top in _distributions()
 
 
 @cache
 def _dotted_package(file: Path) -> str:
-    """Dotted name of the package that contains a file, without `trackmark.`; can be empty."""
+    """Return the dotted name of a file's package, without `trackmark.`; it can be empty."""
     parts: list[str] = []
     folder = file.parent
     while (folder / "__init__.py").is_file() and folder.name != "trackmark":
@@ -168,7 +167,7 @@ def _dotted_package(file: Path) -> str:
 
 
 @cache
-def _parsed(content: bytes, filename: str) -> _Parsed:
+def _parse(content: bytes, filename: str) -> _Parsed:
     imports: list[_Import] = []
     text: list[str] = []
     _dump(ast.parse(content, filename=filename), text, imports)
@@ -177,7 +176,7 @@ def _parsed(content: bytes, filename: str) -> _Parsed:
 
 
 def _dump(value: Any, text: list[str], imports: list[_Import]) -> None:
-    """Write down a syntax tree, the same for every version of Python: empty fields are left out."""
+    """Append the text of a syntax tree, without fields that differ between Python versions."""
     if not isinstance(value, ast.AST):
         text.append(repr(value))
         return
@@ -197,8 +196,8 @@ def _dump(value: Any, text: list[str], imports: list[_Import]) -> None:
                     _Import(item.level, item.module or "", a.name, a.asname or a.name)
                     for a in item.names
                 ]
-            elif not (position == 0 and field == "body" and _is_text(item)):
-                # Python 3.12 ends a nested format with an empty text that others don't know.
+            elif not (position == 0 and field == "body" and _is_text_statement(item)):
+                # Python 3.12 ends a nested format with an empty text, other versions do not.
                 if isinstance(value, ast.JoinedStr) and getattr(item, "value", None) == "":
                     continue
                 _dump(item, text, imports)
@@ -206,8 +205,8 @@ def _dump(value: Any, text: list[str], imports: list[_Import]) -> None:
     text.append(")")
 
 
-def _is_text(statement: ast.AST) -> bool:
-    """Whether a statement is a text alone: first in a body, it is a docstring."""
+def _is_text_statement(statement: ast.AST) -> bool:
+    """Return whether a statement is only a text; the first one in a body is a docstring."""
     return (
         isinstance(statement, ast.Expr)
         and isinstance(statement.value, ast.Constant)
@@ -215,8 +214,8 @@ def _is_text(statement: ast.AST) -> bool:
     )
 
 
-def _module(dotted: str, root: Path) -> tuple[str, Path] | None:
-    """Module and file that a dotted name comes from: itself, or the module that holds it."""
+def _find_module(dotted: str, root: Path) -> tuple[str, Path] | None:
+    """Return the module that a dotted name refers to, or that contains it, and its file."""
     parts = dotted.split(".")
     while parts:
         base = root.joinpath(*parts)

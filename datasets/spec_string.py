@@ -1,6 +1,6 @@
-"""The text form of a thing with options: `name:key=value:key=value`.
+"""Specifications of trackers and sequences: `name:key=value:key=value`.
 
-Trackers and sequences are both written so, on the command line, in labels and in results.
+They are used on the command line, in labels and in results.
 """
 
 import re
@@ -10,21 +10,21 @@ from difflib import get_close_matches
 from trackmark.datasets.decoding import quote
 
 
-def close_match(name: str, known: Iterable[str]) -> str:
-    """The end of a message about an unknown name: " Did you mean 'x'?", or nothing."""
-    close = get_close_matches(name, list(known), n=1)
+def close_match(name: str, valid_names: Iterable[str]) -> str:
+    """Return the end of a message on an unknown name: " Did you mean 'x'?", or an empty text."""
+    close = get_close_matches(name, list(valid_names), n=1)
     return f" Did you mean {close[0]!r}?" if close else ""
 
 
 def natural_order(name: str) -> tuple[list[str | int], str]:
-    """A key to sort by: numbers in names count as such, `img2` comes before `img10`."""
-    # Splitting at digits gives text and numbers in turn, so that like meets like.
+    """Return a sort key in which digits are compared as numbers: `img2` before `img10`."""
+    # Splitting at digits alternates text and numbers, so that equal types are compared.
     parts = re.split(r"([0-9]+)", name)
     return [int(part) if i % 2 else part for i, part in enumerate(parts)], name
 
 
 def parse_text(text: str) -> tuple[str, dict[str, str]]:
-    """Split a text form into its name and its options.
+    """Split a specification into its name and its options.
 
     Raises `ValueError` for an option without `=`, without a key, or given twice.
 
@@ -46,7 +46,7 @@ def parse_text(text: str) -> tuple[str, dict[str, str]]:
 
 
 def format_text(name: str, options: Mapping[str, object]) -> str:
-    """Write a name and its options, in the order given.
+    """Return the specification of a name and its options, in their order.
 
     Examples
     --------
@@ -57,6 +57,7 @@ def format_text(name: str, options: Mapping[str, object]) -> str:
 
 
 def _value(value: object) -> str:
+    """Return the shortest text of a value."""
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, float) and value.is_integer() and abs(value) < 1e15:

@@ -1,10 +1,9 @@
-"""Ground truth in a CSV file: `frame,x,y,width,height`, one row a frame.
+"""Ground truth in a CSV file: `frame,x,y,width,height`, one row per frame.
 
-Frames count from 0, boxes are in pixels from the image's left top corner. A frame without
-a row, or whose box is empty, has no target in it; the last row ends the sequence. Two more
-columns may follow: `visibility`, the visible fraction in [0, 1], and `source`, which says
-whether a box was `marked` by somebody or `interpolated`. Lines beginning with `#` are
-comments.
+Frames count from 0. Boxes are in pixels from the top left corner of the image. The target is absent
+in a frame without a row, or with an empty box. The last row ends the sequence. Two optional columns
+may follow: `visibility`, the visible fraction in [0, 1], and `source`: `marked` for a box that was
+marked by hand, or `interpolated`. Lines that start with `#` are comments.
 """
 
 import re
@@ -22,60 +21,60 @@ from trackmark.datasets.interface import SequenceError
 
 COLUMNS = ["frame", "x", "y", "width", "height"]
 OPTIONAL = ["visibility", "source"]
-HEADER = f"{','.join(COLUMNS)} (then {', '.join(OPTIONAL)} where wanted)"
+HEADER = f"{','.join(COLUMNS)} (optionally followed by {', '.join(OPTIONAL)})"
 SOURCES = ["marked", "interpolated", ""]
 
-# What truth files of other formats are called: `groundtruth.txt`, `cup_gt.txt`, `boxes.json`, …
-_LIKELY = re.compile(r"truth|rect|annot|bbox|boxes|(^|[^a-z])gt([^a-z]|$)")
+# Names of ground-truth files in other formats: `groundtruth.txt`, `cup_gt.txt`, `boxes.json`, …
+_LIKELY_NAME = re.compile(r"truth|rect|annot|bbox|boxes|(^|[^a-z])gt([^a-z]|$)")
 _LIKELY_SUFFIXES = (".txt", ".csv", ".json", ".xml", ".mat", ".tsv")
 
-# 90 hours at 30 frames a second: a greater number is no frame's, and would fill the memory.
-MOST_FRAMES = 10_000_000
+MAX_FRAMES = 10_000_000
+"""Largest accepted number of frames, 90 hours at 30 frames/s; more would exhaust the memory."""
 
 
 @dataclass(frozen=True, slots=True)
 class GroundTruth:
-    """What is true of the target in every frame."""
+    """Ground truth of all frames of a sequence."""
 
-    # `[x, y, width, height]` in pixels; a NaN row where the target is absent; shape (n, 4)
+    # shape (n, 4): `[x, y, width, height]` [pixels]; a NaN row means that the target is absent
     boxes: NDArray[np.float64]
-    # visible fraction in [0, 1]; NaN where unknown; shape (n,), or None
+    # shape (n,): visible fraction in [0, 1]; NaN if unknown
     visibility: NDArray[np.float64] | None = None
-    # `marked` or `interpolated` for every frame; empty where that is not said
+    # `marked` or `interpolated` for each frame; empty if unknown
     sources: tuple[str, ...] | None = None
 
 
-def given_or_own(given: Path | None, own: Path) -> tuple[GroundTruth | None, Path | None]:
-    """GroundTruth and its file: the given one, else the data's own where it exists."""
-    path = given or (own if own.is_file() else None)
+def read_given_or_default(
+    truth: Path | None, default: Path
+) -> tuple[GroundTruth | None, Path | None]:
+    """Read the given file, or the default file if it exists; return ground truth and file."""
+    path = truth or (default if default.is_file() else None)
     return (None, None) if path is None else (read(path), path)
 
 
-def missing(own: Path, stem: str = "") -> str:
-    """A sentence on a file beside, of a name such as truth has, that isn't read.
+def unread_file_hint(default: Path, stem: str = "") -> str:
+    """Return a sentence on a file next to the data that looks like ground truth in another format.
 
-    `own`: The truth file that would be read. `stem`: Files of this name count, too, whatever their
-    suffix among those of truths.
+    `default`: the file that is read if it exists. `stem`: files of this name also count.
     """
-    if own.is_file():
+    if default.is_file():
         return ""
     likely = sorted(
         file
-        for file in own.parent.iterdir()
+        for file in default.parent.iterdir()
         if file.suffix.lower() in _LIKELY_SUFFIXES
-        and (file.stem == stem or _LIKELY.search(file.name.lower()))
+        and (file.stem == stem or _LIKELY_NAME.search(file.name.lower()))
     )
     if not likely:
         return ""
     columns = ",".join(COLUMNS)
-    return f"{likely[0]} is of a format that isn't read; expected is {own.name} with {columns}."
+    return f"The format of {likely[0]} is not read. Expected: {default.name} with {columns}."
 
 
 def read(path: Path) -> GroundTruth:
-    """Read a truth file.
+    """Read a ground-truth file.
 
-    Raises `SequenceError` naming file and line of the first thing that is wrong, and what is
-    expected there.
+    Raises `SequenceError` naming file, line and expectation of the first mistake.
     """
     header: list[str] = []
     rows: list[_Row] = []
@@ -91,9 +90,7 @@ def read(path: Path) -> GroundTruth:
         except ValueError as error:
             raise SequenceError(f"{path}: line {line}: {error}.") from None
     if not rows:
-        raise SequenceError(
-            f"{path}: there are no rows; expected are the header {HEADER} and rows."
-        )
+        raise SequenceError(f"{path}: there are no rows. Expected: the header {HEADER} and rows.")
     n = rows[-1].frame + 1
     boxes, visibility, sources = np.full((n, 4), nan), np.full(n, nan), [""] * n
     for frame, box, visible, source in rows:
@@ -106,10 +103,9 @@ def read(path: Path) -> GroundTruth:
 
 
 def write(path: Path, truth: GroundTruth, comments: Iterable[str] = ()) -> None:
-    """Write a truth file; `read` gives the same values back, to the bit.
+    """Write a ground-truth file, or replace it; `read` returns bit-identical values.
 
-    `path`: Is replaced where it exists. `truth`: A frame without target gets a row with an empty
-    box. `comments`: Lines put before the header.
+    A frame without target gets a row with an empty box. `comments`: lines before the header.
     """
     n = len(truth.boxes)
     columns: dict[str, list[str]] = {"frame": [str(frame) for frame in range(n)]}
@@ -119,7 +115,7 @@ def write(path: Path, truth: GroundTruth, comments: Iterable[str] = ()) -> None:
         columns["visibility"] = [_text(value) for value in truth.visibility.tolist()]
     if truth.sources is not None:
         columns["source"] = list(truth.sources)
-    # Names of files stand in them, which may hold ends of lines, or bytes that are no text.
+    # Comments contain file names, which can contain line ends or bytes that are not UTF-8.
     lines = [f"# {' '.join(comment.splitlines())}".rstrip() for comment in comments]
     lines.append(",".join(columns))
     lines += [",".join(row) for row in zip(*columns.values(), strict=True)]
@@ -128,19 +124,21 @@ def write(path: Path, truth: GroundTruth, comments: Iterable[str] = ()) -> None:
 
 
 def read_text(path: Path) -> str:
-    """Text of a file of truth or attributes, whatever byte order mark and line ends it has.
+    """Return the text of a file, with or without byte order mark.
 
-    Raises `SequenceError` for a file that can't be read or holds no text.
+    Raises `SequenceError` for a file that cannot be read, or is not UTF-8.
     """
     try:
         return path.read_text(encoding="utf-8-sig")
     except OSError as error:
-        raise SequenceError(f"{path}: this can't be read ({error.strerror}).") from error
+        raise SequenceError(f"{path}: cannot be read ({error.strerror}).") from error
     except UnicodeDecodeError:
-        raise SequenceError(f"{path}: this is no text in UTF-8. Save it as such.") from None
+        raise SequenceError(f"{path}: not a text file in UTF-8. Save it in UTF-8.") from None
 
 
 class _Row(NamedTuple):
+    """Row of a ground-truth file."""
+
     frame: int
     box: list[float]
     visibility: float
@@ -150,7 +148,7 @@ class _Row(NamedTuple):
 def _header(cells: list[str]) -> list[str]:
     extra = cells[len(COLUMNS) :]
     if cells[: len(COLUMNS)] != COLUMNS or extra not in ([], *([x] for x in OPTIONAL), OPTIONAL):
-        raise ValueError(f"{quote(','.join(cells))} is not the header; expected is {HEADER}")
+        raise ValueError(f"{quote(','.join(cells))} is not the header. Expected: {HEADER}")
     return cells
 
 
@@ -159,27 +157,29 @@ def _row(header: list[str], cells: list[str], after: int) -> _Row:
         raise ValueError(f"{len(cells)} values for the {len(header)} columns {','.join(header)}")
     values: Mapping[str, str] = dict(zip(header, cells, strict=True))
     number = values["frame"]
-    if not (number.isdecimal() and len(number) < 20 and int(number) < MOST_FRAMES):
-        raise ValueError(f"{quote(number)} is not a frame number; they count from 0")
+    if not (number.isdecimal() and len(number) < 20 and int(number) < MAX_FRAMES):
+        raise ValueError(f"{quote(number)} is not a frame number. Frames count from 0")
     frame = int(number)
     if frame <= after:
-        raise ValueError(f"frame {frame} follows frame {after}; each stands once, in rising order")
+        raise ValueError(f"frame {frame} follows frame {after}. Expected: increasing numbers")
     texts = [values[column] for column in COLUMNS[1:]]
     box = [_number(text) for text in texts] if any(texts) else [nan] * 4
     if box[2] <= 0.0 or box[3] <= 0.0:
-        raise ValueError(f"the box of frame {frame} has no size; leave it empty if it is absent")
+        raise ValueError(f"the box of frame {frame} has no size. An absent target has an empty box")
     visibility = _number(values["visibility"]) if values.get("visibility") else nan
     if visibility < 0.0 or visibility > 1.0:
         raise ValueError(f"visibility {visibility} of frame {frame} is not in [0, 1]")
     source = values.get("source", "")
     if source not in SOURCES:
-        raise ValueError(f"source {quote(source)} of frame {frame} is not marked or interpolated")
+        raise ValueError(
+            f"source {quote(source)} of frame {frame}. Expected: marked or interpolated"
+        )
     return _Row(frame, box, visibility, source)
 
 
 def _number(text: str) -> float:
     try:
-        number = float(text) if "_" not in text else nan  # Python takes 1_0 for ten
+        number = float(text) if "_" not in text else nan  # `float` reads 1_0 as ten
     except ValueError:
         number = nan
     if not isfinite(number):

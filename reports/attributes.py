@@ -1,4 +1,4 @@
-"""Scores against attributes of sequences: small multiples, a panel an attribute."""
+"""Plots of scores against attributes of sequences, one panel per attribute."""
 
 from collections.abc import Mapping, Sequence
 from math import ceil
@@ -22,8 +22,8 @@ from trackmark.reports.palette import colour
 COLUMNS = 3
 
 
-class Against(NamedTuple):
-    """Scores of a label, the same in every panel, against an attribute."""
+class AttributeScores(NamedTuple):
+    """Scores of a tracker against an attribute."""
 
     label: str
     places: NDArray[np.float64]  # (n,): attribute by sequence
@@ -31,14 +31,16 @@ class Against(NamedTuple):
     bins: NDArray[np.float64]  # (k, 4): mean of the attribute, mean of the scores, its interval
 
 
-def attribute_plot(panels: Mapping[str, Sequence[Against]], quantity: str, title: str) -> Figure:
-    """A dot a sequence, and over bins of sequences the mean with its 95 % interval.
+def attribute_plot(
+    panels: Mapping[str, Sequence[AttributeScores]], quantity: str, title: str
+) -> Figure:
+    """Draw a dot per sequence, and means of bins of sequences with their 95 % intervals.
 
-    `panels`: by name of the attribute with its unit, a label in the same colour in each.
-    `quantity`: what the scores are, with their unit. Where a panel has no room for all labels, an
-    attribute has several with some of them each, and the others' lines in grey behind.
+    `panels`: scores by attribute with its unit; a label has the same colour in each panel.
+    `quantity`: name of the score with its unit. With more than `CROWDED` labels an attribute has
+    several panels: each shows some labels, with the lines of the others in grey.
     """
-    labels = list(dict.fromkeys(one.label for drawn in panels.values() for one in drawn))
+    labels = list(dict.fromkeys(entry.label for group in panels.values() for entry in group))
     share = ceil(len(labels) / ceil(len(labels) / CROWDED))
     groups = [labels[first : first + share] for first in range(0, len(labels), share)]
     places = [(name, group) for name in panels for group in groups]
@@ -50,11 +52,11 @@ def attribute_plot(panels: Mapping[str, Sequence[Against]], quantity: str, title
     for number, (axes, (name, group)) in enumerate(zip(grid.ravel(), places, strict=False)):
         axes.grid(alpha=0.3)
         axes.spines[["top", "right"]].set_visible(False)
-        for one in panels[name]:
-            if one.label in group:
-                _draw(axes, one, labels.index(one.label))
+        for entry in panels[name]:
+            if entry.label in group:
+                _draw(axes, entry, labels.index(entry.label))
             else:
-                axes.plot(*one.bins[:, :2].T, **OTHERS)
+                axes.plot(*entry.bins[:, :2].T, **OTHERS)
         axes.set_xlabel(name, fontsize=9)
         axes.tick_params(labelsize=8)
         if number % COLUMNS == 0:
@@ -65,9 +67,9 @@ def attribute_plot(panels: Mapping[str, Sequence[Against]], quantity: str, title
     return figure
 
 
-def _draw(axes: Axes, one: Against, position: int) -> None:
+def _draw(axes: Axes, entry: AttributeScores, position: int) -> None:
     shade = colour(position)
-    axes.scatter(one.places, one.scores, 8, color=shade, alpha=0.35, linewidths=0)
-    centres, means, low, high = one.bins.T
+    axes.scatter(entry.places, entry.scores, 8, color=shade, alpha=0.35, linewidths=0)
+    centres, means, low, high = entry.bins.T
     style = line_style(position) | {"markersize": 4.0}
     axes.errorbar(centres, means, (means - low, high - means), **style)

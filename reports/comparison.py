@@ -1,4 +1,4 @@
-"""Figures of a comparison: differences by sequence, survival by level of a difficulty."""
+"""Figures of a comparison: differences by sequence, survival by difficulty."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
@@ -14,27 +14,27 @@ from trackmark.reports.figures import (
     draw_line,
     fold,
     new_figure,
-    panels_each,
+    split_into_panels,
 )
 from trackmark.reports.palette import colour
 from trackmark.reports.plots import logarithmic_axis
 
-TALLEST = 24.0  # inches
-NAMED_ROWS = 200
-"""Rows of all panels up to which there is room for a name each in a plot so tall."""
+MAX_HEIGHT = 24.0  # inches
+MAX_NAMED_ROWS = 200
+"""Maximum number of rows in all panels with room for their names."""
 
 
-class Breaks(NamedTuple):
-    """Survival of a tracker against the level of a difficulty.
+class SurvivalCurve(NamedTuple):
+    """Survival of a tracker by level of a difficulty.
 
-    `levels` and `survival` (k,) are the fitted curve; `seen`, `shares` and `counts` (m,) runs in
-    groups: mean level, share that survived, how many. The breaking point lies between `low` and
-    `high`; NaN where it is beyond the range.
+    `levels`, `survival`: fitted curve, (k,). `group_levels`, `shares`, `counts`: groups of runs,
+    (m,): mean level, share that survives and number of runs. `low`, `high`: interval of the
+    breaking point; NaN if it is outside of the range.
     """
 
     levels: NDArray[np.float64]
     survival: NDArray[np.float64]
-    seen: NDArray[np.float64]
+    group_levels: NDArray[np.float64]
     shares: NDArray[np.float64]
     counts: NDArray[np.float64]
     low: float
@@ -48,26 +48,26 @@ def difference_plot(
     margin: float,
     title: str,
 ) -> Figure:
-    """A dot a sequence for every pair, its sequences in the order of the differences.
+    """Draw a dot per sequence for each pair, sorted by the differences.
 
     Parameters
     ----------
     differences : mapping of str to array of float, shape (n,)
-        By pair (`A - B`), in the order of `sequences`; a pair is a panel.
+        Differences by pair (`A - B`), in the order of `sequences`; each pair is a panel.
     sequences : sequence of str
         Names of the n sequences.
     quantity : str
-        What differs, with its unit.
+        Name of the score with its unit.
     margin : float
-        Differences within ± margin lie on a grey band: they mean nothing in practice.
+        Largest irrelevant difference; a grey band shows ± margin.
     title : str
-        Headline.
+        Title of the figure.
     """
     height = 0.9 + len(differences) * (0.7 + 0.2 * len(sequences))
-    figure, panels = new_figure(title, min(height, TALLEST), rows=len(differences))
-    named = len(differences) * len(sequences) <= NAMED_ROWS
-    for axes, (pair, found) in zip(panels, differences.items(), strict=True):
-        values = np.asarray(found, np.float64)
+    figure, panels = new_figure(title, min(height, MAX_HEIGHT), rows=len(differences))
+    named = len(differences) * len(sequences) <= MAX_NAMED_ROWS
+    for axes, (pair, pair_differences) in zip(panels, differences.items(), strict=True):
+        values = np.asarray(pair_differences, np.float64)
         order = np.argsort(values, kind="stable")
         rows = np.arange(len(values))
         axes.axvspan(-margin, margin, color="#dddddd", linewidth=0)
@@ -87,32 +87,32 @@ def difference_plot(
 
 
 def breaking_plot(
-    curves: Mapping[str, Breaks], quantity: str, title: str, logarithmic: bool
+    curves: Mapping[str, SurvivalCurve], quantity: str, title: str, logarithmic: bool
 ) -> Figure:
-    """Share of runs that survive against the level of a difficulty, which grows to the right.
+    """Draw the share of runs that survive by level of a difficulty, which grows to the right.
 
-    Dots are runs in groups; a bar by one half is the 95 % interval of where the curve crosses it.
+    Dots are groups of runs. A bar at one half is the 95 % interval of the breaking point.
     """
     figure, (whole,) = new_figure(title, 4.0)
     whole.set(xlabel=quantity, ylabel="share of runs that survive")
     crowded = len(curves) > CROWDED
-    panels = panels_each(figure, whole, list(curves)) if crowded else [whole] * len(curves)
+    panels = split_into_panels(figure, whole, list(curves)) if crowded else [whole] * len(curves)
     for position, (axes, (name, curve)) in enumerate(zip(panels, curves.items(), strict=True)):
         for other in curves.values() if crowded else ():
             axes.plot(other.levels, other.survival, **OTHERS)
         draw_line(axes, curve.levels, curve.survival, name, position)
         options: dict[str, Any] = {"color": colour(position), "alpha": 0.5, "linewidths": 0}
-        axes.scatter(curve.seen, curve.shares, 8 * curve.counts, **options)
+        axes.scatter(curve.group_levels, curve.shares, 8 * curve.counts, **options)
         ends = [curve.low, curve.high]
-        height = 0.5 if crowded else 0.5 - 0.015 * position  # beneath one another
+        height = 0.5 if crowded else 0.5 - 0.015 * position  # below each other
         axes.plot(ends, [height, height], color=colour(position), linewidth=4, alpha=0.6)
-    some = next(iter(curves.values()))
+    levels = next(iter(curves.values())).levels
     for axes in dict.fromkeys(panels):
         axes.axhline(0.5, color="0.6", linewidth=1, linestyle=":", zorder=0)
         axes.set_ylim(-0.03, 1.03)
         if logarithmic:
             logarithmic_axis(axes, (1,) if crowded else (1, 2, 5))
-        axes.set_xlim(some.levels[0], some.levels[-1])
+        axes.set_xlim(levels[0], levels[-1])
     if not crowded:
         add_legend(figure)
     return figure

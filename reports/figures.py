@@ -1,4 +1,4 @@
-"""Figures as all plots have them: title, legend that hides nothing, files with equal bytes."""
+"""Common parts of all figures: title, legend outside of the axes, reproducible files."""
 
 import re
 from collections.abc import Collection, Mapping, Sequence
@@ -23,22 +23,22 @@ from trackmark.reports.palette import LINE_STYLES, MARKERS, colour
 from trackmark.reports.printable import printable
 
 CROWDED = 7
-"""Most lines in one plot; more than that have a panel each."""
+"""Maximum number of lines in one plot; more lines get a panel each."""
 
 _COLUMNS = 3  # of panels
-_ALL_MARKED = 10  # points of a line up to which each is marked
-_BETWEEN = 0.2  # two markers of a longer one, as a share of the diagonal
+_MAX_ALL_MARKED = 10  # number of points of a line up to which each has a marker
+_MARKER_DISTANCE = 0.2  # distance of the markers of longer lines, as a share of the diagonal
 _STYLE = ("color", "linestyle", "linewidth", "drawstyle", "marker", "markersize", "markevery")
 
 OTHERS: Mapping[str, Any] = {"color": "0.85", "linewidth": 0.7}
-"""How other lines are drawn behind that of a panel."""
+"""Style of other lines behind the line of a panel."""
 
-_MOST_NAMED = 100
-"""Maximum number of rows of a heat map that have room for names and numbers."""
+_MAX_NAMED_ROWS = 100
+"""Maximum number of rows of a heat map with names and numbers."""
 
 
 def bare_figure(title: str, height: float) -> Figure:
-    """A figure 8 inches wide with a headline, no axes, and a `height` in inches without legend."""
+    """Return a figure, 8 inches wide, with a title; `height`: without legend [inches]."""
     figure = Figure(figsize=(8.0, height), dpi=140, layout="constrained")
     FigureCanvasAgg(figure)
     figure.suptitle(fold(title, 80), fontsize=11)
@@ -52,10 +52,10 @@ def new_figure(
     columns: int = 1,
     heights: Sequence[float] | None = None,
 ) -> tuple[Figure, list[Axes]]:
-    """A `bare_figure` with axes in a grid, which share their abscissa.
+    """Return a `bare_figure` with a grid of axes that share their abscissa.
 
-    Where there are several columns, they share their ordinate, too. `heights` are those of the
-    rows, relative to one another; equal by default.
+    With several columns, axes also share their ordinate. `heights`: relative heights of the rows;
+    equal by default.
     """
     figure = bare_figure(title, height)
     grid = figure.subplots(
@@ -69,10 +69,10 @@ def new_figure(
 
 
 def add_legend(figure: Figure, heading: str = "") -> None:
-    """Name the lines of all axes beneath the plot, each once, in as many columns as have room.
+    """Add a legend of all lines below the plot, with as many columns as fit.
 
-    The figure grows by the legend's height, so that labels, which hold a tracker's every
-    parameter, take no room from the data.
+    The figure grows by the height of the legend. Labels contain all parameters of a tracker and
+    would otherwise take up the space of the data.
     """
     named: dict[str, Any] = {}
     for axes in figure.axes:
@@ -98,16 +98,16 @@ def add_legend(figure: Figure, heading: str = "") -> None:
 
 
 def add_names(figure: Figure, axes: Axes, heading: str = "") -> None:
-    """Name the lines of a figure's only axes: beneath, or in a panel each where they are crowded.
+    """Name the lines of the single axes of a figure: in a legend, or in a panel each if crowded.
 
-    A panel has the others in grey; of what is drawn, lines alone are kept.
+    A panel shows the other lines in grey. Panels contain lines only, no bands.
     """
     lines = axes.get_lines()
     if len(lines) <= CROWDED:
         add_legend(figure, heading)
         return
     limits = {name: getattr(axes, f"get_{name}")() for name in ("xlim", "ylim", "xscale")}
-    panels = panels_each(figure, axes, [str(line.get_label()) for line in lines])
+    panels = split_into_panels(figure, axes, [str(line.get_label()) for line in lines])
     for panel, line in zip(panels, lines, strict=True):
         for other in lines:
             style = {"drawstyle": other.get_drawstyle(), **OTHERS}
@@ -119,8 +119,8 @@ def add_names(figure: Figure, axes: Axes, heading: str = "") -> None:
         figure.text(0.99, 0.99, heading, ha="right", va="top", fontsize=8)
 
 
-def panels_each(figure: Figure, axes: Axes, labels: Sequence[str]) -> list[Axes]:
-    """A panel a label instead of a figure's only axes, which they are named and scaled as."""
+def split_into_panels(figure: Figure, axes: Axes, labels: Sequence[str]) -> list[Axes]:
+    """Replace the single axes of a figure by one panel per label with equal axis labels."""
     rows = ceil(len(labels) / _COLUMNS)
     axes.remove()
     figure.set_figheight(1.0 + 1.8 * rows)
@@ -137,24 +137,24 @@ def panels_each(figure: Figure, axes: Axes, labels: Sequence[str]) -> list[Axes]
     return panels
 
 
-def show(axes: Axes, shown: NDArray[Any]) -> None:
+def draw_image(axes: Axes, image: NDArray[Any]) -> None:
     """Draw a BGR image (height, width, 3), or a map (height, width) from black, 0, to white, 1.
 
-    One unit of the axes, which are not drawn, is a pixel.
+    The unit of the axes, which are invisible, is a pixel.
     """
-    height, width = shown.shape[:2]
-    image = shown[..., ::-1] if shown.ndim == 3 else shown
-    axes.imshow(image, cmap="gray", vmin=0.0, vmax=1.0, extent=(0, width, height, 0))
+    height, width = image.shape[:2]
+    rgb = image[..., ::-1] if image.ndim == 3 else image
+    axes.imshow(rgb, cmap="gray", vmin=0.0, vmax=1.0, extent=(0, width, height, 0))
     axes.set_axis_off()
 
 
-def rim(width: float, shade: str = "black") -> list[Any]:
-    """Path effect that keeps a line or words readable on any ground; `width` in points."""
+def outline_effect(width: float, shade: str = "black") -> list[Any]:
+    """Return a path effect that keeps lines and texts readable; `width`: in points."""
     return [withStroke(linewidth=width, foreground=shade)]
 
 
 def line_style(position: int) -> dict[str, Any]:
-    """Colour, dashes, width and marker of the tracker in a position of the report."""
+    """Return colour, dashes, width and marker of the tracker with an index."""
     return {
         "color": colour(position),
         "linestyle": LINE_STYLES[position % len(LINE_STYLES)],
@@ -165,36 +165,39 @@ def line_style(position: int) -> dict[str, Any]:
 
 
 def named_line(label: str, position: int) -> dict[str, Any]:
-    """The same with a label, one that begins with an underscore too: legends leave these out."""
+    """Return the line style with a label; a space protects a label that starts with `_`.
+
+    Matplotlib omits labels with a leading underscore from legends.
+    """
     return {"label": f" {label}" if label.startswith("_") else label, **line_style(position)}
 
 
 def draw_line(
     axes: Axes, x: ArrayLike, y: ArrayLike, label: str, position: int, **options: Any
 ) -> None:
-    """Draw a tracker's line, with markers here and there where it has many points.
+    """Draw the line of a tracker, with a few markers if it has many points.
 
-    `options`: Matplotlib's, besides the style that follows from the tracker's position.
+    `options`: options of Matplotlib in addition to the style of the tracker.
     """
-    known = np.isfinite(np.asarray(y, float)).sum()
-    if known > _ALL_MARKED:  # none known fails in Matplotlib
-        start = _BETWEEN * (position % CROWDED) / CROWDED  # seldom on another line's
-        options = {"markevery": (start, _BETWEEN)} | options
+    n_finite = np.isfinite(np.asarray(y, float)).sum()
+    if n_finite > _MAX_ALL_MARKED:  # `markevery` fails without finite points
+        start = _MARKER_DISTANCE * (position % CROWDED) / CROWDED  # markers of lines differ
+        options = {"markevery": (start, _MARKER_DISTANCE)} | options
     axes.plot(np.asarray(x), np.asarray(y), **named_line(label, position), **options)
 
 
 def fold(text: str, width: int) -> str:
-    """Text in lines of about `width` signs, broken after a colon, a slash or a space.
+    """Break a text after colons, slashes and spaces into lines of about `width` characters.
 
-    It is set as it is: dollars in a name would be read as a formula, or fail as one. Letters that
-    the font lacks are shown by their numbers, as control characters are.
+    Dollar signs are escaped, as Matplotlib would parse a formula. Control characters, and
+    characters that the font lacks, are replaced by their numbers.
     """
     lines = [""]
-    known = "".join(
-        sign if ord(sign) in _signs() or sign.isspace() else f"\\u{ord(sign):04x}"
+    drawable = "".join(
+        sign if ord(sign) in _font_characters() or sign.isspace() else f"\\u{ord(sign):04x}"
         for sign in printable(text)
     )
-    for piece in re.split(r"(?<=[:/ ])", known.replace("$", r"\$")):
+    for piece in re.split(r"(?<=[:/ ])", drawable.replace("$", r"\$")):
         if lines[-1] and len(lines[-1]) + len(piece.rstrip()) > width:
             lines.append("")
         lines[-1] += piece
@@ -202,64 +205,64 @@ def fold(text: str, width: int) -> str:
 
 
 @cache
-def _signs() -> Collection[int]:
-    """Numbers of the signs that the font has."""
+def _font_characters() -> Collection[int]:
+    """Return the code points of the characters that the font has."""
     return frozenset(get_font(findfont(FontProperties())).get_charmap())
 
 
 def write_figure(path: Path, figure: Figure) -> Path:
-    """Write a figure as PNG, SVG or PDF by its suffix; the same figure gives the same bytes.
+    """Write a figure as PNG, SVG or PDF by its suffix; equal figures have equal bytes.
 
-    See `write_file` for errors.
+    For errors see `write_file`.
     """
     key = {".svg": "Date", ".pdf": "CreationDate"}.get(path.suffix)
     metadata: dict[str, str | None] = {key: None} if key else {"Software": None}
-    # Without the salt SVG's ids are drawn at random. PDF's default, Type 3, publishers refuse.
+    # Without a salt the ids in an SVG are random. Publishers refuse fonts of type 3, the default.
     with mpl.rc_context({"svg.hashsalt": "trackmark", "pdf.fonttype": 42}):
         return write_file(path, lambda file: figure.savefig(file, metadata=metadata))
 
 
 def write_for_papers(path: Path, figure: Figure) -> list[Path]:
-    """Write a figure, and beside an SVG the same as PDF, since LaTeX takes no SVG; give the files.
+    """Write a figure, for an SVG also a PDF, as LaTeX includes no SVG; return the files.
 
-    See `write_file` for errors.
+    For errors see `write_file`.
     """
     paths = [path, path.with_suffix(".pdf")] if path.suffix == ".svg" else [path]
-    return [write_figure(one, figure) for one in paths]
+    return [write_figure(file, figure) for file in paths]
 
 
 @dataclass(frozen=True)
 class Panel:
-    """One of the pictures."""
+    """Panel of `map_plot`: an image or a map, with a box or a contour."""
 
     title: str
-    shown: NDArray[np.uint8] | NDArray[np.float64]  # see `show`
-    box: NDArray[np.float64] | None = None  # `[x, y, width, height]`, drawn on it [pixels]
-    contour: NDArray[np.float64] | None = None  # (points, 2): a closed polygon on it [pixels]
+    image: NDArray[np.uint8] | NDArray[np.float64]  # see `draw_image`
+    box: NDArray[np.float64] | None = None  # `[x, y, width, height]` [px]
+    contour: NDArray[np.float64] | None = None  # (points, 2): closed polygon [px]
 
 
 def map_plot(panels: Sequence[Panel], title: str, columns: int) -> Figure:
-    """Draw panels, all of one size, in rows of so many columns."""
+    """Draw panels of equal size in a grid with so many columns."""
     rows = -(-len(panels) // columns)
-    height, width = panels[0].shown.shape[:2]
+    height, width = panels[0].image.shape[:2]
     figure = bare_figure(title, 0.6 + rows * (0.3 + 8.0 / columns * height / width))
     grid = figure.subplots(rows, columns, squeeze=False).ravel()
     for axes in grid:
         axes.set_axis_off()
     for axes, panel in zip(grid, panels, strict=False):
-        show(axes, panel.shown)
+        draw_image(axes, panel.image)
         axes.set_title(panel.title, fontsize=9)
         if panel.box is not None:
             x, y, *size = panel.box.tolist()
             axes.add_patch(Rectangle((x, y), *size, fill=False, edgecolor=colour(1)))
         if panel.contour is not None:
             line: dict[str, Any] = {"fill": False, "edgecolor": colour(1), "linewidth": 1.8}
-            axes.add_patch(Polygon(panel.contour, path_effects=rim(3.2), **line))
+            axes.add_patch(Polygon(panel.contour, path_effects=outline_effect(3.2), **line))
     return figure
 
 
 def heat_plot(values: ArrayLike, rows: Sequence[str], columns: Sequence[str], title: str) -> Figure:
-    """Shade scores in [0, 1], (rows, columns); NaN stays white and has a dash."""
+    """Draw a heat map of scores in [0, 1], (rows, columns); NaN is white with a dash."""
     scores = np.asarray(values, np.float64)
     figure = bare_figure(title, min(1.6 + 0.26 * len(rows), 30.0))
     axes = figure.subplots()
@@ -274,7 +277,7 @@ def heat_plot(values: ArrayLike, rows: Sequence[str], columns: Sequence[str], ti
     axes.set_xticks(range(len(columns)), [fold(name, 24) for name in columns], **options)
     axes.spines[:].set_visible(False)
     axes.tick_params(length=0)
-    if len(rows) > _MOST_NAMED:
+    if len(rows) > _MAX_NAMED_ROWS:
         axes.set_yticks([])
         axes.set_ylabel(f"{len(rows)} sequences", fontsize=9)
         return figure

@@ -9,11 +9,11 @@ from tempfile import TemporaryDirectory
 
 
 def write_file(path: Path, write: Callable[[Path], object]) -> Path:
-    """Let `write` fill a temporary file, move the content to `path`, and return `path`.
+    """Call `write` with a temporary file, move its content to `path`, and return `path`.
 
-    A file is replaced atomically: after an error, an interrupt or a power failure it holds the old
-    or the new content. The permissions of the old file are kept. If `path` is a symbolic link, its
-    target is replaced. A device, a FIFO or the standard output is written to.
+    A file is replaced atomically: after an error, an interrupt or a power failure it has the old or
+    the new content. The permissions of the old file are kept. If `path` is a symbolic link, its
+    target is replaced. Content for a device, a FIFO or the standard output is written directly.
 
     Raises
     ------
@@ -38,9 +38,9 @@ def write_file(path: Path, write: Callable[[Path], object]) -> Path:
 def _replace(
     target: Path, name: str, write: Callable[[Path], object], status: os.stat_result | None
 ) -> None:
-    """Replace `target`, a file of this `status` or none yet."""
+    """Replace the file `target`, which has this `status` or does not exist (None)."""
     if status is not None and not os.access(target, os.W_OK):
-        target.open("ab").close()  # raises: a replacement would ignore the write protection
+        target.open("ab").close()  # raises `OSError`; replacing would ignore the write protection
     target.parent.mkdir(parents=True, exist_ok=True)
     with TemporaryDirectory(prefix=".trackmark-", dir=target.parent) as folder:
         temporary = Path(folder, name)  # `write` may choose the format by the suffix
@@ -56,7 +56,7 @@ def _fill(path: Path, write: Callable[[Path], object], status: os.stat_result) -
     """Write to a file that cannot be replaced."""
     stream = _standard_stream(status)
     with (
-        # Opened first: a folder is refused before anything is drawn.
+        # Opened first, so that a folder is refused before the work of `write`.
         path.open("wb") if stream is None else open(stream, "wb", closefd=False) as output,
         TemporaryDirectory(prefix="trackmark-") as folder,
     ):

@@ -1,4 +1,4 @@
-"""Boxes, ellipses or contours drawn on an image, at their exact place, with a legend beneath."""
+"""Boxes, ellipses and contours on images, with sub-pixel accuracy, and their legend."""
 
 from collections.abc import Iterable, Mapping
 from itertools import pairwise
@@ -12,19 +12,19 @@ from numpy.typing import NDArray
 from trackmark.reports.palette import TRUTH_COLOUR, to_bgr
 
 Shape: TypeAlias = Literal["box", "ellipse", "contour"]
-"""What is drawn: a box by its edges, or by the ellipse inscribed in it; or a polygon."""
+"""Drawn shape: the edges of a box, the ellipse inscribed in a box, or a polygon."""
 
 TRUTH = "truth"
-"""Label of the boxes that are drawn as white dashes on a thin black line."""
+"""Label of the ground truth, which is drawn as white dashes on a thin black line."""
 
-GROUND = 28  # grey level of what surrounds images
+BACKGROUND = 28  # grey level around images
 
 _FONT = cv2.FONT_HERSHEY_SIMPLEX
-_SHIFT = 4  # cv2 takes coordinates in sixteenths of a pixel
+_SHIFT = 4  # coordinates in cv2 are multiples of 2**-4 px
 _DASH = 4.0
 _DARK, _LIGHT = (0, 0, 0), (255, 255, 255)
-_FAR_ENOUGH = 60  # between two numbers of a ruler [pixels], so that they don't touch
-_FARTHEST = 1e8
+_MIN_RULER_STEP = 60  # distance of two numbers of a ruler, so that they do not overlap [px]
+_MAX_COORDINATE = 1e8
 """Largest coordinate that is drawn [px]: products of larger ones could overflow."""
 
 
@@ -37,36 +37,35 @@ def overlay(
     shape: Shape = "box",
     lines: Mapping[str, NDArray[np.float64]] = MappingProxyType({}),
 ) -> NDArray[np.uint8]:
-    """A copy of a BGR image, enlarged by a factor, with boxes on it.
+    """Return a copy of a BGR image, enlarged by a factor, with boxes.
 
-    `boxes` are `[x, y, width, height]` in pixels of the image, by label; NaN boxes are not drawn.
-    Contours are of shape (points, 2) instead, and a row of NaN parts one polygon from the next;
-    `lines` are contours that are drawn besides, more thinly.
-    `colours` are `#rrggbb` by label; `truth` is white and dashed. `words` are written into the left
-    top corner.
+    `boxes`: boxes `[x, y, width, height]` by label [px]; NaN boxes are not drawn. With the shape
+    `contour`: points (n, 2), in which a row of NaN separates two polygons. `colours`: `#rrggbb` by
+    label; the label `truth` is white and dashed. `words`: text in the upper left corner. `lines`:
+    further contours, drawn with thinner lines.
     """
     interpolation = cv2.INTER_CUBIC if scale > 1 else cv2.INTER_AREA
     size = [max(1, round(side * scale)) for side in image.shape[1::-1]]
     drawn = np.asarray(cv2.resize(image, size, interpolation=interpolation), np.uint8)
-    # Sizes are whole pixels: the factors that came out differ a little from the one asked for.
+    # Sizes are whole pixels: the actual factors differ slightly from `scale`.
     factors = np.divide(drawn.shape[1::-1], image.shape[1::-1])
     scales = factors if shape == "contour" else np.tile(factors, 2)
     placed = {
-        label: np.clip(np.asarray(box, np.float64), -_FARTHEST, _FARTHEST) * scales
+        label: np.clip(np.asarray(box, np.float64), -_MAX_COORDINATE, _MAX_COORDINATE) * scales
         for label, box in boxes.items()
         if shape == "contour" or np.isfinite(box).all()
     }
     truth = placed.pop(TRUTH, None)
-    # Truth's dark line lies beneath all, its light dashes above all: seen on any ground, and
-    # where a box is right on it, both are seen.
+    # The dark line of the ground truth is below all boxes, its light dashes are above: it is
+    # visible on any background, and both are visible if a box has the same position.
     if truth is not None:
         _draw(drawn, truth, shape, _DARK, 1)
     for label, box in placed.items():
-        # A rim beneath keeps every colour readable on every ground.
+        # A dark line below keeps every colour visible on any background.
         _draw(drawn, box, shape, _DARK, 3)
         _draw(drawn, box, shape, to_bgr(colours[label]), 2)
     for label, line in lines.items():
-        outline = np.clip(np.asarray(line, np.float64), -_FARTHEST, _FARTHEST) * factors
+        outline = np.clip(np.asarray(line, np.float64), -_MAX_COORDINATE, _MAX_COORDINATE) * factors
         shade = to_bgr(TRUTH_COLOUR if label == TRUTH else colours[label])
         _draw(drawn, outline, "contour", _DARK, 2)
         _draw(drawn, outline, "contour", shade, 1, dashed=label == TRUTH)
@@ -78,18 +77,18 @@ def overlay(
 
 
 def legend(labels: Iterable[str], colours: Mapping[str, str], width: int) -> NDArray[np.uint8]:
-    """A dark band of the given width that names every label beside its colour; wraps."""
+    """Return a dark image of this width with all labels and their colours, in several lines."""
     line_height, margin, key = 24, 10, 26
     rows: list[list[tuple[int, str]]] = [[]]
     x = margin
     for label in labels:
-        needed = key + 8 + cv2.getTextSize(_text(label), _FONT, 0.5, 1)[0][0] + 22
+        needed = key + 8 + cv2.getTextSize(_replace_surrogates(label), _FONT, 0.5, 1)[0][0] + 22
         if x + needed > width and rows[-1]:
             rows.append([])
             x = margin
         rows[-1].append((x, label))
         x += needed
-    band = np.full((line_height * len(rows) + 6, width, 3), GROUND, np.uint8)
+    band = np.full((line_height * len(rows) + 6, width, 3), BACKGROUND, np.uint8)
     for number, row in enumerate(rows):
         y = 3 + line_height * number + line_height // 2
         for x, label in row:
@@ -100,37 +99,37 @@ def legend(labels: Iterable[str], colours: Mapping[str, str], width: int) -> NDA
     return band
 
 
-def _text(words: str) -> str:
-    """Words without what is no text, of which OpenCV dies: parts of names that are no UTF-8."""
+def _replace_surrogates(words: str) -> str:
+    """Replace surrogates, which names that are not UTF-8 contain and on which OpenCV crashes."""
     return words.encode(errors="replace").decode()
 
 
-def write_words(image: NDArray[np.uint8], words: str, at: tuple[int, int]) -> None:
-    """Write light words with a dark rim, left end of the base line at `at` (x, y)."""
-    words = _text(words)
-    x, y = at
+def write_words(image: NDArray[np.uint8], words: str, origin: tuple[int, int]) -> None:
+    """Write light text with a dark outline; `origin`: left end (x, y) of the base line."""
+    words = _replace_surrogates(words)
+    x, y = origin
     for dx, dy in ((-1, 0), (1, 0), (0, -1), (0, 1)):
         cv2.putText(image, words, (x + dx, y + dy), _FONT, 0.5, _DARK, 1, cv2.LINE_AA)
-    cv2.putText(image, words, at, _FONT, 0.5, _LIGHT, 1, cv2.LINE_AA)
+    cv2.putText(image, words, origin, _FONT, 0.5, _LIGHT, 1, cv2.LINE_AA)
 
 
 def draw_ruler(image: NDArray[np.uint8], scale: float) -> None:
-    """Mark the pixels of an image that was enlarged by a factor, along its upper and left edge."""
-    far = max(image.shape[:2]) / scale
+    """Draw rulers in original pixels along the upper and the left edge of an enlarged image."""
+    end = max(image.shape[:2]) / scale
     step = next(
         digit * 10**power
         for power in range(9)
         for digit in (1, 2, 5)
-        if digit * 10**power * scale >= _FAR_ENOUGH
+        if digit * 10**power * scale >= _MIN_RULER_STEP
     )
-    for number, pixel in enumerate(np.arange(0, far, step / 5).tolist()):
-        at, length = round(pixel * scale), 5 if number % 5 else 10
+    for number, pixel in enumerate(np.arange(0, end, step / 5).tolist()):
+        offset, length = round(pixel * scale), 5 if number % 5 else 10
         for shade, thickness in ((_DARK, 3), (_LIGHT, 1)):
-            cv2.line(image, (at, 0), (at, length), shade, thickness)
-            cv2.line(image, (0, at), (length, at), shade, thickness)
+            cv2.line(image, (offset, 0), (offset, length), shade, thickness)
+            cv2.line(image, (0, offset), (length, offset), shade, thickness)
         if number and number % 5 == 0:
-            write_words(image, f"{pixel:g}", (at + 4, 17))
-            write_words(image, f"{pixel:g}", (12, at + 5))
+            write_words(image, f"{pixel:g}", (offset + 4, 17))
+            write_words(image, f"{pixel:g}", (12, offset + 5))
 
 
 def _draw(
@@ -152,7 +151,7 @@ def _draw(
         corners = [[x, y], [x + width, y], [x + width, y + height], [x, y + height], [x, y]]
         _draw_line(image, np.array(corners), shade, thickness, dashed=dashed)
         return
-    # An even number of sides, each about as long as a dash: every other one is left out.
+    # An even number of sides, each about as long as a dash: every other side is a gap.
     sides = 2 * int(np.clip(np.pi * (width + height) / 4 / _DASH, 12, 400))
     angles = np.linspace(0, 2 * np.pi, sides + 1)
     unit = np.column_stack([np.cos(angles), np.sin(angles)])
@@ -169,7 +168,7 @@ def _draw_line(
     *,
     dashed: bool,
 ) -> None:
-    """A line through points given in continuous coordinates (pixel i spans [i, i + 1))."""
+    """Draw a line through points in continuous coordinates (pixel i spans [i, i + 1))."""
     for start, stop in pairwise(points):
         length = float(np.hypot(*(stop - start)))
         pieces = max(1, int(length / (2 * _DASH))) if dashed else 1
@@ -181,6 +180,6 @@ def _draw_line(
 
 
 def _fixed_point(point: NDArray[np.float64]) -> tuple[int, int]:
-    """Half a pixel less: cv2 counts from pixel centres. Kept within what cv2 can hold."""
+    """Convert to coordinates of cv2, which count from pixel centres and have a limited range."""
     x, y = np.clip(np.round((point - 0.5) * (1 << _SHIFT)), -(1 << 24), 1 << 24).astype(int)
     return int(x), int(y)

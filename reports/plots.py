@@ -30,8 +30,8 @@ Array = NDArray[np.float64]
 def chart_plot(chart: Chart, title: str, trackers: Sequence[str] = ()) -> Figure:
     """Draw a chart of a page.
 
-    `trackers`: all trackers of the report in the order of their colours. Those without a line,
-    because some of their runs failed or are missing, are named as incomplete.
+    `trackers`: all trackers of the report in the order of their colours. Trackers without a line,
+    because runs failed or are missing, are labelled as incomplete.
     """
     figure, (axes,) = new_figure(title, 4.0 if chart.kind == "dots" else 4.5)
     lines = {line.position: line for line in chart.lines}
@@ -49,7 +49,7 @@ def chart_plot(chart: Chart, title: str, trackers: Sequence[str] = ()) -> Figure
         axes.margins(x=0.15)
         add_legend(figure)
     else:
-        heading = f"tracker ({chart.told})" if chart.told else "tracker"
+        heading = f"tracker ({chart.value_name})" if chart.value_name else "tracker"
         add_names(figure, axes, heading if chart.kind == "line" else "")
     return figure
 
@@ -60,7 +60,7 @@ def _missing(name: str, position: int) -> Line:
 
 def _draw(axes: Axes, line: Line, kind: str, *, shaded: bool) -> None:
     """Draw a line of a chart with its band, or a dot with its interval."""
-    label = f"{line.label} ({line.told})" if line.told else line.label
+    label = f"{line.label} ({line.value})" if line.value else line.label
     x, y, low, high = (np.asarray(part, float) for part in (line.x, line.y, line.low, line.high))
     if kind == "dots":
         axes.plot(x, y, **named_line(label, line.position) | {"linestyle": "none"})
@@ -75,7 +75,7 @@ def _draw(axes: Axes, line: Line, kind: str, *, shaded: bool) -> None:
 
 
 def _limit(axes: Axes, chart: Chart) -> None:
-    """Let the abscissa begin and end where the lines do; single points lie between 0 and 1."""
+    """Limit the abscissa to the extent of the lines, or to [0, 1] for single points."""
     extents = [np.asarray(line.x, float) for line in chart.lines]
     if extents and all(len(x) == 1 for x in extents):
         axes.set_xlim(0, 1.02)
@@ -87,7 +87,7 @@ def _limit(axes: Axes, chart: Chart) -> None:
 
 
 def logarithmic_axis(axes: Axes, digits: Sequence[int]) -> None:
-    """Make the abscissa logarithmic, with plain numbers that begin with `digits`."""
+    """Make the abscissa logarithmic, with plain tick labels that begin with `digits`."""
     axes.set_xscale("log")
     axes.xaxis.set_major_locator(LogLocator(subs=digits))
     axes.xaxis.set_major_formatter("{x:g}")
@@ -106,15 +106,14 @@ def frame_plot(
 ) -> Figure:
     """Draw overlap and centre error against the frame: median and quartiles over repetitions.
 
-    `scores`: by position among the `trackers`. If there are several runs, or should be because a
-    tracker is `incomplete`, the legend states how many the median is over. If there are more lines
-    than a plot has room for, each has a row of its own.
+    `scores`: scores by index of the tracker. The legend states the number of runs if there are
+    several or the tracker is `incomplete`. More than `CROWDED` trackers get one row each.
     """
-    judged = np.any([np.isfinite(one.errors).any(axis=0) for one in scores.values()], axis=0)
+    judged = np.any([np.isfinite(entry.errors).any(axis=0) for entry in scores.values()], axis=0)
     first, last = np.flatnonzero(judged)[[0, -1]]
-    labels, repeated = {}, any(len(one.errors) > 1 for one in scores.values())
-    for position, one in scores.items():
-        n, name = len(one.errors), trackers[position]
+    labels, repeated = {}, any(len(entry.errors) > 1 for entry in scores.values())
+    for position, entry in scores.items():
+        n, name = len(entry.errors), trackers[position]
         counted = n > 1 or name in incomplete
         labels[position] = f"{name} ({n} run{'s' * (n != 1)})" if counted else name
     heading = f"{QUARTILES} runs" if repeated else ""
@@ -127,7 +126,7 @@ def frame_plot(
         grid = np.array([axes] * len(scores))
     frames = np.arange(first, last + 1)
     for column, part in enumerate(("overlaps", "errors")):
-        values = {k: getattr(one, part)[:, first : last + 1] for k, one in scores.items()}
+        values = {k: getattr(entry, part)[:, first : last + 1] for k, entry in scores.items()}
         for panel, (position, its) in zip(grid[:, column], values.items(), strict=True):
             for others in values.values() if len(scores) > CROWDED else ():
                 panel.plot(frames, quantile_by_frame(others), **OTHERS)
@@ -139,7 +138,7 @@ def frame_plot(
 
 
 def _name_frame_axes(grid: NDArray[Any], labels: Sequence[str], *, crowded: bool) -> None:
-    """Name and scale the axes of a frame plot; a crowded one has a row per label."""
+    """Label and scale the axes of a frame plot; a crowded one has a row per label."""
     small = {"fontsize": 7} if crowded else {}
     for upper, lower in grid if crowded else grid[:1]:
         upper.set_ylabel("overlap", **small)
@@ -161,9 +160,9 @@ def speed_plot(
 ) -> Figure:
     """Draw CPU time per frame: a dot at the median, a bar to the 95th percentile.
 
-    `times`: both by tracker [s]; NaN for a tracker with disturbed or failed passes, which gets
-    words instead of a dot. `clock`: `warm` or `as decoded`. `trackers`: all trackers of the report,
-    in order; those that were not timed get no row.
+    `times`: both times by tracker [s]; NaN for a tracker with disturbed or failed passes, which
+    gets a text instead of a dot. `clock`: `warm` or `as decoded`. `trackers`: all trackers of the
+    report in order; trackers without times get no row.
     """
     timed = [(position, name) for position, name in enumerate(trackers) if name in times]
     figure, (axes,) = new_figure(title, 1.4 + 0.42 * len(timed))

@@ -1,19 +1,18 @@
-"""Texts of others (names, what a tracker raised) as they may be shown.
+"""Conversion of foreign texts, such as names and error messages, for output.
 
-A terminal obeys control characters: such a text could move the cursor, hide lines or set the
-window's title. They are shown by their numbers instead, as JSON writes them, so that a JSON text
-stays the same JSON.
+Control characters in a text could move the cursor of a terminal, hide lines or set the title of the
+window. They are replaced by their numbers in the notation of JSON, which keeps a JSON text valid.
 """
 
 import re
 import shutil
 import textwrap
 
-WIDTH = 100
-"""Columns of a terminal that is not narrow."""
+MAX_WIDTH = 100
+"""Maximum number of terminal columns that tables and texts use."""
 
-# What moves or hides text: controls, the marks that turn the direction of writing round, and
-# halves of characters, which no encoding has (file names that are not UTF-8 hold them).
+# Characters that move or hide text: controls, marks of the writing direction, and surrogates, which
+# cannot be encoded (file names that are not UTF-8 contain them).
 _CONTROLS = r"\x00-\x08\x0b-\x1f\x7f-\x9f\u200e\u200f\u202a-\u202e\u2066-\u2069\ud800-\udfff"
 _LABEL = re.compile(r" *\S.{,40}?  +")
 _NONCHARACTER = re.compile("[\ufffe\uffff]")
@@ -22,12 +21,12 @@ _CONTROL_OR_BREAK = re.compile(rf"[{_CONTROLS}\t\n\u2028\u2029]")
 
 
 def width() -> int:
-    """Columns of the terminal, from 60 to `WIDTH`; `WIDTH` where there is no terminal."""
-    return max(60, min(WIDTH, shutil.get_terminal_size((WIDTH, 24)).columns))
+    """Return the columns of the terminal, from 60 to `MAX_WIDTH`; `MAX_WIDTH` without terminal."""
+    return max(60, min(MAX_WIDTH, shutil.get_terminal_size((MAX_WIDTH, 24)).columns))
 
 
 def printable(text: str) -> str:
-    r"""Give the text with control characters as `\u001b`; lines and tabs stay.
+    r"""Return the text with control characters as `\u001b`; line ends and tabs are kept.
 
     >>> printable("\x1b[31mred\n")
     '\\u001b[31mred\n'
@@ -36,7 +35,7 @@ def printable(text: str) -> str:
 
 
 def one_line(text: str) -> str:
-    r"""Give the text with tabs and ends of lines shown so, too.
+    r"""Return the text with control characters, tabs and line ends as `\u000a`.
 
     >>> one_line("two\nlines")
     'two\\u000alines'
@@ -44,7 +43,7 @@ def one_line(text: str) -> str:
     return _CONTROL_OR_BREAK.sub(_number, text)
 
 
-def in_xml(text: str) -> str:
+def to_xml(text: str) -> str:
     r"""Return the text with the characters that XML 1.0 cannot hold as `\u0000`.
 
     >>> in_xml("\x00\ufffe")
@@ -53,23 +52,23 @@ def in_xml(text: str) -> str:
     return _NONCHARACTER.sub(_number, printable(text))
 
 
-def wrapped(text: str) -> str:
-    """Give the text in lines of `width()` columns; names and numbers stay whole.
+def wrap(text: str) -> str:
+    """Wrap a text to `width()` columns without breaking names and numbers.
 
-    What two spaces part from a label stays to the right of that.
+    A text after a label and two spaces is indented to the right of the label.
     """
     return "\n".join(
-        line if len(line) <= width() else _filled(line, _LABEL.match(line))
+        line if len(line) <= width() else _fill(line, _LABEL.match(line))
         for line in text.split("\n")
     )
 
 
-def _filled(line: str, label: re.Match[str] | None) -> str:
+def _fill(line: str, label: re.Match[str] | None) -> str:
     indent = " " * len(label[0] if label else "")
     return textwrap.fill(
         line, width(), subsequent_indent=indent, break_long_words=False, break_on_hyphens=False
     )
 
 
-def _number(found: re.Match[str]) -> str:
-    return f"\\u{ord(found[0]):04x}"
+def _number(match: re.Match[str]) -> str:
+    return f"\\u{ord(match[0]):04x}"

@@ -1,4 +1,4 @@
-"""What a table looks like: as plain text, Markdown, CSV and LaTeX."""
+"""Renderers of tables: plain text, Markdown, CSV, JSON, HTML and LaTeX."""
 
 import html
 import json
@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable, Mapping
 from math import isfinite
 
 from trackmark.reports.printable import one_line
-from trackmark.reports.tables import Cell, Table, number_in, rests_of, texts_of
+from trackmark.reports.tables import Cell, Table, number_in, number_rests, text_columns
 
 _LATEX = {
     "\\": r"\textbackslash{}",
@@ -22,7 +22,7 @@ _LATEX = {
     "}": r"\}",
     "~": r"\textasciitilde{}",
     "^": r"\textasciicircum{}",
-    # The next three would be set as other signs in LaTeX's default encoding.
+    # LaTeX prints other characters for the next three in its default encoding.
     "<": r"\textless{}",
     ">": r"\textgreater{}",
     "|": r"\textbar{}",
@@ -39,11 +39,11 @@ _LATEX = {
     "→": r"$\to$",
 }
 
-# What pdfLaTeX sets as it comes; for any other sign it would stop.
-_BEYOND = re.compile(
+# Characters that pdfLaTeX cannot print; it stops at these.
+_UNPRINTABLE = re.compile(
     "[^\x00-\x7fÀÁÂÃÄÅÆÇÈÉÊËÌÍÎÏÑÒÓÔÕÖØÙÚÛÜÝßàáâãäåæçèéêëìíîïñòóôõöøùúûüýÿĆćČčĎďĚěĞğŁłŃńŇňŐőŒœŘřŚśŠšŤťŮůŰűŸŹźŻżŽž]+"
 )
-# Lines may end before each number; robust, since captions are written into files.
+# Lines may break before each number. The command is robust, as LaTeX writes captions into files.
 OR_NUMBERS = (
     r"\let\shownslash\textbackslash"
     "\n"
@@ -55,36 +55,40 @@ TO_FIT = (
     r"\providecommand{\tofit}[1]{\ifdefined\resizebox"
     r"\resizebox{\ifdim\width>\linewidth\linewidth\else\width\fi}{!}{#1}\else#1\fi}"
 )
-"""What is wider than a page is scaled down to it, where graphicx is used."""
+"""LaTeX command that scales a wide table down to the page if graphicx is loaded."""
 
-_HEAD = 12  # columns of a terminal that a head takes before it goes on in another line
-_LINE = 76  # letters of a line in `article`, in the size of footnotes
-_LONG = 24  # letters from which on texts of a column are wrapped
-_LEAST = 12  # letters that a wrapped column has room for
-_MOST_LINES = 36  # of a table's body on a page
-_BETWEEN = 3  # letters that there would be room for between two columns
-_MOST_NOTES = 900  # letters of notes beneath a table; more of them follow it
+_HEAD_WIDTH = 12  # width at which column headings are wrapped on a terminal
+# Sizes of LaTeX tables in characters of \footnotesize in the class `article`:
+_LINE_WIDTH = 76
+_MAX_UNWRAPPED = 24  # width of the widest column that is not wrapped
+_MIN_WRAPPED = 12  # minimum width of a wrapped column
+_MAX_LINES = 36  # lines of the body of a table on a page
+_COLUMN_GAP = 3
+_MAX_NOTES = 900  # length of the notes inside a table; longer notes follow the table
 _WORD = re.compile(r"\S{13,}")
 _CUT = re.compile(r"[A-Za-z]{18,}|(?=\w*\d)\w{13,}|[/:=,_.;-]+(?=\w)")
-"""Where lines may end within words that are longer than a column: after signs, and in between."""
+"""Possible line breaks in words that are longer than a column."""
 
-_FORMULA = re.compile("'*[=+@＝＋＠－-]")  # the wide ones count as such in some languages
+_FORMULA = re.compile("'*[=+@＝＋＠－-]")  # spreadsheets also accept the wide characters
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?", re.IGNORECASE | re.ASCII)
 
 
 def to_csv(table: Table) -> str:
-    """Render a table's data for machines: a row a value, at full precision, gaps left empty.
+    """Render the data of a table as CSV: one unrounded value per row, missing values empty.
 
-    A spreadsheet would compute a text that begins with `=`, `+`, `-` or `@`: it gets an apostrophe
-    before it, as one types it there (and so does what begins with apostrophes and such a sign, so
-    that taking one away gives the text). Numbers are left alone.
+    A spreadsheet would evaluate a text that starts with `=`, `+`, `-` or `@`: such a text gets a
+    leading apostrophe. A text with apostrophes before such a character gets one more, so that
+    removing one restores the text. Numbers are unchanged.
     """
-    named = table.data.rename(columns=_in_csv)
-    return named.map(_in_csv).to_csv(index=False, lineterminator="\n")
+    return (
+        table.data.rename(columns=_to_csv_value)
+        .map(_to_csv_value)
+        .to_csv(index=False, lineterminator="\n")
+    )
 
 
 def to_json(table: Table) -> str:
-    """Render a table's data on one line of JSON: at full precision, what is missing null."""
+    """Render the data of a table on one line of JSON: unrounded values, missing values null."""
     rows = [
         {
             key: None if isinstance(value, float) and not isfinite(value) else value
@@ -92,48 +96,48 @@ def to_json(table: Table) -> str:
         }
         for row in table.data.to_dict("records")
     ]
-    told = {"table": table.name, "caption": table.caption, "notes": table.notes, "rows": rows}
-    return json.dumps(told)
+    content = {"table": table.name, "caption": table.caption, "notes": table.notes, "rows": rows}
+    return json.dumps(content)
 
 
 def to_markdown(table: Table) -> str:
-    """Render a table in Markdown (pipe table); the best of a column is bold."""
-    alignment = ["---" if text else "---:" for text in texts_of(table)]
+    """Render a table as a pipe table in Markdown; marked cells are bold."""
+    alignment = ["---" if text else "---:" for text in text_columns(table)]
     caption, *heads = map(in_markdown, [table.caption, *table.heads])
     rows = [heads, alignment, *_cells(table, in_markdown, "**{}**")]
     notes = [f"- {in_markdown(note)}" for note in table.notes]
-    shown = [f"| {' | '.join(row)} |" for row in rows] if table.rows else []
-    lines = [caption, *([""] if shown else []), *shown]
+    body = [f"| {' | '.join(row)} |" for row in rows] if table.rows else []
+    lines = [caption, *([""] if body else []), *body]
     return "\n".join([*lines, *([""] if notes else []), *notes]) + "\n"
 
 
 def to_latex(table: Table) -> str:
-    r"""Render a table in LaTeX (needs `\usepackage{booktabs}`); the best of a column is bold.
+    r"""Render a table in LaTeX (needs `\usepackage{booktabs}`); marked cells are bold.
 
-    Long texts are wrapped, and what is wider than a line all the same is scaled down to it (with
-    graphicx); what is longer than a page is several tables. Letters that pdfLaTeX can't set are
-    shown by their numbers (`\u043a`); XeLaTeX and LuaLaTeX set them.
+    Long texts are wrapped. A table that is still too wide is scaled down (with graphicx). A table
+    that is longer than a page is split. Characters that pdfLaTeX cannot print are replaced by their
+    numbers (`\u043a`); XeLaTeX and LuaLaTeX print them.
     """
     if not table.rows:
-        told = [breakable(in_latex(text)) for text in (table.caption, *table.notes)]
-        return "\n\n".join(told) + "\n"
-    room = _rooms(table)
-    parted = list(map(bool, rests_of(table)))
+        texts = [breakable(in_latex(text)) for text in (table.caption, *table.notes)]
+        return "\n\n".join(texts) + "\n"
+    room = _column_widths(table)
+    split = list(map(bool, number_rests(table)))
     columns = "".join(
-        f"p{{{letters / _LINE:.3f}\\linewidth}}"
+        f"p{{{letters / _LINE_WIDTH:.3f}\\linewidth}}"
         if letters
         else "l"
         if text
         else "r@{}l"
         if two
         else "r"
-        for letters, text, two in zip(room, texts_of(table), parted, strict=True)
+        for letters, text, two in zip(room, text_columns(table), split, strict=True)
     )
-    heads = _latex_row(_wrapped(_parted(map(Cell, table.heads), parted), room))
-    shown = [_wrapped(_parted(row, parted), room) for row in table.rows]
+    heads = _latex_row(_wrap_cells(_latex_cells(map(Cell, table.heads), split), room))
+    rows = [_wrap_cells(_latex_cells(row, split), room) for row in table.rows]
     notes = [rf"\par\footnotesize {breakable(in_latex(note))}" for note in table.notes]
-    follow = sum(map(len, table.notes)) > _MOST_NOTES
-    pieces = _pieces(table, room)
+    follow = sum(map(len, table.notes)) > _MAX_NOTES
+    pieces = _split_rows(table, room)
     small = r"\footnotesize" if any(room) else ""
     lines = [TO_FIT]
     for number, piece in enumerate(pieces):
@@ -146,7 +150,7 @@ def to_latex(table: Table) -> str:
             r"\toprule",
             heads,
             r"\midrule",
-            *(_latex_row(shown[row]) for row in piece),
+            *(_latex_row(rows[row]) for row in piece),
             r"\bottomrule",
             r"\end{tabular}}",
             *(notes if piece is pieces[-1] and not follow else []),
@@ -158,59 +162,60 @@ def to_latex(table: Table) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _parted(row: Iterable[Cell], parted: list[bool]) -> list[str]:
-    """Cells as LaTeX sets them; numbers of parted columns in two, so that units are aligned."""
+def _latex_cells(row: Iterable[Cell], split: list[bool]) -> list[str]:
+    """Convert cells to LaTeX; numbers of `split` columns get two columns to align the units."""
     cells = []
-    for cell, two in zip(row, parted, strict=True):
+    for cell, two in zip(row, split, strict=True):
         number = number_in(cell.text) if two else None
         parts = [in_latex(part) for part in number or [cell.text]]
         parts[1:] = [re.sub("^ ", "~", part) for part in parts[1:]]  # TeX would drop the space
-        shown = [rf"\textbf{{{part}}}" if cell.best and part else part for part in parts]
+        texts = [rf"\textbf{{{part}}}" if cell.best and part else part for part in parts]
         alone = two and number is None
-        cells.append(rf"\multicolumn{{2}}{{r}}{{{shown[0]}}}" if alone else " & ".join(shown))
+        cells.append(rf"\multicolumn{{2}}{{r}}{{{texts[0]}}}" if alone else " & ".join(texts))
     return cells
 
 
-def _rooms(table: Table) -> list[int]:
-    """Letters that there is room for in columns that are wrapped; 0 for others."""
-    texts = texts_of(table)
+def _column_widths(table: Table) -> list[int]:
+    """Return the width of each wrapped column [characters]; 0 for other columns."""
+    texts = text_columns(table)
     widest = [
-        max((_set(row[column].text) for row in table.rows), default=0)
+        max((_latex_width(row[column].text) for row in table.rows), default=0)
         for column in range(len(table.heads))
     ]
-    wide = [text and width > _LONG for text, width in zip(texts, widest, strict=True)]
+    wide = [text and width > _MAX_UNWRAPPED for text, width in zip(texts, widest, strict=True)]
     others = [
-        max(width, _set(head)) + _BETWEEN
+        max(width, _latex_width(head)) + _COLUMN_GAP
         for width, head, wrapped in zip(widest, table.heads, wide, strict=True)
         if not wrapped
     ]
-    left = max(_LINE - sum(others) - _BETWEEN * sum(wide), _LEAST * sum(wide))
+    left = max(_LINE_WIDTH - sum(others) - _COLUMN_GAP * sum(wide), _MIN_WRAPPED * sum(wide))
     weights = [
         min(width, 400) ** 0.5 if wrapped else 0.0
         for width, wrapped in zip(widest, wide, strict=True)
     ]
-    return [max(_LEAST, int(left * weight / sum(weights))) if weight else 0 for weight in weights]
+    total = sum(weights)
+    return [max(_MIN_WRAPPED, int(left * weight / total)) if weight else 0 for weight in weights]
 
 
-def _set(text: str) -> int:
-    """Letters that a text takes, of which those beyond pdfLaTeX's are shown by their numbers."""
-    return len(_BEYOND.sub(lambda found: "-" * 6 * len(found[0]), text))
+def _latex_width(text: str) -> int:
+    """Return the width of a text [characters], in which pdfLaTeX replaces some by numbers."""
+    return len(_UNPRINTABLE.sub(lambda match: "-" * 6 * len(match[0]), text))
 
 
-def _pieces(table: Table, room: list[int]) -> list[list[int]]:
-    """Numbers of rows that stand on a page together; one piece where there are none."""
+def _split_rows(table: Table, room: list[int]) -> list[list[int]]:
+    """Return the row indices of each page; one empty page if there are no rows."""
     pieces: list[list[int]] = [[]]
     lines = 0
     for number, row in enumerate(table.rows):
         high = max(
             (
-                -(-_set(cell.text) // letters)
+                -(-_latex_width(cell.text) // letters)
                 for cell, letters in zip(row, room, strict=True)
                 if letters
             ),
             default=1,
         )
-        if pieces[-1] and lines + high > _MOST_LINES:
+        if pieces[-1] and lines + high > _MAX_LINES:
             pieces.append([])
             lines = 0
         pieces[-1].append(number)
@@ -218,8 +223,8 @@ def _pieces(table: Table, room: list[int]) -> list[list[int]]:
     return pieces
 
 
-def _wrapped(cells: list[str], room: list[int]) -> list[str]:
-    r"""Cells whose lines end anywhere, and are not stretched; `\raggedright` would take `\\`."""
+def _wrap_cells(cells: list[str], room: list[int]) -> list[str]:
+    r"""Set wrapped cells ragged right; `\raggedright` would redefine `\\`."""
     return [
         rf"\rightskip0pt plus1fil\hspace{{0pt}}{breakable(cell)}" if letters else cell
         for cell, letters in zip(cells, room, strict=True)
@@ -227,12 +232,12 @@ def _wrapped(cells: list[str], room: list[int]) -> list[str]:
 
 
 def breakable(latex: str) -> str:
-    """LaTeX whose long words, names and digests say, may be divided between lines."""
-    return _WORD.sub(lambda word: _CUT.sub(_divided, word[0]), latex)
+    """Allow line breaks in the long words of a LaTeX text, such as names and digests."""
+    return _WORD.sub(lambda word: _CUT.sub(_add_breaks, word[0]), latex)
 
 
-def _divided(found: re.Match[str]) -> str:
-    word = found[0]
+def _add_breaks(match: re.Match[str]) -> str:
+    word = match[0]
     if not word[0].isalnum():
         return word + r"\allowbreak{}"
     mark = r"\-" if word.isalpha() else r"\allowbreak{}"
@@ -240,7 +245,7 @@ def _divided(found: re.Match[str]) -> str:
 
 
 def to_html(table: Table) -> str:
-    """Render a table as a piece of HTML; the best of a column is bold."""
+    """Render a table as an HTML element; marked cells are bold."""
     heads = "".join(f"<th>{_in_html(head)}</th>" for head in table.heads)
     rows = "".join(
         f"<tr>{''.join(f'<td>{cell}</td>' for cell in row)}</tr>"
@@ -254,9 +259,9 @@ def to_html(table: Table) -> str:
 
 
 def to_text(table: Table) -> str:
-    """Render a table as aligned text; the best of a column is followed by `*`.
+    """Render a table as aligned text; marked cells are followed by `*`.
 
-    A label that stands alone in its row runs over the columns beside it.
+    The only label of a row extends over the following columns.
     """
     caption, *notes = map(one_line, [table.caption, *table.notes])
     if not table.rows:
@@ -264,39 +269,42 @@ def to_text(table: Table) -> str:
     alone = [not any(cell.text for cell in row[1:]) for row in table.rows]
     columns = [
         _column(head, [row[column] for row in table.rows], alone, text=text)
-        for column, (head, text) in enumerate(zip(table.heads, texts_of(table), strict=True))
+        for column, (head, text) in enumerate(zip(table.heads, text_columns(table), strict=True))
     ]
-    lines = max(map(len, columns))  # heads may take several
+    lines = max(map(len, columns))  # headings may take several lines
     whole = [[" " * _width(cells[0])] * (lines - len(cells)) + cells for cells in columns]
-    shown = ["  ".join(cells).rstrip() for cells in zip(*whole, strict=True)]
-    return "\n".join([caption, "", *shown, *notes]) + "\n"
+    body = ["  ".join(cells).rstrip() for cells in zip(*whole, strict=True)]
+    return "\n".join([caption, "", *body, *notes]) + "\n"
 
 
 def _column(head: str, cells: list[Cell], alone: list[bool], *, text: bool) -> list[str]:
-    """Lines of a column: of its head, a rule, its cells; numbers with their units aligned.
+    """Return the lines of a column: heading, rule, cells; units of numbers are aligned.
 
-    `alone`: which cells run over the columns beside it.
+    `alone`: True for cells that extend over the following columns.
     """
-    beside = " " if any(cell.best for cell in cells) else ""
-    shown = [one_line(cell.text) + ("*" if cell.best else beside) for cell in cells]
+    no_mark = " " if any(cell.best for cell in cells) else ""
+    lines = [one_line(cell.text) + ("*" if cell.best else no_mark) for cell in cells]
     if not text:
-        numbers = list(map(number_in, shown))
+        numbers = list(map(number_in, lines))
         whole, rest = (
-            max((_width(one[part]) for one in numbers if one), default=0) for part in (0, 1)
+            max((_width(number[part]) for number in numbers if number), default=0)
+            for part in (0, 1)
         )
-        shown = [
-            _pad(one.whole, whole, left=False) + _pad(one.rest, rest, left=True) if one else cell
-            for one, cell in zip(numbers, shown, strict=True)
+        lines = [
+            _pad(number.whole, whole, left=False) + _pad(number.rest, rest, left=True)
+            if number
+            else line
+            for number, line in zip(numbers, lines, strict=True)
         ]
-    widths = [_width(one) for one, over in zip(shown, alone, strict=True) if not over]
-    folded = textwrap.wrap(one_line(head), max(_HEAD, *widths), break_long_words=False)
-    heads = [line if text else line + beside for line in folded or [""]]
+    widths = [_width(line) for line, over in zip(lines, alone, strict=True) if not over]
+    folded = textwrap.wrap(one_line(head), max(_HEAD_WIDTH, *widths), break_long_words=False)
+    heads = [line if text else line + no_mark for line in folded or [""]]
     widest = max(*map(_width, heads), *widths, 0)
-    return [_pad(one, widest, left=text) for one in (*heads, "-" * widest, *shown)]
+    return [_pad(line, widest, left=text) for line in (*heads, "-" * widest, *lines)]
 
 
 def _width(text: str) -> int:
-    """Columns that a text takes on a terminal."""
+    """Return the number of terminal columns of a text."""
     return sum(
         0 if unicodedata.combining(sign) else 1 + (unicodedata.east_asian_width(sign) in "WF")
         for sign in text
@@ -309,15 +317,15 @@ def _pad(text: str, width: int, *, left: bool) -> str:
 
 
 def _cells(table: Table, escaped: Callable[[str], str], bold: str) -> list[list[str]]:
-    """The body's texts, the best of a column in bold."""
+    """Return the texts of the body, marked cells in bold."""
     return [
         [bold.format(escaped(cell.text)) if cell.best else escaped(cell.text) for cell in row]
         for row in table.rows
     ]
 
 
-def _in_csv(value: object) -> object:
-    """A number as it is; a text so that it is data for a spreadsheet, too."""
+def _to_csv_value(value: object) -> object:
+    """Return a number unchanged; protect a text from evaluation by a spreadsheet."""
     if not isinstance(value, str):
         return value
     text = one_line(value)
@@ -325,8 +333,8 @@ def _in_csv(value: object) -> object:
 
 
 def in_markdown(text: str) -> str:
-    """Text as Markdown shows it, in a cell or elsewhere on a line."""
-    # No link without what begins a line or follows a bracket: those of units are left to be read.
+    """Escape a text for Markdown."""
+    # Brackets are escaped only if they could form a link: those around units stay readable.
     return re.sub(r"(^\[|[\\|*_`<~]|&(?=[#\w]+;)|\](?=[(\[]))", r"\\\1", one_line(text))
 
 
@@ -335,19 +343,19 @@ def _in_html(text: str) -> str:
 
 
 def in_latex(text: str) -> str:
-    r"""Text as LaTeX sets it; where it has `\ornumbers`, `OR_NUMBERS` stands before it."""
+    r"""Escape a text for LaTeX; a text with `\ornumbers` needs `OR_NUMBERS` before it."""
     escaped = "".join(_LATEX.get(sign, sign) for sign in one_line(text))
-    return _BEYOND.sub(_or_numbers, escaped)
+    return _UNPRINTABLE.sub(_or_numbers, escaped)
 
 
-def _or_numbers(found: re.Match[str]) -> str:
-    """Signs for those that can set them, and their numbers for pdfLaTeX."""
-    numbers = "".join(rf"\textbackslash u{ord(sign):04x}" for sign in found[0])
-    return rf"\ornumbers{{{found[0]}}}{{{numbers}}}"
+def _or_numbers(match: re.Match[str]) -> str:
+    """Return characters for XeLaTeX and LuaLaTeX, and their numbers for pdfLaTeX."""
+    numbers = "".join(rf"\textbackslash u{ord(sign):04x}" for sign in match[0])
+    return rf"\ornumbers{{{match[0]}}}{{{numbers}}}"
 
 
 def _latex_row(cells: list[str]) -> str:
-    r"""Join cells to a row; after `\\` LaTeX would take a bracket or an asterisk for an option."""
+    r"""Join cells to a row; LaTeX would parse a bracket or asterisk after `\\` as an option."""
     shield = "{}" if cells[0].startswith(("[", "*")) else ""
     return shield + " & ".join(cells) + r" \\"
 
@@ -358,4 +366,4 @@ FORMATS: Mapping[str, tuple[str, Callable[[Table], str]]] = {
     "csv": (".csv", to_csv),
     "latex": (".tex", to_latex),
 }
-"""Suffix and renderer of every format that a table can have."""
+"""Suffix and renderer of each format of tables."""

@@ -1,4 +1,4 @@
-"""Numbers over frames: median and quartiles over repetitions."""
+"""Plots of numbers by frame: median and quartiles over repetitions."""
 
 from collections.abc import Mapping, Sequence
 
@@ -15,10 +15,10 @@ QUARTILES = "median and quartiles over"
 
 
 def quantile_by_frame(values: NDArray[np.floating], q: float = 0.5) -> NDArray[np.floating]:
-    """Return a quantile over the rows of (runs, frames), NaN for frames without values."""
-    known = np.isfinite(values).any(axis=0)
+    """Return a quantile over runs, given (runs, frames); NaN for frames without values."""
+    has_values = np.isfinite(values).any(axis=0)
     quantiles = np.full(values.shape[1], np.nan)
-    quantiles[known] = np.nanquantile(values[:, known], q, axis=0)
+    quantiles[has_values] = np.nanquantile(values[:, has_values], q, axis=0)
     return quantiles
 
 
@@ -29,10 +29,10 @@ def draw_median(
     position: int,
     label: str,
 ) -> None:
-    """Draw the median of (runs, frames) as a line, and the quartiles as a band around it.
+    """Draw the median of (runs, frames) as a line and the quartiles as a band.
 
-    A single run has no band; a frame without values is a gap. Colour and dashes follow from the
-    line's `position` among others.
+    A single run has no band; a frame without values is a gap. `position`: index of colour and
+    dashes.
     """
     draw_line(axes, frames, quantile_by_frame(values), label, position)
     if len(values) > 1:
@@ -49,11 +49,11 @@ def series_plot(
     first: int = 0,
     row_height: float = 1.4,
 ) -> Figure:
-    """Draw one number over frames, a panel below the other.
+    """Draw one number by frame in panels below each other.
 
-    `panels`: values (runs, frames) by panel and label. `quantity`: of the ordinate, with its unit.
-    `labels`: all lines, in the order of their colours. `over`: what a row of values stands for.
-    `first`: number of the first frame. A panel has so many inches of height.
+    `panels`: values (runs, frames) by panel and label. `quantity`: quantity of the ordinate with
+    its unit. `labels`: all lines in the order of their colours. `over`: meaning of a row of values.
+    `first`: number of the first frame. `row_height`: height of a panel [inches].
     """
     figure, all_axes = new_figure(title, 0.8 + row_height * len(panels), len(panels))
     repeated = False

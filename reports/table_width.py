@@ -1,70 +1,74 @@
-"""A table for a terminal: no wider than that, with what its reader needs first."""
+"""Tables for a terminal: the most important columns that fit its width."""
 
 from collections.abc import Callable
 from dataclasses import replace
 from itertools import groupby
 
-from trackmark.reports.printable import one_line, width, wrapped
+from trackmark.reports.printable import one_line, width, wrap
 from trackmark.reports.tables import MISSING, Cell, Table
 
-_FEWEST = 2  # columns of scores that are shown however wide they are
+_MIN_COLUMNS = 2  # columns of scores that are never omitted
 
 
 def on_terminal(table: Table, render: Callable[[Table], str], more: str = "") -> str:
-    """Render a table no wider than a terminal, where that can be.
+    """Render a table in the width of a terminal if possible.
 
-    `render`: gives it as text, its caption in the first line. `more`: says how to see the columns
-    that are left out.
+    `render`: converts a table to text with its caption in the first line. `more`: advice on how to
+    print the omitted columns.
     """
-    narrow, left_out = fitted(table, lambda one: _columns(render(replace(one, notes=[]))))
+    narrow, left_out = fit_to_terminal(
+        table, lambda candidate: _width_of(render(replace(candidate, notes=[])))
+    )
     caption, _, body = render(replace(narrow, notes=[])).partition("\n")
     notes = [one_line(note) for note in narrow.notes]
     notes += [f"Left out: {'; '.join(left_out)}{more}."] if left_out else []
-    return f"{wrapped(caption)}\n{body}" + "".join(f"{wrapped(note)}\n" for note in notes)
+    return f"{wrap(caption)}\n{body}" + "".join(f"{wrap(note)}\n" for note in notes)
 
 
-def _columns(text: str) -> int:
-    """Of a table as text without its caption."""
+def _width_of(text: str) -> int:
+    """Return the width of a table as text without its caption."""
     return max(map(len, text.splitlines()[1:]), default=0)
 
 
-def fitted(table: Table, columns: Callable[[Table], int]) -> tuple[Table, list[str]]:
-    """The table in the `width` of a terminal, and the heads of columns left out for that.
+def fit_to_terminal(table: Table, table_width: Callable[[Table], int]) -> tuple[Table, list[str]]:
+    """Return the table in the `width` of a terminal, and the heads of omitted columns.
 
-    Why a mean is missing is said once a row. Then the first of two labels gets lines of its own,
-    where rows share it (a single one does), and columns go, those of the highest rank first.
+    The reason of missing means is printed once per row. If the table is still too wide, the first
+    of two labels gets separate lines if rows share it. Then columns are omitted, starting with the
+    highest rank.
     """
-    made = replace(table, rows=list(map(_said_once, table.rows)), notes=list(table.notes))
+    shortened = replace(table, rows=list(map(_shorten_reasons, table.rows)), notes=[*table.notes])
     grouped = False
     shared = len({row[0].text for row in table.rows}) < max(2, len(table.rows))
     left_out: list[int] = []
     order = sorted(range(len(table.ranks)), key=lambda column: (table.ranks[column], column))
-    while columns(_shown(made, left_out, grouped=grouped)) > width():
+    while table_width(_without_columns(shortened, left_out, grouped=grouped)) > width():
         if table.n_labels == 2 and shared and not grouped:
             grouped = True
-        elif len(order) > _FEWEST:
+        elif len(order) > _MIN_COLUMNS:
             left_out.append(order.pop() + table.n_labels)
         else:
             break
-    return _shown(made, left_out, grouped=grouped), [table.heads[i] for i in sorted(left_out)]
+    narrow = _without_columns(shortened, left_out, grouped=grouped)
+    return narrow, [table.heads[i] for i in sorted(left_out)]
 
 
-def _said_once(row: list[Cell]) -> list[Cell]:
-    """The row with the reason that it has no scores in its first score alone."""
-    seen: set[str] = set()
-    said = []
+def _shorten_reasons(row: list[Cell]) -> list[Cell]:
+    """Keep only the first of equal reasons for missing means in a row."""
+    texts: set[str] = set()
+    cells = []
     for cell in row:
-        again = cell.text.startswith(f"{MISSING} (") and cell.text in seen
-        said.append(Cell(MISSING) if again else cell)
-        seen.add(cell.text)
-    return said
+        is_repeated = cell.text.startswith(f"{MISSING} (") and cell.text in texts
+        cells.append(Cell(MISSING) if is_repeated else cell)
+        texts.add(cell.text)
+    return cells
 
 
-def _shown(table: Table, left_out: list[int], *, grouped: bool) -> Table:
-    """The table without some columns; grouped, its first labels stand in lines of their own."""
-    kept = [column for column in range(len(table.heads)) if column not in left_out]
-    heads = [table.heads[column] for column in kept]
-    rows = [[row[column] for column in kept] for row in table.rows]
+def _without_columns(table: Table, left_out: list[int], *, grouped: bool) -> Table:
+    """Return the table without some columns; `grouped`: first labels get separate lines."""
+    columns = [column for column in range(len(table.heads)) if column not in left_out]
+    heads = [table.heads[column] for column in columns]
+    rows = [[row[column] for column in columns] for row in table.rows]
     if not grouped:
         return replace(table, heads=heads, rows=rows)
     lines = []

@@ -1,8 +1,8 @@
-"""Tables of scores: one model, which every renderer shows in its own way.
+"""Tables of scores: one model for all renderers.
 
-A mean is taken over repetitions first and over sequences then, so that each sequence counts
-once. A run that is missing never disappears from a mean: the mean is shown as missing, with the
-count of what is missing. A failed run has the worst score.
+Scores are averaged over repetitions first and then over sequences, so that all sequences have equal
+weights. A mean with a missing run is missing itself, and the table shows the number of missing
+runs. A failed run has the worst score.
 """
 
 import math
@@ -21,14 +21,14 @@ Direction: TypeAlias = Literal["higher", "lower"]
 
 MISSING = "—"
 NOT_RUN = "not run"
-_WORDS = {
+_STATUS_MEANINGS = {
     "missing": "of the runs that were asked for",
     "stale": "by another version of the tracker or the sequence",
     NOT_RUN: "of the sequences",
 }
 _FRAME = re.compile(r"^(frame \d+|\S+\.(?:png|jpe?g|bmp|tiff?|webp|p[gp]m)): ", re.IGNORECASE)
 
-_NEVER = "none"  # in place of the number of a frame
+_NO_FRAME = "none"  # instead of a frame number
 _NUMBER = re.compile(
     r"([\[(~<>≤≥]*\s*[+-]?\d*)(?:(?<=\d)\.?\d*|\.\d+)(?:e[+-]?\d+)?(?=$|[\s,;%\])±–*])",
     re.IGNORECASE | re.ASCII,
@@ -37,30 +37,30 @@ _NUMBER = re.compile(
 
 @dataclass(frozen=True)
 class ScoreMeasure:
-    """A score as tables show it: a column of theirs."""
+    """Column of a table: a score and its format."""
 
-    name: str  # column of the runs' data frame
-    title: str  # head of the table's column
-    unit: str = ""  # of what is shown; empty for pure numbers
-    direction: Direction | None = None  # which value is better; None where neither is
-    decimals: int = 2  # digits shown after the point
-    scale: float = 1.0  # shown is the score times this (1000 shows seconds as milliseconds)
-    out_of: str = ""  # column with the number that a count is out of; shown as `k of n`
-    never: str = ""  # what is shown, instead of `n of n`, where the score is that number
-    rank: int = 0  # a narrow page leaves out those of the highest rank first
-    least: float = -math.inf  # that the score can be
-    most: float = math.inf  # likewise
+    name: str  # column of the data frame of runs
+    title: str  # column heading
+    unit: str = ""  # unit of the printed value; empty for pure numbers
+    direction: Direction | None = None  # better values; None if no value is better
+    decimals: int = 2  # number of printed decimals
+    scale: float = 1.0  # factor from score to printed value (1000 prints seconds as ms)
+    out_of: str = ""  # column with the maximum of a count, printed as `k of n`
+    never: str = ""  # text for a score that equals this maximum, instead of `n of n`
+    rank: int = 0  # a narrow terminal omits columns of the highest rank first
+    least: float = -math.inf  # lowest possible score
+    most: float = math.inf  # highest possible score
     margin: float = 0.0  # difference of scores that is irrelevant in practice
 
     @property
     def head(self) -> str:
-        """Title with unit."""
+        """Column heading with unit."""
         return f"{self.title} [{self.unit}]" if self.unit else self.title
 
 
 @dataclass(frozen=True)
 class Cell:
-    """One entry of a table: its text, and whether it is marked by a star or bold."""
+    """Cell of a table: its text, and whether it is marked by a star or bold type."""
 
     text: str
     best: bool = False
@@ -68,16 +68,16 @@ class Cell:
 
 @dataclass(frozen=True)
 class Table:
-    """A table before it has a format."""
+    """Table, independent of an output format."""
 
-    name: str  # of its file, without suffix
-    caption: str  # what is shown, over what, by which metrics preset
-    heads: list[str]  # of the columns
-    n_labels: int  # how many columns, from the left, name the row
+    name: str  # file name without suffix
+    caption: str
+    heads: list[str]  # column headings
+    n_labels: int  # number of leading columns with the labels of a row
     rows: list[list[Cell]]
-    notes: list[str] = field(default_factory=list)  # beneath it: failures, what is missing
-    data: pd.DataFrame = field(default_factory=pd.DataFrame)  # at full precision, a row a value
-    ranks: list[int] = field(default_factory=list)  # of the columns of scores, see `ScoreMeasure`
+    notes: list[str] = field(default_factory=list)  # below the table: failed and missing runs
+    data: pd.DataFrame = field(default_factory=pd.DataFrame)  # one row per value, unrounded
+    ranks: list[int] = field(default_factory=list)  # `ScoreMeasure.rank` of the score columns
 
 
 def text_table(
@@ -88,37 +88,37 @@ def text_table(
     n_labels: int = 1,
     notes: Iterable[str] = (),
 ) -> Table:
-    """Return a table of texts, which are its data, too."""
+    """Return a table of texts, which are also its data."""
     cells = [[Cell(text) for text in row] for row in rows]
     data = pd.DataFrame(rows, columns=[*heads])
     return Table(name, caption, [*heads], n_labels, cells, [*notes], data)
 
 
 def complete(runs: pd.DataFrame) -> pd.DataFrame:
-    """Runs with a `not run` row for every tracker and sequence that have none together.
+    """Add a `not run` row for each pair of tracker and sequence without a run.
 
-    Means over other sequences than another tracker's would compare what can't be compared.
+    Means of trackers over different sequences are not comparable.
     """
     pairs = runs[["tracker", "sequence"]].drop_duplicates().astype(str)
-    there = set(pairs.itertuples(index=False, name=None))
-    lacking = [
+    present = set(pairs.itertuples(index=False, name=None))
+    not_run = [
         {"tracker": tracker, "sequence": sequence, "repetition": 0, "status": NOT_RUN}
         for tracker in pairs["tracker"].unique()
         for sequence in pairs["sequence"].unique()
-        if (tracker, sequence) not in there
+        if (tracker, sequence) not in present
     ]
-    return pd.concat([runs, pd.DataFrame(lacking)], ignore_index=True) if lacking else runs
+    return pd.concat([runs, pd.DataFrame(not_run)], ignore_index=True) if not_run else runs
 
 
 class Uncertainty(NamedTuple):
-    """Uncertainty of the means of a column, by tracker."""
+    """Intervals and marks of the means of a column, one per tracker."""
 
     intervals: Sequence[tuple[float, float] | None]
     marks: Sequence[bool]
 
 
 Uncertainties: TypeAlias = Callable[[NDArray[np.float64], ScoreMeasure], Uncertainty]
-"""Computes it from a measure's values of shape (trackers, units)."""
+"""Function `(values, measure) -> Uncertainty`, with values of shape (trackers, units)."""
 
 
 def summary_table(
@@ -136,18 +136,19 @@ def summary_table(
     Parameters
     ----------
     runs : DataFrame
-        A row a run: `tracker`, `sequence`, `repetition`, `status` (`finished`, `failed`, or
-        `missing`, `stale`, which give no mean), `failure`, a column a measure, and optionally
-        `unit`: what is averaged over, the sequences by default. Failed runs count if they have a
-        score.
+        One row per run with `tracker`, `sequence`, `repetition`, `status` (`finished`, `failed`,
+        `missing` or `stale`; the last two make a mean missing), `failure`, one column per measure,
+        and optionally `unit`, the unit of the average (by default the sequence). Failed runs count
+        if they have a score.
     measures : sequence of ScoreMeasure
-        The columns.
+        Score columns.
     title, preset : str
-        Beginning of the caption, and the metrics preset that it names.
+        Start of the caption, and name of the metrics preset in the caption.
     uncertainties : callable, optional
-        Intervals and marks, explained by `meaning`. Ends join the data as `low` and `high`.
+        Function that returns intervals and marks, which `meaning` explains. The ends of the
+        intervals are in the data as `low` and `high`.
     skip_undefined : bool
-        Average over the runs that have a score. By default a mean needs those of all runs.
+        Average over the runs that have a score. By default the mean is missing if one is missing.
     """
     runs = complete(runs)
     (tracker, trackers), (sequence, sequences) = _numbers(runs)
@@ -155,16 +156,19 @@ def summary_table(
     unit, units = pd.factorize(np.array(unit_of))
     means = partial(_statistics, measures=measures, skip_undefined=skip_undefined)
     by_cell, _, sizes = means(runs, tracker * len(sequences) + sequence)
-    own, of = by_cell.index // len(sequences), by_cell.index % len(sequences)
-    by_unit, _, _ = means(by_cell, own * len(units) + unit[of])
+    cell_tracker = by_cell.index // len(sequences)
+    cell_sequence = by_cell.index % len(sequences)
+    by_unit, _, _ = means(by_cell, cell_tracker * len(units) + unit[cell_sequence])
     mean, _, _ = means(by_unit, by_unit.index // len(units))
-    # The mean over sequences varies over repetitions if all sequences have as many.
-    times = sizes.groupby(own).agg(["min", "max"])
+    # The spread over repetitions is defined if all sequences have equally many.
+    times = sizes.groupby(cell_tracker).agg(["min", "max"])
     repetition, repetitions = pd.factorize(runs["repetition"])
     by_pass, _, _ = means(runs, tracker * len(repetitions) + repetition)
     _, spread, _ = means(by_pass, by_pass.index // len(repetitions))
     spread = spread.where(times["min"] == times["max"])
-    entries = _entries(_lacking(runs, tracker, measures), mean, spread, mean * np.nan, measures)
+    entries = _entries(
+        _missing_reasons(runs, tracker, measures), mean, spread, mean * np.nan, measures
+    )
     if uncertainties is not None:
         entries = _with_uncertainty(entries, by_unit, len(units), measures, uncertainties)
     return Table(
@@ -180,7 +184,7 @@ def summary_table(
 
 
 def means_over(sequences: Sequence[str], n_units: int) -> str:
-    """Return the words of a caption for means over sequences, or over units of several."""
+    """Return the part of a caption that describes means over sequences or units."""
     names = ", ".join(sequences) if len(sequences) <= 4 else f"{len(sequences)} sequences"
     names += f" in {n_units} units" if n_units < len(sequences) else ""
     return f"means over {names}, each counting once"
@@ -189,19 +193,19 @@ def means_over(sequences: Sequence[str], n_units: int) -> str:
 def sequence_table(
     runs: pd.DataFrame, measures: Sequence[ScoreMeasure], title: str, preset: str
 ) -> Table:
-    """Make a table of trackers by measures on every sequence; parameters as `summary_table`.
+    """Make a table of trackers by measures on every sequence; parameters as for `summary_table`.
 
-    Nothing is marked: one sequence is one unit.
+    There are no marks: one sequence is one unit.
     """
     (tracker, trackers), (sequence, sequences) = _numbers(runs)
     cells = sequence * len(trackers) + tracker
     mean, spread, _ = _statistics(runs, cells, measures)
-    lacking = _lacking(runs, cells, measures)
-    entries = _entries(lacking, mean, spread, mean, measures)
+    reasons = _missing_reasons(runs, cells, measures)
+    entries = _entries(reasons, mean, spread, mean, measures)
     labels = [
         [sequences[cell // len(trackers)], trackers[cell % len(trackers)]] for cell in mean.index
     ]
-    named = [{"sequence": one, "tracker": of} for one, of in labels]
+    named = [dict(zip(("sequence", "tracker"), pair, strict=True)) for pair in labels]
     return Table(
         name="sequences",
         caption=(
@@ -219,11 +223,11 @@ def sequence_table(
 
 @dataclass(frozen=True)
 class _Entry:
-    """A mean with its spread over repetitions; NaN where a run it needs is not there."""
+    """Mean with its spread over repetitions; NaN if a run is missing."""
 
     mean: float
     spread: float = float("nan")
-    lacking: str = ""
+    missing: str = ""  # reason of a missing mean
     runs: int = 0
     out_of: float = float("nan")
     interval: tuple[float, float] | None = None
@@ -231,9 +235,9 @@ class _Entry:
 
 
 def _numbers(runs: pd.DataFrame) -> list[tuple[NDArray[np.int64], list[str]]]:
-    """Numbers of trackers and of sequences by row, and names in the order of appearance."""
-    found = [pd.factorize(runs[column]) for column in ("tracker", "sequence")]
-    return [(numbers.astype(np.int64), [str(name) for name in names]) for numbers, names in found]
+    """Return indices by row and names, in order of appearance, of trackers and sequences."""
+    factors = [pd.factorize(runs[column]) for column in ("tracker", "sequence")]
+    return [(index.astype(np.int64), [str(name) for name in names]) for index, names in factors]
 
 
 def _statistics(
@@ -245,7 +249,7 @@ def _statistics(
 ) -> tuple[pd.DataFrame, pd.DataFrame, pd.Series]:
     """Return means and standard deviations by group and column, and the groups' sizes.
 
-    They are missing if a value of the group is missing, unless `skip_undefined`.
+    They are NaN if a value of the group is missing, unless `skip_undefined`.
     """
     columns = dict.fromkeys(name for m in measures for name in (m.name, m.out_of) if name in runs)
     grouped = runs[list(columns)].groupby(np.asarray(groups))
@@ -254,33 +258,33 @@ def _statistics(
     return grouped.mean().where(whole), grouped.std().where(whole), sizes
 
 
-def _lacking(
+def _missing_reasons(
     runs: pd.DataFrame, groups: NDArray[np.int64], measures: Sequence[ScoreMeasure]
 ) -> list[tuple[int, str]]:
-    """Return the runs of each group, and why they have no mean: `2 of 5 stale`; '' if they have.
+    """Return number of runs and reason of a missing mean by group: `2 of 5 stale`, else empty.
 
     Failed runs count if they have a score by the first measure.
     """
-    known, sizes = np.unique(groups, return_counts=True)
+    group_indices, sizes = np.unique(groups, return_counts=True)
     others = ~counted(runs, measures[0].name).to_numpy()
     kinds: dict[int, Counter[str]] = {}
     for group, status in zip(groups[others].tolist(), runs["status"][others], strict=True):
         kinds.setdefault(group, Counter())[status] += 1
     words = [
         f"{kinds[group].total()} of {size} {' or '.join(kinds[group])}" if group in kinds else ""
-        for group, size in zip(known.tolist(), sizes.tolist(), strict=True)
+        for group, size in zip(group_indices.tolist(), sizes.tolist(), strict=True)
     ]
     return list(zip(sizes.tolist(), words, strict=True))
 
 
 def _entries(
-    lacking: list[tuple[int, str]],
+    reasons: list[tuple[int, str]],
     mean: pd.DataFrame,
     spread: pd.DataFrame,
     out_of: pd.DataFrame,
     measures: Sequence[ScoreMeasure],
 ) -> list[list[_Entry]]:
-    """A row a group."""
+    """Return the entries of a table, one row per group."""
     absent = pd.Series(math.nan, mean.index)
     columns = [
         [
@@ -291,12 +295,12 @@ def _entries(
     ]
     return [
         [
-            _Entry(math.nan, lacking=why, runs=runs)
+            _Entry(math.nan, missing=why, runs=runs)
             if why
             else _Entry(means[row], spreads[row], runs=runs, out_of=totals[row])
             for means, spreads, totals in columns
         ]
-        for row, (runs, why) in enumerate(lacking)
+        for row, (runs, why) in enumerate(reasons)
     ]
 
 
@@ -306,7 +310,7 @@ def _rows(
     return [
         [Cell(text) for text in names]
         + [
-            Cell(_shown(entry, measure), entry.marked)
+            Cell(_cell_text(entry, measure), entry.marked)
             for entry, measure in zip(row, measures, strict=True)
         ]
         for names, row in zip(labels, entries, strict=True)
@@ -324,9 +328,9 @@ def _with_uncertainty(
 
     `by_unit`: means of units, indexed by tracker * n_units + unit.
     """
-    made = [list(row) for row in entries]
+    extended = [list(row) for row in entries]
     for column, measure in enumerate(measures):
-        present = [row for row, of in enumerate(entries) if not np.isnan(of[column].mean)]
+        present = [i for i, row in enumerate(entries) if not np.isnan(row[column].mean)]
         if not present:
             continue
         places = [row * n_units + unit for row in present for unit in range(n_units)]
@@ -335,13 +339,14 @@ def _with_uncertainty(
         defined = ~np.isnan(table).all(axis=0)
         intervals, marks = uncertainties(table[:, defined], measure)
         for row, interval, marked in zip(present, intervals, marks, strict=True):
-            made[row][column] = replace(made[row][column], interval=interval, marked=marked)
-    return made
+            entry = extended[row][column]
+            extended[row][column] = replace(entry, interval=interval, marked=marked)
+    return extended
 
 
-def _shown(entry: _Entry, measure: ScoreMeasure) -> str:
-    if entry.lacking:
-        return f"{MISSING} ({entry.lacking})"
+def _cell_text(entry: _Entry, measure: ScoreMeasure) -> str:
+    if entry.missing:
+        return f"{MISSING} ({entry.missing})"
     if np.isnan(entry.mean):
         return MISSING
     if measure.never and entry.mean == entry.out_of:
@@ -377,7 +382,7 @@ def _tidy(
             "marked": entry.marked,
             "out_of": entry.out_of,
             "runs": entry.runs,
-            "lacking": entry.lacking,
+            "lacking": entry.missing,
         }
         for label, row in zip(labels, entries, strict=True)
         for measure, entry in zip(measures, row, strict=True)
@@ -385,7 +390,7 @@ def _tidy(
 
 
 def counted(runs: pd.DataFrame, score: str) -> "pd.Series[bool]":
-    """Return which runs a mean includes: finished ones, and failed ones that have the score."""
+    """Return a mask of the runs in a mean: finished runs, and failed runs with a score."""
     finished = runs["status"] == "finished"
     if score not in runs:
         return finished
@@ -395,10 +400,10 @@ def counted(runs: pd.DataFrame, score: str) -> "pd.Series[bool]":
 def failure_notes(
     runs: pd.DataFrame, worst: str = "the worst score", every: str = "left out"
 ) -> dict[str, str]:
-    """Return, by tracker with failed runs, how many failed, and where and why the first one did.
+    """Return a note by tracker with failed runs: their number, and the reason of the first one.
 
-    `worst`: score of a failed run; '' if failed runs have none. `every`: treatment of a tracker
-    whose every run failed.
+    `worst`: score of a failed run; empty if failed runs have none. `every`: treatment of a tracker
+    whose runs all failed.
     """
     notes = dict[str, str]()
     for tracker, rows in runs.groupby("tracker", sort=False, observed=True):
@@ -416,17 +421,18 @@ def failure_notes(
 
 
 def notes_of(runs: pd.DataFrame, score: str) -> list[str]:
-    """Return failures, missing and malformed runs by tracker.
+    """Return notes on failed and missing runs and malformed boxes by tracker.
 
-    `score`: column that failed runs have a value in if they are counted.
+    `score`: column in which counted failed runs have a value.
     """
     worst = "the worst score" if (counted(runs, score) & (runs["status"] == "failed")).any() else ""
     notes = [f"{tracker}: {note}" for tracker, note in failure_notes(runs, worst).items()]
     for status in ("missing", "stale", NOT_RUN):
-        here = runs[runs["status"] == status]
-        counts = here.groupby("tracker", sort=False, observed=True).size()
+        selected = runs[runs["status"] == status]
+        counts = selected.groupby("tracker", sort=False, observed=True).size()
         notes += [
-            f"{status}: {tracker}, {count} {_WORDS[status]}" for tracker, count in counts.items()
+            f"{status}: {tracker}, {count} {_STATUS_MEANINGS[status]}"
+            for tracker, count in counts.items()
         ]
     if "malformed" in runs:
         finished = runs[runs["status"] == "finished"]
@@ -439,56 +445,57 @@ def notes_of(runs: pd.DataFrame, score: str) -> list[str]:
 
 
 def timed_by(runs: pd.DataFrame) -> str:
-    """Columns of times to compare by: warm where all that were timed have it, or as decoded.
+    """Return the prefix of the time columns by which trackers are compared; empty without times.
 
-    `warm_seconds` or `cpu_seconds`, which `_median` and the like follow; empty for none.
+    It is `warm_seconds` if all timing runs have warm times, else `cpu_seconds`.
     """
-    decoded, warm = (runs.get(f"{one}_seconds_median", pd.Series()) for one in ("cpu", "warm"))
+    decoded, warm = (runs.get(f"{key}_seconds_median", pd.Series()) for key in ("cpu", "warm"))
     if decoded.isna().all():
         return ""
     return "warm_seconds" if warm.notna().sum() == decoded.notna().sum() else "cpu_seconds"
 
 
 class Number(NamedTuple):
-    """A text that begins with a number, in two parts: up to its units, and what follows them."""
+    """Text that starts with a number: the part up to the units digit, and the rest."""
 
     whole: str
     rest: str
 
 
 def number_in(text: str) -> Number | None:
-    """The parts of a text that begins with a number: `~3.1`, `[-0.2, 0.1]`, `54 of 99`.
+    """Split a text that starts with a number, such as `~3.1`, `[-0.2, 0.1]` or `54 of 99`.
 
     >>> number_in("0.784 ±0.204")
     Number(whole='0', rest='.784 ±0.204')
     """
-    found = _NUMBER.match(text)
-    return Number(found[1], text[found.end(1) :]) if found else None
+    match = _NUMBER.match(text)
+    return Number(match[1], text[match.end(1) :]) if match else None
 
 
-def texts_of(table: Table) -> list[bool]:
-    """Which columns have texts: labels, and those most of whose cells begin with no number.
+def text_columns(table: Table) -> list[bool]:
+    """Return for each column whether it has texts: labels, or mostly cells without a number.
 
-    Cells with several statements (`0 of 2; fragile`) are texts, whatever they begin with.
+    Cells with several statements (`0 of 2; fragile`) are always texts.
     """
-    found = []
+    are_texts = []
     for column in range(len(table.heads)):
         cells = [row[column].text for row in table.rows]
-        known = [text for text in cells if text not in ("", _NEVER) and text[0] != MISSING]
-        numbers = sum(number_in(text) is not None for text in known)
-        told = any(";" in text for text in known)
-        found.append(column < table.n_labels or told or 2 * numbers < len(known))
-    return found
+        filled = [text for text in cells if text not in ("", _NO_FRAME) and text[0] != MISSING]
+        n_numbers = sum(number_in(text) is not None for text in filled)
+        has_statements = any(";" in text for text in filled)
+        is_text = column < table.n_labels or has_statements or 2 * n_numbers < len(filled)
+        are_texts.append(is_text)
+    return are_texts
 
 
-def rests_of(table: Table) -> list[set[str]]:
-    """Of each column of numbers what follows their units; empty where all are as long.
+def number_rests(table: Table) -> list[set[str]]:
+    """Return the texts after the units digits by column, which are needed to align numbers.
 
-    So nothing need be done to such a column, and to one of texts, but to set it left or right.
+    The set is empty for a column of texts, and for a column whose rests have equal lengths.
     """
-    found = []
-    for column, text in enumerate(texts_of(table)):
+    rests_by_column = []
+    for column, text in enumerate(text_columns(table)):
         cells = [] if text else [number_in(row[column].text) for row in table.rows]
-        rests = {one.rest for one in cells if one is not None}
-        found.append(rests if len({*map(len, rests)}) > 1 else set())
-    return found
+        rests = {number.rest for number in cells if number is not None}
+        rests_by_column.append(rests if len({*map(len, rests)}) > 1 else set())
+    return rests_by_column

@@ -1,4 +1,4 @@
-"""A sequence with everybody's boxes as an MP4 video (H.264)."""
+"""MP4 videos (H.264) of sequences with the boxes of all trackers."""
 
 from collections.abc import Callable, Iterable, Mapping
 from fractions import Fraction
@@ -13,8 +13,8 @@ from trackmark.reports.overlay import TRUTH, legend, overlay
 from trackmark.reports.palette import colours
 
 DEFAULT_FPS = 25.0
-LEAST_WIDTH = 480
-"""Narrower images are enlarged to at least this width, so that boxes and words are readable."""
+MIN_WIDTH = 480
+"""Width to which narrower images are enlarged, so that boxes and texts are readable [px]."""
 
 
 def write_video(
@@ -24,20 +24,20 @@ def write_video(
     fps: float | None = None,
     lines_of: Callable[[int], Mapping[str, NDArray[np.float64]]] = lambda _: {},
 ) -> Path:
-    """Write a video, one frame in memory at a time; see `write_file` for errors.
+    """Write a video with one frame in memory at a time; for errors see `write_file`.
 
     Parameters
     ----------
     path : Path
-        An .mp4 file.
+        MP4 file.
     images : iterable of (int, ndarray)
-        Frame numbers and their BGR images, all of one size.
+        Frame numbers with BGR images, all of one size.
     boxes : mapping of str to ndarray of shape (n, 4)
-        Boxes by label, a row a frame; see `overlay`.
+        Boxes by label, one row per frame; see `overlay`.
     fps : float, optional
-        Frames a second; 25 where it is not known.
+        Frames per second; 25 by default.
     lines_of : callable
-        Gives outlines by label, of a frame's number; see `overlay`.
+        Function of the frame number that returns outlines by label; see `overlay`.
     """
     shades = colours([label for label in boxes if label != TRUTH])
 
@@ -45,12 +45,14 @@ def write_video(
         with av.open(str(file), "w", format="mp4") as container:
             stream = None
             for number, image in images:
-                scale = max(1.0, LEAST_WIDTH / image.shape[1])
-                here = {label: rows[number] for label, rows in boxes.items()}
-                drawn = overlay(image, here, shades, scale, str(number), lines=lines_of(number))
+                scale = max(1.0, MIN_WIDTH / image.shape[1])
+                frame_boxes = {label: rows[number] for label, rows in boxes.items()}
+                drawn = overlay(
+                    image, frame_boxes, shades, scale, str(number), lines=lines_of(number)
+                )
                 if boxes:
                     drawn = np.vstack([drawn, legend(boxes, shades, drawn.shape[1])])
-                drawn = _even(drawn)
+                drawn = _pad_to_even(drawn)
                 if stream is None:
                     rate = Fraction(fps or DEFAULT_FPS).limit_denominator(100_000)
                     stream = container.add_stream("libx264", rate=rate)
@@ -65,7 +67,7 @@ def write_video(
     return write_file(path, write)
 
 
-def _even(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Pad to even height and width, which the pixel format needs."""
+def _pad_to_even(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Pad an image to even height and width, as the pixel format requires."""
     height, width = image.shape[:2]
     return np.ascontiguousarray(np.pad(image, ((0, height % 2), (0, width % 2), (0, 0)), "edge"))

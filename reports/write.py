@@ -1,4 +1,4 @@
-"""Files of a report in a folder: tables in every format, and names of files."""
+"""Files of a report: tables in every format, file names, and a list of the files."""
 
 import hashlib
 from collections import Counter
@@ -9,20 +9,17 @@ from trackmark.reports.files import write_file
 from trackmark.reports.renderers import FORMATS
 from trackmark.reports.tables import Table
 
-_FIGURES = {".png", ".svg", ".pdf"}
+_FIGURE_SUFFIXES = {".png", ".svg", ".pdf"}
 
-_LONGEST_NAME = 200  # bytes, of which a sign takes four at most; file systems take 255
+_MAX_NAME_LENGTH = 200  # bytes, up to four per character; file systems allow 255
 
 
 def write_tables(
     folder: Path, tables: Sequence[Table], formats: Iterable[str] = FORMATS
 ) -> list[Path]:
-    """Write tables into a folder, one file a table and format.
+    """Write tables into a folder, one file per table and format; return the files.
 
-    Raises
-    ------
-    OSError
-        Where a file can't be written.
+    Raises `OSError` if a file cannot be written.
     """
 
     def write(table: Table, suffix: str, render: Callable[[Table], str]) -> Path:
@@ -34,9 +31,9 @@ def write_tables(
 
 
 def file_names(labels: Iterable[str]) -> dict[str, str]:
-    """Labels as names of files: what is no letter, digit, dot or dash becomes a dash.
+    """Return file names by label: characters except letters, digits, dots and dashes become dashes.
 
-    Those that would be equal then, if only but for capitals, or too long, end in a digest.
+    Names that are too long, or equal except for case, end in a digest.
     """
     names = {
         label: "".join(sign if sign.isalnum() or sign in ".-" else "-" for sign in label)
@@ -44,36 +41,37 @@ def file_names(labels: Iterable[str]) -> dict[str, str]:
     }
     equal = Counter(name.casefold() for name in names.values())
     for label, name in names.items():
-        if equal[name.casefold()] > 1 or len(name.encode()) > _LONGEST_NAME:
+        if equal[name.casefold()] > 1 or len(name.encode()) > _MAX_NAME_LENGTH:
             digest = hashlib.sha256(label.encode("utf-8", "surrogateescape")).hexdigest()[:6]
-            names[label] = f"{name[: _LONGEST_NAME // 4]}-{digest}"
+            names[label] = f"{name[: _MAX_NAME_LENGTH // 4]}-{digest}"
     return names
 
 
-def what_was_written(paths: Collection[Path], first: str = "report.html") -> list[str]:
-    """Say which file is to be opened first, and how many of which kind lie beside it.
+def list_written_files(paths: Collection[Path], first: str = "report.html") -> list[str]:
+    """Return lines that name the file to open first and count the other files by kind.
 
-    >>> what_was_written([Path("a/b.csv"), Path("a/c.png"), Path("a/c.txt")], "c.txt")
+    >>> list_written_files([Path("a/b.csv"), Path("a/c.png"), Path("a/c.txt")], "c.txt")
     ['a/c.txt', 'Beside it: 1 table as .txt, .md, .csv and .tex, 1 picture (.png).']
     """
     if not paths:
         return []
     opened = next((path for path in paths if path.name == first), None)
     tables = {path.stem for path in paths if path.suffix == ".csv"}
-    pictures = Counter(path.suffix for path in paths if path.suffix in _FIGURES)
-    parts = [f"{_counted(len(tables), 'table')} as .txt, .md, .csv and .tex"] if tables else []
-    parts += [f"{_counted(number, 'picture')} ({kind})" for kind, number in pictures.items()]
+    pictures = Counter(path.suffix for path in paths if path.suffix in _FIGURE_SUFFIXES)
+    parts = [f"{_count(len(tables), 'table')} as .txt, .md, .csv and .tex"] if tables else []
+    parts += [f"{_count(number, 'picture')} ({kind})" for kind, number in pictures.items()]
     frames = [path for path in paths if path.suffix == ".js"]
-    parts += [f"{_counted(len(frames), 'file')} of frames"] if frames else []
+    parts += [f"{_count(len(frames), 'file')} of frames"] if frames else []
     parts += [
         path.name
         for path in paths
-        if path not in (opened, *frames) and not (path.stem in tables or path.suffix in _FIGURES)
+        if path not in (opened, *frames)
+        and not (path.stem in tables or path.suffix in _FIGURE_SUFFIXES)
     ]
     where = "Beside it" if opened else next(iter(paths)).parent
     lines = [str(opened)] if opened else []
     return [*lines, *([f"{where}: {', '.join(parts)}."] if parts else [])]
 
 
-def _counted(count: int, thing: str) -> str:
+def _count(count: int, thing: str) -> str:
     return f"{count} {thing}{'s' * (count != 1)}"

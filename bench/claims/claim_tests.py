@@ -31,7 +31,7 @@ Values = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Evidence:
-    """What a claim is judged from, in one setting.
+    """Values that a claim is judged from, in one setting.
 
     Attributes
     ----------
@@ -84,13 +84,13 @@ def judge(claim: Claim, evidence: Evidence) -> Verdict:
 
 
 def notes(evidence: Evidence) -> list[str]:
-    """Return what a reader must know beside a verdict."""
-    found = []
+    """Return remarks that a verdict must be read with."""
+    remarks = []
     if evidence.lost_before > FLOOR:
-        found.append(f"lost before the event in {100 * evidence.lost_before:.0f} % of the scenes")
+        remarks.append(f"lost before the event in {100 * evidence.lost_before:.0f} % of the scenes")
     if evidence.reference_kept <= FLOOR:
-        found.append(_floor(evidence))
-    return [*found, evidence.failed] if evidence.failed else found
+        remarks.append(_floor(evidence))
+    return [*remarks, evidence.failed] if evidence.failed else remarks
 
 
 def scene_differences(claim: Claim, evidence: Evidence) -> "pd.Series[float]":
@@ -160,7 +160,7 @@ def _by_scene(table: pd.DataFrame, hardest: str, sign: float = 1.0) -> "pd.Serie
     for _, rows in table.groupby("sequence", sort=False):
         means = sign * rows.groupby("tracker", sort=False)["value"].mean()
         tracker = means.idxmax() if hardest == "max" else means.idxmin()
-        own = rows[rows["tracker"] == tracker]
-        pieces.append(own.set_index(["sequence", "rank"])["value"])
+        tracker_rows = rows[rows["tracker"] == tracker]
+        pieces.append(tracker_rows.set_index(["sequence", "rank"])["value"])
     joined: pd.Series[float] = pd.concat(pieces)
     return joined

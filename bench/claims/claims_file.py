@@ -76,7 +76,7 @@ class Claim(Entry):
     scenes : int
         Scenes of each sequence; 0 for as many as its kind of test takes.
     note : str
-        Printed beside the verdict.
+        Printed next to the verdict.
     """
 
     name: Text

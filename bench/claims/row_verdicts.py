@@ -28,9 +28,9 @@ class VerdictRow:
     verdicts : mapping of str to Verdict
         Verdict by setting.
     notes : mapping of str to list of str
-        What a reader must know beside the verdict, by setting.
+        Remarks that the verdict must be read with, by setting.
     evidence : mapping of str to Evidence
-        What the verdict was read from, by setting.
+        Values that the verdict was computed from, by setting.
     """
 
     claim: Claim
@@ -86,8 +86,8 @@ def judge_row(claim: Claim, evidence: Mapping[str, Evidence]) -> VerdictRow:
     """Judge a claim in every setting that there is evidence for."""
     return VerdictRow(
         claim,
-        {name: judge(claim, found) for name, found in evidence.items()},
-        {name: notes(found) for name, found in evidence.items()},
+        {name: judge(claim, item) for name, item in evidence.items()},
+        {name: notes(item) for name, item in evidence.items()},
         evidence,
     )
 
@@ -101,12 +101,12 @@ def count_words(verdicts: Iterable[str]) -> str:
     """Return how many verdicts there are of each kind, as `count_verdicts`."""
     counts = Counter(verdicts)
     plurals = {"holds": "hold", "does not hold": "do not hold"}
-    found = [
+    parts = [
         f"{counts[name]} {plurals.get(name, name) if counts[name] != 1 else name}"
         for name in VERDICTS
         if counts[name]
     ]
-    return ", ".join(found)
+    return ", ".join(parts)
 
 
 def verdict_table(rows: Sequence[VerdictRow]) -> Table:

@@ -14,52 +14,55 @@ from trackmark.bench.commands._progress import print_message
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 
 if TYPE_CHECKING:
-    from trackmark.bench.comparing.baseline import Cells
+    from trackmark.bench.comparing.baseline import BaselineEntries
     from trackmark.bench.execution.plan import KnownSequences, Plan
 
 _HASH_SEED = "PYTHONHASHSEED"
 
 
 @dataclass
-class CellRunner:
-    """Runner of trackers on sequences, which stores their runs in one experiment."""
+class BaselineRunner:
+    """Runner of trackers on the sequences of a baseline; stores the runs in one experiment."""
 
     name: str  # of the experiment
     texts: Mapping[str, str]  # specifications of the trackers, by label
     sources: Mapping[str, SequenceSource]  # by name of the sequence
     options: EngineOptions
     digests: Mapping[str, str] = field(default_factory=dict)  # expected, by name of the sequence
-    known: "KnownSequences" = field(default_factory=dict)
+    opened_sequences: "KnownSequences" = field(default_factory=dict)
 
     @property
     def folder(self) -> Path:
         """Folder of the experiment."""
         return self.options.output / self.name
 
-    def repeat(self, cells: Mapping[str, Sequence[str]]) -> "Cells":
-        """Run seed 0 in fresh processes of this machine that hash texts in another order."""
-        if not cells:
+    def repeat(self, sequences: Mapping[str, Sequence[str]]) -> "BaselineEntries":
+        """Run seed 0 again in new processes of this machine that hash texts in another order.
+
+        `sequences`: see `run`.
+        """
+        if not sequences:
             return {}
         with tempfile.TemporaryDirectory(prefix="trackmark-") as folder, _other_hash_seed():
             local = replace(self.options, output=Path(folder), engine="local", address=None)
-            return replace(self, options=local).run(cells, 1, temporary=True)
+            return replace(self, options=local).run(sequences, 1, temporary=True)
 
     def run(
-        self, cells: Mapping[str, Sequence[str]], seeds: int, *, temporary: bool = False
-    ) -> "Cells":
-        """Execute missing runs, and failed runs again; return all cells.
+        self, sequences: Mapping[str, Sequence[str]], seeds: int, *, temporary: bool = False
+    ) -> "BaselineEntries":
+        """Execute missing and failed runs; return the entries of all requested runs.
 
-        `cells`: names of the sequences, by tracker. `seeds`: runs of trackers that declare
-        randomness. `temporary`: the output is removed afterwards. Raises `BaselineError` if a
-        sequence is not the expected one, before anything is run.
+        `sequences`: names of the sequences, by tracker. `seeds`: number of repetitions of
+        stochastic trackers. `temporary`: the output is removed afterwards. Raises `BaselineError`
+        before any run if a sequence is not the expected one.
         """
-        from trackmark.bench.comparing.baseline import measured_cells
+        from trackmark.bench.comparing.baseline import stored_entries
 
-        in_lock_step: dict[tuple[str, ...], list[str]] = {}  # trackers by sequences
-        for tracker, names in cells.items():
-            in_lock_step.setdefault(tuple(names), []).append(tracker)
+        labels_by_names: dict[tuple[str, ...], list[str]] = {}  # these run in lockstep
+        for tracker, names in sequences.items():
+            labels_by_names.setdefault(tuple(names), []).append(tracker)
         counts: dict[tuple[str, str], int] = {}
-        for names, labels in in_lock_step.items():
+        for names, labels in labels_by_names.items():
             experiment = Experiment(
                 name=self.name,
                 trackers=tuple(self.texts[label] for label in labels),
@@ -67,20 +70,20 @@ class CellRunner:
                 repetitions=seeds,
             )
             execution = plan_experiment(
-                experiment, self.options, retry_failed=True, known=self.known
+                experiment, self.options, retry_failed=True, opened_sequences=self.opened_sequences
             )
             self._check_plan(execution.plan, labels, names)
             execute_runs(execution, temporary=temporary)
             for label, count in zip(labels, execution.plan.repetitions.tolist(), strict=True):
                 counts |= {(label, name): count for name in names}
-        ordered = {(label, name): counts[label, name] for label in cells for name in cells[label]}
-        return measured_cells(self.folder, ordered, self.sources)
+        pairs = [(label, name) for label, names in sequences.items() for name in names]
+        return stored_entries(self.folder, {pair: counts[pair] for pair in pairs}, self.sources)
 
     def _check_plan(self, plan: "Plan", labels: Sequence[str], names: Sequence[str]) -> None:
-        """Refuse trackers and sequences with other names, and sequences that changed."""
+        """Refuse renamed trackers and sequences, and changed sequences."""
         from trackmark.bench.comparing.baseline import BaselineError, digest
 
-        remedy = "or make the baseline again with `trackmark baseline --force`."
+        remedy = "or recreate the baseline with `trackmark baseline --force`."
         new_labels = [spec.label for spec in plan.trackers.values()]
         new_names = [sequence.name for sequence in plan.sequences]
         for kind, old, new in (("tracker", labels, new_labels), ("sequence", names, new_names)):
@@ -111,50 +114,45 @@ def _other_hash_seed() -> Iterator[None]:
             os.environ[_HASH_SEED] = before
 
 
-def first_cells(cells: Mapping[str, Sequence[str]]) -> dict[str, list[str]]:
-    """Return the first sequence of each tracker."""
-    return {tracker: list(names)[:1] for tracker, names in cells.items()}
+def differing(entries: "BaselineEntries", repeated: "BaselineEntries") -> list[tuple[str, str]]:
+    """Return the tracker–sequence pairs whose repeated run of seed 0 gave other boxes.
 
-
-def differing(cells: "Cells", repeated: "Cells") -> list[tuple[str, str]]:
-    """Return trackers and sequences whose seed 0 gave other boxes when it was repeated.
-
-    Repeated runs that failed have no boxes and are left out.
+    Failed repetitions are omitted: they have no boxes.
     """
     return [
         (tracker, name)
         for tracker, row in repeated.items()
-        for name, cell in row.items()
-        if cell.boxes[0] not in ("", cells[tracker][name].boxes[0])
+        for name, entry in row.items()
+        if entry.boxes[0] not in ("", entries[tracker][name].boxes[0])
     ]
 
 
-def with_failures(cells: "Cells", repeated: "Cells") -> "Cells":
-    """Return the cells with the failures of repeated runs, which count as failures of seed 0."""
-    merged = {tracker: dict(row) for tracker, row in cells.items()}
+def with_failures(entries: "BaselineEntries", repeated: "BaselineEntries") -> "BaselineEntries":
+    """Return the entries with the failures of repeated runs, which count as failures of seed 0."""
+    merged = {tracker: dict(row) for tracker, row in entries.items()}
     for tracker, row in repeated.items():
-        for name, cell in row.items():
-            again = {seed: f"{reason} (repeated run)" for seed, reason in cell.failures.items()}
+        for name, entry in row.items():
+            again = {seed: f"{reason} (repeated run)" for seed, reason in entry.failures.items()}
             first = merged[tracker][name]
             merged[tracker][name] = replace(first, failures={**again, **first.failures})
     return merged
 
 
-def are_baseline_cells(cells: "Cells", repeated: "Cells", refusal: str) -> bool:
-    """Return whether a baseline may hold the cells; print the refusal if runs failed.
+def check_entries(entries: "BaselineEntries", repeated: "BaselineEntries", refusal: str) -> bool:
+    """Return whether a baseline may contain the entries; print `refusal` if runs failed.
 
-    Trackers that declare randomness but ignore their seed are named. Raises `BaselineError` if a
-    tracker that declares none is not repeatable.
+    Trackers that declare randomness but ignore their seed are printed. Raises `BaselineError` if a
+    tracker without declared randomness is not repeatable.
     """
     from trackmark.bench.comparing.baseline import BaselineError
 
-    if lines := _failure_lines(with_failures(cells, repeated)):
+    if lines := _failure_lines(with_failures(entries, repeated)):
         print_message("\n".join([*lines, refusal]))
         return False
     hidden = []
-    for tracker, name in differing(cells, repeated):
+    for tracker, name in differing(entries, repeated):
         line = f"{tracker} is not repeatable: seed 0 gave different boxes in two runs"
-        if len(cells[tracker][name].overlap) == 1:
+        if len(entries[tracker][name].overlap) == 1:
             hidden.append(f"{line}.")
         else:
             print_message(f"{line} on {name}.")
@@ -167,13 +165,15 @@ def are_baseline_cells(cells: "Cells", repeated: "Cells", refusal: str) -> bool:
     return True
 
 
-def _failure_lines(cells: "Cells") -> list[str]:
-    """Return a line for each tracker with failed runs: how many, and why the first one failed."""
+def _failure_lines(entries: "BaselineEntries") -> list[str]:
+    """Return a line per tracker with failed runs: their number and the first reason."""
     lines = []
-    for tracker, row in cells.items():
-        failed = [(name, *entry) for name, cell in row.items() for entry in cell.failures.items()]
+    for tracker, row in entries.items():
+        failed = [
+            (name, *failure) for name, entry in row.items() for failure in entry.failures.items()
+        ]
         if failed:
-            runs = sum(len(cell.overlap) for cell in row.values())
+            runs = sum(len(entry.overlap) for entry in row.values())
             name, seed, reason = failed[0]
             lines.append(
                 f"{tracker} failed in {len(failed)} of {runs} runs. {name}, seed {seed}: {reason}"

@@ -1,4 +1,4 @@
-"""Execution of an experiment by a command: its missing runs, with progress and messages."""
+"""Execution of the missing runs of an experiment, with progress and messages."""
 
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
@@ -20,11 +20,11 @@ def plan_experiment(
     options: EngineOptions,
     *,
     retry_failed: bool = False,
-    known: "KnownSequences | None" = None,
+    opened_sequences: "KnownSequences | None" = None,
 ) -> "Execution":
     """Plan an experiment in the results folder of the options.
 
-    `known`: opened sequences, to which others are added.
+    `opened_sequences`: sequences that need not be opened again; the plan adds its own.
     """
     from trackmark.bench.execution.executor import Execution
 
@@ -34,7 +34,7 @@ def plan_experiment(
             experiment,
             options.output,
             retry_failed=retry_failed,
-            known={} if known is None else known,
+            known={} if opened_sequences is None else opened_sequences,
             opened=opened,
             **options.engine_settings,
         )
@@ -48,11 +48,11 @@ def execute_runs(
     temporary: bool = False,
     keep_errors: bool = False,
 ) -> None:
-    """Execute the missing runs of a plan; Ctrl-C prints where the finished ones are.
+    """Execute the missing runs of a plan; Ctrl-C prints how many runs are stored and where.
 
-    `on_row`: called with the index row of each run. `remark`: ends the message on stored runs that
-    are replaced. `temporary`: the results folder is removed afterwards. Raises `SequenceError` if a
-    sequence could not be read, unless `keep_errors`: then `execution.errors` has the message.
+    `on_row`: called with the index row of each run. `remark`: end of the message on runs that will
+    be replaced. `temporary`: the results folder is removed afterwards. Raises `SequenceError` if a
+    sequence cannot be read, unless `keep_errors`: `execution.errors` then has the message.
     """
     from trackmark.datasets import SequenceError
 
@@ -73,22 +73,22 @@ def execute_runs(
 def run_experiment(
     experiment: Experiment,
     options: EngineOptions,
-    known: "KnownSequences | None" = None,
+    opened_sequences: "KnownSequences | None" = None,
 ) -> "Execution":
     """Plan an experiment and execute its missing runs; see `execute_runs`."""
-    execution = plan_experiment(experiment, options, known=known)
+    execution = plan_experiment(experiment, options, opened_sequences=opened_sequences)
     execute_runs(execution)
     return execution
 
 
 def stored_runs(execution: "Execution") -> "tuple[list[dict[str, Any]], Plan, str]":
-    """Return the stored runs and the plan as they are now, and how many are stored or failed."""
+    """Return the stored runs, the plan in its current state, and a sentence with the counts."""
     from trackmark.bench.execution.plan import State
-    from trackmark.bench.store.index import read_index
     from trackmark.bench.store.results import Results
+    from trackmark.bench.store.run_rows import list_scored_runs
 
     # Read from disk: another command may have stored runs meanwhile.
-    rows = read_index(Results(execution.folder))
+    rows = list_scored_runs(Results(execution.folder))
     plan = execution.plan.seen_in(rows)
     failed = plan.count(State.FAILED)
     end = f", {failed} failed." if failed else "."
@@ -101,18 +101,18 @@ def stored_runs(execution: "Execution") -> "tuple[list[dict[str, Any]], Plan, st
 
 @contextmanager
 def _replacement_messages(execution: "Execution", remark: str) -> Iterator[None]:
-    """Print which stored runs will be replaced, and afterwards how their scores changed."""
+    """Print which stored runs will be replaced and, afterwards, how their scores changed."""
     from trackmark.bench.execution.plan import State
-    from trackmark.bench.store.index import read_index
     from trackmark.bench.store.results import Results
+    from trackmark.bench.store.run_rows import list_scored_runs
 
     if not (stale := execution.plan.count(State.STALE)):
         yield
         return
-    from trackmark.bench.reporting.before_after import Replaced  # imports the table renderers
+    from trackmark.bench.reporting.before_after import ReplacedRuns  # imports the table renderers
 
     results = Results(execution.folder)
-    replaced = Replaced(execution.plan, read_index(results))
+    replaced = ReplacedRuns(execution.plan, list_scored_runs(results))
     runs = "1 stored run was" if stale == 1 else f"{stale} stored runs were"
     caption = (
         f"{runs} made with another version of tracker or sequence and will be repeated{remark}. "
@@ -120,6 +120,6 @@ def _replacement_messages(execution: "Execution", remark: str) -> Iterator[None]
     )
     print_message(replaced.before(caption))
     yield
-    rows = read_index(results)
+    rows = list_scored_runs(results)
     if change := replaced.compared(execution.plan.seen_in(rows), rows):
         print_message(change)

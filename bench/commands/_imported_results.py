@@ -1,4 +1,4 @@
-"""Results of other toolkits, for commands that read them together with stored runs."""
+"""Results of other toolkits that commands read together with stored runs."""
 
 from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from trackmark.bench.exchange.importing import ImportedTracker
 
 ALONE = "published"
-"""Name of an experiment that holds imported results only."""
+"""Name of an experiment that contains imported results only."""
 
 
 def imported_option() -> Any:
@@ -26,30 +26,33 @@ def imported_option() -> Any:
     )
 
 
-def guests_of(texts: Sequence[str]) -> "list[ImportedTracker]":
-    """Return the imported trackers of `NAME=PATH` texts; raise `ExchangeError` for wrong ones."""
+def parse_imported(texts: Sequence[str]) -> "list[ImportedTracker]":
+    """Return the imported trackers of `NAME=PATH` texts.
+
+    Raises `ExchangeError` for a malformed text and `UsageError` for a repeated name.
+    """
     if not texts:
         return []
     from trackmark.bench.exchange.importing import parse_imported_tracker
 
-    guests = [parse_imported_tracker(text) for text in texts]
-    labels = [guest.tracker for guest in guests]
+    imported = [parse_imported_tracker(text) for text in texts]
+    labels = [guest.tracker for guest in imported]
     if repeated := [label for label in labels if labels.count(label) > 1]:
-        raise click.UsageError(f"--results-of names {repeated[0]} twice.")
-    return guests
+        raise click.UsageError(f"--results-of: the name {repeated[0]} is given twice.")
+    return imported
 
 
-def import_guests(
-    guests: "Sequence[ImportedTracker]",
+def store_imported(
+    imported: "Sequence[ImportedTracker]",
     sequences: str,
     folder: Path,
     report: Callable[[str], None] = print_message,
 ) -> int:
-    """Store imported results on sequences in an experiment's folder; return the number of runs."""
+    """Store imported results on sequences in a results folder; return the number of runs."""
     from trackmark.bench.exchange.importing import import_results, open_sequences
 
     by_sequence = open_sequences(matching_sequences(sequences), folder)
-    number = import_results(guests, by_sequence, folder, report)
+    number = import_results(imported, by_sequence, folder, report)
     refresh_index(folder)
     return number
 
@@ -57,32 +60,33 @@ def import_guests(
 @contextmanager
 def with_imported(
     experiments: Sequence[Path],
-    guests: "Sequence[ImportedTracker]",
+    imported: "Sequence[ImportedTracker]",
     sequences: str | None = None,
     only: Collection[str] | None = None,
 ) -> Iterator[list[Path]]:
-    """Yield folders of the experiments with imported results in each; read each run once.
+    """Yield results folders of the experiments to which the imported results are added.
 
-    Without experiments the imported results on `sequences` are one. `only`: names of the sequences
-    of the experiments on which results are imported; all by default.
+    Within the context, each run is read from disk once. Without experiments, one folder contains
+    the imported results on `sequences`. `only`: names of the sequences of the experiments for which
+    results are imported; all by default.
     """
-    from trackmark.bench.store.results import KeptRuns, kept_runs
+    from trackmark.bench.store.results import RunCache, run_cache
 
     with ExitStack() as stack:
-        stack.callback(kept_runs.reset, kept_runs.set(KeptRuns()))
+        stack.callback(run_cache.reset, run_cache.set(RunCache()))
         if not experiments:
             folder = Path(stack.enter_context(TemporaryDirectory(prefix="trackmark-"))) / ALONE
-            import_guests(guests, sequences or "", folder)
+            store_imported(imported, sequences or "", folder)
             yield [folder]
             return
         for experiment in experiments:
             refresh_index(experiment)
-        if not guests:
+        if not imported:
             yield list(experiments)
             return
         from trackmark.bench.exchange.importing import copy_with_imports
 
         yield [
-            stack.enter_context(copy_with_imports(experiment, guests, print_message, only))
+            stack.enter_context(copy_with_imports(experiment, imported, print_message, only))
             for experiment in experiments
         ]

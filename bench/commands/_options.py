@@ -89,6 +89,11 @@ def option(
     return dataclasses.field(default=settings.get("default"), metadata=metadata | settings)
 
 
+selection_option = functools.partial(option, group="Selection")
+output_option = functools.partial(option, group="Output")
+execution_option = functools.partial(option, group="Execution")
+
+
 def with_options(
     kind: type[Options],
 ) -> Callable[[Callable[[Options], Any]], Callable[..., Any]]:
@@ -198,39 +203,31 @@ def memory_size(text: str) -> int:
 class JsonOptions:
     """Option of commands that print JSON."""
 
-    as_json: bool = option("Print JSON instead of text.", "--json", group="Output")
+    as_json: bool = output_option("Print JSON instead of text.", "--json")
 
 
 @dataclass(frozen=True, kw_only=True)
 class EngineOptions:
     """Options of commands that execute runs."""
 
-    output: Path = option(
-        "Folder that contains one results folder per experiment.",
-        group="Output",
-        default=Path("results"),
+    output: Path = output_option(
+        "Folder that contains one results folder per experiment.", default=Path("results")
     )
-    jobs: int | None = option(
-        "Number of worker processes.  [default: number of cores]", group="Execution", minimum=1
+    jobs: int | None = execution_option(
+        "Number of worker processes.  [default: number of cores]", minimum=1
     )
-    engine: str = option(
-        "Execute runs on this machine or on a Dask cluster.",
-        group="Execution",
-        default="local",
-        metavar="local|dask",
+    engine: str = execution_option(
+        "Execute runs on this machine or on a Dask cluster.", default="local", metavar="local|dask"
     )
-    address: str | None = option(
-        "Address of the scheduler of a running Dask cluster.", group="Execution"
+    address: str | None = execution_option("Address of the scheduler of a running Dask cluster.")
+    frame_limit: float | None = execution_option(
+        "Time limit per frame.  [default: 60]", metavar="SECONDS"
     )
-    frame_limit: float | None = option(
-        "Time limit per frame.  [default: 60]", group="Execution", metavar="SECONDS"
+    run_limit: float | None = execution_option(
+        "Time limit per run.  [default: 21600]", metavar="SECONDS"
     )
-    run_limit: float | None = option(
-        "Time limit per run.  [default: 21600]", group="Execution", metavar="SECONDS"
-    )
-    memory_limit: int | None = option(
+    memory_limit: int | None = execution_option(
         "Memory limit per worker, such as 4GB.  [default: total memory / number of cores]",
-        group="Execution",
         metavar="SIZE",
         type=memory_size,
     )

@@ -89,8 +89,8 @@ def progress_bar(total: int | None, unit: str) -> Iterator[Progress]:
 
 def refresh_index(folder: Path) -> None:
     """Score the stored runs of an experiment that have no scores yet."""
-    from trackmark.bench.store.index import read_index
     from trackmark.bench.store.results import Results
+    from trackmark.bench.store.run_rows import list_scored_runs
 
     with progress_bar(None, "run") as progress:
-        read_index(Results(folder), progress)
+        list_scored_runs(Results(folder), progress)

@@ -10,7 +10,7 @@ from typing import TextIO, cast
 
 import click
 
-from trackmark.reports.printable import printable, wrapped
+from trackmark.reports.printable import printable, wrap
 
 MAX_LINE = 1000
 """Number of characters of a message's line that are shown."""
@@ -93,7 +93,7 @@ def _shortened(text: str) -> str:
 
 def _in_columns(text: str) -> str:
     """Return a message in lines of the terminal's width."""
-    return wrapped(_shortened(text))
+    return wrap(_shortened(text))
 
 
 @contextmanager

@@ -6,7 +6,14 @@ from typing import TYPE_CHECKING
 
 import click
 
-from trackmark.bench.commands._options import EXISTING_FILE, Command, argument, option, with_options
+from trackmark.bench.commands._options import (
+    EXISTING_FILE,
+    Command,
+    argument,
+    option,
+    output_option,
+    with_options,
+)
 from trackmark.bench.commands._progress import patience
 from trackmark.bench.experiments.experiment import ExperimentError
 
@@ -37,16 +44,13 @@ class AnnotateOptions:
     absent: tuple[str, ...] = option(
         "Frames without visible target, both ends included. Repeatable.", metavar="FIRST-LAST"
     )
-    output: Path | None = option(
+    output: Path | None = output_option(
         "Ground-truth file.  [default: the name of the video with .csv, next to the video]",
-        group="Output",
         type=click.Path(path_type=Path, dir_okay=False),
     )
     pick: bool = option("Draw boxes on a page in the browser.")
-    note: str | None = option(
-        "Comment for the head of the file: who marked what, and how.", group="Output"
-    )
-    force: bool = option("Replace an existing file.", group="Output")
+    note: str | None = output_option("Comment for the head of the file: who marked what, and how.")
+    force: bool = output_option("Replace an existing file.")
 
 
 @click.command("annotate", cls=Command)

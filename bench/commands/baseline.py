@@ -6,13 +6,14 @@ from typing import TYPE_CHECKING
 import click
 
 from trackmark.bench.commands import EXIT_ANSWER_IS_NO
-from trackmark.bench.commands._baseline_runs import CellRunner, are_baseline_cells, first_cells
+from trackmark.bench.commands._baseline_runs import BaselineRunner, check_entries
 from trackmark.bench.commands._options import (
     Command,
     EngineOptions,
     argument,
     matching_sequences,
     option,
+    output_option,
     split_list,
     with_options,
 )
@@ -43,7 +44,7 @@ class BaselineOptions(EngineOptions):
         default=0.05,
         type=click.FloatRange(0, 1, min_open=True),
     )
-    force: bool = option("Replace an existing baseline.", group="Output")
+    force: bool = output_option("Replace an existing baseline.")
 
 
 @click.command("baseline", cls=Command)
@@ -83,15 +84,15 @@ def command(options: BaselineOptions) -> int:
     plan = make_plan(requested, Results(options.output / experiment), {})
     texts = {spec.label: text for text, spec in plan.trackers.items()}
     sources = {sequence.name: sequence.source for sequence in plan.sequences}
-    runner = CellRunner(experiment, texts, sources, options)
+    runner = BaselineRunner(experiment, texts, sources, options)
     names = {label: list(sources) for label in texts}
-    cells = runner.run(names, options.seeds)
-    repeated = runner.repeat(first_cells(names))
-    if not are_baseline_cells(cells, repeated, f"{path} is not written: runs failed."):
+    entries = runner.run(names, options.seeds)
+    repeated = runner.repeat({label: list(sources)[:1] for label in texts})
+    if not check_entries(entries, repeated, f"{path} is not written: runs failed."):
         return EXIT_ANSWER_IS_NO
-    baseline = Baseline(cells, texts, options.seeds, options.detect, surroundings())
+    baseline = Baseline(entries, texts, options.seeds, options.detect, surroundings())
     write_baseline(baseline, path)
-    runs = sum(len(cell.overlap) for row in cells.values() for cell in row.values())
+    runs = sum(len(entry.overlap) for row in entries.values() for entry in row.values())
     click.echo(
         f"{path}: {len(texts)} x {len(sources)} trackers and sequences, {runs} runs.\n"
         f"Commit it; `trackmark check {name}` compares with it."
@@ -110,8 +111,8 @@ def _sensitivity(baseline: "Baseline") -> list[str]:
     )
 
     lines = {}
-    for tracker, row in baseline.cells.items():
-        scores = [cell.overlap for cell in row.values()]
+    for tracker, row in baseline.entries.items():
+        scores = [entry.overlap for entry in row.values()]
         spread = pooled_spread(scores) if len(scores[0]) > 1 else 0.0
         if spread == 0.0:
             continue

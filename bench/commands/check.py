@@ -13,10 +13,9 @@ import click
 
 from trackmark.bench.commands import EXIT_ANSWER_IS_NO
 from trackmark.bench.commands._baseline_runs import (
-    CellRunner,
-    are_baseline_cells,
+    BaselineRunner,
+    check_entries,
     differing,
-    first_cells,
     with_failures,
 )
 from trackmark.bench.commands._options import (
@@ -26,6 +25,8 @@ from trackmark.bench.commands._options import (
     argument,
     metrics_option,
     option,
+    output_option,
+    selection_option,
     split_list,
     utf8_text,
     with_options,
@@ -58,20 +59,18 @@ class CheckOptions(JsonOptions, EngineOptions):
     """Options of the command."""
 
     name: str = argument()
-    trackers: str = option(
+    trackers: str = selection_option(
         "Check only trackers with these comma-separated names or patterns.",
-        group="Selection",
         metavar="PATTERNS",
         default="*",
     )
-    sequences: str = option(
+    sequences: str = selection_option(
         "Check only sequences with these comma-separated names or patterns.",
-        group="Selection",
         metavar="PATTERNS",
         default="*",
     )
-    seeds: int | None = option(
-        "Use only the first seeds of the baseline.  [default: all]", group="Selection", minimum=6
+    seeds: int | None = selection_option(
+        "Use only the first seeds of the baseline.  [default: all]", minimum=6
     )
     strict: bool = option("Exit with code 3 if a result is inconclusive.", group="Decision")
     timed: bool = option("Check the speed as well. Requires --against.", "--time", group="Decision")
@@ -93,11 +92,11 @@ class CheckOptions(JsonOptions, EngineOptions):
     because: str | None = option(
         "Reason for --accept; stored in the baseline.", group="Baseline", callback=utf8_text
     )
-    whole: bool = option("Also list unchanged sequences.", group="Output")
-    markdown: Path | None = option(
-        "Write the result as Markdown, for a pull request.", group="Output", type=_FILE
+    whole: bool = output_option("Also list unchanged sequences.")
+    markdown: Path | None = output_option(
+        "Write the result as Markdown, for a pull request.", type=_FILE
     )
-    junit: Path | None = option("Write the result as JUnit XML.", group="Output", type=_FILE)
+    junit: Path | None = output_option("Write the result as JUnit XML.", type=_FILE)
     metrics: list[str] = metrics_option()
 
 
@@ -129,18 +128,18 @@ def command(options: CheckOptions) -> int:
     speeds: dict[str, Pace] = {}
     if options.against is not None:
         # Timed on the whole baseline, so that a part of it gets the same times.
-        trackers = list(before.cells)
+        trackers = list(before.entries)
         speeds = check_speeds(stored, trackers, options.against, options.budget, print_message)
-    cells = {name: cell for row in before.cells.values() for name, cell in row.items()}
-    runner = CellRunner(
+    entries = {name: entry for row in before.entries.values() for name, entry in row.items()}
+    runner = BaselineRunner(
         f"check-{path.stem}",
         before.texts,
-        {name: cell.source for name, cell in cells.items()},
+        {name: entry.source for name, entry in entries.items()},
         options,
-        {name: cell.sequence for name, cell in cells.items()},
+        {name: entry.sequence for name, entry in entries.items()},
     )
-    now = runner.run({tracker: list(row) for tracker, row in before.cells.items()}, before.seeds)
-    repeated = runner.repeat(changed_facts(before.cells, now))
+    now = runner.run({tracker: list(row) for tracker, row in before.entries.items()}, before.seeds)
+    repeated = runner.repeat(changed_facts(before.entries, now))
     not_repeatable = differing(now, repeated)
     result = check(before, with_failures(now, repeated), surroundings(), not_repeatable)
     _show(result, speeds, options)
@@ -156,9 +155,9 @@ def _check_usage(stored: "Baseline", options: CheckOptions) -> None:
     accept, seeds = options.accept, options.seeds
     if (accept is None) != (not (options.because or "").strip()):
         raise click.UsageError("--accept TRACKER goes with --because TEXT.")
-    if accept is not None and accept not in stored.cells:
+    if accept is not None and accept not in stored.entries:
         raise click.UsageError(
-            f"--accept: the baseline has no {accept!r}; it has {', '.join(stored.cells)}."
+            f"--accept: the baseline has no {accept!r}; it has {', '.join(stored.entries)}."
         )
     if accept is not None and (options.timed or seeds is not None):
         raise click.UsageError("--accept does not go with --time or --seeds.")
@@ -174,22 +173,22 @@ def _check_usage(stored: "Baseline", options: CheckOptions) -> None:
 
 
 def _part(baseline: "Baseline", options: CheckOptions) -> "Baseline":
-    """Return the cells that are checked: with --accept, all of this tracker."""
+    """Return the selected part of the baseline: with --accept, all entries of this tracker."""
     trackers = [options.accept] if options.accept else split_list(options.trackers)
     sequences = ["*"] if options.accept else _with_canonical_names(split_list(options.sequences))
-    cells = {
+    entries = {
         tracker: {
-            name: cell for name, cell in row.items() if _fits(sequences, name, cell.source.text)
+            name: entry for name, entry in row.items() if _fits(sequences, name, entry.source.text)
         }
-        for tracker, row in baseline.cells.items()
+        for tracker, row in baseline.entries.items()
         if _fits(trackers, tracker, baseline.texts[tracker])
     }
-    cells = {tracker: row for tracker, row in cells.items() if row}
-    if not cells:
+    entries = {tracker: row for tracker, row in entries.items() if row}
+    if not entries:
         raise click.UsageError(
             f"nothing in the baseline fits {options.trackers!r} and {options.sequences!r}."
         )
-    return replace(baseline, cells=cells)
+    return replace(baseline, entries=entries)
 
 
 def _fits(patterns: Sequence[str], *names: str) -> bool:
@@ -213,14 +212,14 @@ def _status(result: "Check", speeds: "Mapping[str, Pace]", *, strict: bool) -> i
 
 
 def _accept(
-    stored: "Baseline", path: Path, options: CheckOptions, result: "Check", runner: CellRunner
+    stored: "Baseline", path: Path, options: CheckOptions, result: "Check", runner: BaselineRunner
 ) -> int:
     """Replace a tracker's scores in the baseline, unless a run failed."""
     from trackmark.bench.comparing.baseline import write_baseline
 
     tracker, reason = str(options.accept), str(options.because)
-    repeated = runner.repeat(first_cells({tracker: list(result.now[tracker])}))
-    if not are_baseline_cells(result.now, repeated, f"{path} is not changed: runs failed."):
+    repeated = runner.repeat({tracker: list(result.now[tracker])[:1]})
+    if not check_entries(result.now, repeated, f"{path} is not changed: runs failed."):
         return EXIT_ANSWER_IS_NO
     today = datetime.now(UTC).date().isoformat()
     write_baseline(stored.moved_on(tracker, result.now, reason, today), path)
@@ -263,22 +262,22 @@ def _scores_by(result: "Check", folder: Path, metrics: list[str]) -> str:
     """Return tables of the current scores by other presets."""
     from trackmark.bench.reporting.by_preset import summary_text
 
-    cells = [
+    run_keys = [
         (tracker, sequence, repetition, "accuracy")
         for tracker, row in result.now.items()
-        for sequence, cell in row.items()
-        for repetition in range(len(cell.overlap))
+        for sequence, entry in row.items()
+        for repetition in range(len(entry.overlap))
     ]
-    return summary_text(folder, cells, metrics)
+    return summary_text(folder, run_keys, metrics)
 
 
 def _text(table: "Table") -> str:
     """Return the table, or only its notes if nothing changed."""
-    from trackmark.reports.printable import wrapped
+    from trackmark.reports.printable import wrap
     from trackmark.reports.renderers import to_text
     from trackmark.reports.table_width import on_terminal
 
-    notes = "\n".join(wrapped(note) for note in table.notes)
+    notes = "\n".join(wrap(note) for note in table.notes)
     rows = on_terminal(replace(table, notes=[]), to_text) if table.rows else ""
     return f"{rows}{notes}\n"
 

@@ -12,7 +12,11 @@ import click
 
 from trackmark.bench.commands import EXIT_ANSWER_IS_NO
 from trackmark.bench.commands._execution import run_experiment
-from trackmark.bench.commands._imported_results import guests_of, imported_option, with_imported
+from trackmark.bench.commands._imported_results import (
+    imported_option,
+    parse_imported,
+    with_imported,
+)
 from trackmark.bench.commands._options import (
     EXISTING_FILE,
     Command,
@@ -23,6 +27,7 @@ from trackmark.bench.commands._options import (
     metrics_option,
     only_experiment,
     option,
+    output_option,
     protocol_option,
     split_list,
     with_options,
@@ -36,7 +41,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from trackmark.bench.comparing.comparison import Comparison
-    from trackmark.bench.store.layout import Cell
+    from trackmark.bench.store.layout import RunKey
     from trackmark.reports.tables import ScoreMeasure
 
 WIDTH = 96
@@ -77,11 +82,9 @@ class CompareOptions(JsonOptions, EngineOptions):
         group="Statistics",
         choices=["scene"],
     )
-    name: str | None = option(
-        "Name of the results folder; as in `run`.", group="Output", metavar="NAME"
-    )
-    folder: Path | None = option(
-        "Write tables, figures and a paragraph for a paper to this folder.", group="Output"
+    name: str | None = output_option("Name of the results folder; as in `run`.", metavar="NAME")
+    folder: Path | None = output_option(
+        "Write tables, figures and a paragraph for a paper to this folder."
     )
 
 
@@ -106,31 +109,31 @@ def command(options: CompareOptions) -> int:
     from trackmark.bench.protocols import STORED_ONE_PASS, parse_protocol
 
     if (options.sequences is None) == (options.results is None):
-        raise click.UsageError("Give --sequences or --results (one of them).")
+        raise click.UsageError("Give either --sequences or --results.")
     if options.margin is not None and not math.isfinite(options.margin):
-        raise click.UsageError("--margin must be a finite number.")
+        raise click.UsageError(f"--margin: {options.margin} is not a finite number.")
     filed = STORED_ONE_PASS if options.protocol is None else parse_protocol(options.protocol).text
     measures = {preset: _measure(preset, options) for preset in _presets(options.metrics, filed)}
-    guests = guests_of(options.results_of)
-    trackers, against = _trackers(options, [guest.tracker for guest in guests])
+    imported_trackers = parse_imported(options.results_of)
+    imported = [guest.tracker for guest in imported_trackers]
+    trackers, against = _trackers(options, imported)
     labels: list[str] | None = [label for label, _ in trackers] or None
-    cells: Collection[Cell] | None = None
+    cells: Collection[RunKey] | None = None
     experiments = []
-    if options.sequences is not None and len(trackers) + len(guests) < 2:
-        raise click.UsageError("Name the trackers to compare, two or more.")
+    if options.sequences is not None and len(trackers) + len(imported) < 2:
+        raise click.UsageError("Name at least two trackers to compare.")
     if options.results is not None:
         experiments = [only_experiment(options.results)]
     elif trackers:
         folder, labels, cells = _run(options, [text for _, text in trackers])
         experiments = [folder]
     only = None if cells is None else {sequence for _, sequence, _, _ in cells}
-    with with_imported(experiments, guests, options.sequences, only) as (experiment,):
-        imported = [guest.tracker for guest in guests]
+    with with_imported(experiments, imported_trackers, options.sequences, only) as (experiment,):
         runs = _load(experiment, labels, cells, imported, filed)
         if options.results is not None:
             _report_older_versions(runs.table[~runs.table["tracker"].isin(imported)])
         try:
-            compared = {  # before any output: a preset may refuse the runs
+            compared = {  # all before any output, since a preset may refuse the runs
                 preset: _compare(runs, against, options, preset, measure)
                 for preset, measure in measures.items()
             }
@@ -141,7 +144,7 @@ def command(options: CompareOptions) -> int:
 
 
 def _presets(metrics: Sequence[str], filed: str) -> list[str]:
-    """Return the presets; instead of `native`, if it cannot judge the runs, the protocol's own."""
+    """Return the presets; the preset of the protocol replaces a `native` that cannot judge runs."""
     from trackmark.bench.evaluation.scoring import can_judge
     from trackmark.bench.protocols import parse_protocol
     from trackmark.bench.reporting.tables import PRESET
@@ -151,7 +154,7 @@ def _presets(metrics: Sequence[str], filed: str) -> list[str]:
 
 
 def _measure(preset: str, options: CompareOptions) -> "ScoreMeasure":
-    """Return the score of a preset by which runs are compared, with its margin."""
+    """Return the score that is compared, with its margin."""
     from trackmark.bench.reporting.tables import PRESET, SUMMARY
 
     if preset != PRESET:
@@ -168,7 +171,7 @@ def _measure(preset: str, options: CompareOptions) -> "ScoreMeasure":
 
 
 def _preset_measure(preset: str, options: CompareOptions) -> "ScoreMeasure":
-    """Return a column of a metrics preset as a measure with the margin of shares."""
+    """Return a column of a metrics preset as a measure, with the default margin of shares."""
     from trackmark.bench.metrics import preset as metrics_preset
     from trackmark.bench.metrics.preset import heading, mean_of_sequences
     from trackmark.reports.tables import ScoreMeasure
@@ -178,18 +181,20 @@ def _preset_measure(preset: str, options: CompareOptions) -> "ScoreMeasure":
     columns = {key: column for key, column in judging.items() if not column.whole}
     name = options.metric or next(iter(columns))
     if name not in columns:
-        problem = f"{preset} has no {name!r}"
+        problem = f"{preset} has no score {name!r}"
         if name in judging:
-            problem = f"{name} is of all sequences together, and trackers are compared by sequence"
+            problem = (
+                f"{name} is a score of all sequences together; trackers are compared by sequence"
+            )
         raise click.BadParameter(
-            f"{problem}; by {preset}, trackers can be compared by {', '.join(columns)}.",
+            f"{problem}. Choose one of {', '.join(columns)}.",
             param_hint="--metric",
         )
     better = columns[name].better
     if options.margin is None and better == "lower":
-        raise click.UsageError(f"{name} is not a share: give its equivalence --margin.")
+        raise click.UsageError(f"{name} has no default equivalence margin. Give one with --margin.")
     title = f"{heading(name)} ({preset})"
-    if definitions.combine is not mean_of_sequences:  # `report` prints another number
+    if definitions.combine is not mean_of_sequences:  # `report` prints a different mean
         title = f"mean of sequences' {title}"
     return ScoreMeasure(
         name,
@@ -205,9 +210,9 @@ def _preset_measure(preset: str, options: CompareOptions) -> "ScoreMeasure":
 def _trackers(
     options: CompareOptions, imported: Sequence[str]
 ) -> tuple[list[tuple[str, str]], str | None]:
-    """Return label and text of each named tracker, and the label of --against.
+    """Return label and specification of each named tracker, and the label of --against.
 
-    The tracker of --against is added to the named ones.
+    The tracker of --against is added to the named trackers.
     """
     trackers = [
         (label, text) for text in split_list(",".join(options.trackers)) for label in [_label(text)]
@@ -221,20 +226,20 @@ def _trackers(
 
 
 def _label(text: str) -> str:
-    """Return the label of a tracker; a text that names no tracker is its own label."""
+    """Return the label of a specification; the text itself if there is no such tracker."""
     from trackmark.bench.experiments.tracker_files import resolve_trackers
     from trackmark.trackers import TrackerError
 
     try:
         return resolve_trackers([text])[text].label
     except TrackerError:
-        return text  # the results may be stored without the tracker
+        return text  # stored runs can be compared without the tracker
 
 
 def _run(
     options: CompareOptions, trackers: Sequence[str]
-) -> "tuple[Path, list[str], Collection[Cell]]":
-    """Execute missing runs; return the experiment's folder, the labels and the requested runs."""
+) -> "tuple[Path, list[str], Collection[RunKey]]":
+    """Execute missing runs; return the results folder, the labels and the requested runs."""
     sequences = options.sequences or ""
     experiment = Experiment(
         name=options.name or default_name(trackers, split_list(sequences), None),
@@ -246,7 +251,7 @@ def _run(
     execution = run_experiment(experiment, options)
     print_message(f"Runs are in {execution.folder}.")
     labels = [spec.label for spec in execution.plan.trackers.values()]
-    return execution.folder, labels, execution.plan.asked().cells
+    return execution.folder, labels, execution.plan.manifest().versions
 
 
 @dataclass(frozen=True)
@@ -262,37 +267,37 @@ class _Runs:
 def _load(
     experiment: Path,
     labels: list[str] | None,
-    cells: "Collection[Cell] | None",
+    cells: "Collection[RunKey] | None",
     imported: Sequence[str],
     filed: str,
 ) -> _Runs:
-    """Load the requested runs (all stored ones if None), imported ones and timing runs."""
+    """Load requested runs (all stored runs if None), imported runs and timing runs."""
     from trackmark.bench.protocols import TIMING
-    from trackmark.bench.store.loading import load_results
+    from trackmark.bench.store.data_frames import load_results
     from trackmark.bench.store.results import Results
 
     if labels is not None:
         labels = [*labels, *imported]
     if cells is not None:
-        stored = Results(experiment).asked().cells if imported else ()
+        stored = Results(experiment).manifest().versions if imported else ()
         cells = [*cells, *(cell for cell in stored if cell[0] in imported)]
         cells = [*cells, *((*cell[:3], TIMING) for cell in cells)]
     runs = load_results(experiment, cells)
     if labels is not None and set(labels) <= set(runs["tracker"].unique()):
-        runs = runs[runs["tracker"].isin(labels)]  # other runs may be missing or damaged
+        runs = runs[runs["tracker"].isin(labels)]  # runs of other trackers may be damaged
     return _Runs(experiment, runs, labels, filed)
 
 
 def _compare(
     runs: _Runs, against: str | None, options: CompareOptions, preset: str, measure: "ScoreMeasure"
 ) -> "Comparison":
-    """Compare the runs by a preset's score."""
+    """Compare the runs by a score of a metrics preset."""
     from trackmark.bench.comparing.comparable_runs import of_protocol, same_boxes, with_published
     from trackmark.bench.comparing.comparison import compare
     from trackmark.bench.reporting.by_preset import runs_by
     from trackmark.bench.reporting.failed_runs import with_worst_scores
     from trackmark.bench.reporting.tables import PRESET, not_repeatable
-    from trackmark.bench.store.truth import occurring_attributes
+    from trackmark.bench.store.truth import find_attributes
 
     table, labels = runs.table, runs.labels
     if preset != PRESET:
@@ -310,7 +315,7 @@ def _compare(
         labels,
         against,
         by_scene=options.unit == "scene",
-        attributes=occurring_attributes(runs.experiment, finished),
+        attributes=find_attributes(runs.experiment, finished),
         same_boxes=same_boxes(runs.experiment, runs.table, runs.filed),
         not_repeatable=not_repeatable(runs.table),
     )
@@ -363,7 +368,7 @@ def _write(comparison: "Comparison", experiment: Path, folder: Path) -> list[str
     from trackmark.bench.comparing.tables import files, paragraph
     from trackmark.bench.reporting.film_strips import write_strips
     from trackmark.reports.files import write_file
-    from trackmark.reports.write import what_was_written, write_tables
+    from trackmark.reports.write import list_written_files, write_tables
 
     paths = [*write_tables(folder, files(comparison)), *write_figures(comparison, folder)]
     sequences = comparison.most_different(STRIPS)
@@ -371,4 +376,4 @@ def _write(comparison: "Comparison", experiment: Path, folder: Path) -> list[str
     file = folder / "paragraph.txt"
     text = f"{paragraph(comparison)}\n"
     paths.append(write_file(file, lambda path: path.write_text(text, encoding="utf-8")))
-    return what_was_written(paths, file.name)
+    return list_written_files(paths, file.name)

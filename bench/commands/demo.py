@@ -8,7 +8,13 @@ from pathlib import Path
 import click
 
 from trackmark.bench.commands._execution import plan_experiment
-from trackmark.bench.commands._options import Command, EngineOptions, option, with_options
+from trackmark.bench.commands._options import (
+    Command,
+    EngineOptions,
+    execution_option,
+    output_option,
+    with_options,
+)
 from trackmark.bench.commands._progress import print_message, progress_bar
 from trackmark.bench.commands.run import execute
 from trackmark.bench.experiments.experiment import read_experiment
@@ -18,9 +24,9 @@ from trackmark.bench.experiments.experiment import read_experiment
 class DemoOptions:
     """Options of the command."""
 
-    output: Path = option("Folder for results and report.", group="Output", default=Path("out"))
-    jobs: int | None = option(
-        "Number of worker processes.  [default: number of cores]", group="Execution", minimum=1
+    output: Path = output_option("Folder for results and report.", default=Path("out"))
+    jobs: int | None = execution_option(
+        "Number of worker processes.  [default: number of cores]", minimum=1
     )
 
 

@@ -18,7 +18,7 @@ from trackmark.bench.commands._options import (
     with_options,
 )
 from trackmark.bench.commands._progress import patience, progress_bar
-from trackmark.reports.printable import wrapped
+from trackmark.reports.printable import wrap
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -52,7 +52,7 @@ def command(options: DescribeOptions) -> None:
     description = _tracker(name) or (_named(name) if truth is None else None)
     data, lines = description or _sequence(name, truth, measure=options.measure)
     as_json = json.dumps(data, indent=1, default=str) if options.as_json else ""
-    click.echo(as_json or wrapped("\n".join(lines)))
+    click.echo(as_json or wrap("\n".join(lines)))
 
 
 Description = tuple[dict[str, Any], list[str]]
@@ -177,8 +177,8 @@ def _attribute(name: str) -> dict[str, Any]:
     return {
         "name": attribute.name,
         "unit": attribute.unit,
-        "range": f"{attribute.least:g} to {attribute.most:g}",
-        "sequence": f"{attribute.over} of its frames",
+        "range": f"{attribute.minimum:g} to {attribute.maximum:g}",
+        "sequence": f"{attribute.statistic} of its frames",
         "definition": attribute.definition.replace("\n", indent).replace(f"{indent}\n", "\n\n"),
     }
 
@@ -266,7 +266,7 @@ def _measured(name: str, truth: Path | None) -> dict[str, Any]:
         attribute.name: {
             "value": finite(overall[attribute.name]),
             "unit": attribute.unit,
-            "over": attribute.over,
+            "over": attribute.statistic,
             "frames": [finite(value) for value in series[attribute.name].tolist()],
         }
         for attribute in map(attributes.find, attributes.names())

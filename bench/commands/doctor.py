@@ -13,7 +13,7 @@ import click
 
 from trackmark.bench.commands import EXIT_ANSWER_IS_NO
 from trackmark.bench.commands._options import Command, JsonOptions, with_options
-from trackmark.reports.printable import wrapped
+from trackmark.reports.printable import wrap
 
 LIBRARIES = ("numpy", "numba", "pandas", "matplotlib", "av", "scikit-video")
 OPENCV = "opencv"
@@ -55,7 +55,7 @@ def command(options: JsonOptions) -> int:
                 width = max(len(key) for key in items)
                 lines = [f"{key:{width}}  {value}" for key, value in items.items()]
             for line in lines:
-                click.echo(wrapped(f"  {line}"))
+                click.echo(wrap(f"  {line}"))
     return EXIT_ANSWER_IS_NO if data["problems"] else 0
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import click
 
 from trackmark.bench.commands._options import Command, JsonOptions, argument, with_options
-from trackmark.reports.printable import wrapped
+from trackmark.reports.printable import wrap
 
 KINDS = (
     "trackers",
@@ -50,7 +50,7 @@ def command(options: ListOptions) -> None:
         if options.kind is None:
             click.echo(("\n" if position else "") + heading)
         for name, summary in summaries.items():
-            click.echo(wrapped(f"  {name:{width}}  {summary}".rstrip()))
+            click.echo(wrap(f"  {name:{width}}  {summary}".rstrip()))
 
 
 def _summaries(kind: str) -> dict[str, str]:

@@ -9,13 +9,18 @@ from typing import TYPE_CHECKING
 import click
 
 from trackmark.bench.commands import EXIT_ANSWER_IS_NO
-from trackmark.bench.commands._imported_results import guests_of, imported_option, with_imported
+from trackmark.bench.commands._imported_results import (
+    imported_option,
+    parse_imported,
+    with_imported,
+)
 from trackmark.bench.commands._options import (
     Command,
     JsonOptions,
     argument,
     metrics_option,
     option,
+    output_option,
     with_options,
 )
 from trackmark.bench.commands._progress import patience, print_message, progress_bar
@@ -39,28 +44,26 @@ class ReportOptions(JsonOptions):
     """Options of the command."""
 
     results: Path | None = argument(required=False)
-    form: str | None = option(
+    form: str | None = output_option(
         "Format of the printed tables or, with --folder, of the plots.",
         "--format",
-        group="Output",
         choices=TEXTS + FIGURES,
     )
-    folder: Path | None = option(
+    folder: Path | None = output_option(
         "Write the page, tables in every format, plots and film strips to this folder.  "
-        "[default: only the page, to RESULTS]",
-        group="Output",
+        "[default: only the page, to RESULTS]"
     )
-    frames: bool = option("Write frames in full size next to the page.", group="Output")
+    frames: bool = output_option("Write frames in full size next to the page.")
     results_of: tuple[str, ...] = imported_option()
     sequences: str | None = option(
         "Sequences of --results-of if RESULTS is not given; as for `run`.", metavar="SEQUENCES"
     )
     metrics: list[str] = metrics_option()
-    by_attribute: bool = option(
-        "Add scores by attribute of the sequences; see docs/attributes.md.", group="Output"
+    by_attribute: bool = output_option(
+        "Add scores by attribute of the sequences; see docs/attributes.md."
     )
-    wide: bool = option("Print all columns of the tables.", group="Output")
-    no_pictures: bool = option("Write tables only: no page, no plots.", group="Output")
+    wide: bool = output_option("Print all columns of the tables.")
+    no_pictures: bool = output_option("Write tables only: no page, no plots.")
 
     @property
     def has_page(self) -> bool:
@@ -100,7 +103,7 @@ def command(options: ReportOptions) -> int:
     if options.frames and not options.has_page:
         raise click.UsageError("--frames needs a page, which is not written: give --folder.")
     stored = [] if results is None else experiment_folders(results)
-    with with_imported(stored, guests_of(options.results_of), sequences) as experiments:
+    with with_imported(stored, parse_imported(options.results_of), sequences) as experiments:
         for number, experiment in enumerate(experiments):
             _report(experiment, stored[number] if stored else None, options, len(experiments) > 1)
         return _print_left_out(experiments)
@@ -115,7 +118,7 @@ def _report(experiment: Path, stored: Path | None, options: ReportOptions, sever
     from trackmark.bench.pages.report_figures import FigureFiles
     from trackmark.bench.reporting.by_preset import preset_report
     from trackmark.bench.reporting.tables import title_of
-    from trackmark.reports.write import what_was_written, write_tables
+    from trackmark.reports.write import list_written_files, write_tables
 
     metrics, folder = options.metrics, options.folder
     title = title_of(experiment, named=several)
@@ -137,7 +140,7 @@ def _report(experiment: Path, stored: Path | None, options: ReportOptions, sever
     if options.has_page:
         page = target / "report.html"
         files += _write_page(experiment, page, tables, title, commands, options.frames, figures)
-    for line in what_was_written(files):
+    for line in list_written_files(files):
         print_message(line)
 
 
@@ -197,7 +200,7 @@ def _write_page(
 def _print_left_out(experiments: Sequence[Path]) -> int:
     """Print a line on every tracker whose every run failed; return the exit status."""
     from trackmark.bench.reporting.failed_runs import failed_runs
-    from trackmark.bench.store.loading import load_results
+    from trackmark.bench.store.data_frames import load_results
 
     lines = dict[str, None]()
     for experiment in experiments:

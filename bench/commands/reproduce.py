@@ -17,6 +17,7 @@ from trackmark.bench.commands._options import (
     JsonOptions,
     argument,
     option,
+    output_option,
     with_options,
 )
 from trackmark.bench.commands._progress import print_message, progress_bar
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
     from trackmark.bench.execution.plan import KnownSequences
     from trackmark.bench.papers import Effort
     from trackmark.bench.papers.reproduction import Report, Reproduction
-    from trackmark.bench.store.layout import Cell
+    from trackmark.bench.store.layout import RunKey
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,10 +38,8 @@ class ReproduceOptions(JsonOptions, EngineOptions):
     quick: bool = option("Main table and figure strips in a minute, without verdicts.")
     everything: bool = option("Add the sensitivity table.", "--all")
     seeds: int | None = option("Maximum number of repetitions.", minimum=1)
-    page: Path | None = option(
-        "Markdown file for the page of the paper.",
-        group="Output",
-        type=click.Path(path_type=Path, dir_okay=False),
+    page: Path | None = output_option(
+        "Markdown file for the page of the paper.", type=click.Path(path_type=Path, dir_okay=False)
     )
     strict: bool = option("Exit with code 1 if a claim does not hold in the setting `recommended`.")
 
@@ -70,9 +69,11 @@ def command(options: ReproduceOptions) -> int:
         names = ", ".join(paper_names())
         raise click.UsageError(f"Give one PAPER ({names}) or --all-papers.")
     if page is not None and (options.all_papers or quick):
-        raise click.UsageError("--page needs one PAPER, and a report with verdicts (no --quick).")
+        raise click.UsageError(
+            "--page requires one PAPER and verdicts. Omit --all-papers and --quick."
+        )
     if quick and options.everything:
-        raise click.UsageError("Give --quick or --all, not both.")
+        raise click.UsageError("Give either --quick or --all.")
     effort = Effort(
         quick=quick, everything=options.everything, seeds=options.seeds, jobs=options.jobs
     )
@@ -98,13 +99,13 @@ def _reproduce(paper: "Reproduction", effort: "Effort", options: ReproduceOption
     from trackmark.bench.papers.terminal_report import screen
 
     started_at, folder = time.monotonic(), options.output / paper.name
-    requested: dict[str, Collection[Cell]] = {}
-    known: KnownSequences = {}
+    requested: dict[str, Collection[RunKey]] = {}
+    opened_sequences: KnownSequences = {}
     for experiment in paper.experiments(effort):
-        execution = plan_experiment(experiment, options, known=known)
+        execution = plan_experiment(experiment, options, opened_sequences=opened_sequences)
         print_message(f"{experiment.title}: {len(execution.plan)} runs")
         execute_runs(execution)
-        requested[experiment.name] = execution.plan.asked().cells
+        requested[experiment.name] = execution.plan.manifest().versions
     report = paper.report(options.output, folder, effort, requested)
     content = document(report, time.monotonic() - started_at)
     _write(report, content, folder)

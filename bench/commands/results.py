@@ -12,14 +12,17 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from trackmark.bench.commands import EXIT_ANSWER_IS_NO
-from trackmark.bench.commands._imported_results import guests_of, import_guests
+from trackmark.bench.commands._imported_results import parse_imported, store_imported
 from trackmark.bench.commands._options import (
     Command,
     JsonOptions,
     argument,
+    execution_option,
     only_experiment,
     option,
+    output_option,
     protocol_option,
+    selection_option,
     trace_option,
     with_options,
 )
@@ -27,8 +30,6 @@ from trackmark.bench.commands._progress import print_message, progress_bar
 
 if TYPE_CHECKING:
     from trackmark.bench.evaluation.run_record import Trace
-
-SELECTION = "Selection"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -59,16 +60,16 @@ def list_results(options: FolderOptions) -> None:
 
     Exit codes: 0 success; 2 invalid usage or input.
     """
-    from trackmark.bench.store.index import for_json, read_index
     from trackmark.bench.store.layout import experiment_folders
     from trackmark.bench.store.results import Results
+    from trackmark.bench.store.run_rows import list_scored_runs, to_json_row
 
     for experiment in experiment_folders(options.folder):
         with progress_bar(None, "run") as progress:
-            rows = read_index(Results(experiment), progress)
+            rows = list_scored_runs(Results(experiment), progress)
         if options.as_json:
             for row in rows:
-                click.echo(json.dumps({"experiment": experiment.name, **for_json(row)}))
+                click.echo(json.dumps({"experiment": experiment.name, **to_json_row(row)}))
             continue
         click.echo(f"{experiment}: {len(rows)} runs")
         counts: defaultdict[tuple[str, ...], Counter[str]] = defaultdict(Counter)
@@ -95,16 +96,16 @@ def failures(options: FolderOptions) -> None:
     """
     import numpy as np
 
-    from trackmark.bench.store.index import list_runs
-    from trackmark.bench.store.layout import cell_of, experiment_folders
+    from trackmark.bench.store.layout import experiment_folders, run_key
     from trackmark.bench.store.results import Results
+    from trackmark.bench.store.run_rows import list_runs
 
     for experiment in experiment_folders(options.folder):
         results = Results(experiment)
         for row in list_runs(results):
             if row["status"] != "failed":
                 continue
-            run = results.read(cell_of(row))
+            run = results.read(run_key(row))
             reached = int(np.isfinite(run.boxes[:, 0]).sum())
             if options.as_json:
                 data = {key: row[key] for key in ("tracker", "sequence", "repetition", "failure")}
@@ -182,10 +183,10 @@ class RemoveOptions:
     """Options of `remove`."""
 
     folder: Path = argument(default=Path("results"), required=False)
-    tracker: str = option("Only trackers that match this pattern.", group=SELECTION, default="*")
-    sequence: str = option("Only sequences that match this pattern.", group=SELECTION, default="*")
-    failed: bool = option("Only runs that failed.", group=SELECTION)
-    yes: bool = option("Do not ask for confirmation.", group="Execution")
+    tracker: str = selection_option("Only trackers that match this pattern.", default="*")
+    sequence: str = selection_option("Only sequences that match this pattern.", default="*")
+    failed: bool = selection_option("Only runs that failed.")
+    yes: bool = execution_option("Do not ask for confirmation.")
 
 
 @command.command("remove")
@@ -201,21 +202,21 @@ def remove(options: RemoveOptions) -> None:
 
     Exit codes: 0 success; 2 invalid usage or input; 130 not confirmed, or interrupted.
     """
-    from trackmark.bench.store.index import list_runs
-    from trackmark.bench.store.layout import Cell, cell_of, experiment_folders
+    from trackmark.bench.store.layout import RunKey, experiment_folders, run_key
     from trackmark.bench.store.results import Results
+    from trackmark.bench.store.run_rows import list_runs
 
-    selected: dict[Path, list[Cell]] = {}
+    selected: dict[Path, list[RunKey]] = {}
     for experiment in experiment_folders(options.folder):
         results = Results(experiment)
         # Selected by their keys alone, so that damaged runs can be removed, too.
         cells = [
             cell
-            for cell in results.cells()
+            for cell in results.list_keys()
             if fnmatchcase(cell[0], options.tracker) and fnmatchcase(cell[1], options.sequence)
         ]
         if options.failed:
-            failed = {cell_of(row) for row in list_runs(results) if row["status"] == "failed"}
+            failed = {run_key(row) for row in list_runs(results) if row["status"] == "failed"}
             cells = [cell for cell in cells if cell in failed]
         selected[experiment] = cells
     number = sum(len(cells) for cells in selected.values())
@@ -243,14 +244,14 @@ def check_results(options: FolderOptions) -> int:
     Exit codes: 0 no damage; 1 results are damaged; 2 invalid usage or input.
     """
     from trackmark.bench.store.layout import experiment_folders
+    from trackmark.bench.store.maintenance import find_damage
     from trackmark.bench.store.results import Results
-    from trackmark.bench.store.upkeep import damages
 
     total = 0
     for experiment in experiment_folders(options.folder):
-        messages = damages(experiment)
+        messages = find_damage(experiment)
         total += len(messages)
-        runs = 0 if messages else len(Results(experiment).cells())
+        runs = 0 if messages else len(Results(experiment).list_keys())
         if options.as_json:
             data = {"experiment": experiment.name, "runs": runs, "damages": messages}
             click.echo(json.dumps(data))
@@ -301,7 +302,7 @@ def merge(sources: tuple[Path, ...], target: Path) -> int:
 
     Exit codes: 0 success; 1 conflicts, nothing is copied; 2 invalid usage or input.
     """
-    from trackmark.bench.store.upkeep import merge_results
+    from trackmark.bench.store.maintenance import merge_results
 
     copied, conflicts = merge_results(list(sources), target)
     for conflict in conflicts:
@@ -321,9 +322,9 @@ class ImportOptions:
     sequences: str = option(
         "Comma-separated names, paths or patterns, as for `run`.", metavar="SEQUENCES"
     )
-    name: str = option("Name of the results folder.", group="Output", default="published")
-    output: Path = option(
-        "Folder that contains the results folder.", group="Output", default=Path("results")
+    name: str = output_option("Name of the results folder.", default="published")
+    output: Path = output_option(
+        "Folder that contains the results folder.", default=Path("results")
     )
 
 
@@ -341,7 +342,7 @@ def import_results(options: ImportOptions) -> None:
     Exit codes: 0 success; 2 invalid usage or input.
     """
     folder = options.output / options.name
-    number = import_guests(guests_of(options.results), options.sequences, folder)
+    number = store_imported(parse_imported(options.results), options.sequences, folder)
     click.echo(f"{number} runs are in {folder}.")
 
 
@@ -351,22 +352,18 @@ class ExportOptions:
 
     experiment: Path = argument()
     folder: Path = argument()
-    format: str = option(
-        "Result format: otb, otb-json, got10k, vot, pysot or pytracking.",
-        "--as",
-        group="Output",
-        metavar="FORMAT",
+    format: str = output_option(
+        "Result format: otb, otb-json, got10k, vot, pysot or pytracking.", "--as", metavar="FORMAT"
     )
-    tracker: str = option("Only trackers that match this pattern.", group=SELECTION, default="*")
-    sequence: str = option("Only sequences that match this pattern.", group=SELECTION, default="*")
-    origin: int | None = option(
+    tracker: str = selection_option("Only trackers that match this pattern.", default="*")
+    sequence: str = selection_option("Only sequences that match this pattern.", default="*")
+    origin: int | None = output_option(
         "Coordinate of the first pixel, 0 or 1.  [default: set by the format]",
         "--from",
-        group="Output",
         metavar="INTEGER",
         type=click.IntRange(0, 1),
     )
-    force: bool = option("Replace existing files.", group="Output")
+    force: bool = output_option("Replace existing files.")
     protocol: str | None = protocol_option()
     trace: "Trace" = trace_option()
 

@@ -20,9 +20,11 @@ from trackmark.bench.commands._options import (
     EngineOptions,
     JsonOptions,
     argument,
+    execution_option,
     matching_sequences,
     metrics_option,
     option,
+    output_option,
     protocol_option,
     split_list,
     truth_option,
@@ -40,7 +42,7 @@ from trackmark.bench.experiments.experiment import (
 if TYPE_CHECKING:
     from trackmark.bench.execution.executor import Execution
     from trackmark.bench.execution.plan import KnownSequences
-    from trackmark.bench.store.layout import Cell
+    from trackmark.bench.store.layout import RunKey
 
 _MAX_NAME = 24  # characters of a tracker or a sequence in the name of a folder
 
@@ -66,17 +68,16 @@ class RunOptions(JsonOptions, EngineOptions):
     arrays: bool = option(
         "Store masks, contours, particles and maps of new runs for the report's player."
     )
-    name: str | None = option(
+    name: str | None = output_option(
         "Name of the results folder.  [default: derived from --trackers and --sequences]",
-        group="Output",
         metavar="NAME",
     )
-    keep: bool = option(
-        "Keep stored runs of other versions: store new runs in NAME-2, NAME-3, …", group="Output"
+    keep: bool = output_option(
+        "Keep stored runs of other versions: store new runs in NAME-2, NAME-3, …"
     )
-    retry_failed: bool = option("Repeat runs that failed.", group="Execution")
-    dry_run: bool = option(
-        "Execute nothing; print the missing runs and the estimated time.", group="Execution"
+    retry_failed: bool = execution_option("Repeat runs that failed.")
+    dry_run: bool = execution_option(
+        "Execute nothing; print the missing runs and the estimated time."
     )
     metrics: list[str] = metrics_option()
 
@@ -97,10 +98,12 @@ def command(options: RunOptions) -> int:
     Exit codes: 0 success; 1 at least one run failed; 2 invalid usage or input; 130 interrupted.
     """
     experiment = _experiment(options)
-    known: KnownSequences = {}
+    opened_sequences: KnownSequences = {}
     if options.keep:
-        experiment = _without_stale_runs(experiment, options.output, known)
-    execution = plan_experiment(experiment, options, retry_failed=options.retry_failed, known=known)
+        experiment = _without_stale_runs(experiment, options.output, opened_sequences)
+    execution = plan_experiment(
+        experiment, options, retry_failed=options.retry_failed, opened_sequences=opened_sequences
+    )
     if options.dry_run:
         _print_plan(execution, as_json=options.as_json)
         return 0
@@ -108,13 +111,13 @@ def command(options: RunOptions) -> int:
 
 
 def _experiment(options: RunOptions) -> Experiment:
-    """Return the experiment that is named, with other options, or one that is made of options."""
+    """Return the named experiment with the options applied, or one made of the options alone."""
     trackers, sequences, truth = options.trackers, options.sequences, options.truth
     if not options.experiment and not (trackers and sequences):
         raise click.UsageError("Give an experiment, or --trackers and --sequences.")
     base = _named_experiment(options.experiment, has_options=bool(trackers or sequences))
     if base is not None and truth is not None:
-        raise ExperimentError("--truth goes with --sequences.")
+        raise ExperimentError("--truth requires --sequences, and no experiment.")
     values: dict[str, Any] = {
         "name": options.name,
         "trackers": tuple(split_list(trackers or "")),
@@ -126,7 +129,7 @@ def _experiment(options: RunOptions) -> Experiment:
     }
     values = {key: value for key, value in values.items() if value}
     if options.seeds:
-        values["repeated"] = {}  # also for trackers with a number of their own
+        values["repeated"] = {}  # --seeds also replaces the numbers of single trackers
     if base is not None:
         return replace(base, **values)
     name = default_name(values.get("trackers", ()), split_list(sequences or ""), truth)
@@ -134,16 +137,16 @@ def _experiment(options: RunOptions) -> Experiment:
 
 
 def _named_experiment(names: Sequence[str], *, has_options: bool) -> Experiment | None:
-    """Return the experiment that is named, if any.
+    """Return the named experiment, if any.
 
-    Raises `ExperimentError` for several names, which a shell makes of a pattern after an option.
+    Raises `ExperimentError` for several names: a shell expands an unquoted pattern to these.
     """
-    known = experiment_names()
-    paths = [name for name in names if name not in known and not name.endswith(".toml")]
+    built_in = experiment_names()
+    paths = [name for name in names if name not in built_in and not name.endswith(".toml")]
     if has_options and paths and Path(paths[0]).exists():
         raise ExperimentError(
             f"{paths[0]} is not an experiment. If it results from a pattern, put the pattern in "
-            "quotes, so that your shell does not expand it: --sequences 'folder/*'."
+            "quotes, so that the shell does not expand it: --sequences 'folder/*'."
         )
     if len(names) > 1:
         raise ExperimentError(f"{len(names)} experiments are named. Give one experiment.")
@@ -151,12 +154,12 @@ def _named_experiment(names: Sequence[str], *, has_options: bool) -> Experiment 
 
 
 def default_name(trackers: Sequence[str], sequences: Sequence[str], truth: Path | None) -> str:
-    """Return the name of an ad-hoc experiment: equal for equal texts in any order.
+    """Return the default name of an experiment: the same for the same texts in any order.
 
     Raises `ExperimentError` if there are no trackers or no sequences.
     """
     if not (trackers and sequences):
-        raise ExperimentError("there must be a tracker and a sequence to run.")
+        raise ExperimentError("no tracker or no sequence is given. Give at least one of each.")
     trackers, sequences = sorted(trackers), sorted(sequences)
     content = json.dumps([trackers, sequences, str(truth or "")])
     digest = hashlib.sha256(content.encode()).hexdigest()[:6]
@@ -171,15 +174,16 @@ def _short_name(texts: Sequence[str]) -> str:
 
 
 def _without_stale_runs(
-    experiment: Experiment, output: Path, known: "KnownSequences"
+    experiment: Experiment, output: Path, opened_sequences: "KnownSequences"
 ) -> Experiment:
-    """Return the experiment by the first name under which it replaces no run."""
+    """Return the experiment under the first name for which no stored run is replaced."""
     from trackmark.bench.execution.plan import State, make_plan
     from trackmark.bench.store.results import Results
 
     names = chain([experiment.name], (f"{experiment.name}-{number}" for number in count(2)))
     plans = (
-        make_plan(replace(experiment, name=name), Results(output / name), known) for name in names
+        make_plan(replace(experiment, name=name), Results(output / name), opened_sequences)
+        for name in names
     )
     return next(plan.experiment for plan in plans if not plan.count(State.STALE))
 
@@ -190,7 +194,7 @@ def execute(execution: "Execution", metrics: Sequence[str], *, as_json: bool = F
     Without presets, scores are printed only if runs failed.
     """
     from trackmark.bench.execution.plan import State
-    from trackmark.bench.store.layout import cell_of
+    from trackmark.bench.store.layout import run_key
 
     plan = execution.plan
     for sequence in plan.sequences:
@@ -199,14 +203,14 @@ def execute(execution: "Execution", metrics: Sequence[str], *, as_json: bool = F
                 f"{sequence.name}: {sequence.images_beyond_truth} images after the last row of "
                 "the ground truth are not read."
             )
-    printed: set[Cell] = set()
+    printed: set[RunKey] = set()
 
     def print_row(row: Mapping[str, Any]) -> None:
         if as_json:
             _print_row(row, execution.folder, metrics)
-            printed.add(cell_of(row))
+            printed.add(run_key(row))
 
-    remark = " (--keep: in a folder of their own)"
+    remark = " (--keep stores new runs in another folder)"
     execute_runs(execution, print_row, remark=remark, keep_errors=True)
     rows, now, state = stored_runs(execution)
     failed = now.count(State.FAILED)
@@ -214,8 +218,8 @@ def execute(execution: "Execution", metrics: Sequence[str], *, as_json: bool = F
         complain(error)
     if as_json:
         for row in rows:
-            cell = cell_of(row)
-            if cell in now.cells and cell not in printed and now.state(cell) >= State.FAILED:
+            cell = run_key(row)
+            if cell in now.requested and cell not in printed and now.state(cell) >= State.FAILED:
                 _print_row(row, execution.folder, metrics)
         print_message(state)
     elif metrics or failed:
@@ -228,10 +232,10 @@ def execute(execution: "Execution", metrics: Sequence[str], *, as_json: bool = F
 
 
 def _print_row(row: Mapping[str, Any], folder: Path, metrics: Sequence[str]) -> None:
-    """Print a line of JSON, with scores by other presets if these are requested."""
-    from trackmark.bench.store.index import for_json
+    """Print a run as JSON, with scores by other presets if they are requested."""
+    from trackmark.bench.store.run_rows import to_json_row
 
-    data = for_json(row)
+    data = to_json_row(row)
     if list(metrics) != ["native"] or row["protocol"] not in ("accuracy", "timing"):
         # Imports the table renderers.
         from trackmark.bench.reporting.by_preset import presets_for, scores_by
@@ -246,14 +250,14 @@ def _print_tables(execution: "Execution", metrics: Sequence[str]) -> None:
     from trackmark.bench.reporting.by_preset import summary_text
 
     with patience("Scoring runs"):
-        text = summary_text(execution.folder, execution.plan.asked().cells, metrics)
+        text = summary_text(execution.folder, execution.plan.manifest().versions, metrics)
     click.echo(text)
 
 
 def _print_remarks(execution: "Execution", failed: int) -> None:
-    """Print where failures are listed, the harness's own time, and the formats of paths."""
+    """Print how to list failures, the time of the harness, and the formats of the sequences."""
     from trackmark import datasets
-    from trackmark.reports.printable import wrapped
+    from trackmark.reports.printable import wrap
 
     if failed:
         command = shlex.join(["trackmark", "results", "failures", str(execution.folder)])
@@ -266,7 +270,7 @@ def _print_remarks(execution: "Execution", failed: int) -> None:
     for name in filter(None, dict.fromkeys(formats.values())):
         first, *others = [text for text in texts if formats[text] == name]
         more = f" and {len(others)} more" if others else ""
-        click.echo(wrapped(f"{first}{more}: read as {name}."))
+        click.echo(wrap(f"{first}{more}: read as {name}."))
 
 
 _BASES = {
@@ -279,7 +283,7 @@ _BASES = {
 
 
 def _print_plan(execution: "Execution", *, as_json: bool) -> None:
-    """Print which runs are stored, which are left, and how long these will take."""
+    """Print the numbers of stored and missing runs, and the estimated time of the missing runs."""
     from trackmark.bench.execution.estimate import estimate, measured_before, words
     from trackmark.bench.execution.plan import State
 

@@ -11,6 +11,7 @@ from trackmark.bench.commands._options import (
     Command,
     argument,
     option,
+    output_option,
     split_list,
     trace_option,
     truth_option,
@@ -37,17 +38,16 @@ class ShowOptions:
     )
     trace: "Trace" = trace_option()
     repetition: int = option("Index of the repetition that is drawn or run.", default=0, minimum=0)
-    output: Path | None = option(
+    output: Path | None = output_option(
         "Film strip (.png), video (.mp4, H.264) or, with --live, page.  [--live: live.html]",
-        group="Output",
         type=click.Path(path_type=Path, dir_okay=False),
     )
-    count: int = option(
-        "Number of frames of a film strip.", "--frames", group="Output", default=10, minimum=1
+    count: int = output_option(
+        "Number of frames of a film strip.", "--frames", default=10, minimum=1
     )
-    first: int = option("First frame to draw.", group="Output", default=0, minimum=0)
-    last: int | None = option(
-        "Last frame to draw.  [default: last of the sequence]", group="Output", minimum=0
+    first: int = output_option("First frame to draw.", default=0, minimum=0)
+    last: int | None = output_option(
+        "Last frame to draw.  [default: last of the sequence]", minimum=0
     )
 
 

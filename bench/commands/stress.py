@@ -16,6 +16,7 @@ from trackmark.bench.commands._options import (
     argument,
     matching_sequences,
     option,
+    output_option,
     split_list,
     with_options,
 )
@@ -57,10 +58,8 @@ class StressOptions(JsonOptions, EngineOptions):
     recorded: str | None = option(
         "Correlate breaking points with the overlap on these sequences.", metavar="SEQUENCES"
     )
-    name: str = option("Name of the results folder.", group="Output", default="stress")
-    folder: Path | None = option(
-        "Write tables, curves and all runs to this folder.", group="Output"
-    )
+    name: str = output_option("Name of the results folder.", default="stress")
+    folder: Path | None = output_option("Write tables, curves and all runs to this folder.")
 
 
 @click.command("stress", cls=Command)
@@ -89,22 +88,22 @@ def command(options: StressOptions) -> int:
     from trackmark.bench.experiments.tracker_files import resolve_trackers
     from trackmark.reports.renderers import to_text
     from trackmark.reports.table_width import on_terminal
-    from trackmark.reports.write import what_was_written, write_tables
+    from trackmark.reports.write import list_written_files, write_tables
 
     if not (knob_texts := split_list(options.knobs)):
-        raise click.UsageError("--knob names none.")
+        raise click.UsageError("--knob: the list is empty. Name at least one.")
     specs = resolve_trackers(
         text for texts in (*options.trackers, options.against) for text in split_list(texts)
     )
     texts = {spec.label: text for text, spec in specs.items()}
-    known: KnownSequences = {}
+    opened_sequences: KnownSequences = {}
     sequences = RunSequences([source.text for source in matching_sequences(options.sequences)])
     knobs = {knob_of(text, sequences.sequences): None for text in knob_texts}
     if len({knob.name for knob in knobs}) < len(knobs):
-        raise click.UsageError("--knob names one twice, with different ranges.")
+        raise click.UsageError("--knob: a name is given twice, with different ranges.")
     series = [Series(label, knob, sequences, options.runs) for knob in knobs for label in texts]
-    series = _execute_series(options, known, texts, series)
-    scores = _recorded_scores(options, known, texts)
+    series = _execute_series(options, opened_sequences, texts, series)
+    scores = _recorded_scores(options, opened_sequences, texts)
     result = BreakingPoints(series, specs[options.against].label, scores)
     if options.as_json:
         click.echo(json.dumps(as_data(result), allow_nan=False))
@@ -112,19 +111,19 @@ def command(options: StressOptions) -> int:
         click.echo("\n".join(on_terminal(table, to_text) for table in tables(result)), nl=False)
     if (folder := options.folder) is not None:
         paths = [*write_tables(folder, tables(result, whole=True)), *write_curves(result, folder)]
-        print_message("\n".join(what_was_written(paths)))
+        print_message("\n".join(list_written_files(paths)))
     return 0
 
 
 def _execute_series(
     options: StressOptions,
-    known: "KnownSequences",
+    opened_sequences: "KnownSequences",
     texts: Mapping[str, str],
     series: "Sequence[Series]",
 ) -> "list[Series]":
-    """Return the completed series; in each round all of them get a batch of runs.
+    """Return the completed series; in each round, every series gets a batch of runs.
 
-    Trackers whose next runs are on the same sequences run in lock step.
+    Trackers whose next runs use the same sequences run in lockstep.
     """
     current = list(series)
     while any(entry.next_runs() for entry in current):
@@ -136,7 +135,7 @@ def _execute_series(
         for sequences, labels in labels_by_runs.items():
             if sequences:
                 trackers = [texts[label] for label in labels]
-                outcomes |= _outcomes(options, known, trackers, sequences)
+                outcomes |= _outcomes(options, opened_sequences, trackers, sequences)
         current = [
             entry.with_outcomes(outcomes[entry.tracker]) if entry.next_runs() else entry
             for entry in current
@@ -149,12 +148,14 @@ def _execute_series(
 
 def _outcomes(
     options: StressOptions,
-    known: "KnownSequences",
+    opened_sequences: "KnownSequences",
     trackers: Sequence[str],
     sequences: Sequence[str],
 ) -> dict[str, dict[str, tuple[bool, str]]]:
     """Return by tracker and sequence whether the run survived, and why it failed."""
-    runs, texts = _runs(options, known, trackers, [SequenceSource(text) for text in sequences])
+    runs, texts = _runs(
+        options, opened_sequences, trackers, [SequenceSource(text) for text in sequences]
+    )
     outcomes: dict[str, dict[str, tuple[bool, str]]] = {}
     columns = ["tracker", "sequence", "status", "failure", "first_loss", "frames"]
     for label, name, status, failure, loss, frames in runs[columns].itertuples(index=False):
@@ -165,13 +166,13 @@ def _outcomes(
 
 
 def _recorded_scores(
-    options: StressOptions, known: "KnownSequences", texts: Mapping[str, str]
+    options: StressOptions, opened_sequences: "KnownSequences", texts: Mapping[str, str]
 ) -> dict[str, list[float]]:
     """Return the mean overlap by tracker and recorded sequence; a failed run counts as 0."""
     if not options.recorded:
         return {}
     sequences = matching_sequences(options.recorded)
-    runs, _ = _runs(options, known, list(texts.values()), sequences, REPETITIONS)
+    runs, _ = _runs(options, opened_sequences, list(texts.values()), sequences, REPETITIONS)
     runs["mean_overlap"] = runs["mean_overlap"].mask(runs["status"] == "failed", 0.0)
     cells = runs.groupby(["tracker", "sequence"], observed=True, sort=False)["mean_overlap"].mean()
     return {label: cells[label].tolist() for label in texts}
@@ -179,17 +180,17 @@ def _recorded_scores(
 
 def _runs(
     options: StressOptions,
-    known: "KnownSequences",
+    opened_sequences: "KnownSequences",
     trackers: Sequence[str],
     sequences: Sequence[SequenceSource],
     repetitions: int = 1,
 ) -> "tuple[pd.DataFrame, dict[str, str]]":
     """Execute missing runs; return all of them, and the texts of the sequences by name."""
-    from trackmark.bench.store.loading import load_results
+    from trackmark.bench.store.data_frames import load_results
 
     experiment = Experiment(
         options.name, tuple(trackers), tuple(sequences), repetitions, title="Breaking points"
     )
-    execution = run_experiment(experiment, options, known)
+    execution = run_experiment(experiment, options, opened_sequences)
     texts = {sequence.name: sequence.source.text for sequence in execution.plan.sequences}
-    return load_results(execution.folder, execution.plan.asked().cells), texts
+    return load_results(execution.folder, execution.plan.manifest().versions), texts

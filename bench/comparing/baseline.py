@@ -1,7 +1,7 @@
 """Baselines: scores of trackers in a text file that is committed and reviewed.
 
-A line is a tracker on a sequence, with the mean overlap and a digest of the boxes of each run.
-Seeds count from 0, so that an unchanged tracker gives the same boxes again.
+An entry is a tracker–sequence pair, with the mean overlap and a digest of the boxes of each run.
+Seeds count from 0. An unchanged tracker therefore gives the same boxes again.
 """
 
 import hashlib
@@ -20,9 +20,9 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from trackmark.bench.experiments.experiment import SequenceSource, read_toml
 from trackmark.bench.statistics.rules import MIN_UNITS
+from trackmark.bench.store.data_frames import ordered_rows
 from trackmark.bench.store.files import ResultsError
-from trackmark.bench.store.layout import cell_of
-from trackmark.bench.store.loading import ordered_rows
+from trackmark.bench.store.layout import run_key
 from trackmark.bench.store.results import Results
 from trackmark.reports.files import write_file
 
@@ -39,7 +39,7 @@ FOLDER = Path("baselines")
 
 _DIGITS = 8  # of a digest
 _NO_BOX = -(2**31)
-_REMEDY = "Restore the file, or make it again with `trackmark baseline`."
+_REMEDY = "Restore the file, or recreate it with `trackmark baseline --force`."
 
 
 class BaselineError(ResultsError):
@@ -47,7 +47,7 @@ class BaselineError(ResultsError):
 
 
 @dataclass(frozen=True)
-class BaselineCell:
+class BaselineEntry:
     """Runs of a tracker on a sequence, by seed; one run of a tracker without randomness."""
 
     source: SequenceSource
@@ -57,15 +57,15 @@ class BaselineCell:
     failures: Mapping[int, str] = field(default_factory=dict)  # reasons by seed; none in a file
 
 
-Cells = Mapping[str, Mapping[str, BaselineCell]]
-"""Cells by the tracker's label and the sequence's name."""
+BaselineEntries = Mapping[str, Mapping[str, BaselineEntry]]
+"""BaselineEntries by the tracker's label and the sequence's name."""
 
 
 @dataclass(frozen=True)
 class Baseline:
-    """Scores of trackers on sequences, and what made them."""
+    """Scores of trackers on sequences, with the platform and libraries that they were made with."""
 
-    cells: Cells
+    entries: BaselineEntries
     texts: Mapping[str, str]  # specifications of the trackers, by label
     seeds: int  # runs of each tracker that declares randomness
     detect: float  # drop of the mean overlap on one sequence that must not be missed
@@ -74,25 +74,25 @@ class Baseline:
 
     def with_seeds(self, seeds: int) -> "Baseline":
         """Return the baseline restricted to the first seeds."""
-        cells = {
+        entries = {
             tracker: {
-                name: replace(cell, overlap=cell.overlap[:seeds], boxes=cell.boxes[:seeds])
-                for name, cell in row.items()
+                name: replace(entry, overlap=entry.overlap[:seeds], boxes=entry.boxes[:seeds])
+                for name, entry in row.items()
             }
-            for tracker, row in self.cells.items()
+            for tracker, row in self.entries.items()
         }
-        return replace(self, cells=cells, seeds=seeds)
+        return replace(self, entries=entries, seeds=seeds)
 
-    def moved_on(self, tracker: str, now: Cells, reason: str, date: str) -> "Baseline":
-        """Return the baseline with a tracker's new cells and the reason for accepting them."""
-        by_cell = [
-            [np.mean(cell.overlap) for cell in cells[tracker].values()]
-            for cells in (self.cells, now)
+    def moved_on(self, tracker: str, now: BaselineEntries, reason: str, date: str) -> "Baseline":
+        """Return the baseline with a tracker's new entries and the reason for accepting them."""
+        by_sequence = [
+            [np.mean(entry.overlap) for entry in entries[tracker].values()]
+            for entries in (self.entries, now)
         ]
-        overlap = [round(float(np.mean(means)), DECIMALS) for means in by_cell]
-        entry = {"tracker": tracker, "date": date, "because": reason, "overlap": overlap}
-        cells = {**self.cells, tracker: now[tracker]}
-        return replace(self, cells=cells, accepted=(*self.accepted, entry))
+        overlap = [round(float(np.mean(means)), DECIMALS) for means in by_sequence]
+        change = {"tracker": tracker, "date": date, "because": reason, "overlap": overlap}
+        entries = {**self.entries, tracker: now[tracker]}
+        return replace(self, entries=entries, accepted=(*self.accepted, change))
 
 
 def baseline_path(name: str) -> Path:
@@ -101,7 +101,7 @@ def baseline_path(name: str) -> Path:
 
 
 def surroundings() -> dict[str, str]:
-    """Return what boxes may depend on, except trackers and sequences."""
+    """Return platform, Python version and libraries, which boxes may depend on."""
     return {
         "platform": f"{platform.system()} {platform.machine()}",
         "python": ".".join(map(str, sys.version_info[:2])),
@@ -110,9 +110,9 @@ def surroundings() -> dict[str, str]:
 
 
 def box_digest(boxes: NDArray[np.float64]) -> str:
-    """Return the digest of a run's boxes, shape (n, 4), in thousandths of a pixel.
+    """Return the digest of the boxes of a run, shape (n, 4), in thousandths of a pixel.
 
-    They are clipped to int32; a frame without a box has its least value in all four.
+    Boxes are clipped to int32; a frame without a box has the smallest int32 in all four columns.
     """
     limits = np.iinfo(np.int32)
     with np.errstate(over="ignore"):
@@ -126,31 +126,31 @@ def digest(content: bytes) -> str:
     return hashlib.sha256(content).hexdigest()[:_DIGITS]
 
 
-def measured_cells(
+def stored_entries(
     folder: Path, runs: Mapping[tuple[str, str], int], sources: Mapping[str, SequenceSource]
-) -> Cells:
-    """Return the cells of an experiment's stored runs.
+) -> BaselineEntries:
+    """Return the entries of the stored runs of an experiment.
 
-    `runs`: number of seeds by tracker and sequence. `sources`: where sequences are, by name.
+    `runs`: number of seeds by tracker and sequence. `sources`: of the sequences, by name.
 
     Raises `BaselineError` for a finished run without a score.
     """
     results = Results(folder)
-    rows: dict[tuple[str, str], dict[int, Mapping[str, Any]]] = {cell: {} for cell in runs}
+    rows: dict[tuple[str, str], dict[int, Mapping[str, Any]]] = {pair: {} for pair in runs}
     for row in ordered_rows(results, protocol="accuracy"):
-        cell = row["tracker"], row["sequence"]
-        if row["repetition"] < runs.get(cell, 0):
-            rows[cell][row["repetition"]] = row
-    cells: dict[str, dict[str, BaselineCell]] = {}
+        pair = row["tracker"], row["sequence"]
+        if row["repetition"] < runs.get(pair, 0):
+            rows[pair][row["repetition"]] = row
+    entries: dict[str, dict[str, BaselineEntry]] = {}
     for (tracker, name), by_seed in rows.items():
         ordered = [by_seed[seed] for seed in range(runs[tracker, name])]
-        cells.setdefault(tracker, {})[name] = _cell(results, sources[name], ordered)
-    return cells
+        entries.setdefault(tracker, {})[name] = _entry(results, sources[name], ordered)
+    return entries
 
 
-def _cell(
+def _entry(
     results: Results, source: SequenceSource, rows: Sequence[Mapping[str, Any]]
-) -> BaselineCell:
+) -> BaselineEntry:
     overlap, boxes, failures = [0.0] * len(rows), [""] * len(rows), {}
     for seed, row in enumerate(rows):
         if row["status"] != "finished":
@@ -163,9 +163,9 @@ def _cell(
                 "the sequence: its ground truth has no box after the first one."
             )
         overlap[seed] = round(score, DECIMALS)
-        boxes[seed] = box_digest(results.read(cell_of(row)).boxes)
+        boxes[seed] = box_digest(results.read(run_key(row)).boxes)
     sequence = digest(rows[0]["fingerprint"].encode())
-    return BaselineCell(source, sequence, tuple(overlap), tuple(boxes), failures)
+    return BaselineEntry(source, sequence, tuple(overlap), tuple(boxes), failures)
 
 
 def write_baseline(baseline: Baseline, path: Path) -> None:
@@ -191,32 +191,32 @@ def _lines(baseline: Baseline) -> Iterator[str]:
     yield f"seeds = {baseline.seeds}"
     yield f"detect = {baseline.detect!r}"
     yield "\n[made_with]"
-    yield from _entries(baseline.made_with)
+    yield from _toml_lines(baseline.made_with)
     if texts := {label: text for label, text in baseline.texts.items() if text != label}:
         yield "\n# Specifications of trackers that their names do not give."
         yield "[specifications]"
-        yield from _entries(texts)
-    for tracker, cells in baseline.cells.items():
+        yield from _toml_lines(texts)
+    for tracker, entries in baseline.entries.items():
         yield f"\n[trackers.{_toml(tracker)}]"
-        for name, cell in cells.items():
-            yield f"{_toml(name)} = {_inline(name, cell)}"
-    for entry in baseline.accepted:
+        for name, entry in entries.items():
+            yield f"{_toml(name)} = {_inline(name, entry)}"
+    for change in baseline.accepted:
         yield "\n[[accepted]]"
-        yield from (f"{key} = {_toml(value)}" for key, value in entry.items())
+        yield from (f"{key} = {_toml(value)}" for key, value in change.items())
 
 
-def _entries(texts: Mapping[str, str]) -> list[str]:
+def _toml_lines(texts: Mapping[str, str]) -> list[str]:
     return [f"{_toml(key)} = {_toml(text)}" for key, text in texts.items()]
 
 
-def _inline(name: str, cell: BaselineCell) -> str:
-    entry: dict[str, object]
-    entry = {"sequence": cell.sequence, "overlap": cell.overlap, "boxes": cell.boxes}
-    if cell.source.text != name:
-        entry["path"] = cell.source.text
-    if cell.source.truth is not None:
-        entry["truth"] = str(cell.source.truth)
-    return "{ " + ", ".join(f"{key} = {_toml(value)}" for key, value in entry.items()) + " }"
+def _inline(name: str, entry: BaselineEntry) -> str:
+    fields: dict[str, object]
+    fields = {"sequence": entry.sequence, "overlap": entry.overlap, "boxes": entry.boxes}
+    if entry.source.text != name:
+        fields["path"] = entry.source.text
+    if entry.source.truth is not None:
+        fields["truth"] = str(entry.source.truth)
+    return "{ " + ", ".join(f"{key} = {_toml(value)}" for key, value in fields.items()) + " }"
 
 
 def _toml(value: object) -> str:
@@ -233,17 +233,17 @@ class _Strict(BaseModel):
     model_config = ConfigDict(extra="forbid", strict=True)
 
 
-class _FileCell(_Strict):
+class _FileEntry(_Strict):
     sequence: _Digest
     overlap: Annotated[list[_Score], Field(min_length=1)]
     boxes: list[_Digest]
     path: Annotated[str, Field(min_length=1)] | None = None
     truth: Annotated[str, Field(min_length=1)] | None = None
 
-    def stored(self, name: str) -> BaselineCell:
-        """Return the cell of the sequence of this name."""
+    def stored(self, name: str) -> BaselineEntry:
+        """Return the entry of the sequence of this name."""
         source = SequenceSource(self.path or name, Path(self.truth) if self.truth else None)
-        return BaselineCell(source, self.sequence, tuple(self.overlap), tuple(self.boxes))
+        return BaselineEntry(source, self.sequence, tuple(self.overlap), tuple(self.boxes))
 
 
 class _FileAccepted(_Strict):
@@ -260,7 +260,7 @@ class _File(_Strict):
     made_with: _Texts
     specifications: _Texts = {}
     trackers: Annotated[
-        dict[str, Annotated[dict[str, _FileCell], Field(min_length=1)]], Field(min_length=1)
+        dict[str, Annotated[dict[str, _FileEntry], Field(min_length=1)]], Field(min_length=1)
     ]
     accepted: list[_FileAccepted] = []
 
@@ -271,7 +271,7 @@ def read_baseline(path: Path) -> Baseline:
     Raises `BaselineError` naming the file, the place, the value and what was expected.
     """
     if not path.is_file():
-        raise BaselineError(f"{path}: there is no such baseline. `trackmark baseline` makes one.")
+        raise BaselineError(f"{path}: baseline not found. Create it with `trackmark baseline`.")
     try:
         table = read_toml(path, BaselineError)
     except BaselineError as error:
@@ -291,21 +291,21 @@ def read_baseline(path: Path) -> Baseline:
         _refuse(path, _place(first["loc"]), value, f"{first['msg']}.")
     for tracker, row in content.trackers.items():
         _check_lengths(path, content.seeds, tracker, row)
-    cells = {
-        tracker: {name: cell.stored(name) for name, cell in row.items()}
+    entries = {
+        tracker: {name: entry.stored(name) for name, entry in row.items()}
         for tracker, row in content.trackers.items()
     }
-    texts = {label: content.specifications.get(label, label) for label in cells}
-    accepted = tuple(entry.model_dump() for entry in content.accepted)
-    return Baseline(cells, texts, content.seeds, content.detect, content.made_with, accepted)
+    texts = {label: content.specifications.get(label, label) for label in entries}
+    accepted = tuple(change.model_dump() for change in content.accepted)
+    return Baseline(entries, texts, content.seeds, content.detect, content.made_with, accepted)
 
 
-def _check_lengths(path: Path, seeds: int, tracker: str, cells: Mapping[str, _FileCell]) -> None:
+def _check_lengths(path: Path, seeds: int, tracker: str, entries: Mapping[str, _FileEntry]) -> None:
     """Refuse a tracker whose numbers of runs differ or are neither 1 nor the file's seeds."""
-    (first, *_) = cells.values()
+    (first, *_) = entries.values()
     n = len(first.overlap)
-    for name, cell in cells.items():
-        for key, values in (("overlap", cell.overlap), ("boxes", cell.boxes)):
+    for name, entry in entries.items():
+        for key, values in (("overlap", entry.overlap), ("boxes", entry.boxes)):
             if n not in (1, seeds) or len(values) != n:
                 runs = f"1 or {seeds} (seeds)" if n not in (1, seeds) else f"{n}, one per run"
                 place = _place(("trackers", tracker, name, key))

@@ -1,7 +1,8 @@
 """Breaking points: levels of a difficulty at which half of a tracker's runs survive.
 
-A series is a tracker under a knob. Each of its runs has a scene of its own, or a start frame and a
-draw of its own in recorded data. Runs of the same number in all series are matched pairs.
+A knob is a difficulty: a filter or a parameter of scenes. A series is a tracker under one knob.
+Each run of a series has its own scene or, on recorded data, its own start frame and random filter.
+Runs with the same number in all series are matched.
 """
 
 from collections.abc import Mapping, Sequence
@@ -30,31 +31,31 @@ from trackmark.bench.statistics.psychometric import (
 from trackmark.bench.statistics.rules import MIN_UNITS
 from trackmark.datasets.filters import FILTERS, split_filters, with_filters
 from trackmark.datasets.spec_string import close_match, format_text, parse_text
-from trackmark.reports.comparison import Breaks, breaking_plot
+from trackmark.reports.comparison import SurvivalCurve, breaking_plot
 from trackmark.reports.figures import write_figure
 from trackmark.reports.tables import MISSING, Cell, Table, failure_notes
 from trackmark.reports.write import file_names
 
 ENOUGH = 0.05
-"""Half the width of an interval, as a share of the range, at which a series ends early."""
+"""Half-width of the interval, as a share of the range, at which a series ends early."""
 
-RULE = "A run survives unless its centre is outside the target's box for ten visible frames on end."
-"""Definition of survival: `first_loss` of the metrics preset `native`."""
+RULE = "A run is lost if its centre is outside the target's box in ten consecutive visible frames."
+"""Definition of a lost run, by `first_loss` of the metrics preset `native`."""
 
 LEVELS = 40
-"""Number of steps of a range; runs have levels on this grid, so that their names are short."""
+"""Number of steps of a range. Runs have levels on this grid, which keeps their names short."""
 
 SHORTEST = 40
-"""Number of frames that a sequence needs for runs to start at different frames."""
+"""Minimum number of frames of a sequence without free scenes."""
 
 SEVERITIES = (0.9, 0.75, 0.5, 0.25, 0.1)
-"""Shares of the baseline's runs that survive. Levels with the same share are equally severe."""
+"""Shares of surviving baseline runs; levels with the same share are equally severe."""
 
 PLACES = np.linspace(0, 1, 201)
-"""Places along a range at which curves are drawn and read."""
+"""Positions along a range, from 0 (easy) to 1 (hard), at which curves are evaluated."""
 
 BINS = 8
-"""Number of dots by which the runs of a series are drawn."""
+"""Number of dots that summarise the runs of a series in a figure."""
 
 
 @dataclass(frozen=True)
@@ -67,7 +68,7 @@ class Knob:
     hard: float
     whole: bool = False  # levels are integers
     logarithmic: bool = False
-    is_filter: bool = True  # else it is a parameter of the scenes
+    is_filter: bool = True  # otherwise a parameter of the scenes
 
     def level(self, place: float) -> float:
         """Return the level at a place: 0 is the easy end of the range, 1 the hard one."""
@@ -182,7 +183,7 @@ def _bare(text: str) -> str:
 
 
 def _halving(number: int) -> float:
-    """Return an element of van der Corput's sequence, which fills [0, 1) evenly at any length."""
+    """Return an element of van der Corput's sequence, which fills [0, 1) evenly."""
     digits = f"{number:b}"[::-1]
     return float(int(digits, 2) / 2.0 ** len(digits))
 
@@ -285,7 +286,7 @@ def factor(series: Series, baseline: Series) -> tuple[float, Interval]:
 
 @dataclass(frozen=True)
 class BreakingPoints:
-    """All series of a call."""
+    """Series of several trackers and knobs, compared with a baseline tracker."""
 
     series: Sequence[Series]
     baseline: str  # label
@@ -301,7 +302,7 @@ class BreakingPoints:
 
     @cached_property
     def points(self) -> list[dict[str, Any]]:
-        """Numbers of each series; values beyond the range are None."""
+        """Row of values per series; values beyond the range are None."""
         return [_row(series, self.knobs[series.knob][self.baseline]) for series in self.series]
 
     @cached_property
@@ -507,7 +508,7 @@ def write_curves(result: BreakingPoints, folder: Path) -> list[Path]:
     return paths
 
 
-def _curve(series: Series, levels: NDArray[np.float64]) -> Breaks:
+def _curve(series: Series, levels: NDArray[np.float64]) -> SurvivalCurve:
     """Return the survival curve with dots for groups of neighbouring runs, and the interval."""
     knob = series.knob
     runs = [(knob.place(trial.level), trial.survived) for trial in series.trials]
@@ -520,4 +521,4 @@ def _curve(series: Series, levels: NDArray[np.float64]) -> Breaks:
     ends = [nan, nan]
     if series.verdict == "broken":
         ends = [knob.level(min(1.0, max(0.0, end))) for end in series.threshold.interval]
-    return Breaks(levels, series.threshold.survival(PLACES), *dots, *ends)
+    return SurvivalCurve(levels, series.threshold.survival(PLACES), *dots, *ends)

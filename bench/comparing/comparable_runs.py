@@ -1,4 +1,4 @@
-"""Runs that can be compared, stored or published: of one protocol, with all scores."""
+"""Selection and checks of the stored and published runs that are compared."""
 
 from collections import Counter, defaultdict
 from collections.abc import Sequence
@@ -132,8 +132,10 @@ def same_boxes(
     finished = runs[(runs["protocol"] == stored) & (runs["status"] == "finished")]
     rows = finished.reindex(columns=columns).astype({"sequence": str, "tracker": str}).round(9)
     scores: defaultdict[str, dict[str, dict[int, list[float]]]] = defaultdict(dict)
-    for sequence, tracker, seed, *own in rows.fillna(-1.0).itertuples(index=False, name=None):
-        scores[sequence].setdefault(tracker, {})[seed] = own
+    for sequence, tracker, seed, *run_scores in rows.fillna(-1.0).itertuples(
+        index=False, name=None
+    ):
+        scores[sequence].setdefault(tracker, {})[seed] = run_scores
     same: Counter[tuple[str, str]] = Counter()
     for sequence, by_tracker in scores.items():
         for first, second in combinations(by_tracker, 2):

@@ -1,4 +1,4 @@
-"""Comparison of trackers on stored runs: differences of pairs with intervals and answers.
+"""Comparison of trackers on stored runs: differences of pairs with intervals and decisions.
 
 Repetitions on a sequence are averaged first, then the sequences of a unit. Trackers are paired by
 sequence, not by seed: equal seeds have no common effect on two methods.
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from trackmark.bench.comparing.comparable_runs import AllFailedError, check_runs, selected_trackers
 from trackmark.bench.protocols import STORED_ONE_PASS, TIMING
 from trackmark.bench.reporting.failed_runs import failed_runs
-from trackmark.bench.reporting.tables import own_times, uncertainty_of
+from trackmark.bench.reporting.tables import uncertainty_of, update_times
 from trackmark.bench.statistics.intervals import Interval
 from trackmark.bench.statistics.rules import Decision, decide
 from trackmark.bench.statistics.units import StatisticalUnits, units_of
@@ -40,18 +40,18 @@ class Standing:
     tracker: str
     mean: float
     interval: tuple[float, float] | None  # of the mean at 95 %; None for too few units
-    contender: bool  # whether the star marks it
-    kept: float  # share of runs that never lost the target
+    contender: bool  # marked by the star
+    kept: float  # share of runs that never lost the target; the name is a key of --json
     milliseconds: float  # per frame
-    timed: bool  # by timing runs; else by the accuracy runs, which share the machine
+    timed: bool  # in timing runs; otherwise in accuracy runs, which share the machine
 
 
 @dataclass(frozen=True)
 class Pair:
-    """Two trackers: the first's score minus the second's.
+    """Two trackers: score of the first minus score of the second.
 
-    Mean and interval of the answer are positive if the first is better; `interval` is that of the
-    differences, whatever the direction of the measure.
+    Mean and interval of `answer` are positive if the first is better. `interval` is that of the
+    differences themselves, also if lower scores are better.
     """
 
     first: str
@@ -98,12 +98,12 @@ class Comparison:
 
     @property
     def repetitions(self) -> tuple[int, int]:
-        """Fewest and most of any tracker on any sequence."""
+        """Minimum and maximum number of repetitions of any tracker on any sequence."""
         counts = [len(runs) for by_sequence in self.scores.values() for runs in by_sequence]
         return min(counts), max(counts)
 
     def most_different(self, count: int) -> dict[str, tuple[str, str]]:
-        """Return the sequences on which two trackers that were run differ most, and these two."""
+        """Return the sequences on which two executed trackers differ most, with these trackers."""
         ran = {name for name, (ends, _) in self.losses.items() if len(ends)}
         differences = {
             (abs(float(difference)), sequence): (pair.first, pair.second)
@@ -121,12 +121,12 @@ class Comparison:
 def parts_of(
     sequences: Sequence[str], attributes: Sequence[Collection[str]] = ()
 ) -> dict[tuple[str, str], NDArray[np.bool_]]:
-    """Return which of n sequences are in each part, (n,), by parameter and value.
+    """Return masks of the sequences in each part, shape (n_sequences,), by parameter and value.
 
-    Parts are values of parameters that the sequences' names set (`:light=dappled`), except for
-    their scene, if they take several values (`DEFAULT` if a name sets none). Attributes that some
-    sequences have and some have not are values of the parameter `attribute`. `attributes`: that
-    occur in each sequence, where it is known.
+    A part has one value of a parameter that names of sequences set (`:light=dappled`), except
+    `scene`, if the parameter takes several values (`DEFAULT` if a name does not set it). Attributes
+    that only some sequences have are values of the parameter `attribute`. `attributes`: of each
+    sequence, if known.
     """
     families = [name.partition(":")[0] for name in sequences]
     options = [
@@ -134,16 +134,16 @@ def parts_of(
         for name in sequences
     ]
     parts = {}
-    for knob in sorted({knob for row in options for knob in row} - {"scene"}):
+    for parameter in sorted({parameter for row in options for parameter in row} - {"scene"}):
         # A canonical name omits default values.
-        varied = {family for family, row in zip(families, options, strict=True) if knob in row}
+        varied = {family for family, row in zip(families, options, strict=True) if parameter in row}
         values = [
-            row.get(knob, DEFAULT if family in varied else None)
+            row.get(parameter, DEFAULT if family in varied else None)
             for family, row in zip(families, options, strict=True)
         ]
         distinct = sorted({value for value in values if value is not None}, key=_in_order)
         for value in distinct if len(distinct) > 1 else ():
-            parts[knob, value] = np.array([row_value == value for row_value in values])
+            parts[parameter, value] = np.array([row_value == value for row_value in values])
     for name in sorted({name for names in attributes for name in names}):
         occurs = np.array([name in names for names in attributes])
         if not occurs.all():
@@ -154,7 +154,7 @@ def parts_of(
 def means_in_part(
     units: StatisticalUnits, by_sequence: NDArray[np.float64], chosen: NDArray[np.bool_]
 ) -> NDArray[np.float64]:
-    """Return means of the units that have chosen sequences, over these.
+    """Return the mean over the selected sequences of each unit that has any.
 
     `by_sequence`, `chosen`: shape (n_sequences,).
     """
@@ -184,12 +184,12 @@ def compare(
 ) -> Comparison:
     """Compare trackers on the sequences that all of them ran on.
 
-    `runs`: as `load_results` gives them, of one experiment, failed ones with the worst scores.
-    `measure`: a column of theirs, with direction and margin. `trackers`: labels, all stored ones by
-    default. `against`: tracker that is compared with each other one. `by_scene`: scenes of several
-    families are the units. `attributes`: that occur, by sequence. `same_boxes`: number of sequences
-    on which two trackers gave the same boxes. `not_repeatable`: trackers that gave other boxes with
-    the same seed.
+    `runs`: as `load_results` returns them, of one experiment; failed runs have the worst scores.
+    `measure`: column of `runs`, with direction and margin. `trackers`: labels; by default all
+    stored trackers. `against`: tracker that is compared with each other tracker. `by_scene`: scenes
+    of several families are the units. `attributes`: by sequence. `same_boxes`: number of sequences
+    on which two trackers gave the same boxes. `not_repeatable`: trackers that gave different boxes
+    with the same seed.
 
     Raises `ComparisonError` for runs that cannot be compared, `AllFailedError` if all failed.
     """
@@ -237,9 +237,9 @@ def _standings(
     for name, values, interval, mark in zip(means, by_unit, intervals, marks, strict=True):
         milliseconds, timed = _times(runs[runs["tracker"] == name], clock)
         _, lost = losses[name]
-        kept = float(1 - lost.mean()) if len(lost) else nan
+        survival = float(1 - lost.mean()) if len(lost) else nan
         mean = float(values.mean())
-        standings.append(Standing(name, mean, interval, mark, kept, milliseconds, timed))
+        standings.append(Standing(name, mean, interval, mark, survival, milliseconds, timed))
     return standings
 
 
@@ -250,7 +250,7 @@ def _pairs(
     against: str | None,
     same_boxes: Mapping[tuple[str, str], int],
 ) -> list[Pair]:
-    """Compare all pairs, or `against` with each other one; no pairs if `against` has no mean."""
+    """Compare all pairs, or `against` with each other tracker; no pairs if that has no mean."""
     names = list(combinations(means, 2))
     if against is not None:
         names = [(against, name) for name in means if name != against and against in means]
@@ -277,7 +277,7 @@ def _sign(measure: ScoreMeasure) -> float:
 
 
 def _losses(runs: pd.DataFrame) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-    """Return when runs were lost or ended [frames], and whether they were lost."""
+    """Return the frame at which each run was lost or ended, and whether it was lost."""
     if "first_loss" not in runs or "frames" not in runs:
         return np.empty(0), np.empty(0, bool)
     first, frames = (runs[name].to_numpy(np.float64) for name in ("first_loss", "frames"))
@@ -286,11 +286,11 @@ def _losses(runs: pd.DataFrame) -> tuple[NDArray[np.float64], NDArray[np.bool_]]
 
 
 def _times(runs: pd.DataFrame, clock: str) -> tuple[float, bool]:
-    """Return milliseconds per frame, and whether they are of timing runs, by these columns."""
+    """Return the milliseconds per frame by the columns of `clock`, and whether runs were timed."""
     if clock:
         timed = runs[(runs["protocol"] == TIMING) & runs[f"{clock}_median"].notna()]
         if len(timed):
             by_sequence = timed.groupby("sequence", observed=True)[f"{clock}_median"].mean()
             return 1e3 * float(by_sequence.mean()), True
     scored = runs[(runs["protocol"] == STORED_ONE_PASS) & runs["seconds"].notna()]
-    return 1e3 * float(own_times(scored).mean()) if len(scored) else nan, False
+    return 1e3 * float(update_times(scored).mean()) if len(scored) else nan, False

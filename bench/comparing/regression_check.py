@@ -12,14 +12,14 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from trackmark.bench.comparing.baseline import DECIMALS, Baseline, Cells
+from trackmark.bench.comparing.baseline import DECIMALS, Baseline, BaselineEntries
 from trackmark.bench.statistics.accuracy_drop import (
     IDENTICAL,
     decide_by_seeds,
     decide_deterministic,
 )
 from trackmark.bench.statistics.rules import MARGIN, Decision
-from trackmark.reports.printable import in_xml
+from trackmark.reports.printable import to_xml
 from trackmark.reports.tables import Cell, Table
 
 UNREPEATABLE = "not repeatable"
@@ -62,7 +62,7 @@ class Check:
     """Changes of the trackers of a baseline."""
 
     before: Baseline
-    now: Cells
+    now: BaselineEntries
     made_with: Mapping[str, str]
     sequences: Sequence[ScoreChange]
     means: Sequence[ScoreChange]  # of the changed trackers with random numbers
@@ -81,7 +81,7 @@ class Check:
         return "inconclusive" if "inconclusive" in labels else "pass"
 
 
-def changed_facts(before: Cells, now: Cells) -> dict[str, list[str]]:
+def changed_facts(before: BaselineEntries, now: BaselineEntries) -> dict[str, list[str]]:
     """Return sequences with other boxes than before, by tracker without randomness.
 
     Failed runs are left out.
@@ -95,16 +95,16 @@ def changed_facts(before: Cells, now: Cells) -> dict[str, list[str]]:
 
 def check(
     before: Baseline,
-    now: Cells,
+    now: BaselineEntries,
     made_with: Mapping[str, str],
     not_repeatable: Collection[tuple[str, str]] = (),
 ) -> Check:
-    """Compare cells with a baseline.
+    """Compare entries with a baseline.
 
     `now`: the same trackers and sequences. `made_with`: what made them, as `surroundings` gives it.
     `not_repeatable`: trackers and sequences whose boxes differ from run to run without randomness.
     """
-    rows = _paired(before.cells, now)
+    rows = _paired(before.entries, now)
     changed = [row for row in rows if row.is_random and not all(row.same)]
     margin = MARGIN if made_with == before.made_with else max(MARGIN, before.detect)
     sequences = []
@@ -126,11 +126,11 @@ def check(
     return Check(before, now, made_with, _in_order(sequences), _in_order(means))
 
 
-def _paired(before: Cells, now: Cells) -> list[ScoreChange]:
+def _paired(before: BaselineEntries, now: BaselineEntries) -> list[ScoreChange]:
     """Return a row per tracker and sequence, not judged yet."""
     rows = []
-    for tracker, cells in before.items():
-        for name, old in cells.items():
+    for tracker, entries in before.items():
+        for name, old in entries.items():
             new = now[tracker][name]
             same = (np.array(old.boxes) == np.array(new.boxes)).tolist()
             rows.append(ScoreChange(tracker, name, old.overlap, new.overlap, same, new.failures))
@@ -195,7 +195,7 @@ def _notes(result: Check, *, whole: bool) -> list[str]:
     identical = Counter(row.tracker for row in result.sequences if row.change.label == "identical")
     counts = "; ".join(f"{tracker}  {_counted(n)}" for tracker, n in identical.items())
     notes = [f"identical  {counts}"] if counts and not whole else []
-    for tracker in result.before.cells:
+    for tracker in result.before.entries:
         notes += _regressions(result, tracker)
     notes += [
         f"inconclusive: {row.tracker}, {row.sequence}: {row.change.reason}."
@@ -205,7 +205,7 @@ def _notes(result: Check, *, whole: bool) -> list[str]:
     notes += [
         f"{tracker} is not repeatable. Declare `randomness = Randomness.GENERATOR`, draw from "
         "`np.random.default_rng(self.seed)` only, and make the baseline again."
-        for tracker in result.before.cells
+        for tracker in result.before.entries
         if any(
             (row.tracker, row.change.reason) == (tracker, UNREPEATABLE) for row in result.sequences
         )
@@ -266,10 +266,10 @@ def as_junit(result: Check, times: Iterable[tuple[str, str, str]] = ()) -> str:
     kinds = {"worse": "failure", "slower": "failure", "inconclusive": "skipped"}
     suite = ElementTree.Element("testsuite", name="trackmark check", tests=str(len(cases)))
     for tracker, name, state, words in cases:
-        names = {"classname": in_xml(tracker), "name": in_xml(name)}
+        names = {"classname": to_xml(tracker), "name": to_xml(name)}
         case = ElementTree.SubElement(suite, "testcase", names)
         if kind := kinds.get(state):
-            ElementTree.SubElement(case, kind, message=in_xml(words))
+            ElementTree.SubElement(case, kind, message=to_xml(words))
     suite.set("failures", str(len(suite.findall("*/failure"))))
     suite.set("skipped", str(len(suite.findall("*/skipped"))))
     return ElementTree.tostring(suite, encoding="unicode", xml_declaration=True) + "\n"

@@ -74,7 +74,7 @@ def check_speeds(
             except TurnError as error:
                 reason = f"the tracker cannot be timed: {error}"
                 paces[label] = Pace("inconclusive", reason=reason)
-    return dict(sorted(paces.items(), key=lambda entry: _ORDER.index(entry[1].state)))
+    return dict(sorted(paces.items(), key=lambda item: _ORDER.index(item[1].state)))
 
 
 def _setup(baseline: Baseline, label: str) -> Setup:
@@ -113,7 +113,7 @@ def _clips(baseline: Baseline, label: str, folder: Path) -> list[Clip]:
     """Write the first frames of a tracker's sequences into a new folder."""
     folder.mkdir()
     _, options = split_text(baseline.texts[label])
-    sources = [cell.source for cell in baseline.cells[label].values()]
+    sources = [entry.source for entry in baseline.entries[label].values()]
     indices = np.linspace(0, len(sources) - 1, min(CLIPS, len(sources))).round().astype(int)
     clips = [
         clip
@@ -121,7 +121,9 @@ def _clips(baseline: Baseline, label: str, folder: Path) -> list[Clip]:
         if (clip := _clip(sources[index], options.get("init", BOXES), label, folder / str(index)))
     ]
     if not clips:
-        raise BaselineError(f"{label} cannot be timed: its sequences have one frame.")
+        raise BaselineError(
+            f"{label} cannot be timed: its sequences have one frame. Add a longer one."
+        )
     return clips
 
 
@@ -159,8 +161,8 @@ def _older_setup(revision: str, now: Setup, folder: Path) -> Setup:
     place = in_file(name)
     if place is None and is_outside(name):
         raise BaselineError(
-            f"{name} comes from an installed package, and can't be had as of {revision}. Name its "
-            "file: --against takes trackers of files and of trackmark itself."
+            f"{name} comes from an installed package, and cannot be taken from {revision}. Give "
+            "its file: --against takes trackers in files and of trackmark itself."
         )
     if place is None:
         file, class_name = _PACKAGE / f"{name.replace('-', '_')}.py", ""
@@ -175,14 +177,14 @@ def _older_setup(revision: str, now: Setup, folder: Path) -> Setup:
         with tarfile.open(fileobj=io.BytesIO(packed)) as archive:
             archive.extractall(target, filter="data")
     except (tarfile.TarError, OSError) as error:
-        raise BaselineError(f"{revision} of {file.parent} can't be laid down: {error}") from error
+        raise BaselineError(f"{revision} of {file.parent} cannot be extracted: {error}") from error
     then = target / file.name
     if not then.is_file():
         raise BaselineError(f"{revision} has no {file.name} in {file.parent}.")
     if place is None:
         return replace(now, home=str(folder), revision=revision)
     name = f"{then}:{class_name}" if class_name else str(then)
-    # Beside our own packages it meets these as they are.
+    # A file next to our own packages imports the current ones.
     swapped = () if file.parent == _PACKAGE.parent else (str(file.parent), str(folder))
     return replace(now, name=name, revision=revision, swapped=swapped)
 
@@ -192,12 +194,12 @@ def _git(folder: Path, *arguments: str) -> bytes:
     try:
         done = subprocess.run(command, capture_output=True, check=False)  # noqa: S603  # as typed
     except OSError as error:
-        raise BaselineError(f"--against needs git, which can't be run: {error}") from error
+        raise BaselineError(f"--against: cannot run git ({error}). Install git.") from error
     if done.returncode:
         message = "".join(done.stderr.decode(errors="replace").strip().splitlines()[-1:])
         if "single revision" in message:
             message = f"there is no revision {arguments[-1].removesuffix('^{commit}')!r}"
-        raise BaselineError(f"--against: of {folder}, git says: {message or 'nothing'}.")
+        raise BaselineError(f"--against: git failed in {folder}: {message or 'no message'}.")
     return done.stdout
 
 

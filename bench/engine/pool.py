@@ -34,7 +34,7 @@ from trackmark.bench.engine.work_unit import (
 )
 from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.numba_compilation import announce
-from trackmark.bench.process_tree import Offspring
+from trackmark.bench.process_tree import ProcessTree
 from trackmark.bench.store.files import ResultsError
 from trackmark.datasets import SequenceError
 
@@ -64,7 +64,7 @@ class Worker:
         self.channel, theirs = socket.socketpair()
         memory = limits.memory_bytes or machine_memory() // (os.cpu_count() or 1)
         descriptors = [theirs.fileno(), self._shared.fileno(), self._trace.fileno()]
-        self._offspring = Offspring(
+        self._offspring = ProcessTree(
             "trackmark.bench.engine.worker",
             [*descriptors, os.getpid(), memory],
             stdin=subprocess.DEVNULL,

@@ -35,12 +35,12 @@ from trackmark.bench.engine.process_state import (
 from trackmark.bench.engine.stack_trace import select_line
 from trackmark.bench.engine.work_unit import Failure, Outcome, Probed, Request, Unit
 from trackmark.bench.evaluation.ground_truth import reference
-from trackmark.bench.evaluation.loop import UNOBSERVED, Observer, run_protocol
+from trackmark.bench.evaluation.loop import NULL_OBSERVER, Observer, run_protocol
 from trackmark.bench.evaluation.recorder import (
     COLUMNS,
     LONGEST_TRACEBACK,
     NotAttributableError,
-    frames_of_segments,
+    segment_frames,
 )
 from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.experiments.tracker_spec import (
@@ -137,7 +137,7 @@ def _perform_request(request: Request, observer: Observer) -> Outcome | Probed:
     return perform(request.unit, request.run_seconds, observer)
 
 
-def perform(unit: Unit, run_seconds: float, observer: Observer = UNOBSERVED) -> Outcome:
+def perform(unit: Unit, run_seconds: float, observer: Observer = NULL_OBSERVER) -> Outcome:
     """Run a unit.
 
     Raises `SequenceError` if the sequence can't be read to its end, or if it or a tracker is not as
@@ -167,7 +167,7 @@ def record_failure(unit: Unit, failure: Failure) -> Outcome:
     """Record the only run of a unit as failed, with the frames that it reached."""
     clock = _Clock()
     sequence, (tracker,), (key,) = _open(unit)
-    segments = frames_of_segments(unit.protocol, sequence, tracker.init)
+    segments = segment_frames(unit.protocol, sequence, tracker.init)
     n = sum(map(len, segments)) or len(sequence)
     rows = np.full((n, COLUMNS), nan)
     if len(failure.rows) == rows.nbytes:
@@ -190,7 +190,7 @@ def record_failure(unit: Unit, failure: Failure) -> Outcome:
     return clock.outcome(unit, [run])
 
 
-def probe(unit: Unit, frames: int, observer: Observer = UNOBSERVED) -> Probed:
+def probe(unit: Unit, frames: int, observer: Observer = NULL_OBSERVER) -> Probed:
     """Time a unit's trackers on the first `frames` frames of its sequence, at least 3."""
     sequence = datasets.load(unit.source.text, truth=unit.source.truth)
     chosen = parse_trackers(entry.tracker for entry in unit.entries)

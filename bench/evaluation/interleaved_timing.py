@@ -24,7 +24,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from trackmark.bench.process_tree import Offspring
+from trackmark.bench.process_tree import ProcessTree
 
 ANSWER_SECONDS = 600.0
 """Maximum time of a turn, compilation included."""
@@ -182,7 +182,7 @@ class _Process:
         self._answers, theirs = os.pipe()
         self._revision = setup.revision
         arguments = {"setup": asdict(setup), "clips": [asdict(clip) for clip in clips]}
-        self._child = Offspring(
+        self._child = ProcessTree(
             "trackmark.bench.evaluation.interleaved_timing",
             [theirs, json.dumps(arguments)],
             stdin=subprocess.PIPE,

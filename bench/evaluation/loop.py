@@ -67,7 +67,7 @@ class Observer:
         """Note that the loop has ended and its trackers are gone."""
 
 
-UNOBSERVED = Observer()
+NULL_OBSERVER = Observer()
 
 
 @dataclass(frozen=True)
@@ -133,7 +133,7 @@ def run_protocol(
     *,
     keep_arrays: bool = False,
     run_seconds: float = inf,
-    observer: Observer = UNOBSERVED,
+    observer: Observer = NULL_OBSERVER,
 ) -> Pass:
     """Run several trackers through a sequence together.
 

@@ -98,7 +98,7 @@ class Recorder:
         self.gives_masks = False  # that are compared with the ground truth
         self._protocol = stored_protocol(protocol)
         self.segments = _segments(protocol, sequence, chosen.init)
-        self._frames = frames_of_segments(protocol, sequence, chosen.init)
+        self._frames = segment_frames(protocol, sequence, chosen.init)
         self._chosen, self._run_seconds, self._alone = chosen, run_seconds, alone
         # Only one-pass runs store masks, arrays and the boxes of `finish`.
         self._complete = protocol == STORED_ONE_PASS
@@ -362,9 +362,7 @@ def _lacks_memory(error: BaseException) -> bool:
     )
 
 
-def frames_of_segments(
-    protocol: str, sequence: Sequence, init: str
-) -> tuple[NDArray[np.int32], ...]:
+def segment_frames(protocol: str, sequence: Sequence, init: str) -> tuple[NDArray[np.int32], ...]:
     """Return the frame numbers of each segment; empty for a protocol without segments.
 
     `protocol`: as runs are stored. `init`: the ground truth that the run starts from.

@@ -19,9 +19,9 @@ from trackmark.bench.exchange.result_format import (
     file_name,
 )
 from trackmark.bench.protocols import ONE_PASS, TIMING, parse_protocol
-from trackmark.bench.store.index import read_index
-from trackmark.bench.store.layout import cell_of
+from trackmark.bench.store.layout import run_key
 from trackmark.bench.store.results import Results
+from trackmark.bench.store.run_rows import list_scored_runs
 from trackmark.reports.files import write_file
 
 
@@ -53,7 +53,7 @@ def export_results(
     origin = result_format.origin if origin is None else origin
     rows = [
         row
-        for row in read_index(results)
+        for row in list_scored_runs(results)
         if row["protocol"] == parse_protocol(protocol).text
         and fnmatchcase(row["tracker"], tracker)
         and fnmatchcase(row["sequence"], sequence)
@@ -65,7 +65,7 @@ def export_results(
         raise ExchangeError(f"{experiment}: no finished run by {protocol} matches.")
     texts: dict[Path, str] = {}
     for row in exported:
-        run = results.read(cell_of(row))
+        run = results.read(run_key(row))
         folder = target / file_name(row["tracker"])
         _check_format(folder, format_name)
         files = _run_texts(run, _run_rows(run, results, origin, trace), format_name, folder)
@@ -158,7 +158,7 @@ def _frame_seconds(run: Run, results: Results) -> NDArray[np.float64] | None:
     first = int(np.isfinite(run.boxes).all(axis=1).argmax())
     key = run.identity
     timing_cell = key.tracker, key.sequence, key.repetition, TIMING
-    if timing_cell in results.cells():
+    if timing_cell in results.list_keys():
         timing_run = results.read(timing_cell)
         times, timed = timing_run.times, timing_run.identity
         is_same = (timed.fingerprint, timed.tracker_version) == (

@@ -31,11 +31,11 @@ from trackmark.bench.exchange.result_format import (
 from trackmark.bench.experiments.experiment import SequenceSource
 from trackmark.bench.experiments.tracker_spec import IMPORTED, Identity
 from trackmark.bench.protocols import STORED_ONE_PASS, parse_protocol
-from trackmark.bench.store.asked import Asked
-from trackmark.bench.store.database import connected
-from trackmark.bench.store.index import list_runs
-from trackmark.bench.store.layout import Cell, cell_of
+from trackmark.bench.store.database import open_database
+from trackmark.bench.store.layout import RunKey, run_key
+from trackmark.bench.store.manifest import Manifest
 from trackmark.bench.store.results import Results
+from trackmark.bench.store.run_rows import list_runs
 from trackmark.bench.store.truth import read_truth, write_truth
 
 _N_STARTS_OF_TRE = 20  # in the toolkit of OTB
@@ -96,11 +96,11 @@ def import_results(
         for tracker in trackers
         for run in _with_one_protocol(list(_read_runs(tracker, sequences, on_message)))
     ]
-    versions: dict[Cell, str] = {cell_of(run.identity): run.identity.version for run in runs}
-    results.prepare(Asked("", versions))
-    stored_cells = set(results.cells())
+    versions: dict[RunKey, str] = {run_key(run.identity): run.identity.version for run in runs}
+    results.prepare(Manifest("", versions))
+    stored_cells = set(results.list_keys())
     for run in runs:
-        cell = cell_of(run.identity)
+        cell = run_key(run.identity)
         stored = results.read(cell).identity if cell in stored_cells else None
         if stored is not None and not stored.imported:
             raise _name_collision(folder, stored.tracker)
@@ -133,7 +133,7 @@ def copy_with_imports(
     with TemporaryDirectory(prefix="trackmark-") as temporary:
         folder = Path(temporary) / experiment.resolve().name
         folder.mkdir()
-        with connected(experiment) as database:
+        with open_database(experiment) as database:
             database.copy(folder)
         selected = []
         for row in rows:

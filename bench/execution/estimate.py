@@ -21,7 +21,7 @@ from trackmark.bench.engine import probe
 from trackmark.bench.engine.work_unit import Entry, Limits, Unit
 from trackmark.bench.execution.plan import Plan
 from trackmark.bench.execution.scheduling import Units, owner_of
-from trackmark.bench.store.database import connected
+from trackmark.bench.store.database import open_database
 from trackmark.bench.store.files import ResultsError
 from trackmark.bench.store.layout import DATABASE
 from trackmark.trackers import Randomness
@@ -85,7 +85,10 @@ def measured_before(output: Path) -> list[Measured]:
     """Return the times of finished runs of all experiments in a folder of results."""
     measured: list[Measured] = []
     for file in sorted(output.glob(f"*/{DATABASE}")):
-        with suppress(ResultsError), connected(file.parent) as database:  # others may be damaged
+        with (
+            suppress(ResultsError),
+            open_database(file.parent) as database,
+        ):  # others may be damaged
             measured += [tuple(row) for row in database.select(_MEASURED)]
     return measured
 

@@ -16,10 +16,10 @@ from trackmark.bench.engine.work_unit import Limits, Outcome, Unit
 from trackmark.bench.execution.plan import KnownSequences, Plan, State, make_plan
 from trackmark.bench.execution.scheduling import Units, left_of
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource, read_experiment
-from trackmark.bench.store.index import add_scores, index_row
-from trackmark.bench.store.layout import cell_of
+from trackmark.bench.store.layout import run_key
 from trackmark.bench.store.log import RunLog
 from trackmark.bench.store.results import Results
+from trackmark.bench.store.run_rows import add_scores, run_row
 from trackmark.bench.store.truth import read_truth, write_truth
 from trackmark.datasets import SequenceError
 
@@ -136,7 +136,7 @@ class Execution:
         Raises `ResultsError` if results cannot be written.
         """
         units = self.units
-        self._results.prepare(self.plan.asked())
+        self._results.prepare(self.plan.manifest())
         if not units.runs:
             return
         log = RunLog(self.folder)
@@ -185,9 +185,9 @@ class Execution:
             (replace(run, circumstances={**run.circumstances, **origin}), entry.replaces)
             for entry, run in zip(outcome.entries, outcome.runs, strict=True)
         )
-        stored = [self._results.read(cell_of(run.identity)) for run in outcome.runs]
+        stored = [self._results.read(run_key(run.identity)) for run in outcome.runs]
         truth = cache(partial(read_truth, self.folder))
-        return [index_row(r, truth(r.identity.sequence, r.identity.fingerprint)) for r in stored]
+        return [run_row(r, truth(r.identity.sequence, r.identity.fingerprint)) for r in stored]
 
     def _start_entry(self) -> dict[str, Any]:
         """Return the first entry of the log."""

@@ -13,16 +13,16 @@ from numpy.typing import NDArray
 
 from trackmark import datasets
 from trackmark.bench.evaluation.ground_truth import reference
-from trackmark.bench.evaluation.recorder import frames_of_segments
+from trackmark.bench.evaluation.recorder import segment_frames
 from trackmark.bench.experiments.experiment import Experiment, ExperimentError, SequenceSource
 from trackmark.bench.experiments.tracker_files import resolve_trackers
 from trackmark.bench.experiments.tracker_spec import BOXES, TrackerSpec, run_identity
 from trackmark.bench.protocols import STORED_ONE_PASS
-from trackmark.bench.store.asked import Asked
-from trackmark.bench.store.index import list_runs
-from trackmark.bench.store.layout import Cell, cell_of
+from trackmark.bench.store.layout import RunKey, run_key
+from trackmark.bench.store.maintenance import RecordedData, different, recorded_data
+from trackmark.bench.store.manifest import Manifest
 from trackmark.bench.store.results import MAX_RUNS, Results
-from trackmark.bench.store.upkeep import Recording, different, recordings
+from trackmark.bench.store.run_rows import list_runs
 from trackmark.datasets import Sequence, SequenceError
 from trackmark.trackers import Randomness
 
@@ -76,7 +76,7 @@ class Plan:
     repetitions: NDArray[np.int64]  # number of runs on a sequence, shape (trackers,)
     sequences: list[PlannedSequence]
     versions: list[list[str]]  # `Identity.version` by sequence and tracker
-    stored: Mapping[Cell, tuple[str, str]]  # version and status of the stored runs
+    stored: Mapping[RunKey, tuple[str, str]]  # version and status of the stored runs
 
     def __len__(self) -> int:
         return len(self.sequences) * len(self.run_trackers)
@@ -98,7 +98,7 @@ class Plan:
         return np.arange(len(self.run_trackers)) - first[self.run_trackers]
 
     @cached_property
-    def cells(self) -> dict[Cell, str]:
+    def requested(self) -> dict[RunKey, str]:
         """Requested versions by run; sequence by sequence."""
         labels = [chosen.label for chosen in self.trackers.values()]
         numbers = list(zip(self.run_trackers.tolist(), self.run_repetitions.tolist(), strict=True))
@@ -111,15 +111,15 @@ class Plan:
     @cached_property
     def states(self) -> NDArray[np.uint8]:
         """States of the runs (`State`), shape (sequences, runs on a sequence)."""
-        states = [self.state(cell) for cell in self.cells]
+        states = [self.state(cell) for cell in self.requested]
         return np.array(states, np.uint8).reshape(len(self.sequences), len(self.run_trackers))
 
-    def state(self, cell: Cell) -> State:
+    def state(self, cell: RunKey) -> State:
         """Return the state of a requested run."""
         version, status = self.stored.get(cell, ("", ""))
         if not version:
             return State.LEFT
-        if version != self.cells[cell]:
+        if version != self.requested[cell]:
             return State.STALE
         return State.FAILED if status == "failed" else State.DONE
 
@@ -138,13 +138,13 @@ class Plan:
         np.add.at(counts, (np.tile(self.run_trackers, len(self.sequences)), self.states.ravel()), 1)
         return counts
 
-    def asked(self) -> Asked:
+    def manifest(self) -> Manifest:
         """Return the requests that are stored with the results."""
-        return Asked(self.experiment.title or self.experiment.name, self.cells)
+        return Manifest(self.experiment.title or self.experiment.name, self.requested)
 
     def seen_in(self, rows: Iterable[Mapping[str, Any]]) -> "Plan":
-        """Return the plan with the states of stored runs; see `bench.store.index.list_runs`."""
-        stored = {cell_of(row): (row["version"], row["status"]) for row in rows}
+        """Return the plan with the states of stored runs; see `bench.store.run_rows.list_runs`."""
+        stored = {run_key(row): (row["version"], row["status"]) for row in rows}
         return replace(self, stored=stored)
 
 
@@ -268,12 +268,12 @@ def _open_by_workers(
 
 def _check_names(plan: Plan, rows: list[dict[str, Any]], folder: Path) -> None:
     """Refuse sequences called like others whose runs lie there: those runs would be replaced."""
-    known = recordings(rows)
+    known = recorded_data(rows)
     for sequence in plan.sequences:
         if sequence.name not in known:
             continue
         origin = sequence.source.absolute()
-        here = Recording(sequence.fingerprint, origin.text, str(origin.truth or ""))
+        here = RecordedData(sequence.fingerprint, origin.text, str(origin.truth or ""))
         if other := different(here, known[sequence.name]):
             raise ExperimentError(
                 f"{folder} holds runs on other data that are called {sequence.name!r}, too: "
@@ -289,7 +289,7 @@ def _planned(source: SequenceSource, protocol: str) -> PlannedSequence:
         source=source,
         name=sequence.name,
         fingerprint=fingerprint,
-        frames=sum(map(len, frames_of_segments(protocol, sequence, BOXES))) or len(sequence),
+        frames=sum(map(len, segment_frames(protocol, sequence, BOXES))) or len(sequence),
         images_beyond_truth=sequence.images_beyond_truth,
         starts=frozenset(filter(partial(_can_start, sequence), [BOXES, *sequence.regions])),
         opening_seconds=perf_counter() - began,

@@ -1,1 +1,1 @@
-"""Experiment files, and trackers with settled parameters and a version."""
+"""Experiment files, and trackers with validated parameters and a version."""

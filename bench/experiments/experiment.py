@@ -1,9 +1,9 @@
-"""Experiments: which trackers run on which sequences, how often. Data, read from TOML.
+"""Experiments: trackers, sequences and repetitions, read from TOML files.
 
 ```toml
 version = 1
 title = "Window rules on an easy target"
-protocol = "one-pass"                    # how they are run; another is "supervised:skip=10"
+protocol = "one-pass"                    # or, for example, "supervised:skip=10"
 repetitions = 5                          # of stochastic trackers
 trackers = [
     "static",
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 FOLDER = Path(__file__).parent
 PAPERS = FOLDER.parent / "papers"
-"""Papers' folders; their experiments are named `<paper>-<file>`."""
+"""Folder of the papers; their experiments are named `<paper>-<file>`."""
 
 VERSION = 1
 
@@ -77,23 +77,23 @@ class Experiment:
     Attributes
     ----------
     name : str
-        Folder of its results.
+        Name of the results folder.
     trackers : tuple of str
         Specifications.
     sequences : tuple of SequenceSource
-        Their paths are relative to the current folder.
+        Sequences; relative paths start at the current folder.
     repetitions : int
-        Repetitions of stochastic trackers; the others run once.
+        Number of repetitions of stochastic trackers; other trackers run once.
     repeated : mapping of str to int
-        Repetitions of trackers with a number of their own, by specification.
+        Number of repetitions of single trackers, by specification.
     timing : bool
-        Whether runs are timed, one by one, instead of scored in lock step.
+        True if runs are timed one by one, instead of scored in lockstep.
     title : str
-        Title of its report.
+        Title of the report.
     protocol : str
-        Protocol, as `bench.protocols.protocol` takes it; timing runs are one-pass.
+        Protocol, as `bench.protocols.parse_protocol` takes it; timing runs are one-pass.
     arrays : bool
-        Whether new runs store masks, contours, particles and maps of trackers.
+        True if new runs store masks, contours, particles and maps of trackers.
     """
 
     name: str
@@ -115,7 +115,7 @@ class Experiment:
 
     @property
     def time_dependent(self) -> bool:
-        """Whether runs depend on the time of updates, so that they are executed one by one."""
+        """True if runs depend on the time of updates; such runs are executed one by one."""
         return self.timing or self._protocol.time_dependent
 
     @property
@@ -126,13 +126,16 @@ class Experiment:
 
     def __post_init__(self) -> None:
         if not self.name or "/" in self.name or self.name.startswith((".", "_")):
-            raise ExperimentError(f"{self.name!r} can't name a folder of results.")
+            raise ExperimentError(
+                f"{self.name!r} is not a valid name of a results folder. Give a name without '/' "
+                "that does not start with '.' or '_'."
+            )
         check_name(Path(self.name))
         for number in (self.repetitions, *self.repeated.values()):
             if number < 1:
-                raise ExperimentError(f"{self.name}: repetitions is {number}; give 1 or more.")
+                raise ExperimentError(f"{self.name}: repetitions: {number}. Give 1 or more.")
         if not self.trackers or not self.sequences:
-            raise ExperimentError(f"{self.name}: there must be a tracker and a sequence to run.")
+            raise ExperimentError(f"{self.name}: give at least one tracker and one sequence.")
         for texts in (self.trackers, [source.text for source in self.sequences]):
             ((text, number),) = Counter(texts).most_common(1)
             if number > 1:
@@ -143,10 +146,12 @@ class Experiment:
         except ValueError as error:
             raise ExperimentError(f"{self.name}: {error}") from None
         if self.arrays and (self.timing or not one_pass):
-            raise ExperimentError(f"{self.name}: arrays are stored of runs in one pass only.")
+            raise ExperimentError(
+                f"{self.name}: arrays require the protocol one-pass and no timing."
+            )
         if self.timing and not one_pass:
             raise ExperimentError(
-                f"{self.name}: timing runs are in one pass; omit the protocol {self.protocol}."
+                f"{self.name}: timing runs are one-pass. Omit the protocol {self.protocol}."
             )
 
 
@@ -243,9 +248,9 @@ def _experiment(path: Path, table: dict[str, Any]) -> Experiment:
 def _expanded(
     path: Path, kind: str, entries: Iterable[Any], special: str
 ) -> Iterable[tuple[str, Any]]:
-    """Return the specifications of entries; a table is swept over the product of its lists.
+    """Yield the specifications of entries; a table stands for the product of its lists.
 
-    `special`: key that is not part of the specification; its value is returned with it.
+    `special`: key that is not part of the specification; its value is yielded with it.
     """
     count = sum(
         math.prod(len(value) for value in entry.values() if isinstance(value, list))
@@ -254,8 +259,8 @@ def _expanded(
     )
     if count > MAX_SWEPT:  # checked first: the product may not fit into memory
         raise ExperimentError(
-            f"{path}: {kind} sweeps over {count} combinations; the maximum is {MAX_SWEPT}. Sweep "
-            "over fewer values."
+            f"{path}: {kind} sweeps over {count} combinations; the maximum is {MAX_SWEPT}. Use "
+            "fewer values."
         )
     for entry in entries:
         if isinstance(entry, str):
@@ -271,5 +276,5 @@ def _expanded(
                 yield format_text(str(name), dict(zip(keys, values, strict=True))), value
         else:
             raise ExperimentError(
-                f"{path}: {kind}: {entry!r} is neither a text nor a table with a name."
+                f"{path}: {kind}: {entry!r} is neither a text nor a table with the key 'name'."
             )

@@ -1,7 +1,7 @@
 """Trackers from outside the package, imported in a child process.
 
-Importing a file may print, end the process, change its folder or never return. The command's own
-process therefore imports none: a child writes what is needed as JSON.
+Importing a file can print, end the process, change its folder or never return. The process of the
+command therefore imports no such file. A child process imports it and writes the result as JSON.
 """
 
 import json
@@ -21,13 +21,13 @@ import numpy as np
 
 from trackmark import trackers
 from trackmark.bench.experiments.tracker_spec import (
-    KnownVersions,
     TrackerSpec,
+    TrackerVersions,
     parse_tracker,
     parse_trackers,
     split_text,
 )
-from trackmark.bench.process_tree import Offspring
+from trackmark.bench.process_tree import ProcessTree
 from trackmark.trackers import Randomness, Tracker, TrackerError
 from trackmark.trackers.base.catalogue import is_outside
 from trackmark.trackers.base.former_imports import warn_of_former_imports
@@ -35,20 +35,22 @@ from trackmark.trackers.base.former_imports import warn_of_former_imports
 _SECONDS = 300.0
 """Time limit of the child [s]."""
 
-_MAX_BYTES = 1 << 26  # of the child's answer
+_MAX_BYTES = 1 << 26  # of the output of the child
 
 
 def resolve_trackers(texts: Iterable[str]) -> dict[str, TrackerSpec]:
-    """Return trackers by their specifications, as `parse_trackers` does; outside ones from a child.
+    """Return trackers by specification; a child process imports those outside the package.
 
     Raises `TrackerError`, which names the file, also for a file that cannot be imported.
     """
     texts = list(dict.fromkeys(texts))
     names = {text: split_text(text)[0] for text in texts}
     outside = {name: is_outside(name) for name in set(names.values())}
-    answers = _ask_child("settle", [text for text in texts if outside[names[text]]])
-    own = parse_trackers(text for text in texts if text not in answers)
-    return {text: own[text] if text in own else _spec(text, answers[text]) for text in texts}
+    answers = _ask_child("parse", [text for text in texts if outside[names[text]]])
+    built_in = parse_trackers(text for text in texts if text not in answers)
+    return {
+        text: built_in[text] if text in built_in else _spec(text, answers[text]) for text in texts
+    }
 
 
 def describe_tracker(name: str) -> dict[str, Any]:
@@ -57,13 +59,13 @@ def describe_tracker(name: str) -> dict[str, Any]:
 
 
 def _spec(text: str, answer: dict[str, Any]) -> TrackerSpec:
-    """Return the tracker of a child's answer; it is imported here only when it is created."""
+    """Return the tracker that the child described; creating it imports it in this process."""
     version = answer.pop("version")
     file = Path(answer.pop("file"))
     randomness = Randomness(answer.pop("randomness"))
     warn_of_former_imports(file)
     spec = TrackerSpec(**answer, randomness=randomness, make=partial(_make, text), file=file)
-    vars(spec)["version"] = version  # where `cached_property` keeps it
+    vars(spec)["version"] = version  # value of the `cached_property`
     return spec
 
 
@@ -72,12 +74,12 @@ def _make(text: str, seed: np.random.SeedSequence) -> Tracker:
 
 
 def _ask_child(question: str, texts: list[str]) -> dict[str, Any]:
-    """Return the child's answers by text; raise `TrackerError` with its error or how it ended."""
+    """Return the results of the child by text; raise `TrackerError` if it failed or died."""
     if not texts:
         return {}
     end, lines = _child(json.dumps([question, texts]))
     answers: dict[str, tuple[str, Any]] = {}
-    with suppress(ValueError, TypeError):  # a file may write into the child's descriptors
+    with suppress(ValueError, TypeError):  # a tracker file may write to any descriptor
         for line in lines:
             text, error, answer = json.loads(line)
             answers[text] = error, answer
@@ -89,13 +91,13 @@ def _ask_child(question: str, texts: list[str]) -> dict[str, Any]:
 
 
 def _child(request: str) -> tuple[str, list[bytes]]:
-    """Run the child; return how it ended and the lines that it wrote."""
+    """Run the child; return how it ended, and the lines that it wrote."""
     with tempfile.TemporaryFile() as answers:
-        child = Offspring(
+        child = ProcessTree(
             "trackmark.bench.experiments.tracker_files",
             [answers.fileno()],
             stdin=subprocess.PIPE,
-            # Output of a file is dropped: its runs store it if they fail.
+            # Output of a tracker file is dropped here; failed runs store it.
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
             pass_fds=[answers.fileno()],
@@ -113,7 +115,7 @@ def _child(request: str) -> tuple[str, list[bytes]]:
 
 
 def main() -> None:
-    """Write the child's answers: a line with text, error and answer for each text."""
+    """Write the results of the child: a JSON line with text, error and result for each text."""
     with os.fdopen(int(sys.argv[1]), "w", encoding="ascii") as file:
         question, texts = json.load(sys.stdin)
         for line in answer_lines(question, texts):
@@ -123,20 +125,20 @@ def main() -> None:
 
 
 def answer_lines(question: str, texts: Iterable[str]) -> Iterator[str]:
-    """Yield the lines of the child."""
-    answer = partial(_settle, {}) if question == "settle" else trackers.describe
+    """Yield the JSON lines of the child."""
+    answer = partial(_parse, {}) if question == "parse" else trackers.describe
     for text in texts:
         try:
             yield json.dumps([text, "", answer(text)], default=str)
         except TrackerError as error:
             yield json.dumps([text, str(error), None])
-        except BaseException as error:  # noqa: BLE001  # of any code in a tracker's class
+        except BaseException as error:  # noqa: BLE001  # a tracker class can raise anything
             message = traceback.format_exception_only(type(error), error)[-1].strip()
             yield json.dumps([text, f"{text}: its description raises {message}", None])
 
 
-def _settle(known: KnownVersions, text: str) -> dict[str, Any]:
-    spec = parse_trackers([text], known)[text]
+def _parse(versions: TrackerVersions, text: str) -> dict[str, Any]:
+    spec = parse_trackers([text], versions)[text]
     json.dumps(spec.parameters)  # raises for values that an identity cannot hold
     data = {field.name: getattr(spec, field.name) for field in fields(spec)}
     del data["make"]

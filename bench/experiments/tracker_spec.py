@@ -1,4 +1,4 @@
-"""Trackers with settled parameters: how to create them, and what their boxes depend on."""
+"""Specifications of trackers: creation, version and identity of runs."""
 
 import hashlib
 import inspect
@@ -25,24 +25,24 @@ TrackerFactory: TypeAlias = Callable[[np.random.SeedSequence], Tracker]
 
 PACKAGE = Path(str(trackers.__file__)).parent
 GOLDEN = PACKAGE / "golden.json"
-"""Seals of the trackers; see `datasets.versioning`."""
+"""Versions of the trackers; see `datasets.versioning`."""
 
 BOXES = "boxes"
-"""Name of the ground truth that every sequence has; runs start from it by default."""
+"""Name of the ground-truth boxes, from which runs are initialised by default."""
 
 IMPORTED = "results of others"
-"""Source in the tracker version of runs that were imported."""
+"""Value of `source` in the tracker version of imported runs."""
 
 
 @dataclass(frozen=True)
 class Identity:
-    """Everything that determines a run. Equal identities give equal boxes."""
+    """Properties that determine a run: equal identities give equal boxes."""
 
-    tracker: str  # canonical text form: name, preset unless it is the default, changed parameters
-    tracker_name: str  # the name alone; the seed depends on it
-    preset: str  # `recommended` also for the name alone
-    # All parameters with their defaults; of a tracker whose parameters are younger than its first
-    # results (`OpenCVParameters`) those that differ from their defaults.
+    tracker: str  # canonical specification: name, preset unless default, changed parameters
+    tracker_name: str  # without parameters; the seed depends on it
+    preset: str  # `recommended` also if the specification names none
+    # All parameters. A tracker that had results before it had parameters (`OpenCVParameters`)
+    # omits defaults, so that its older runs keep their identity.
     parameters: Mapping[str, Any]
     # `source` (sealed version, or digest of the syntax trees of the tracker's file and of the
     # shared modules it imports) and `libraries` (version by distribution).
@@ -87,9 +87,9 @@ def _digest(determining: Mapping[str, Any]) -> str:
 
 @dataclass(frozen=True)
 class TrackerSpec:
-    """A tracker with settled parameters."""
+    """Tracker with validated parameters."""
 
-    label: str  # canonical specification without defaults; `init` stands last
+    label: str  # canonical specification without defaults; `init` comes last
     name: str  # name without parameters
     preset: str  # as in `Identity`
     parameters: Mapping[str, Any]
@@ -161,39 +161,41 @@ def parse_tracker(tracker: str | TrackerFactory) -> TrackerSpec:
     )
 
 
-KnownVersions: TypeAlias = dict[tuple[Path | None, str], dict[str, Any]]
+TrackerVersions: TypeAlias = dict[tuple[Path | None, str], dict[str, Any]]
 """Versions of trackers by file and `class_name`."""
 
 
 def parse_trackers(
-    texts: Iterable[str], known: KnownVersions | None = None
+    texts: Iterable[str], versions: TrackerVersions | None = None
 ) -> dict[str, TrackerSpec]:
     """Return trackers by their specifications; see `parse_tracker`.
 
-    The version of a file is computed once, as it takes the most time. `known`: versions that were
-    computed before; others are added.
+    The version of a file is computed once, since that takes the most time. `versions`: cache, to
+    which missing versions are added.
     """
-    known = {} if known is None else known
-    chosen = {text: parse_tracker(text) for text in dict.fromkeys(texts)}
-    for entry in chosen.values():
-        place = entry.file, entry.class_name
-        if place not in known:
-            known[place] = entry.version
-        vars(entry)["version"] = known[place]  # where `cached_property` keeps it
-    return chosen
+    versions = {} if versions is None else versions
+    specs = {text: parse_tracker(text) for text in dict.fromkeys(texts)}
+    for entry in specs.values():
+        key = entry.file, entry.class_name
+        if key not in versions:
+            versions[key] = entry.version
+        vars(entry)["version"] = versions[key]  # value of the `cached_property`
+    return specs
 
 
-def run_seed(name: str, sequence: str, repetition: int, begun: int = 0) -> np.random.SeedSequence:
+def run_seed(
+    name: str, sequence: str, repetition: int, restarts: int = 0
+) -> np.random.SeedSequence:
     """Return the seed of a run: it depends on tracker name, sequence name and repetition only.
 
     Variants of a tracker share their random numbers, and other trackers have no influence.
-    `begun`: number of trackers that the protocol has started before in the same run.
+    `restarts`: number of trackers that the protocol has started before in the same run.
     """
     key = (zlib.crc32(name.encode()), zlib.crc32(sequence.encode()))
-    return np.random.SeedSequence(repetition, spawn_key=(*key, begun) if begun else key)
+    return np.random.SeedSequence(repetition, spawn_key=(*key, restarts) if restarts else key)
 
 
-class Known(typing.Protocol):
+class SequenceIdentity(typing.Protocol):
     """Name and fingerprint of a sequence."""
 
     @property
@@ -204,7 +206,10 @@ class Known(typing.Protocol):
 
 
 def run_identity(
-    chosen: TrackerSpec, sequence: Known, repetition: int, protocol: str = STORED_ONE_PASS
+    chosen: TrackerSpec,
+    sequence: SequenceIdentity,
+    repetition: int,
+    protocol: str = STORED_ONE_PASS,
 ) -> Identity:
     """Return the identity of a run of a tracker on a sequence."""
     return Identity(
@@ -229,11 +234,11 @@ def _from_text(text: str) -> TrackerSpec:
     init = options.pop("init", BOXES)
     specification = trackers.resolve(name, **options)
     parameters = specification.parameters
-    shown = {} if init == BOXES else {"init": init}
+    init_option = {} if init == BOXES else {"init": init}
     class_name = specification.plugin.__name__
     named = in_file(name) is None or specification.name.endswith(f".py:{class_name}")
     return TrackerSpec(
-        label=format_text(specification.name, {**specification.options, **shown}),
+        label=format_text(specification.name, {**specification.options, **init_option}),
         name=specification.name,
         preset=specification.options.get("preset", DEFAULT_PRESET),
         parameters=parameters.model_dump(),
@@ -247,7 +252,7 @@ def _from_text(text: str) -> TrackerSpec:
 
 
 def _implied(parameters: trackers.Parameters) -> list[str]:
-    """Return the default parameters of a tracker that had results before it had parameters."""
+    """Return the parameters with default values if the tracker had results before parameters."""
     if not getattr(parameters, "implied", False):
         return []
     fields = type(parameters).model_fields

@@ -1,4 +1,4 @@
-"""Charts of an experiment's page, from its runs; their points open the frames behind them."""
+"""Charts of an experiment's page; their points open frames in the player."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from math import isfinite
@@ -17,22 +17,22 @@ from trackmark.reports.page.content import Chart, Line, PlayerPosition
 from trackmark.reports.tables import Table
 from trackmark.reports.write import file_names
 
-_BINS = 120
+_MAX_POINTS = 120
 """Maximum number of points of a curve over the frames of a sequence."""
 
-_AT_20 = int(np.flatnonzero(ERRORS == 20.0)[0])
+_INDEX_OF_20 = int(np.flatnonzero(ERRORS == 20.0)[0])
 """Index of the threshold of precision that papers state [20 px]."""
 
 
 class _ShareChart(NamedTuple):
-    """A chart of the share of frames by threshold."""
+    """Definition of a chart of the share of frames by threshold."""
 
     title: str
     kind: str  # of the worst frame
     thresholds: NDArray[np.float64]
     axes: tuple[str, str]
     words: str
-    figure: str  # number in parentheses behind the label
+    figure: str  # meaning of the number in parentheses after the label
 
 
 _SUCCESS = _ShareChart(
@@ -57,9 +57,9 @@ _PRECISION = _ShareChart(
 
 
 def share_charts(runs: PageRuns, trackers: Sequence[str]) -> list[Chart]:
-    """Return shares of frames by overlap and by centre error; each sequence counts once.
+    """Return the success and the precision plot; all sequences have equal weights.
 
-    `trackers`: those all of whose runs finished.
+    `trackers`: trackers without unfinished runs.
     """
     n = sum(bool(stage.clips) for stage in runs.stages)
     over = (
@@ -67,11 +67,11 @@ def share_charts(runs: PageRuns, trackers: Sequence[str]) -> list[Chart]:
         "opens the frame that is nearest to its threshold."
     )
     charts = []
-    for one in (_SUCCESS, _PRECISION) if trackers and runs.stages else ():
-        x, y = one.axes
-        lines = [_share_line(runs, runs.trackers.index(name), one) for name in trackers]
-        file, words = one.title.lower(), f"{one.words} {over}"
-        chart = Chart(one.title, x, y, lines, words, top=1.0, figure=file, told=one.figure)
+    for definition in (_SUCCESS, _PRECISION) if trackers and runs.stages else ():
+        title, (x, y) = definition.title, definition.axes
+        lines = [_share_line(runs, runs.trackers.index(name), definition) for name in trackers]
+        words, figure = f"{definition.words} {over}", definition.figure
+        chart = Chart(title, x, y, lines, words, top=1.0, figure=title.lower(), value_name=figure)
         charts.append(chart)
     return charts
 
@@ -79,7 +79,7 @@ def share_charts(runs: PageRuns, trackers: Sequence[str]) -> list[Chart]:
 def _share_line(runs: PageRuns, tracker: int, chart: _ShareChart) -> Line:
     """Return the curve of a tracker; a point opens the frame nearest to its threshold.
 
-    Of frames that are equally near, that of the worst run is opened.
+    Among equally near frames, the frame of the worst run is opened.
     """
     curve = chart.title.lower()
     by_sequence = [stage.clips_of(tracker) for stage in runs.stages]
@@ -94,28 +94,28 @@ def _share_line(runs: PageRuns, tracker: int, chart: _ShareChart) -> Line:
     curves = [[clip.shares[curve].shares for clip in c if clip.shares] for c in by_sequence]
     shares = np.mean([np.mean(values, axis=0) for values in curves if values], axis=0)
     overlaps = [[-clip.worst["overlap", "online"][0] for clip in c] for c in by_sequence if c]
-    figure = shares[_AT_20]
+    figure = shares[_INDEX_OF_20]
     if curve == "success":
         figure = np.mean([np.mean(values) for values in overlaps])
-    judged.sort(key=lambda one: (-one[1].worst[chart.kind, "online"][0], one[0]))
+    judged.sort(key=lambda entry: (-entry[1].worst[chart.kind, "online"][0], entry[0]))
     nearest = np.argmin([clip.shares[curve].distances for _, clip in judged], axis=0)
     places = []
-    for point, (position, clip) in enumerate(judged[one] for one in nearest):
+    for point, (position, clip) in enumerate(judged[index] for index in nearest):
         frame = int(clip.shares[curve].frames[point])
         places.append(PlayerPosition(position, tracker, clip.take.repetition, frame))
     label = runs.trackers[tracker]
-    return Line(label, tracker, chart.thresholds, shares, places=places, told=f"{figure:.3f}")
+    return Line(label, tracker, chart.thresholds, shares, places=places, value=f"{figure:.3f}")
 
 
 def finished_clips(stage: SequenceRuns) -> Iterator[tuple[int, list[JudgedRun]]]:
-    """Yield the one-pass runs on a sequence that did not fail, by position of the tracker."""
+    """Yield the index of each tracker with its one-pass runs on a sequence that did not fail."""
     for tracker in sorted({clip.take.tracker for clip in stage.clips}):
         if clips := [clip for clip in stage.clips_of(tracker) if not clip.take.failure]:
             yield tracker, clips
 
 
 def error_charts(runs: PageRuns) -> list[Chart]:
-    """Return a chart per sequence: the median centre error of the repetitions over frames."""
+    """Return one chart per sequence: the median centre error of the repetitions by frame."""
     charts, names = [], file_names([stage.name for stage in runs.stages])
     for position, stage in enumerate(runs.stages):
         by_tracker = dict(finished_clips(stage))
@@ -136,14 +136,16 @@ def error_charts(runs: PageRuns) -> list[Chart]:
 
 
 def _error_line(position: int, name: str, clips: Sequence[JudgedRun]) -> Line:
-    """Return the worst frame of each stretch of frames, and its repetition with most error."""
+    """Return a line through the worst frame of each interval, which opens the worst repetition."""
     errors = np.array([clip.errors for clip in clips])
-    known = np.isfinite(errors).any(axis=0)
+    judged = np.isfinite(errors).any(axis=0)
     medians = np.full(errors.shape[1], np.nan)
-    medians[known] = np.nanmedian(errors[:, known], axis=0)
+    medians[judged] = np.nanmedian(errors[:, judged], axis=0)
     frames = [
-        int(stretch[np.nanargmax(medians[stretch])]) if known[stretch].any() else int(stretch[0])
-        for stretch in np.array_split(np.arange(len(medians)), min(_BINS, len(medians)))
+        int(interval[np.nanargmax(medians[interval])])
+        if judged[interval].any()
+        else int(interval[0])
+        for interval in np.array_split(np.arange(len(medians)), min(_MAX_POINTS, len(medians)))
     ]
     tracker = clips[0].take.tracker
     furthest = np.argmax(np.nan_to_num(errors, nan=-1.0, posinf=np.inf), axis=0)
@@ -155,7 +157,7 @@ def _error_line(position: int, name: str, clips: Sequence[JudgedRun]) -> Line:
 
 
 def survival_charts(scored: pd.DataFrame, runs: PageRuns) -> list[Chart]:
-    """Return the share of runs that have not lost the target, over frames."""
+    """Return the survival plot: the share of runs without failure by frame."""
     if "first_loss" not in scored:
         return []
     finished = scored[scored["first_loss"].notna() & scored["frames"].notna()]
@@ -183,17 +185,17 @@ def survival_charts(scored: pd.DataFrame, runs: PageRuns) -> list[Chart]:
 
 
 def speed_charts(tables: Mapping[str, Table], runs: PageRuns) -> list[Chart]:
-    """Return the mean overlap against the time per frame, with its interval, of the summary."""
+    """Return the plot of mean overlap, with its interval, against the time per frame."""
     if "summary" not in tables:
         return []
     data, quantity = tables["summary"].data, SUMMARY[0]
     dots = []
     for position, name in enumerate(runs.trackers):
-        of = data[data["tracker"] == name].set_index("measure")
-        if not {quantity.name, "milliseconds"} <= set(of.index):
+        scores = data[data["tracker"] == name].set_index("measure")
+        if not {quantity.name, "milliseconds"} <= set(scores.index):
             continue
-        score, low, high = (float(of[end][quantity.name]) for end in ("mean", "low", "high"))
-        time = float(of["mean"]["milliseconds"])
+        score, low, high = (float(scores[end][quantity.name]) for end in ("mean", "low", "high"))
+        time = float(scores["mean"]["milliseconds"])
         if isfinite(score) and isfinite(time):
             place = runs.place(name, None, "overlap")
             dots.append(Line(name, position, [time], [score], [low], [high], [place]))

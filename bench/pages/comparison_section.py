@@ -1,4 +1,4 @@
-"""Sections of a page that compare trackers, on all sequences and on parts of them."""
+"""Sections of a page that compare trackers on all sequences and on subsets."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -28,17 +28,17 @@ _NO_PARTS = (
 )
 
 
-def answers(
+def comparison_section(
     folder: Path,
     runs: pd.DataFrame,
     occurring: Mapping[str, set[str]],
     page_runs: PageRuns,
     command: str,
 ) -> tuple[PageSection, list[PageTable]]:
-    """Return which tracker is better, or why that cannot be answered; and tables of parts.
+    """Return the section that compares trackers, and tables of subsets of the sequences.
 
-    `folder`: of the experiment. `occurring`: attributes of sequences by name. `command`: makes the
-    section again.
+    `folder`: folder of the experiment. `occurring`: attributes by sequence. `command`: command that
+    prints the comparison.
     """
     title, measure = "Which is better", SUMMARY[0]
     if not (runs["protocol"] == STORED_ONE_PASS).any():
@@ -64,7 +64,7 @@ def answers(
 
 
 def _sheet(table: Table, comparison: Comparison, page_runs: PageRuns) -> PageTable:
-    """Return a table of a comparison; the cells of a row open the same frame."""
+    """Return a table of a comparison; all cells of a row open the same frame."""
     columns = len(table.heads) - table.n_labels
     places = [
         [_place(row, comparison, page_runs)] * columns for row in table.data.to_dict("records")
@@ -73,55 +73,53 @@ def _sheet(table: Table, comparison: Comparison, page_runs: PageRuns) -> PageTab
 
 
 def _place(row: Mapping[Any, Any], comparison: Comparison, runs: PageRuns) -> PlayerPosition | None:
-    """Return what a row of a comparison opens: the sequence on which a pair differs most.
-
-    A row on a part of the sequences opens one of that part.
-    """
+    """Return the frame that a row opens: on the sequence with the largest difference."""
     if "first" not in row:
         return runs.place(str(row["tracker"]), None, "overlap")
     parts = parts_of(comparison.sequences, comparison.attributes) if "knob" in row else {}
-    here = parts.get((row.get("knob", ""), row.get("value", "")), True)
+    mask = parts.get((row.get("knob", ""), row.get("value", "")), True)
     for pair in comparison.pairs:
         if {pair.first, pair.second} == {row["first"], row["second"]}:
-            position = int(np.argmax(np.where(here, np.abs(pair.differences), -1.0)))
+            position = int(np.argmax(np.where(mask, np.abs(pair.differences), -1.0)))
             ahead = pair.differences[position] > 0
             behind = pair.second if ahead else pair.first
             return runs.place(behind, comparison.sequences[position], "overlap")
     return None
 
 
-def parts(
+def parts_section(
     scored: pd.DataFrame,
     occurring: Mapping[str, set[str]],
     runs: PageRuns,
     differences: Sequence[PageTable],
 ) -> PageSection:
-    """Return mean overlaps on the sequences that have a parameter's value, or an attribute."""
+    """Return the section with mean overlaps by parameter value and attribute of the sequences."""
     if "mean_overlap" not in scored or not runs.trackers:
-        return PageSection("parts", "")  # no run finished
+        return PageSection("parts", "")  # no finished run
     sequences = [stage.name for stage in runs.stages]
     units = units_of(sequences)
     masks = parts_of(sequences, [occurring.get(name, ()) for name in sequences])
-    by = scored.groupby(["tracker", "sequence"], observed=True)["mean_overlap"]
-    means = by.mean().where(by.count() == by.size())
+    groups = scored.groupby(["tracker", "sequence"], observed=True)["mean_overlap"]
+    means = groups.mean().where(groups.count() == groups.size())
     rows, values, places = [], list[list[float]](), []
     data: list[dict[str, Any]] = []
-    for (knob, value), chosen in masks.items():
-        here = [name for name, taken in zip(sequences, chosen, strict=True) if taken]
+    for (parameter, value), mask in masks.items():
+        members = [name for name, is_member in zip(sequences, mask, strict=True) if is_member]
         cells = []
         for name in runs.trackers:
             by_sequence = means.get(name, pd.Series(dtype=float)).reindex(sequences)
-            mean, low, high = _with_interval(units, by_sequence.to_numpy(float), chosen)
+            mean, low, high = _with_interval(units, by_sequence.to_numpy(float), mask)
             cells.append(f"{mean:.3f}" if np.isfinite(mean) else MISSING)
             cells[-1] += f" [{low:.3f}, {high:.3f}]" if np.isfinite(low) else ""
-            told = {"knob": knob, "value": value, "sequences": len(here), "tracker": name}
-            data.append({**told, "measure": "mean_overlap", "mean": mean, "low": low, "high": high})
-        rows.append([f"{knob}={value}", str(len(here)), *cells])
-        values.append([len(here), *(one["mean"] for one in data[-len(runs.trackers) :])])
-        places.append([None, *(runs.worst_of(name, here, "overlap") for name in runs.trackers)])
+            labels = {"knob": parameter, "value": value, "sequences": len(members), "tracker": name}
+            scores = {"measure": "mean_overlap", "mean": mean, "low": low, "high": high}
+            data.append(labels | scores)
+        rows.append([f"{parameter}={value}", str(len(members)), *cells])
+        values.append([len(members), *(row["mean"] for row in data[-len(runs.trackers) :])])
+        places.append([None, *(runs.worst_of(name, members, "overlap") for name in runs.trackers)])
     caption = (
         "Mean overlap (from 0 to 1) by knob and by attribute (of sequences in which it occurs): "
-        f"means over n sequences of {repetitions(scored)} each. In brackets the 95 % interval "
+        f"means over n sequences of {repetition_text(scored)} each. In brackets the 95 % interval "
         f"{units.scope}, from {MIN_UNITS} {units.plural} on."
     )
     table = text_table("parts", caption, ["part", "n", *runs.trackers], rows)
@@ -132,8 +130,8 @@ def parts(
     return PageSection("parts", title, sheets=[PageTable(table, values, places), *differences])
 
 
-def repetitions(scored: pd.DataFrame) -> str:
-    """Return how often trackers were run on each sequence: `1 to 3 repetitions`."""
+def repetition_text(scored: pd.DataFrame) -> str:
+    """Return the number of repetitions per sequence as text: `1 to 3 repetitions`."""
     counts = scored.groupby(["tracker", "sequence"], observed=True).size()
     fewest, most = counts.min(), counts.max()
     times = f"{most}" if fewest == most else f"{fewest} to {most}"
@@ -141,10 +139,10 @@ def repetitions(scored: pd.DataFrame) -> str:
 
 
 def _with_interval(
-    units: StatisticalUnits, by_sequence: NDArray[np.float64], chosen: NDArray[np.bool_]
+    units: StatisticalUnits, by_sequence: NDArray[np.float64], mask: NDArray[np.bool_]
 ) -> tuple[float, float, float]:
-    """Return a mean over the units of a part and its interval, NaN if there is none."""
-    values = means_in_part(units, by_sequence, chosen)
+    """Return the mean over the units of a subset and its interval; NaN if undefined."""
+    values = means_in_part(units, by_sequence, mask)
     if not len(values) or not np.isfinite(values).all():
         return np.nan, np.nan, np.nan
     low, high = interval_or_none(values, 1, 0.0, 1.0) or (np.nan, np.nan)

@@ -1,4 +1,4 @@
-"""Page of trackers that are run once on a sequence, with everything that they return."""
+"""Page of trackers that are run once on a sequence, with all of their estimates."""
 
 import tempfile
 from collections.abc import Sequence
@@ -15,7 +15,7 @@ from trackmark.reports.page.content import Page, PageSection
 from trackmark.reports.page.page import write_page
 from trackmark.trackers import Randomness
 
-_HEIGHT = 480  # pixels, at most, of frames: there is a single sequence on the page
+_MAX_HEIGHT = 480  # height of frames [px]; large, as the page has one sequence only
 
 
 def write_live_page(
@@ -25,12 +25,13 @@ def write_live_page(
     watch: Watch,
     repetition: int = 0,
 ) -> tuple[list[Path], list[str]]:
-    """Run trackers on a sequence in supervised processes, and write a page that steps through it.
+    """Run trackers on a sequence in supervised processes and write a page with a player.
 
-    It shows boxes, masks, contours, particles, maps and the trackers' own numbers; failed runs to
-    their last frame. `watch` receives the number of frames that trackers have processed, then of
-    frames that were read for the page. `repetition`: of stochastic trackers, as `run` would make
-    it. Only the page is kept. Returns its files, and the reasons of failed runs.
+    The page shows boxes, masks, contours, particles, maps and the numbers of the trackers; failed
+    runs end at their last frame. `watch` receives the number of frames that trackers have
+    processed, then the number of frames that were read for the page. `repetition`: repetition of
+    stochastic trackers, as in `run`. Returns the files of the page and the reasons of failed runs;
+    the runs are not stored.
 
     Raises `TrackerError`, `SequenceError` or `ExperimentError` if something cannot be run, and
     `OSError` if the page cannot be written.
@@ -41,36 +42,35 @@ def write_live_page(
         execution = Execution(experiment, Path(folder))
         plan = execution.plan
         last = plan.repetitions[plan.run_trackers] - 1
-        plan.states[:, plan.run_repetitions < last] = State.DONE  # the last one alone is wanted
-        chosen = [*plan.trackers.values()]
-        drawing = any(one.randomness is not Randomness.NONE for one in chosen)
+        plan.states[:, plan.run_repetitions < last] = State.DONE  # run only the last repetition
+        specs = [*plan.trackers.values()]
+        is_stochastic = any(spec.randomness is not Randomness.NONE for spec in specs)
         for _ in execution.rows(lambda done: watch(done, execution.work)):
             pass
         if execution.errors:
             raise SequenceError("\n".join(execution.errors))
-        labels = [one.label for one in chosen]
-        runs = read_runs(execution.folder, labels, "all")
-        page = _page(runs, watch, repetition, drawing)
+        runs = read_runs(execution.folder, [spec.label for spec in specs], "all")
+        page = _page(runs, watch, repetition, is_stochastic)
         failures = [clip.take.failure for stage in runs.stages for clip in stage.clips]
         return write_page(path, page), [failure for failure in failures if failure]
 
 
-def _page(runs: PageRuns, watch: Watch, repetition: int, drawing: bool) -> Page:
-    """Return the page; `drawing`: whether a tracker draws random numbers."""
-    (scene,) = scenes(runs, "", watch, height=_HEIGHT)
+def _page(runs: PageRuns, watch: Watch, repetition: int, is_stochastic: bool) -> Page:
+    """Return the page; `is_stochastic`: True if a tracker uses random numbers."""
+    (scene,) = scenes(runs, "", watch, height=_MAX_HEIGHT)
     named = ", ".join(runs.trackers)
     words = [
         f"{named} on {scene.name}, frame by frame: boxes, masks, contours, particles, maps and "
         "numbers, as far as the trackers tell them. Open it to step through; ? lists the keys.",
         f"It is repetition {repetition} of trackers that draw random numbers."
-        if drawing
+        if is_stochastic
         else "No tracker here draws random numbers: every repetition is the same.",
     ]
     title = f"{named} on {scene.name}"
-    title += f", repetition {repetition}" if drawing and repetition else ""
+    title += f", repetition {repetition}" if is_stochastic and repetition else ""
     sections = [PageSection("frames", "Frames", words, scenes=True)]
     page = Page(title, sections, runs.trackers, [scene])
     names = [name for take in scene.takes for name in take.maps][:1]
     address = {"tracker": runs.trackers[0]} | ({"map": names[0]} if names else {})
-    address |= {"repetition": str(repetition)} if drawing and repetition else {}
+    address |= {"repetition": str(repetition)} if is_stochastic and repetition else {}
     return replace(page, start=page.opening(scene, None, **address))

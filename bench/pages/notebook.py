@@ -1,4 +1,4 @@
-"""Stored results in a notebook: their tables, and the frames behind them."""
+"""Stored results in a notebook: tables of scores and a player of the frames."""
 
 import html
 from collections.abc import Collection
@@ -11,70 +11,72 @@ from tempfile import TemporaryDirectory
 import pandas as pd
 
 from trackmark import datasets
-from trackmark.bench.store import loading
-from trackmark.bench.store.layout import Cell, experiment_folders
+from trackmark.bench.store import data_frames
+from trackmark.bench.store.layout import RunKey, experiment_folders
 from trackmark.reports.files import write_file
 
-_HEIGHT = 780  # of a player [CSS pixels]
+_PLAYER_HEIGHT = 780  # CSS pixels
 
 
 class Runs(pd.DataFrame):
-    """Stored runs, a row a run; a notebook shows the tables of `trackmark report` instead.
+    """Data frame with one row per stored run; a notebook shows the tables of `trackmark report`.
 
     Selections and results of computations are plain data frames.
     """
 
     _metadata = ("folder", "cells")
     folder: Path
-    cells: Collection[Cell] | None
+    cells: Collection[RunKey] | None
 
     @property
     def _constructor(self) -> type[pd.DataFrame]:
         return pd.DataFrame
 
     def _repr_html_(self) -> str:
-        """Return the tables that a notebook shows."""
+        """Return the tables as HTML."""
         from trackmark.bench.reporting.tables import tables, title_of
         from trackmark.reports.renderers import to_html
 
         experiments = experiment_folders(self.folder)
         return "".join(
             to_html(table)
-            for one in experiments
-            for table in tables(one, self.cells, title_of(one, named=len(experiments) > 1))
+            for experiment in experiments
+            for table in tables(
+                experiment, self.cells, title_of(experiment, named=len(experiments) > 1)
+            )
         )
 
 
-def load_results(folder: str | Path, cells: Collection[Cell] | None = None) -> Runs:
-    """All runs of an experiment, or of all experiments in a folder.
+def load_results(folder: str | Path, cells: Collection[RunKey] | None = None) -> Runs:
+    """Return the runs of an experiment, or of all experiments in a folder, as a data frame.
 
-    A data frame; parameters, columns and errors as of `bench.store.loading.load_results`. In a
-    notebook it shows the report's tables.
+    Parameters, columns and errors are those of `bench.store.data_frames.load_results`. A notebook
+    shows the tables of the report.
     """
-    runs = Runs(loading.load_results(folder, cells))
+    runs = Runs(data_frames.load_results(folder, cells))
     runs.folder, runs.cells = Path(folder), cells
     return runs
 
 
-class Player:
-    """A player of one sequence's frames; a notebook shows it, `save` writes it to a file.
+class SequencePlayer:
+    """Player of the frames of one sequence, for a notebook or a file.
 
-    `page` is the text of a page in HTML that needs nothing else.
+    `page`: HTML of a page that needs no other files.
     """
 
     def __init__(self, page: str) -> None:
         self.page = page
 
     def save(self, path: str | Path) -> None:
-        """Write the page to a file. Raises `OSError`."""
+        """Write the page to a file; raise `OSError` if it cannot be written."""
         write_file(Path(path), lambda file: file.write_text(self.page, encoding="utf-8"))
 
     def _repr_html_(self) -> str:
-        """Return the page in a frame whose scripts cannot reach the notebook."""
+        """Return the page in a frame whose scripts cannot access the notebook."""
         return (
             f'<iframe srcdoc="{html.escape(self.page)}" title="Player" loading="lazy" '
             'sandbox="allow-scripts allow-downloads" allow="clipboard-write; fullscreen" '
-            f'style="width: 100%; height: {_HEIGHT}px; border: 0"></iframe>'
+            f'style="width: 100%; height: {_PLAYER_HEIGHT}px; border: 0"></iframe>'
         )
 
 
@@ -84,26 +86,26 @@ def player(
     tracker: str | None = None,
     repetition: int = 0,
     frame: int | None = None,
-) -> Player:
-    """Play a sequence with the boxes of all trackers that ran on it.
+) -> SequencePlayer:
+    """Return a player of a sequence with the boxes of all trackers that ran on it.
 
     Parameters
     ----------
     results : path or Runs
-        A folder of results, or the return value of `load_results`.
+        Folder of results, or the return value of `load_results`.
     sequence : str
-        Its name in the results, or its specification.
+        Name in the results, or specification.
     tracker : str, optional
         Label of the tracker whose run is selected; none by default.
     repetition : int
-        Repetition of this run.
+        Repetition of the selected run.
     frame : int, optional
-        Frame that the player opens; the first one with ground truth by default.
+        Frame that the player shows first; the first one with ground truth by default.
 
     Raises
     ------
     ValueError
-        If the results have no run on the sequence, or none of the tracker.
+        If the results have no run on the sequence or no run of the tracker.
     ResultsError
         If there are no results, or they are damaged.
     """
@@ -112,42 +114,42 @@ def player(
     from trackmark.reports.page.page import write_page
 
     folder = Path(results.folder if isinstance(results, Runs) else results)
-    experiment, name = _holding(folder, sequence)
+    experiment, name = _find_sequence(folder, sequence)
     runs = read_runs(experiment, [], sequence=name)
     if tracker is not None and tracker not in runs.labels:
         names = ", ".join(runs.labels)
-        raise ValueError(f"There is no run of {tracker!r} on {name!r}; there are {names}.")
+        raise ValueError(f"No run of {tracker!r} on {name!r}. Expected one of: {names}.")
     (scene,) = scenes(runs, str(experiment), lambda *_: None)
     first = scene.first if frame is None else frame
     if not 0 <= first < scene.frames:
-        raise ValueError(f"{name!r} has frames 0 to {scene.frames - 1}, and no {first}.")
+        raise ValueError(f"{name!r}: no frame {first}. Expected: 0 to {scene.frames - 1}.")
     page = Page(name, [PageSection("frames", "Sequence", scenes=True)], runs.labels, [scene])
     start = page.opening(scene, first)
     if tracker is not None:
         start = page.address(PlayerPosition(0, runs.labels.index(tracker), repetition, first))
-    with TemporaryDirectory(prefix="trackmark-") as made:
-        path, *_ = write_page(Path(made) / "page.html", replace(page, start=start), room=inf)
-        return Player(path.read_text("utf-8"))
+    with TemporaryDirectory(prefix="trackmark-") as temporary:
+        path, *_ = write_page(Path(temporary) / "page.html", replace(page, start=start), room=inf)
+        return SequencePlayer(path.read_text("utf-8"))
 
 
-def _holding(folder: Path, sequence: str) -> tuple[Path, str]:
-    """Return the experiment that has runs on a sequence, and the name in these runs."""
+def _find_sequence(folder: Path, sequence: str) -> tuple[Path, str]:
+    """Return the experiment that has runs on a sequence, and the sequence's name in these runs."""
     names = {
         str(name): experiment
         for experiment in reversed(experiment_folders(folder))
-        for name in _ran_on(experiment)
+        for name in _scored_sequences(experiment)
     }
     if sequence not in names:
-        with suppress(datasets.SequenceError, OSError):  # it may be called as it was asked for
+        with suppress(datasets.SequenceError, OSError):  # then `sequence` is only a name
             sequence = datasets.load(sequence).name
     if sequence not in names:
-        known = ", ".join(sorted(names)) or "none"
-        raise ValueError(f"{folder}: there is no run on {sequence!r}; there are {known}.")
+        expected = ", ".join(sorted(names)) or "none"
+        raise ValueError(f"{folder}: no run on {sequence!r}. Expected one of: {expected}.")
     return names[sequence], sequence
 
 
-def _ran_on(experiment: Path) -> list[str]:
+def _scored_sequences(experiment: Path) -> list[str]:
     """Return the sequences with scored runs."""
-    runs = loading.load_results(experiment)
+    runs = data_frames.load_results(experiment)
     scored = runs[(runs["protocol"] == "accuracy") & (runs["status"] != "missing")]
     return [str(name) for name in scored["sequence"].unique()]

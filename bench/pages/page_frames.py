@@ -1,4 +1,4 @@
-"""Frames behind a page's numbers, read from sequences that have not changed."""
+"""Frames of a page, read from sequences that have not changed since their runs."""
 
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -11,30 +11,31 @@ from trackmark import datasets
 from trackmark.bench.pages.player_layers import mask_shapes
 from trackmark.bench.reporting.stored_runs import open_sequence
 from trackmark.reports.page.content import Film
-from trackmark.reports.page.film import film
+from trackmark.reports.page.film import encode_film
 
 Watch = Callable[[int, int | None], None]
-"""Receives the number of frames that are done, and of all."""
+"""Callback with the number of processed frames and the number of all frames."""
 
 Keep = Callable[[str, Sequence[bytes]], object]
-"""Receives the name and the frames of a chunk that lies next to the page."""
+"""Callback with the name and the frames of a chunk that is stored next to the page."""
 
 THUMBNAIL = 160
-"""Height of the frames that a page holds [pixels]."""
+"""Height of the frames inside a page [px]."""
 
 _FULL_QUALITY = 85  # of WebP
 
-_WORTH_WORKERS = 1500  # frames from which on processes, which take seconds to start, are sooner
-_OPENING = 60  # as many frames take the time in which a synthetic sequence is opened, and its first
+# Minimum number of frames for which worker processes, which take seconds to start, save time.
+_MIN_FRAMES_FOR_WORKERS = 1500
+_OPENING_COST = 60  # time to open a synthetic sequence, in frames
 
 
 class Filmed(NamedTuple):
-    """Frames of a sequence, or why there are none."""
+    """Frames of a sequence, or the reason why there are none."""
 
     thumbnails: Film = ()
-    full: Sequence[Sequence[int]] = ()  # sizes of larger frames
+    full: Sequence[Sequence[int]] = ()  # sizes of full-size frames [bytes]
     why: str = ""
-    shapes: Mapping[int, Mapping[str, Any]] = {}  # true masks, which the store may lack
+    shapes: Mapping[int, Mapping[str, Any]] = {}  # ground-truth masks, which may not be stored
 
 
 def film_all(
@@ -43,16 +44,17 @@ def film_all(
     keep: Keep | None = None,
     height: int = THUMBNAIL,
 ) -> Iterator[Filmed]:
-    """Yield the frames of sequences, given a row of a run of each and the frames' numbers.
+    """Yield the frames of sequences.
 
-    `keep`: receives frames of their own size; it can be pickled. `height`: maximum of the others.
+    `rows`: row of any run on each sequence, and its frame numbers. `keep`: receives full-size
+    frames; it can be pickled. `height`: maximum height of the frames inside the page [px].
     """
     names = "sequence", "source", "truth", "fingerprint"
     sources = [{name: row[name] for name in names} for row, _ in rows]
     numbers = [frames for _, frames in rows]
     ends = [*accumulate(map(len, numbers))]
     film_one = partial(_film, keep=keep, height=height)
-    if len(rows) < 2 or ends[-1] + _OPENING * len(rows) < _WORTH_WORKERS:
+    if len(rows) < 2 or ends[-1] + _OPENING_COST * len(rows) < _MIN_FRAMES_FOR_WORKERS:
         films = map(film_one, count(), sources, numbers)
         workers: AbstractContextManager[object] = nullcontext()
     else:
@@ -77,11 +79,11 @@ def _film(
         return Filmed(why=f"No frames: {sequence}")
     sizes = []
     try:
-        thumbnails = list(film((sequence[frame] for frame in frames), height))
+        thumbnails = list(encode_film((sequence[frame] for frame in frames), height))
         shapes = mask_shapes((frame, sequence.mask(frame)) for frame in frames)
         if keep is not None:
             images = (sequence[frame] for frame in frames)
-            for chunk, encoded in enumerate(film(images, quality=_FULL_QUALITY)):
+            for chunk, encoded in enumerate(encode_film(images, quality=_FULL_QUALITY)):
                 keep(f"full-{number}-{chunk}", encoded)
                 sizes.append([len(frame) for frame in encoded])
     except datasets.SequenceError as error:

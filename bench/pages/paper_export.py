@@ -1,4 +1,4 @@
-"""Content of a page for a paper: its tables as files, and all of it in Markdown and in LaTeX."""
+"""Export of a page for a paper: its tables as files, and the page in Markdown and LaTeX."""
 
 import hashlib
 import re
@@ -19,8 +19,8 @@ from trackmark.reports.renderers import (
 )
 from trackmark.reports.write import write_tables
 
-_MOST_FLOATS = 10
-"""Floats after which `\\clearpage` follows: LaTeX holds about fifty unplaced ones."""
+_MAX_FLOATS = 10
+"""Number of floats before `\\clearpage`: LaTeX stores only about fifty unplaced ones."""
 
 _FIGURE = r"""\begin{figure}[htbp]
 \centering
@@ -32,9 +32,10 @@ _FIGURE = r"""\begin{figure}[htbp]
 def write_paper(folder: Path, page: Page, suffix: str, written: Collection[str]) -> list[Path]:
     """Write the tables of a page, `report.md` and `report.tex` into a folder; return the files.
 
-    `written`: names of tables that exist already. `report.tex` is part of a document that uses
-    booktabs and graphicx. Both show the figures in the folder that have this `suffix`. LaTeX
-    includes the PDF of an SVG, and copies of figures whose names are not ASCII. Raises `OSError`.
+    `written`: names of tables that exist already. `report.tex` can be included in a document that
+    uses booktabs and graphicx. Both contain the figures in the folder with this `suffix`. LaTeX
+    includes the PDF instead of an SVG, and copies of figures whose names are not ASCII. Raises
+    `OSError` if a file cannot be written.
     """
     tables = [sheet.table for section in page.sections for sheet in section.sheets]
     paths = write_tables(folder, [table for table in tables if table.name not in written])
@@ -49,7 +50,7 @@ def _write(path: Path, text: str) -> Path:
 
 
 def _figures(section: PageSection, folder: Path, suffix: str) -> list[tuple[str, str]]:
-    """Return the existing files of a section's figures, with their captions."""
+    """Return the names of the existing figures of a section with their captions."""
     named = [
         (chart.figure, f"{chart.title}: {chart.words}".removeprefix(": "))
         for chart in section.charts
@@ -59,14 +60,14 @@ def _figures(section: PageSection, folder: Path, suffix: str) -> list[tuple[str,
     return [(name, words) for name, words in files if (folder / name).is_file()]
 
 
-def _printed(page: Page) -> list[PageSection]:
-    """Return the sections of a page that do not list frames."""
+def _printed_sections(page: Page) -> list[PageSection]:
+    """Return the sections of a page that do not list sequences."""
     return [section for section in page.sections if not section.scenes]
 
 
 def _markdown(page: Page, folder: Path, suffix: str) -> str:
     parts = [f"# {in_markdown(page.title)}"]
-    for section in _printed(page):
+    for section in _printed_sections(page):
         parts += [f"## {in_markdown(section.title)}", *map(in_markdown, section.words)]
         parts += [to_markdown(sheet.table).rstrip("\n") for sheet in section.sheets]
         for name, words in _figures(section, folder, suffix):
@@ -76,30 +77,29 @@ def _markdown(page: Page, folder: Path, suffix: str) -> str:
     return "\n\n".join(parts) + "\n"
 
 
-def _named_for_latex(folder: Path, name: str) -> str:
-    """Return the name of a figure's file, or of a copy if the name is not ASCII."""
+def _ascii_file(folder: Path, name: str) -> str:
+    """Return the file name of a figure; copy the file if its name is not ASCII."""
     if name.isascii():
         return name
     digest = hashlib.sha256(name.encode()).hexdigest()[:8]
-    kept = re.sub(r"[^A-Za-z0-9]+", "-", Path(name).stem).strip("-") or "figure"
-    known_as = f"{kept}-{digest}{Path(name).suffix}"
-    write_file(folder / known_as, lambda file: file.write_bytes((folder / name).read_bytes()))
-    return known_as
+    stem = re.sub(r"[^A-Za-z0-9]+", "-", Path(name).stem).strip("-") or "figure"
+    copy = f"{stem}-{digest}{Path(name).suffix}"
+    write_file(folder / copy, lambda file: file.write_bytes((folder / name).read_bytes()))
+    return copy
 
 
 def _latex(page: Page, folder: Path, suffix: str) -> str:
     suffix = ".pdf" if suffix == ".svg" else suffix
     parts = [OR_NUMBERS, r"\begingroup\sloppy"]
-    placed = 0
-    for section in _printed(page):
+    n_floats = 0
+    for section in _printed_sections(page):
         words = [breakable(in_latex(text)) for text in section.words]
         floats = [to_latex(sheet.table) for sheet in section.sheets]
         for name, caption in _figures(section, folder, suffix):
-            shown = _named_for_latex(folder, name), breakable(in_latex(caption))
-            floats.append(_FIGURE % shown)
+            floats.append(_FIGURE % (_ascii_file(folder, name), breakable(in_latex(caption))))
         parts += [rf"\section*{{{in_latex(section.title)}}}", *words]
-        for one in floats:
-            placed += one.count(r"\caption")
-            parts += [one, *([r"\clearpage"] if placed > _MOST_FLOATS else [])]
-            placed %= _MOST_FLOATS + 1
+        for text in floats:
+            n_floats += text.count(r"\caption")
+            parts += [text, *([r"\clearpage"] if n_floats > _MAX_FLOATS else [])]
+            n_floats %= _MAX_FLOATS + 1
     return "\n\n".join([*parts, r"\endgroup"]) + "\n"

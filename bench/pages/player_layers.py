@@ -1,4 +1,4 @@
-"""Estimates of a run that the player draws in addition to boxes: outlines, maps, numbers."""
+"""Layers of the player in addition to boxes: outlines, particles, maps and numbers."""
 
 from collections.abc import Iterable, Mapping
 from typing import Any
@@ -12,34 +12,35 @@ from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.reporting.outlines import mask_outlines
 from trackmark.bench.store.truth import StoredTruth
 from trackmark.reports.page.content import Film
-from trackmark.reports.page.film import film
+from trackmark.reports.page.film import encode_film
 
-_POINTS = 300
-"""Maximum number of particles per frame."""
+_MAX_PARTICLES = 300  # per frame, approximately
 
-_MAP_HEIGHT = 160  # pixels
+_MAX_MAP_HEIGHT = 160  # pixels
 
 
 def shapes(run: Run) -> dict[int, dict[str, Any]]:
     """Return outlines of masks and contours, and particles, as lists of points by frame."""
-    found: dict[int, dict[str, Any]] = {}
+    shapes_by_frame: dict[int, dict[str, Any]] = {}
     for frame, arrays in run.arrays.items():
         contours = [_points(arrays["contour"])] if "contour" in arrays else []
         masks = _outlines(arrays["mask"]) if "mask" in arrays else []
-        here = {"contours": contours, "masks": masks, "particles": _particles(arrays)}
-        if here := {kind: shown for kind, shown in here.items() if shown}:
-            found[frame] = here
-    return found
+        kinds = {"contours": contours, "masks": masks, "particles": _particles(arrays)}
+        if nonempty := {kind: points for kind, points in kinds.items() if points}:
+            shapes_by_frame[frame] = nonempty
+    return shapes_by_frame
 
 
 def true_shapes(stored: StoredTruth) -> dict[int, dict[str, Any]]:
-    """Return outlines of the ground truth in frames where it is more than a box."""
-    known = {frame: shape for frame, shape in enumerate(stored.shapes or ()) if shape is not None}
+    """Return outlines of the ground truth by frame, if it is more than a box."""
+    stored_shapes = {
+        frame: shape for frame, shape in enumerate(stored.shapes or ()) if shape is not None
+    }
     return {
         frame: {"masks": _outlines(shape)}
         if shape.dtype == np.bool_
         else {"contours": [_points(shape)]}
-        for frame, shape in known.items()
+        for frame, shape in stored_shapes.items()
     }
 
 
@@ -50,27 +51,29 @@ def mask_shapes(masks: Iterable[tuple[int, NDArray[np.bool_] | None]]) -> dict[i
 
 def maps(run: Run) -> dict[str, Film]:
     """Return weight maps in false colours by name; frames without a map are empty."""
-    found: dict[str, dict[int, NDArray[np.uint8]]] = {}
+    levels_by_name: dict[str, dict[int, NDArray[np.uint8]]] = {}
     for frame, arrays in run.arrays.items():
         for name, values in arrays.items():
             if name.startswith(MAP) and values.dtype == np.uint8 and values.ndim == 2:
-                found.setdefault(name.removeprefix(MAP), {})[frame] = values
+                levels_by_name.setdefault(name.removeprefix(MAP), {})[frame] = values
             elif name == "posterior" and values.ndim == 2:
                 levels = np.rint(255 * np.clip(np.nan_to_num(values), 0, 1)).astype(np.uint8)
-                found.setdefault(name, {})[frame] = levels
+                levels_by_name.setdefault(name, {})[frame] = levels
     n = len(run.boxes)
     return {
-        name: list(film((_coloured(levels.get(frame)) for frame in range(n)), _MAP_HEIGHT))
-        for name, levels in found.items()
+        name: list(
+            encode_film((_coloured(levels.get(frame)) for frame in range(n)), _MAX_MAP_HEIGHT)
+        )
+        for name, levels in levels_by_name.items()
     }
 
 
 def numbers(run: Run) -> dict[str, list[float | None]]:
-    """Return the tracker's own numbers by name, to five digits; None if it gave none."""
-    told = {"confidence": run.confidence, **run.details}
+    """Return the numbers of the tracker by name, to five digits; None for missing numbers."""
+    numbers_by_name = {"confidence": run.confidence, **run.details}
     return {
-        name: [float(f"{one:.5g}") if np.isfinite(one) else None for one in values.tolist()]
-        for name, values in told.items()
+        name: [float(f"{value:.5g}") if np.isfinite(value) else None for value in values.tolist()]
+        for name, values in numbers_by_name.items()
         if np.isfinite(values).any()
     }
 
@@ -82,17 +85,17 @@ def _coloured(levels: NDArray[np.uint8] | None) -> NDArray[np.uint8] | None:
 
 
 def _particles(arrays: Mapping[str, NDArray[Any]]) -> list[list[float]]:
-    """Return places (x, y) of particles, and their weights as shares of the largest."""
-    places = np.asarray(arrays.get("particles", np.empty((0, 2))))
-    if places.ndim != 2 or places.shape[1] < 2:
+    """Return positions (x, y) of particles with their weights as shares of the largest."""
+    positions = np.asarray(arrays.get("particles", np.empty((0, 2))))
+    if positions.ndim != 2 or positions.shape[1] < 2:
         return []
     weights = np.asarray(arrays.get("weights", ()), np.float64)
-    if weights.shape != (len(places),) or not weights.max(initial=0) > 0:
-        weights = np.ones(len(places))
-    every = max(1, len(places) // _POINTS)
-    shown = np.column_stack([places[:, :2], weights / weights.max(initial=1e-300)])[::every]
-    shown = shown[np.isfinite(shown).all(axis=1)]
-    return [[round(x, 1), round(y, 1), round(weight, 2)] for x, y, weight in shown.tolist()]
+    if weights.shape != (len(positions),) or not weights.max(initial=0) > 0:
+        weights = np.ones(len(positions))
+    step = max(1, len(positions) // _MAX_PARTICLES)
+    rows = np.column_stack([positions[:, :2], weights / weights.max(initial=1e-300)])[::step]
+    rows = rows[np.isfinite(rows).all(axis=1)]
+    return [[round(x, 1), round(y, 1), round(weight, 2)] for x, y, weight in rows.tolist()]
 
 
 def _outlines(mask: NDArray[Any]) -> list[list[list[float]]]:
@@ -100,7 +103,7 @@ def _outlines(mask: NDArray[Any]) -> list[list[list[float]]]:
 
 
 def _points(points: NDArray[Any]) -> list[list[float]]:
-    """Return finite points (k, 2) to a tenth of a pixel."""
+    """Return the finite points (k, 2), rounded to a tenth of a pixel."""
     points = np.asarray(points, np.float64).reshape(-1, 2)
-    shown: list[list[float]] = points[np.isfinite(points).all(axis=1)].round(1).tolist()
-    return shown
+    rounded: list[list[float]] = points[np.isfinite(points).all(axis=1)].round(1).tolist()
+    return rounded

@@ -1,4 +1,4 @@
-"""Stored runs as a page shows them: boxes for the player, worst frames and curves for charts."""
+"""Stored runs for pages: boxes for the player, worst frames, and curves for charts."""
 
 import json
 import shlex
@@ -32,7 +32,7 @@ _SUPERVISION = {
     FrameState.INITIALISED: "begun with the truth",
     FrameState.FAILED: "failed",
 }
-"""Words for what supervised evaluation does in a frame except tracking."""
+"""Labels of the states of frames in supervised runs, except tracking."""
 
 OVERLAPS = np.linspace(0.0, 1.0, 51)
 ERRORS = np.linspace(0.0, 50.0, 51)
@@ -41,32 +41,32 @@ ERRORS = np.linspace(0.0, 50.0, 51)
 Array: TypeAlias = NDArray[np.float64]
 Frames: TypeAlias = NDArray[np.int64]
 Layers: TypeAlias = Literal["none", "drawn", "all"]
-"""Contents in addition to boxes: outlines, particles and maps are drawn; all has numbers, too."""
+"""Contents in addition to boxes: `drawn` has outlines, particles and maps, `all` also numbers."""
 
 
 class ThresholdShares(NamedTuple):
-    """Share of a run's frames by threshold, and the frame nearest to each threshold, all (k,)."""
+    """Share of frames by threshold, and the frame nearest to each threshold; fields are (k,)."""
 
     shares: Array
-    distances: Array  # of that frame's value to the threshold
+    distances: Array  # difference between the value of this frame and the threshold
     frames: Frames
 
 
 @dataclass(frozen=True)
 class JudgedRun:
-    """A run, or a segment of one, with its scores by frame."""
+    """Run or segment of a run with its scores by frame."""
 
     take: PlayerRun
     end: int  # last frame with a box
     overlaps: NDArray[np.float32]  # (n,); NaN if the frame is not judged
-    errors: NDArray[np.float32]  # likewise: centre error [px]
+    errors: NDArray[np.float32]  # (n,): centre error [px]; NaN if the frame is not judged
     shares: Mapping[str, ThresholdShares]  # `success` and `precision` of finished one-pass runs
     worst: Mapping[tuple[str, Trace], tuple[float, int]]  # badness and frame, by `PageRuns.place`
 
 
 @dataclass
 class SequenceRuns:
-    """Runs on a sequence; `truth` is the ground truth that they are judged by."""
+    """Runs on a sequence; `truth` contains the ground-truth boxes by which they are judged."""
 
     row: Mapping[str, Any]
     stored: StoredTruth
@@ -86,33 +86,33 @@ class SequenceRuns:
 
 @dataclass(frozen=True)
 class PageRuns:
-    """All scored runs of an experiment."""
+    """Scored runs of an experiment."""
 
     trackers: Sequence[str]  # of one-pass runs
-    labels: Sequence[str]  # these, and those of runs by other protocols; see `name_on_page`
+    labels: Sequence[str]  # trackers, then labels of runs by other protocols: `name_on_page`
     stages: Sequence[SequenceRuns]
     circumstances: Sequence[Mapping[str, Any]]  # of all runs, without repetitions
 
     def place(
         self, tracker: str, sequence: str | None, kind: str, trace: Trace = "online"
     ) -> PlayerPosition | None:
-        """Return the worst frame of a tracker's worst run on one sequence, or on all.
+        """Return the worst frame of a tracker's worst run on one sequence or on all.
 
-        `tracker`: one of `labels`. `kind`: `overlap`, `centre_error` or `loss`. `trace`: of
-        boxes that were revised; runs without revised boxes have online boxes only.
+        `tracker`: one of `labels`. `kind`: `overlap`, `centre_error` or `loss`. `trace`: `online`
+        replaces `revised` for runs without revised boxes.
         """
         traces = dict.fromkeys((trace, "online"))
         worst = (self._worst.get((tracker, sequence, kind, name)) for name in traces)
         return next((place for _, place in filter(None, worst)), None)
 
     def worst_of(self, tracker: str, sequences: Iterable[str], kind: str) -> PlayerPosition | None:
-        """Return the same as `place`, of several sequences."""
+        """Return the worst frame of a tracker's worst run on several sequences."""
         worst = [self._worst.get((tracker, name, kind, "online")) for name in sequences]
         return max(filter(None, worst), key=itemgetter(0), default=(0.0, None))[1]
 
     @cached_property
     def _worst(self) -> dict[tuple[str, str | None, str, Trace], tuple[float, PlayerPosition]]:
-        """Badness of the worst runs, and their worst frames."""
+        """Badness and worst frame of the worst run, by tracker, sequence, kind and trace."""
         worst: dict[tuple[str, str | None, str, Trace], tuple[float, PlayerPosition]] = {}
         for position, stage in enumerate(self.stages):
             for clip in (*stage.clips, *stage.others):
@@ -128,7 +128,7 @@ class PageRuns:
 
 
 def name_on_page(tracker: str, protocol: str) -> str:
-    """Return the name of a tracker in runs by a protocol."""
+    """Return the label of a tracker's runs by a protocol."""
     return tracker if protocol == STORED_ONE_PASS else f"{tracker} ({protocol})"
 
 
@@ -137,8 +137,8 @@ def read_runs(
 ) -> PageRuns:
     """Read all scored runs of an experiment.
 
-    `trackers`: in the order of their colours; others follow. `only`: required values of columns.
-    Raises `ResultsError` if a file cannot be read.
+    `trackers`: trackers in the order of their colours; others follow. `only`: required values of
+    columns. Raises `ResultsError` if a file cannot be read.
     """
     return collect_runs(judged_runs(experiment, **only), trackers, layers)
 
@@ -146,7 +146,7 @@ def read_runs(
 def collect_runs(
     runs: Iterable[StoredRun], trackers: Sequence[str], layers: Layers = "drawn"
 ) -> PageRuns:
-    """Collect runs for a page; parameters as of `read_runs`."""
+    """Collect runs for a page; parameters as for `read_runs`."""
     names, others = list(trackers), list[tuple[Mapping[str, Any], Run]]()
     stages: dict[str, SequenceRuns] = {}
     circumstances: dict[str, Mapping[str, Any]] = {}
@@ -154,18 +154,18 @@ def collect_runs(
         truth = np.asarray(reference(stored, run.identity.init, row["sequence"]).boxes)
         stage = stages.setdefault(row["sequence"], SequenceRuns(row, stored, truth))
         if row["fingerprint"] != stage.row["fingerprint"]:
-            continue  # of another version of the sequence: the run is stale, and tables say so
+            continue  # the run is stale, as the sequence has another version; tables report it
         if row["protocol"] == STORED_ONE_PASS:
             if row["tracker"] not in names:
                 names.append(row["tracker"])
             number = names.index(row["tracker"])
-            stage.clips.append(_clip(truth, _Part(run), row, number, layers))
+            stage.clips.append(_judge(truth, _RunPart(run), row, number, layers))
         else:
             others.append((row, run))
-        about = {key: run.circumstances.get(key) for key in ("host", "platform", "python")}
-        about |= {"libraries": run.circumstances.get("libraries") or {}}
-        about |= {"date": str(run.circumstances.get("date", ""))[:10]}
-        circumstances[json.dumps(about, sort_keys=True, default=str)] = about
+        entry = {key: run.circumstances.get(key) for key in ("host", "platform", "python")}
+        entry |= {"libraries": run.circumstances.get("libraries") or {}}
+        entry |= {"date": str(run.circumstances.get("date", ""))[:10]}
+        circumstances[json.dumps(entry, sort_keys=True, default=str)] = entry
     labels = list(names)
     for row, run in others:
         name = name_on_page(row["tracker"], row["protocol"])
@@ -173,32 +173,32 @@ def collect_runs(
             labels.append(name)
         stage, number = stages[row["sequence"]], labels.index(name)
         if run.segments:
-            parts = _segments(run, stage.truth)
-            stage.others += [_clip(stage.truth, part, row, number, "none") for part in parts]
+            parts = _split_segments(run, stage.truth)
+            stage.others += [_judge(stage.truth, part, row, number, "none") for part in parts]
         else:
-            part = _whole(run, stage.truth)
-            stage.others.append(_clip(stage.truth, part, row, number, layers))
+            part = _from_other_protocol(run, stage.truth)
+            stage.others.append(_judge(stage.truth, part, row, number, layers))
     return PageRuns(names, labels, list(stages.values()), list(circumstances.values()))
 
 
 def _present(boxes: Array) -> NDArray[np.bool_]:
-    """Return whether there is a box, by frame."""
+    """Return for each frame whether there is a box."""
     return np.asarray(np.isfinite(boxes).all(axis=1))
 
 
-class _Part(NamedTuple):
-    """A run over all frames, or a segment of it; `judged`: frames (n,), None for one-pass runs."""
+class _RunPart(NamedTuple):
+    """Run over all frames, or a segment; `judged`: shape (n,), None for one-pass runs."""
 
     run: Run
     judged: NDArray[np.bool_] | None = None
     start: int = 0
-    begun: str = ""
+    start_label: str = ""
     marks: Sequence[int] = ()
     numbers: Mapping[str, Sequence[float | str | None]] = {}
 
 
-def _segments(run: Run, truth: Array) -> Iterator[_Part]:
-    """Yield the segments of a run; a segment is not judged where it is initialised."""
+def _split_segments(run: Run, truth: Array) -> Iterator[_RunPart]:
+    """Yield the segments of a run; the initialisation of a segment is not judged."""
     n, present = len(truth), _present(truth)
     bounds = np.cumsum([len(frames) for frames in run.segments])[:-1]
     pieces = np.split(run.boxes, bounds)
@@ -207,13 +207,13 @@ def _segments(run: Run, truth: Array) -> Iterator[_Part]:
         whole[frames], judged[frames] = boxes, True
         judged[frames[present[frames]][:1]] = False
         back = ", backwards" if len(frames) > 1 and frames[1] < frames[0] else ""
-        begun = f"{start + 1}: from frame {frames[0]}{back}"
+        start_label = f"{start + 1}: from frame {frames[0]}{back}"
         part = replace(run, boxes=whole, details={}, arrays={}, segments=())
-        yield _Part(part, judged, start, begun)
+        yield _RunPart(part, judged, start, start_label)
 
 
-def _whole(run: Run, truth: Array) -> _Part:
-    """Return a run over all frames by another protocol, with what the protocol did when."""
+def _from_other_protocol(run: Run, truth: Array) -> _RunPart:
+    """Return a run over all frames by another protocol, with restarts and late estimates."""
     judged, marks = np.ones(len(truth), bool), list[int]()
     judged[np.flatnonzero(_present(truth))[:1]] = False
     numbers_by_name: dict[str, list[float | str | None]] = {}
@@ -224,13 +224,13 @@ def _whole(run: Run, truth: Array) -> _Part:
         judged &= np.isin(run.states, (FrameState.TRACKED, FrameState.FAILED))
         marks = np.flatnonzero(run.states == FrameState.INITIALISED).tolist()[1:]
         numbers_by_name["supervision"] = [*map(_SUPERVISION.get, run.states.tolist())]
-    return _Part(run, judged, marks=marks, numbers=numbers_by_name)
+    return _RunPart(run, judged, marks=marks, numbers=numbers_by_name)
 
 
-def _clip(
-    truth: Array, part: _Part, row: Mapping[str, Any], tracker: int, layers: Layers
+def _judge(
+    truth: Array, part: _RunPart, row: Mapping[str, Any], tracker: int, layers: Layers
 ) -> JudgedRun:
-    """Judge a part of a run by the ground truth."""
+    """Compute the scores of a part of a run by frame."""
     run, one_pass = part.run, part.judged is None
     judged = np.flatnonzero(_present(truth))[1:]
     if part.judged is not None:
@@ -244,8 +244,8 @@ def _clip(
     shares = {}
     if row["status"] == "finished" and len(judged) and one_pass:
         hits, near = np.nan_to_num(exact[0])[:, None], exact[1][:, None]
-        shares["success"] = _share(hits, OVERLAPS, hits >= OVERLAPS, judged)
-        shares["precision"] = _share(near, ERRORS, near <= ERRORS, judged)
+        shares["success"] = _threshold_shares(hits, OVERLAPS, hits >= OVERLAPS, judged)
+        shares["precision"] = _threshold_shares(near, ERRORS, near <= ERRORS, judged)
     boxes_at = np.flatnonzero(_present(run.boxes))
     end = int(boxes_at[-1]) if len(boxes_at) else 0
     take = PlayerRun(
@@ -259,17 +259,17 @@ def _clip(
         maps(run) if layers != "none" else {},
         {**part.numbers, **(numbers(run) if layers == "all" else {})},
         part.start,
-        part.begun,
+        part.start_label,
         [] if part.judged is None else _spans(part.judged),
         part.marks,
     )
     return JudgedRun(take, end, overlaps, errors, shares, _worst(truth, run, row, judged, end))
 
 
-def _share(
+def _threshold_shares(
     values: Array, thresholds: Array, hits: NDArray[np.bool_], frames: Frames
 ) -> ThresholdShares:
-    """Return the share of `hits` (n, k), and the frames whose values (n, 1) are nearest."""
+    """Return the shares of `hits` (n, k) and the frames with the nearest values (n, 1)."""
     far = np.abs(np.nan_to_num(values, nan=np.inf) - thresholds)
     return ThresholdShares(hits.mean(axis=0), far.min(axis=0), frames[far.argmin(axis=0)])
 
@@ -277,7 +277,7 @@ def _share(
 def _worst(
     truth: Array, run: Run, row: Mapping[str, Any], judged: Frames, end: int
 ) -> dict[tuple[str, Trace], tuple[float, int]]:
-    """Return the badness of a run (larger is worse) and its worst frame, by kind and trace."""
+    """Return the badness (larger is worse) and the worst frame of a run, by kind and trace."""
     kinds = "overlap", "centre_error", "loss"
     if run.failure or not len(judged):
         return {(kind, "online"): (inf, end) for kind in kinds}
@@ -287,7 +287,7 @@ def _worst(
         boxes = run.boxes_in(trace)[judged]
         overlaps = np.nan_to_num(overlap(truth[judged], boxes))
         distance = np.nan_to_num(centre_error(truth[judged], boxes), nan=np.inf, posinf=np.inf)
-        # Of frames without any overlap the one that is furthest away.
+        # Among frames with equal overlap, such as 0, the one with the largest error is the worst.
         by_overlap = int(np.lexsort((-distance, overlaps))[0])
         by_error = int(np.argmax(distance))
         first = row["scores"].get(f"{REVISED}first_loss" if trace == "revised" else "first_loss")
@@ -299,7 +299,7 @@ def _worst(
 
 
 def _spans(flags: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """Return the first and the last frame of each stretch of flagged frames."""
+    """Return the first and the last frame of each interval of flagged frames."""
     edges = np.diff(np.concatenate([[False], flags, [False]]).astype(int))
     starts, ends = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1) - 1
     return list(zip(starts.tolist(), ends.tolist(), strict=True))
@@ -311,13 +311,13 @@ def scenes(
     watch: Watch,
     keep: Keep | None = None,
     height: int = THUMBNAIL,
-    chosen: Sequence[Sequence[int]] | None = None,
+    selected: Sequence[Sequence[int]] | None = None,
 ) -> Iterator[PlayerScene]:
-    """Yield the sequences with their frames, or with the `chosen` frames of each, in order.
+    """Yield the sequences with all frames, or with the `selected` frames of each, in order.
 
-    `results`: name of the folder in commands. See `film_all` for the other parameters.
+    `results`: folder in commands. See `film_all` for the other parameters.
     """
-    frames = chosen or [range(len(stage.truth)) for stage in runs.stages]
+    frames = selected or [range(len(stage.truth)) for stage in runs.stages]
     rows = [(stage.row, its) for stage, its in zip(runs.stages, frames, strict=True)]
     films = film_all(rows, watch, keep, height)
     for stage, its, filmed in zip(runs.stages, frames, films, strict=True):
@@ -325,7 +325,7 @@ def scenes(
 
 
 def _scene(stage: SequenceRuns, results: str, filmed: Filmed, frames: Sequence[int]) -> PlayerScene:
-    """Return a sequence as the player shows it."""
+    """Return a sequence for the player."""
     row, stored = stage.row, stage.stored
     present = np.flatnonzero(_present(stored.boxes))
     truth_option = ["--truth", row["truth"]] if row["truth"] else []
@@ -338,7 +338,7 @@ def _scene(stage: SequenceRuns, results: str, filmed: Filmed, frames: Sequence[i
         thumbnails=filmed.thumbnails,
         full=filmed.full,
         why=filmed.why,
-        kept=None if len(frames) == len(stage.truth) else frames,
+        frame_numbers=None if len(frames) == len(stage.truth) else frames,
         fps=stored.fps,
         first=int(present[0]) if len(present) else 0,
         shapes={**filmed.shapes, **true_shapes(stored)},
@@ -347,7 +347,7 @@ def _scene(stage: SequenceRuns, results: str, filmed: Filmed, frames: Sequence[i
 
 
 def _extent(boxes: Array) -> tuple[int, int]:
-    """Return the size of an image that holds all boxes, for ground truth without image size."""
+    """Return a size that contains all boxes, for ground truth without image size."""
     ends = (boxes[:, :2] + boxes[:, 2:])[_present(boxes)]
     wide, tall = np.ceil(ends.max(axis=0)).tolist() if len(ends) else (320, 240)
     return max(1, int(wide)), max(1, int(tall))

@@ -1,4 +1,4 @@
-"""Page of an experiment: what was run, scores, charts, and the frames behind them."""
+"""Page of an experiment: its runs, scores, charts and frames."""
 
 import json
 import shlex
@@ -19,14 +19,18 @@ from trackmark.bench.pages.charts import (
     speed_charts,
     survival_charts,
 )
-from trackmark.bench.pages.comparison_section import answers, parts, repetitions
+from trackmark.bench.pages.comparison_section import (
+    comparison_section,
+    parts_section,
+    repetition_text,
+)
 from trackmark.bench.pages.page_frames import Watch
 from trackmark.bench.pages.player_runs import Layers, name_on_page, read_runs, scenes
 from trackmark.bench.protocols import STORED_ONE_PASS, TIMING
 from trackmark.bench.reporting.by_preset import table_prefix
 from trackmark.bench.reporting.failed_runs import with_worst_scores
-from trackmark.bench.store.loading import load_results
-from trackmark.bench.store.truth import occurring_attributes
+from trackmark.bench.store.data_frames import load_results
+from trackmark.bench.store.truth import find_attributes
 from trackmark.datasets.spec_string import format_text
 from trackmark.reports.page.content import Page, PageSection, PageTable, PlayerPosition
 from trackmark.reports.page.page import write_chunk, write_page
@@ -35,7 +39,7 @@ from trackmark.reports.tables import MISSING, Table, complete, text_table
 if TYPE_CHECKING:
     from trackmark.bench.pages.report_figures import FigureFiles
 
-_MOST_FAILURES = 200
+_MAX_FAILURES = 200
 """Maximum number of rows of failed runs."""
 
 _DEFINITIONS = (
@@ -47,13 +51,13 @@ _DEFINITIONS = (
 
 @dataclass(frozen=True)
 class Commands:
-    """Commands that a page names: arguments of `report` and `compare` for its results."""
+    """Commands that a page shows: arguments of `report` and `compare` for its results."""
 
-    results: str = ""  # folder of the results; empty if there is none that stays
+    results: str = ""  # folder of the results; empty if it is temporary
     others: Sequence[str] = ()
 
     def text(self, name: str, *options: str) -> str:
-        """Return a command on the results as it is typed."""
+        """Return the text of a command on the results."""
         option = ["--results"] if name == "compare" else []
         results = [*option, self.results] if self.results else []
         return shlex.join(["trackmark", name, *results, *self.others, *options])
@@ -72,10 +76,10 @@ def write_report_page(
 ) -> list[Path]:
     """Write the page of an experiment's results, and return its files.
 
-    `tables`: of its report. `watch`: called with the numbers of frames that are read, and of all.
-    `full`: also write frames of their own size. `figures`: also write figures, film strips, the
-    page's other tables, and all of it in Markdown and LaTeX. Raises `ResultsError` if results
-    cannot be read, `OSError` if a file cannot be written.
+    `tables`: tables of the report. `watch`: called with the number of frames that were read and of
+    all frames. `full`: also write frames in full size. `figures`: also write figures, film strips,
+    further tables, and the page in Markdown and LaTeX. Raises `ResultsError` if results cannot be
+    read and `OSError` if a file cannot be written.
     """
     content = _Content(experiment, tables, commands, "drawn")
     sections = content.sections(charts=True)
@@ -96,7 +100,7 @@ def write_report_page(
 
 
 def further_tables(experiment: Path, tables: Sequence[Table], commands: Commands) -> list[Table]:
-    """Return the tables of the page that are not among the `tables` of a report."""
+    """Return the tables that only the page has, not the report with these `tables`."""
     names = {table.name for table in tables}
     sections = _Content(experiment, tables, commands, "none").sections(charts=False)
     every = [sheet.table for section in sections for sheet in section.sheets]
@@ -104,7 +108,7 @@ def further_tables(experiment: Path, tables: Sequence[Table], commands: Commands
 
 
 class _Content:
-    """Runs, tables and commands that the sections of a page are made from."""
+    """Runs, tables and commands from which the sections of a page are built."""
 
     def __init__(
         self, experiment: Path, tables: Sequence[Table], commands: Commands, layers: Layers
@@ -120,12 +124,12 @@ class _Content:
 
     @cached_property
     def protocols(self) -> list[str]:
-        """Names that runs by other protocols than one-pass are filed under, longest first."""
+        """Stored names of the protocols other than one-pass, longest first."""
         stored = {*map(str, self.all_runs["protocol"])} - {STORED_ONE_PASS, TIMING}
         return sorted(stored, key=len, reverse=True)
 
     def sections(self, *, charts: bool) -> list[PageSection]:
-        """Return the parts of the page that have contents, in their order."""
+        """Return the sections of the page that have contents, in order."""
         command = self.commands.text("report", "--folder", "report")
         return [
             replace(part, command=part.command or (command if part.charts or part.sheets else ""))
@@ -143,8 +147,8 @@ class _Content:
         named = {table.name: table for table in tables}
         runs, scored, wide = self.runs, self.scored, self.commands.text("report", "--wide")
         finished = scored[scored["status"] == "finished"]
-        occurring = occurring_attributes(self.experiment, finished)
-        which, differences = answers(
+        occurring = find_attributes(self.experiment, finished)
+        which, differences = comparison_section(
             self.experiment, self.all_runs, occurring, runs, self.commands.text("compare")
         )
         yield overview
@@ -161,7 +165,7 @@ class _Content:
             yield PageSection("curves", "Success and precision", charts=shares)
             yield PageSection("errors", "Centre error over the frames", charts=error_charts(runs))
             yield PageSection("survival", "Time to failure", charts=survival_charts(scored, runs))
-        yield parts(scored, occurring, runs, differences)
+        yield parts_section(scored, occurring, runs, differences)
         if charts:
             yield PageSection("speed", "Speed against accuracy", charts=speed_charts(named, runs))
         sheets = [self._sheet(table) for table in tables if table.name != "summary"]
@@ -169,7 +173,7 @@ class _Content:
         yield self._provenance()
 
     def _overview(self) -> PageSection:
-        """Return what was run and where, with what failed."""
+        """Return the section on all runs and failed runs."""
         words = [self._counts()]
         runs = complete(self.all_runs)
         counts = Counter(runs["status"].astype(str))
@@ -196,14 +200,15 @@ class _Content:
         return PageSection("runs", "What was run", words, [sheet], command=command)
 
     def _counts(self) -> str:
-        """Return how many runs there are, where and when they were made."""
+        """Return a sentence with the numbers, dates and hosts of the runs."""
         runs = complete(self.all_runs)
         n_runs = int((runs["status"].astype(str) != "missing").sum())
         if not self.runs.circumstances:
             return f"{n_runs} runs."
         n_trackers, n_sequences = (runs[name].nunique() for name in ("tracker", "sequence"))
-        hosts = sorted({str(one["host"]) for one in self.runs.circumstances})
-        days = sorted({one["date"] for one in self.runs.circumstances if one["date"]})
+        circumstances = self.runs.circumstances
+        hosts = sorted({str(entry["host"]) for entry in circumstances})
+        days = sorted({entry["date"] for entry in circumstances if entry["date"]})
         when = f" from {days[0]} to {days[-1]}" if len(days) > 1 else f" on {''.join(days)}"
         return (
             f"{n_runs} runs: {n_trackers} tracker{'s' * (n_trackers != 1)} on "
@@ -211,7 +216,7 @@ class _Content:
         )
 
     def _failures(self) -> PageTable | None:
-        """Return the failed runs, each of which opens its last frame with a box."""
+        """Return a table of failed runs; each row opens the last frame with a box."""
         failed = [
             (
                 PlayerPosition(position, clip.take.tracker, clip.take.repetition, clip.end),
@@ -220,12 +225,12 @@ class _Content:
             )
             for position, stage in enumerate(self.runs.stages)
             for clip in (*stage.clips, *stage.others)
-            if clip.take.failure and not clip.take.start  # a run with several segments once
+            if clip.take.failure and not clip.take.start  # a run with segments counts once
         ]
         if not failed:
             return None
         rows = []
-        for place, name, clip in failed[:_MOST_FAILURES]:
+        for place, name, clip in failed[:_MAX_FAILURES]:
             reason = clip.take.failure.partition("\n")[0]
             tracker = self.runs.labels[place.tracker]
             rows.append([tracker, name, str(place.repetition), str(place.frame), reason])
@@ -237,19 +242,20 @@ class _Content:
             rows,
             notes=[f"{left} more are listed by `trackmark results failures`."] if left else [],
         )
-        places = [[None, None, place, None] for place, _, _ in failed[:_MOST_FAILURES]]
+        places = [[None, None, place, None] for place, _, _ in failed[:_MAX_FAILURES]]
         return PageTable(table, places=places)
 
     def _sheet(self, table: Table) -> PageTable:
-        """Return a table of scores whose numbers open the worst frames and sort unrounded."""
+        """Return a table of scores that opens worst frames and is sorted by unrounded values."""
         data, columns = table.data, len(table.heads) - table.n_labels
         if "measure" not in data or len(data) != len(table.rows) * columns:
             return PageTable(table)
         values = data["mean"].to_numpy(float).reshape(len(table.rows), columns)
-        kinds = [_kind(str(name)) for name in data["measure"][:columns]]
+        kinds = [_worst_frame_kind(str(name)) for name in data["measure"][:columns]]
         names = {stage.name for stage in self.runs.stages}
-        prefixes = {one: table_prefix(one) for one in self.protocols}
-        protocols = [one for one, prefix in prefixes.items() if table.name.startswith(prefix)]
+        protocols = [
+            protocol for protocol in self.protocols if table.name.startswith(table_prefix(protocol))
+        ]
         trace: Trace = "revised" if table.name.endswith("-revised") else "online"
         places = []
         for row in data[::columns].to_dict("records"):
@@ -260,13 +266,13 @@ class _Content:
         return PageTable(table, values.tolist(), places)
 
     def _heat_map(self, table: Table) -> PageSection:
-        """Return sequences by trackers, shaded by the mean overlap."""
+        """Return the heat map of mean overlaps by sequence and tracker."""
         data = table.data[table.data["measure"] == "mean_overlap"]
         means = data.pivot_table("mean", "sequence", "tracker", sort=False, dropna=False)
         means = means.reindex(index=data["sequence"].unique(), columns=pd.unique(data["tracker"]))
         values = means.to_numpy(float)
         rows = [
-            [str(name), *(f"{one:.3f}" if np.isfinite(one) else MISSING for one in row)]
+            [str(name), *(f"{mean:.3f}" if np.isfinite(mean) else MISSING for mean in row)]
             for name, row in zip(means.index, values, strict=True)
         ]
         places = [
@@ -276,7 +282,7 @@ class _Content:
         grid = text_table(
             "heat",
             "Mean overlap (intersection over union with the truth's box, from 0 to 1) by sequence "
-            f"and tracker: n = {len(means)} sequences, a mean over {repetitions(self.scored)} "
+            f"and tracker: n = {len(means)} sequences, a mean over {repetition_text(self.scored)} "
             "each, without interval. The bluer, the better.",
             ["sequence", *map(str, means.columns)],
             rows,
@@ -286,7 +292,7 @@ class _Content:
         return PageSection("heat", "Sequences by trackers", sheets=[sheet])
 
     def _provenance(self) -> PageSection:
-        """Return what determined the runs, and where they were made."""
+        """Return the section on versions, sources and hosts of the runs."""
         runs = self.all_runs
         trackers = runs.dropna(subset="tracker_version").drop_duplicates(["tracker", "version"])
         sequences = runs.dropna(subset="fingerprint").drop_duplicates(["sequence", "fingerprint"])
@@ -296,7 +302,11 @@ class _Content:
                 "Trackers: parameters, and the digest of source and libraries.",
                 ["tracker", "parameters", "version"],
                 [
-                    [str(row.tracker), _typed(str(row.parameters)), str(row.tracker_version)[:16]]
+                    [
+                        str(row.tracker),
+                        _format_parameters(str(row.parameters)),
+                        str(row.tracker_version)[:16],
+                    ]
                     for row in trackers.drop_duplicates(["tracker", "tracker_version"]).itertuples()
                 ],
             ),
@@ -315,9 +325,9 @@ class _Content:
                 "Where and when runs were made.",
                 ["host", "date", "platform", "Python", "libraries"],
                 [
-                    [*(str(one[key]) for key in ("host", "date", "platform", "python"))]
-                    + [", ".join(f"{name} {number}" for name, number in one["libraries"].items())]
-                    for one in self.runs.circumstances
+                    [*(str(entry[key]) for key in ("host", "date", "platform", "python"))]
+                    + [", ".join(f"{name} {v}" for name, v in entry["libraries"].items())]
+                    for entry in self.runs.circumstances
                 ],
             ),
         ]
@@ -326,14 +336,14 @@ class _Content:
         )
 
 
-def _kind(measure: str) -> str:
-    """Return what makes a frame the worst one by a measure."""
+def _worst_frame_kind(measure: str) -> str:
+    """Return the criterion of the worst frame for a measure; see `PageRuns.place`."""
     if measure == "first_loss":
         return "loss"
     return "centre_error" if measure.startswith(("centre_error", "precision")) else "overlap"
 
 
-def _typed(parameters: str) -> str:
-    """Return parameters, stored as JSON, as they are typed."""
+def _format_parameters(parameters: str) -> str:
+    """Convert parameters from JSON to the text of a specification."""
     items: dict[str, Any] = json.loads(parameters)
     return ", ".join(format_text("", {key: items[key]})[1:] for key in items) or MISSING

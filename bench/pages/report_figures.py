@@ -1,4 +1,4 @@
-"""Figures that are written next to a page: its charts, its heat map, and film strips."""
+"""Figures that are written next to a page: its charts, heat map and film strips."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ from trackmark.bench.metrics.preset import heading
 from trackmark.bench.pages.charts import finished_clips
 from trackmark.bench.pages.player_runs import PageRuns, SequenceRuns
 from trackmark.bench.reporting.by_attribute import AttributeReport, write_plot
-from trackmark.bench.reporting.by_preset import Scored
+from trackmark.bench.reporting.by_preset import PresetScores
 from trackmark.bench.reporting.film_strips import TRACE_WORDS, write_strips
 from trackmark.reports.figures import heat_plot, write_for_papers
 from trackmark.reports.page.content import Chart, Line, Page
@@ -27,20 +27,21 @@ from trackmark.reports.write import file_names
 class FigureFiles:
     """Requested figures.
 
-    `suffix`: format, as `.png`; film strips are PNG. `tell` receives a message on every sequence
-    and preset that cannot be drawn. `scored`, `by_attribute`: scores of presets, also drawn.
+    `suffix`: format, such as `.png`; film strips are PNG. `on_message`: called with a message on
+    each sequence and preset that cannot be drawn. `scored`, `by_attribute`: scores of presets that
+    are also drawn.
     """
 
     suffix: str
-    tell: Callable[[str], None]
-    scored: Sequence[Scored] = ()
+    on_message: Callable[[str], None]
+    scored: Sequence[PresetScores] = ()
     by_attribute: Sequence[AttributeReport] = ()
 
 
 def write_figures(
     experiment: Path,
     folder: Path,
-    wanted: FigureFiles,
+    requested: FigureFiles,
     page: Page,
     runs: PageRuns,
     timing: pd.DataFrame,
@@ -48,7 +49,7 @@ def write_figures(
 ) -> list[Path]:
     """Draw all figures that the data allow into a folder; return the files.
 
-    `timing`: timing runs. `incomplete`: trackers some of whose one-pass runs did not finish.
+    `timing`: timing runs. `incomplete`: trackers with unfinished one-pass runs.
     """
     trackers = list(dict.fromkeys([*runs.trackers, *timing["tracker"].astype(str)]))
     figures = dict(_charts(page, runs))
@@ -59,21 +60,21 @@ def write_figures(
     if clock := timed_by(timing):
         how = "warm" if clock == "warm_seconds" else "as decoded"
         figures["speed"] = speed_plot(_times(timing, clock), how, page.title, trackers)
-    for scored in wanted.scored:
-        figures |= preset_curves(scored, runs.trackers, wanted.tell)
+    for scored in requested.scored:
+        figures |= preset_curves(scored, runs.trackers, requested.on_message)
     paths = [
         path
         for name, figure in figures.items()
-        for path in write_for_papers(folder / f"{name}{wanted.suffix}", figure)
+        for path in write_for_papers(folder / f"{name}{requested.suffix}", figure)
     ]
-    for table, measure, curves in wanted.by_attribute:
-        file = folder / f"{table.name}{wanted.suffix}"
+    for table, measure, curves in requested.by_attribute:
+        file = folder / f"{table.name}{requested.suffix}"
         paths += write_plot(file, curves, measure, page.title)
-    return paths + write_strips(experiment, folder, wanted.tell, runs.trackers)
+    return paths + write_strips(experiment, folder, requested.on_message, runs.trackers)
 
 
 def _named(stages: Sequence[SequenceRuns]) -> Iterator[tuple[SequenceRuns, str]]:
-    """Yield the sequences with a judged frame of a finished run, and their names in files."""
+    """Yield each sequence that has a judged frame of a finished run, with its name in files."""
     names = file_names([stage.name for stage in stages])
     for stage in stages:
         clips = [clip for _, clips in finished_clips(stage) for clip in clips]
@@ -82,7 +83,7 @@ def _named(stages: Sequence[SequenceRuns]) -> Iterator[tuple[SequenceRuns, str]]
 
 
 def _charts(page: Page, runs: PageRuns) -> Iterator[tuple[str, Figure]]:
-    """Yield the charts of a page by name of file, except centre errors, and its heat map."""
+    """Yield the charts of a page, except centre errors, and its heat map, by file name."""
     clips = [clip for stage in runs.stages for clip in stage.clips]
     revised = any(clip.take.revised is not None for clip in clips)
     online = f"{page.title}, {TRACE_WORDS['online']}" if revised else page.title
@@ -115,7 +116,7 @@ def _frame_plot(stage: SequenceRuns, trackers: Sequence[str], incomplete: set[st
 def _times(timing: pd.DataFrame, clock: str) -> dict[str, tuple[float, float]]:
     """Return median and 95th percentile of the time per frame by tracker [s].
 
-    They are NaN if a pass was disturbed or failed: the mean of the others is another quantity.
+    They are NaN if a pass was disturbed or failed: a mean over the other passes would be biased.
     """
     columns = [f"{clock}_median", f"{clock}_p95"]
     return {
@@ -125,12 +126,12 @@ def _times(timing: pd.DataFrame, clock: str) -> dict[str, tuple[float, float]]:
 
 
 def preset_curves(
-    scored: Scored, trackers: Sequence[str], tell: Callable[[str], None]
+    scored: PresetScores, trackers: Sequence[str], on_message: Callable[[str], None]
 ) -> Mapping[str, Figure]:
     """Draw the curves of a metrics preset."""
     if scored.curves and not any(scored.curves.values()):
         why = f"there is no tracker all of whose runs {scored.preset} can judge."
-        tell(f"{scored.table.name}: no plot: {why}")
+        on_message(f"{scored.table.name}: no plot: {why}")
         return {}
     figures = {}
     for name, axes in metrics_preset(scored.preset).curves.items():

@@ -16,7 +16,7 @@ FOLDER = Path(__file__).parent
 
 @dataclass(frozen=True)
 class Effort:
-    """How much of a reproduction is run.
+    """Extent of a reproduction.
 
     Attributes
     ----------
@@ -51,8 +51,8 @@ def paper_names() -> list[str]:
 
 
 def check_paper_name(name: str) -> None:
-    """Raise `ExperimentError` for an unknown paper, with those that are known."""
-    known = paper_names()
-    if name not in known:
-        hint = close_match(name, known)
-        raise ExperimentError(f"unknown paper {name!r}.{hint} Known: {', '.join(known)}.")
+    """Raise `ExperimentError` with the valid names if the name of a paper is unknown."""
+    valid_names = paper_names()
+    if name not in valid_names:
+        hint = close_match(name, valid_names)
+        raise ExperimentError(f"unknown paper {name!r}.{hint} Known: {', '.join(valid_names)}.")

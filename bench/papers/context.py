@@ -1,4 +1,4 @@
-"""What a reproduction knows: the paper, its stored runs, and where its files go."""
+"""Context of a reproduction: the paper, its stored runs and the folder of its files."""
 
 import os
 from collections.abc import Mapping
@@ -16,7 +16,7 @@ from trackmark.bench.papers.runs import StoredRuns
 
 @dataclass(frozen=True)
 class Context:
-    """What tables, figures and a paper's own functions are given.
+    """Input of tables, figures and functions in a paper's own modules.
 
     Attributes
     ----------
@@ -25,11 +25,11 @@ class Context:
     claims : mapping of str to Claim
         Its claims.
     runs : StoredRuns
-        Runs that this call asked for.
+        Requested runs.
     folder : Path
         Folder of the report.
     effort : Effort
-        How much was asked for.
+        Extent of the reproduction.
     """
 
     description: Description

@@ -16,10 +16,16 @@ def criteria_table(paper: str) -> Table:
         return text_table("criteria", "Criteria of the scenes: none.", heads, [], 2)
     rows, skipped = [], []
     for criterion in declared:
-        own = [r for r in values if (r.sequence, r.name) == (criterion.sequence, criterion.name)]
-        met = f"{sum(row.passes for row in own)} of {len(own)}" if criterion.target else "printed"
+        criterion_values = [
+            r for r in values if (r.sequence, r.name) == (criterion.sequence, criterion.name)
+        ]
+        met = (
+            f"{sum(row.passes for row in criterion_values)} of {len(criterion_values)}"
+            if criterion.target
+            else "printed"
+        )
         name = f"{criterion.name} *" if criterion.with_result_in_view else criterion.name
-        middle = f"{median(row.value for row in own):.3g}" if own else ""
+        middle = f"{median(row.value for row in criterion_values):.3g}" if criterion_values else ""
         sequence = criterion.sequence.partition("/")[2]
         target = criterion.target.replace("<=", "≤").replace(">=", "≥")
         rows.append([sequence, name, middle, target, met, criterion.sentence])

@@ -47,7 +47,7 @@ class MainRow(Entry):
 
 
 class MainTable(Entry):
-    """The paper's main table beside ours."""
+    """The paper's main table with our values."""
 
     caption: Text
     heads: Names  # of the labels
@@ -176,19 +176,19 @@ class Description(Entry):
         for row in self.main.rows:
             self.check_names(row.trackers, row.sequences, f"main table, {row.labels[0]}")
         for name, figure in self.figure.items():
-            shown = (figure.sequence,) if figure.sequence else ()
-            self.check_names(figure.trackers, shown, f"figure {name}")
+            sequences = (figure.sequence,) if figure.sequence else ()
+            self.check_names(figure.trackers, sequences, f"figure {name}")
         return self
 
     def check_names(self, trackers: Names, sequences: Names, place: str) -> None:
         """Raise `ValueError` for trackers or sequences that the description does not name."""
-        for names, known, what in (
+        for names, valid_names, kind in (
             (trackers, self.trackers, "tracker"),
             (sequences, self.sequences, "sequence"),
         ):
-            if unknown := [name for name in names if name not in known]:
+            if unknown := [name for name in names if name not in valid_names]:
                 raise ValueError(
-                    f"{place}: unknown {what} {unknown[0]!r}; known: {', '.join(known)}"
+                    f"{place}: unknown {kind} {unknown[0]!r}; known: {', '.join(valid_names)}"
                 )
 
 

@@ -25,7 +25,7 @@ def verdict_rows(context: Context) -> list[VerdictRow]:
 
 
 def evidence(claim: Claim, setting: str, context: Context) -> Evidence:
-    """Collect what a claim is judged from."""
+    """Return the values that a claim is judged from."""
     module, _, name = claim.measure.partition(".")
     if module == "timing":
         return _times(claim, setting, context, name)
@@ -34,7 +34,7 @@ def evidence(claim: Claim, setting: str, context: Context) -> Evidence:
     measure = find_measure(claim.measure, context.description.name)
     first = _values(claim, claim.of or claim.better, setting, context, measure)
     second = _values(claim, claim.worse, setting, context, measure)
-    members = max(len(context.description.sequences[one].members) for one in claim.sequences)
+    members = max(len(context.description.sequences[name].members) for name in claim.sequences)
     return Evidence(
         first,
         second,
@@ -42,7 +42,7 @@ def evidence(claim: Claim, setting: str, context: Context) -> Evidence:
         largest=float(members) if measure.unit in BOUNDED else inf,
         unit=measure.unit,
         counted="set" if members > 1 else "scene",
-        reference_kept=_kept(claim, setting, context),
+        reference_kept=_kept_share(claim, setting, context),
         lost_before=_lost_before(claim, setting, context, measure),
         failed=_failed(claim, setting, context),
     )
@@ -61,13 +61,13 @@ def _values(
     return pd.concat(pieces, ignore_index=True) if pieces else pd.DataFrame()
 
 
-def _kept(claim: Claim, setting: str, context: Context) -> float:
+def _kept_share(claim: Claim, setting: str, context: Context) -> float:
     """Return the share of scenes in which the reference of a no-worse test is kept."""
     if not claim.test.startswith("no-worse"):
         return nan
-    kept = find_measure("kept", context.description.name)
-    values = _values(claim, claim.worse, setting, context, kept)
-    members = {k: len(one.members) for k, one in context.description.sequences.items()}
+    measure = find_measure("kept", context.description.name)
+    values = _values(claim, claim.worse, setting, context, measure)
+    members = {k: len(sequence.members) for k, sequence in context.description.sequences.items()}
     share = values["value"] / values["sequence"].map(members)
     return float((share > 0.5).groupby(values["tracker"]).mean().max())
 
@@ -83,7 +83,7 @@ def _lost_before(claim: Claim, setting: str, context: Context, measure: Measure)
 
 def _failed(claim: Claim, setting: str, context: Context) -> str:
     """Return how many runs failed, and where and why the first one did."""
-    texts = [tracker_text(context.description, one, setting) for one in claim.trackers]
+    texts = [tracker_text(context.description, tracker, setting) for tracker in claim.trackers]
     scenes = [
         member
         for sequence in claim.sequences
@@ -91,9 +91,9 @@ def _failed(claim: Claim, setting: str, context: Context) -> str:
         for member in members
     ]
     failures = [
-        line for text in texts for one in scenes for line in context.runs.failures(text, one)
+        line for text in texts for scene in scenes for line in context.runs.failures(text, scene)
     ]
-    total = sum(len(context.runs.files(text, one)) for text in texts for one in scenes)
+    total = sum(len(context.runs.files(text, scene)) for text in texts for scene in scenes)
     if not failures:
         return ""
     return f"{len(failures)} of {total} runs failed and count as lost, the first on {failures[0]}"

@@ -12,9 +12,9 @@ from trackmark.bench.pages.player_runs import PageRuns, collect_runs, scenes
 from trackmark.bench.papers.context import Context
 from trackmark.bench.papers.scene_rows import ShownRun
 from trackmark.bench.reporting.stored_runs import StoredRun
-from trackmark.bench.store.index import index_row
-from trackmark.bench.store.layout import Cell
+from trackmark.bench.store.layout import RunKey
 from trackmark.bench.store.results import Results
+from trackmark.bench.store.run_rows import run_row
 from trackmark.bench.store.truth import read_truth
 from trackmark.reports.page.content import PlayerPosition, PlayerScene
 
@@ -38,16 +38,16 @@ class Footage:
 
 
 def film_runs(
-    shown: Iterable[ShownRun | None], context: Context, results: Path, watch: Watch
+    linked_runs: Iterable[ShownRun | None], context: Context, results: Path, watch: Watch
 ) -> Footage:
-    """Read runs with those beside them, and film their worst frames and the frames around these.
+    """Read runs with the runs drawn next to them; render the frames around their worst frames.
 
     Raises
     ------
     ResultsError
         If a file cannot be read.
     """
-    runs = list(dict.fromkeys(filter(None, shown)))
+    runs = list(dict.fromkeys(filter(None, linked_runs)))
     files = [
         file
         for run in runs
@@ -58,17 +58,17 @@ def film_runs(
     places = {run: place for run in runs if (place := _place(run, reading, context))}
     limit = MAX_QUICK_SECONDS if context.effort.quick else MAX_SECONDS
     frames = _frames(reading, list(places.values()), limit)
-    filmed = [*scenes(reading, str(results), watch, chosen=frames)] if files else []
+    filmed = [*scenes(reading, str(results), watch, selected=frames)] if files else []
     return Footage(reading, filmed, places)
 
 
-def _stored(places: Iterable[tuple[Path, Cell]]) -> Iterator[StoredRun]:
+def _stored(places: Iterable[tuple[Path, RunKey]]) -> Iterator[StoredRun]:
     truth = cache(read_truth)
     for folder, cell in places:
         results = Results(folder)
         run = results.read(cell)
         stored = truth(results.folder, run.identity.sequence, run.identity.fingerprint)
-        row = index_row(run, stored)
+        row = run_row(run, stored)
         # The name of a synthetic scene is its source.
         yield row | {"source": row["source"] or row["sequence"]}, run, stored
 
@@ -91,8 +91,8 @@ def _frames(reading: PageRuns, places: Sequence[PlayerPosition], seconds: float)
             last = len(reading.stages[place.sequence].truth) - 1
             near = range(max(0, place.frame - reach), min(last, place.frame + reach) + 1)
             sets[place.sequence] |= {*near}
-        chosen = [sorted(one) for one in sets]
-        took = sum(cost * len(one) for cost, one in zip(costs, chosen, strict=True))
+        chosen = [sorted(frames) for frames in sets]
+        took = sum(cost * len(frames) for cost, frames in zip(costs, chosen, strict=True))
         if took <= seconds and sum(map(len, chosen)) <= MAX_FRAMES:
             break
     return chosen

@@ -17,10 +17,10 @@ from trackmark import datasets
 from trackmark.bench.claims.row_verdicts import SETTINGS
 from trackmark.bench.papers.context import Context
 from trackmark.bench.papers.description import FigureEntry
-from trackmark.bench.papers.measures import Course, find_measure, series
+from trackmark.bench.papers.measures import JudgedRun, find_measure, series
 from trackmark.bench.papers.plan import scene_names, tracker_text
 from trackmark.reports.figures import write_figure
-from trackmark.reports.film_strip import COLUMNS, WIDTH, film_strip, write_film_strip
+from trackmark.reports.film_strip import DEFAULT_WIDTH, MAX_COLUMNS, film_strip, write_film_strip
 from trackmark.reports.overlay import TRUTH
 from trackmark.reports.palette import colours
 from trackmark.reports.series import series_plot
@@ -111,20 +111,24 @@ def _strip(entry: FigureEntry, context: Context) -> tuple[str, Strip | None]:
     frames = [number - first for number in entry.frames]
     rows: list[Strip] = []
     for tracker, setting, text in _rows(entry, context):
-        runs = [courses[0] for one in scenes if (courses := context.runs.courses(text, one))]
-        (course, *_) = context.runs.courses(text, scene)
-        same = sum(_pattern(one, frames) == _pattern(course, frames) for one in runs)
+        runs = [
+            judged_runs[0]
+            for run_scene in scenes
+            if (judged_runs := context.runs.judged_runs(text, run_scene))
+        ]
+        (judged, *_) = context.runs.judged_runs(text, scene)
+        same = sum(_pattern(run, frames) == _pattern(judged, frames) for run in runs)
         rows.append(
             film_strip(
                 sequence.__getitem__,
                 frames,
-                {TRUTH: course.truth.boxes, tracker: course.boxes},
+                {TRUTH: judged.truth.boxes, tracker: judged.boxes},
                 f"{tracker}, {setting}: like this in {same} of {len(runs)} scenes",
-                min(len(frames), COLUMNS),
-                min(WIDTH, TILE_WIDTH * len(frames)),
+                min(len(frames), MAX_COLUMNS),
+                min(DEFAULT_WIDTH, TILE_WIDTH * len(frames)),
                 shape=entry.shape,
                 shades=shades,
-                words={i: f"({course.error[i]:.1f} px)" for i in frames if course.present[i]},
+                words={i: f"({judged.error[i]:.1f} px)" for i in frames if judged.present[i]},
                 count_from=first,
             )
         )
@@ -145,12 +149,12 @@ def median_scene(entry: FigureEntry, context: Context) -> str | None:
     return str(ordered.iloc[(len(ordered) - 1) // 2]) if len(ordered) else None
 
 
-def _pattern(course: Course, frames: Iterable[int]) -> list[bool]:
-    return [bool(course.on_target[frame]) for frame in frames]
+def _pattern(judged: JudgedRun, frames: Iterable[int]) -> list[bool]:
+    return [bool(judged.on_target[frame]) for frame in frames]
 
 
 def _rows(entry: FigureEntry, context: Context) -> Iterator[tuple[str, str, str]]:
-    """Yield tracker, setting and text form; a tracker that is alike in both settings once."""
+    """Yield tracker, setting and text form; once if both settings are equal."""
     for tracker in entry.trackers:
         texts = [tracker_text(context.description, tracker, setting) for setting in SETTINGS]
         if len(set(texts)) == 1:
@@ -169,9 +173,13 @@ def _series(entry: FigureEntry, context: Context) -> tuple[str, Figure | None]:
     for setting in SETTINGS:
         for tracker in entry.trackers:
             text = tracker_text(context.description, tracker, setting)
-            courses = [context.runs.courses(text, name) for names in scenes for name in names]
+            judged_runs = [
+                context.runs.judged_runs(text, name) for names in scenes for name in names
+            ]
             means = [
-                np.mean([by_frame(course) for course in runs], axis=0) for runs in courses if runs
+                np.mean([by_frame(judged) for judged in runs], axis=0)
+                for runs in judged_runs
+                if runs
             ]
             if means:
                 panels.setdefault(setting.replace("-", " "), {})[tracker] = _stacked(means)

@@ -12,7 +12,7 @@ from trackmark.bench.papers.markdown_page import RULES, VIDEOS
 from trackmark.bench.papers.reproduction import Report
 from trackmark.bench.papers.scene_rows import SceneRow, ShownRun, claim_scenes, main_runs
 from trackmark.reports.page.content import Card, Page, PageSection, PageTable, Picture
-from trackmark.reports.page.film import still
+from trackmark.reports.page.film import compress_picture
 from trackmark.reports.page.page import write_page
 from trackmark.reports.tables import MISSING, text_table
 
@@ -44,10 +44,12 @@ def write_html_page(path: Path, report: Report, watch: Watch = lambda *_: None) 
         for setting in SETTINGS
     }
     cells = main_runs(report.context)
-    shown = [run for rows in scenes.values() for row in rows for run in row.runs]
-    shown += [run for row in cells for run in row]
-    footage = film_runs(shown, report.context, path.parent.parent, watch)
-    sections = [one for one in _sections(report, scenes, cells, footage) if _has_content(one)]
+    linked_runs = [run for rows in scenes.values() for row in rows for run in row.runs]
+    linked_runs += [run for row in cells for run in row]
+    footage = film_runs(linked_runs, report.context, path.parent.parent, watch)
+    sections = [
+        section for section in _sections(report, scenes, cells, footage) if _has_content(section)
+    ]
     page = Page(report.description.title, sections, footage.reading.labels, footage.scenes)
     return write_page(path, page)
 
@@ -123,7 +125,9 @@ def _verdicts(rows: Sequence[VerdictRow], scenes: Scenes, footage: Footage) -> P
     places = []
     for row in rows:
         worst = [scenes[row.claim.name, setting][:1] for setting in SETTINGS]
-        written, recommended = (footage.place(one[0].runs[0]) if one else None for one in worst)
+        written, recommended = (
+            footage.place(scene_rows[0].runs[0]) if scene_rows else None for scene_rows in worst
+        )
         places.append([None, written, None, recommended, None])
     links = [f"#claim-{row.claim.name}" for row in rows]
     return PageTable(verdict_table(rows), places=places, links=links)
@@ -135,44 +139,44 @@ def _card(row: VerdictRow, scenes: Scenes, footage: Footage) -> Card:
     facts = {name: text for name in FACTS if (text := str(getattr(claim, name)))}
     facts |= {name: f"{v.verdict}: {v.effect}. {v.reason}." for name, v in row.verdicts.items()}
     sheets = [
-        _scenes(row, setting, found, footage)
+        _scenes(row, setting, scene_rows, footage)
         for setting in SETTINGS
-        if (found := scenes[claim.name, setting])
+        if (scene_rows := scenes[claim.name, setting])
     ]
     quote = f"“{claim.quote}” ({claim.source})"
     return Card(f"claim-{claim.name}", f"{claim.name}: {claim.short}", quote, facts, sheets)
 
 
 def _scenes(
-    row: VerdictRow, setting: str, found: Sequence[SceneRow], footage: Footage
+    row: VerdictRow, setting: str, scene_rows: Sequence[SceneRow], footage: Footage
 ) -> PageTable:
     """Return the worst scenes of a claim; a number opens its run at the worst frame."""
     claim = row.claim
-    columns = claim.trackers if len(found[0].numbers) == 1 + len(claim.trackers) else ["value"]
+    columns = claim.trackers if len(scene_rows[0].numbers) == 1 + len(claim.trackers) else ["value"]
     heads = ["scene", "better − worse", *columns]
     first = 0 if claim.worse else 1  # column of the first value that there is
-    values = [one.numbers[first:] for one in found]
+    values = [scene_row.numbers[first:] for scene_row in scene_rows]
     rows = [
-        [one.scene, *(f"{v:.4g}" if isfinite(v) else MISSING for v in numbers)]
-        for one, numbers in zip(found, values, strict=True)
+        [scene_row.scene, *(f"{v:.4g}" if isfinite(v) else MISSING for v in numbers)]
+        for scene_row, numbers in zip(scene_rows, values, strict=True)
     ]
-    caption = f"{setting.replace('-', ' ')}: {len(found)} scenes, worst first"
+    caption = f"{setting.replace('-', ' ')}: {len(scene_rows)} scenes, worst first"
     unit = row.evidence[setting].unit
     caption += f" [{unit}]" if unit else ""
-    name, kept = f"scenes-{claim.name}-{setting}", [heads[0], *heads[1 + first :]]
-    places = [[*map(footage.place, one.runs[first:])] for one in found]
+    name, shown_heads = f"scenes-{claim.name}-{setting}", [heads[0], *heads[1 + first :]]
+    places = [[*map(footage.place, scene_row.runs[first:])] for scene_row in scene_rows]
     return PageTable(
-        text_table(name, caption[:1].upper() + caption[1:], kept, rows, 1), values, places
+        text_table(name, caption[:1].upper() + caption[1:], shown_heads, rows, 1), values, places
     )
 
 
 def _pictures(report: Report) -> list[Picture]:
     return [
         Picture(
-            still(one.path.read_bytes()),
-            f"{one.label}. Paper: {one.caption.rstrip('.')}. Ours: {one.words}",
+            compress_picture(figure.path.read_bytes()),
+            f"{figure.label}. Paper: {figure.caption.rstrip('.')}. Ours: {figure.words}",
         )
-        for one in report.figures
+        for figure in report.figures
     ]
 
 

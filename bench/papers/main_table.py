@@ -1,4 +1,4 @@
-"""The paper's main table beside ours, and the sensitivity table."""
+"""Main table with the paper's numbers and ours, and the sensitivity table."""
 
 import pandas as pd
 
@@ -33,14 +33,14 @@ def sensitivity_table(context: Context, table: Sensitivity) -> Table:
             measure = find_measure(column.measure, context.description.name)
             values = context.runs.values(text, column.sequence, measure, table.scenes, row.on)
             members = len(context.description.sequences[column.sequence].members)
-            cells.append(shown(values, measure, members))
+            cells.append(format_mean(values, measure, members))
         rows.append([row.choice, row.setting.replace("-", " "), *cells])
     heads = ["choice", "setting", *(column.head for column in table.columns)]
     caption = f"Sensitivity: means over {table.scenes} scenes; no verdicts."
     return text_table("sensitivity", caption, heads, rows, 2)
 
 
-def shown(values: pd.DataFrame, measure: Measure, members: int) -> str:
+def format_mean(values: pd.DataFrame, measure: Measure, members: int) -> str:
     """Return the mean of a measure as text, in the form that its unit asks for."""
     if values.empty:
         return MISSING
@@ -65,6 +65,6 @@ def _cell(row: MainRow, setting: str, context: Context) -> str:
                 for sequence in row.sequences
             ]
             members = len(context.description.sequences[row.sequences[0]].members)
-            cells.append(shown(pd.concat(pieces), measure, members))
+            cells.append(format_mean(pd.concat(pieces), measure, members))
         by_tracker.append(", ".join(cells))
     return " / ".join(by_tracker)

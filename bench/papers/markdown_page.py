@@ -63,10 +63,10 @@ def _counts(rows: list[VerdictRow]) -> list[str]:
 
 def _figures(report: Report, folder: Path) -> str:
     rows = []
-    for one in report.figures:
-        name = one.path.name
-        file = f"[{name}]({name})" if one.path.parent == folder else f"`{name}`"
-        rows.append(f"| {one.label} | {one.caption} | {file}: {one.words} |")
+    for figure in report.figures:
+        name = figure.path.name
+        file = f"[{name}]({name})" if figure.path.parent == folder else f"`{name}`"
+        rows.append(f"| {figure.label} | {figure.caption} | {file}: {figure.words} |")
     return "\n".join(["| paper | what it shows | ours |", "|---|---|---|", *rows])
 
 

@@ -1,6 +1,6 @@
 """Measures of a run, in text form: `mean_error:first=36:last=80`.
 
-A measure is a function of a `Course` with a `@measure` line. Those here serve every paper; a
+A measure is a function of a `JudgedRun` with a `@measure` line. Those here serve every paper; a
 paper's `measures.py` adds its own. Frames are numbered as in the paper.
 """
 
@@ -35,8 +35,8 @@ TOLERANCE = 0.5  # mean box sides
 
 
 @dataclass(frozen=True)
-class Course:
-    """A run beside the ground truth of its sequence, frame by frame.
+class JudgedRun:
+    """A run with the ground truth of its sequence, frame by frame.
 
     A failed run counts as one that gives no box after initialisation.
 
@@ -84,9 +84,9 @@ class Course:
     @cached_property
     def overlap(self) -> Values:
         """Overlap in [0, 1], shape (n,); NaN where the target is absent, 0 without an estimate."""
-        known = self.present & np.isfinite(self.boxes).all(axis=1)
+        estimated = self.present & np.isfinite(self.boxes).all(axis=1)
         values = np.where(self.present, 0.0, nan)
-        values[known] = overlap(self.truth.boxes[known], self.boxes[known])
+        values[estimated] = overlap(self.truth.boxes[estimated], self.boxes[estimated])
         return values
 
     @cached_property
@@ -108,16 +108,16 @@ class Course:
         name = self.description.on_target
         return np.asarray(series(name, self.description.name)(self), np.float64) > 0
 
-    def in_trace(self, trace: str) -> "Course":
-        """Return the course with the `online` or the `revised` boxes; empty for the paper's."""
+    def in_trace(self, trace: str) -> "JudgedRun":
+        """Return the run with its `online` or `revised` boxes; if `trace` is empty, as it is."""
         if not trace:
             return self
         return replace(self, description=self.description.model_copy(update={"trace": trace}))
 
     def detail(self, name: str) -> Values:
-        """A number of the tracker by frame, shape (n,); NaN where it has none of this name."""
-        known = self.run.details.get(name)
-        return np.full(len(self.truth.boxes), nan) if known is None else np.asarray(known, float)
+        """Return a number of the tracker by frame, shape (n,); NaN if it has none of this name."""
+        values = self.run.details.get(name)
+        return np.full(len(self.truth.boxes), nan) if values is None else np.asarray(values, float)
 
     def window(self, first: int | None, last: int | None) -> slice:
         """Frames from `first` to `last`, both included, as the paper numbers them."""
@@ -133,7 +133,7 @@ class Measure:
     Attributes
     ----------
     function : callable
-        Gives the number of a `Course`.
+        Gives the number of a `JudgedRun`.
     text : str
         Its text form.
     unit : str
@@ -141,7 +141,7 @@ class Measure:
     lower_is_better : bool
         Whether a smaller number is the better one.
     lost_before : callable or None
-        Says of a course whether the target is lost before the event that the measure looks at.
+        Returns 1 if the target is lost before the event that the measure looks at, else 0.
     """
 
     function: Function
@@ -150,9 +150,9 @@ class Measure:
     lower_is_better: bool
     lost_before: Function | None
 
-    def __call__(self, course: Course) -> float:
+    def __call__(self, judged: JudgedRun) -> float:
         """Return the number of a run."""
-        return float(self.function(course))
+        return float(self.function(judged))
 
 
 def measure(
@@ -192,18 +192,18 @@ def find_measure(text: str, paper: str) -> Measure:
     if function is None or declared is None:
         raise ExperimentError(f"bench/papers/{paper}: there is no measure {name!r} ({text!r}).")
     unit, lower_is_better, lost_before = declared
-    known = inspect.signature(function).parameters
-    if unknown := [key for key in options if key not in known]:
+    parameters = inspect.signature(function).parameters
+    if unknown := [key for key in options if key not in parameters]:
         raise ExperimentError(
             f"bench/papers/{paper}: measure {name!r} has no option {unknown[0]!r} ({text!r})."
         )
-    typed = {key: typed_option(value, known[key].annotation) for key, value in options.items()}
+    typed = {key: typed_option(value, parameters[key].annotation) for key, value in options.items()}
 
-    def given(chosen: Function) -> Function:
-        return lambda course: chosen(course, **typed)
+    def with_options(chosen: Function) -> Function:
+        return lambda judged: chosen(judged, **typed)
 
-    before = given(lost_before) if lost_before else None
-    return Measure(given(function), text, unit, lower_is_better, before)
+    before = with_options(lost_before) if lost_before else None
+    return Measure(with_options(function), text, unit, lower_is_better, before)
 
 
 def find_function(name: str, paper: str) -> Any:
@@ -215,10 +215,10 @@ def find_function(name: str, paper: str) -> Any:
         If there is none.
     """
     module, _, function = name.rpartition(".")
-    found = getattr(paper_module(paper, module), function, None)
-    if found is None:
+    attribute = getattr(paper_module(paper, module), function, None)
+    if attribute is None:
         raise ExperimentError(f"bench/papers/{paper}: there is no function {name!r}.")
-    return found
+    return attribute
 
 
 def check_measure(text: str, paper: str) -> None:
@@ -239,29 +239,29 @@ def typed_option(value: str, annotation: Any) -> Any:
     return int(value) if "int" in str(annotation) else value
 
 
-def series(name: str, paper: str) -> Callable[[Course], Values]:
+def series(name: str, paper: str) -> Callable[[JudgedRun], Values]:
     """Return a series by frame: the paper's own, a common one, or a number of the tracker."""
-    own = getattr(paper_module(paper, "measures"), "SERIES", {})
-    return own.get(name) or SERIES.get(name) or (lambda course: course.detail(name))
+    paper_series = getattr(paper_module(paper, "measures"), "SERIES", {})
+    return paper_series.get(name) or SERIES.get(name) or (lambda judged: judged.detail(name))
 
 
-def _within(course: Course) -> Values:
-    return np.asarray(course.error <= course.tolerance, np.float64)
+def _within(judged: JudgedRun) -> Values:
+    return np.asarray(judged.error <= judged.tolerance, np.float64)
 
 
-def _inside(course: Course) -> Values:
-    """Return 1 where the centre of the estimate lies inside the true box, else 0."""
-    centres = course.boxes[:, :2] + course.boxes[:, 2:] / 2
-    low, size = course.truth.boxes[:, :2], course.truth.boxes[:, 2:]
+def _inside(judged: JudgedRun) -> Values:
+    """Return 1 if the centre of the estimate lies inside the ground-truth box, else 0."""
+    centres = judged.boxes[:, :2] + judged.boxes[:, 2:] / 2
+    low, size = judged.truth.boxes[:, :2], judged.truth.boxes[:, 2:]
     return np.asarray(((centres >= low) & (centres <= low + size)).all(axis=1), np.float64)
 
 
-SERIES: dict[str, Callable[[Course], Values]] = {
-    "error": lambda course: course.error,
-    "overlap": lambda course: course.overlap,
+SERIES: dict[str, Callable[[JudgedRun], Values]] = {
+    "error": lambda judged: judged.error,
+    "overlap": lambda judged: judged.overlap,
     "within": _within,
     "inside": _inside,
-    "visible": lambda course: np.asarray(course.truth.visibility, np.float64),
+    "visible": lambda judged: np.asarray(judged.truth.visibility, np.float64),
 }
 
 
@@ -274,77 +274,77 @@ def at_frames(text: str) -> list[int]:
     return frames
 
 
-def _on_at(course: Course, frames: list[int]) -> NDArray[np.bool_]:
-    return course.on_target[[frame - course.description.frames_from for frame in frames]]
+def _on_at(judged: JudgedRun, frames: list[int]) -> NDArray[np.bool_]:
+    return judged.on_target[[frame - judged.description.frames_from for frame in frames]]
 
 
 @measure("share")
-def kept(course: Course) -> float:
+def kept(judged: JudgedRun) -> float:
     """Return 1 if the target is tracked in 90 % of the visible frames and in the last ten."""
-    on = course.on_target[course.visible]
+    on = judged.on_target[judged.visible]
     return float(on.mean() >= KEPT_SHARE and bool(on[-LAST_FRAMES:].all()))
 
 
 @measure("share")
-def on_target(course: Course, first: int | None = None, last: int | None = None) -> float:
+def on_target(judged: JudgedRun, first: int | None = None, last: int | None = None) -> float:
     """Return the share of the visible frames in which the target is tracked."""
-    window = course.window(first, last)
-    return float(course.on_target[window][course.visible[window]].mean())
+    window = judged.window(first, last)
+    return float(judged.on_target[window][judged.visible[window]].mean())
 
 
 @measure("frames")
-def frames_on_target(course: Course) -> float:
+def frames_on_target(judged: JudgedRun) -> float:
     """Return the number of frames in which the target is tracked."""
-    return float(course.on_target.sum())
+    return float(judged.on_target.sum())
 
 
 @measure("px", lower_is_better=True)
-def mean_error(course: Course, first: int | None = None, last: int | None = None) -> float:
+def mean_error(judged: JudgedRun, first: int | None = None, last: int | None = None) -> float:
     """Return the mean centre error in pixels."""
-    return float(np.nanmean(course.error[course.window(first, last)]))
+    return float(np.nanmean(judged.error[judged.window(first, last)]))
 
 
 @measure("overlap")
-def mean_overlap(course: Course, first: int | None = None, last: int | None = None) -> float:
+def mean_overlap(judged: JudgedRun, first: int | None = None, last: int | None = None) -> float:
     """Return the mean overlap in [0, 1]."""
-    return float(np.nanmean(course.overlap[course.window(first, last)]))
+    return float(np.nanmean(judged.overlap[judged.window(first, last)]))
 
 
 @measure("frames")
-def first_loss(course: Course) -> float:
+def first_loss(judged: JudgedRun) -> float:
     """Return the number of frames before the target is lost for good."""
-    on = np.flatnonzero(course.on_target)
+    on = np.flatnonzero(judged.on_target)
     return float(on[-1] + 1 if len(on) else 0)
 
 
 @measure("share")
-def all_on_target(course: Course, first: int, last: int) -> float:
+def all_on_target(judged: JudgedRun, first: int, last: int) -> float:
     """Return 1 if the target is tracked in every frame of a range."""
-    return float(course.on_target[course.window(first, last)].all())
+    return float(judged.on_target[judged.window(first, last)].all())
 
 
 def _lost_before_event(
-    course: Course, on: str = "", off: str = "", once_off: str = "", mean_off: str = ""
+    judged: JudgedRun, on: str = "", off: str = "", once_off: str = "", mean_off: str = ""
 ) -> float:
     event = min(at_frames("+".join(filter(None, [off, once_off, mean_off]))), default=None)
     before = [frame for frame in at_frames(on) if event is None or frame < event]
-    return float(not _on_at(course, before).all()) if before else 0.0
+    return float(not _on_at(judged, before).all()) if before else 0.0
 
 
 @measure("share", lost_before=_lost_before_event)
 def pattern(
-    course: Course, on: str = "", off: str = "", once_off: str = "", mean_off: str = ""
+    judged: JudgedRun, on: str = "", off: str = "", once_off: str = "", mean_off: str = ""
 ) -> float:
-    """Return 1 if the target is tracked in some frames and not in others.
+    """Return 1 if the target is tracked and lost in the frames that the options name.
 
-    `on=11+16` names frames in which it is tracked, `off=58+100` frames in none of which it is,
-    `once_off=12-15` frames in at least one of which it is not, `mean_off=36-51` frames over which
-    the mean error exceeds the tolerance.
+    `on=11+16`: tracked in all of these frames. `off=58+100`: tracked in none of them.
+    `once_off=12-15`: not tracked in at least one of them. `mean_off=36-51`: the mean error over
+    them exceeds the tolerance.
     """
-    holds = bool(_on_at(course, at_frames(on)).all()) if on else True
-    holds &= not (off and _on_at(course, at_frames(off)).any())
-    holds &= not (once_off and _on_at(course, at_frames(once_off)).all())
+    holds = bool(_on_at(judged, at_frames(on)).all()) if on else True
+    holds &= not (off and _on_at(judged, at_frames(off)).any())
+    holds &= not (once_off and _on_at(judged, at_frames(once_off)).all())
     if mean_off:
         frames = at_frames(mean_off)
-        holds &= mean_error(course, frames[0], frames[-1]) > course.tolerance
+        holds &= mean_error(judged, frames[0], frames[-1]) > judged.tolerance
     return float(holds)

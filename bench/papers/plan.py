@@ -1,4 +1,4 @@
-"""Which runs a paper's claims, tables and figures need, as experiments."""
+"""Runs that a paper's claims, tables and figures need, as experiments."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -26,7 +26,7 @@ class Request:
     tracker : str
         Text form, with the options of a setting.
     scenes, repetitions : int
-        How many there are.
+        Numbers of scenes and of repetitions.
     on : str
         Further options of the sequence, as `light=dappled`.
     """
@@ -50,11 +50,11 @@ def tracker_text(
 
     `change` has options by the name in `paper.toml`, or by the tracker's own.
     """
-    name, own = parse_text(description.trackers[tracker])
-    usual = options_of(description.settings[setting].get(name, ""))
+    name, tracker_options = parse_text(description.trackers[tracker])
+    setting_options = options_of(description.settings[setting].get(name, ""))
     changes = change or {}
-    changed = options_of(changes.get(tracker, changes.get(name, "")))
-    return format_text(name, {**usual, **own, **changed})
+    changed_options = options_of(changes.get(tracker, changes.get(name, "")))
+    return format_text(name, {**setting_options, **tracker_options, **changed_options})
 
 
 @cache
@@ -76,7 +76,7 @@ def scene_names(
     Raises
     ------
     ExperimentError
-        If fewer scenes meet the criteria than are asked for.
+        If fewer scenes meet the criteria than are requested.
     """
     entry = description.sequences[sequence]
     further = options_of(on)
@@ -91,14 +91,14 @@ def scene_names(
 def _scene_numbers(
     description: Description, sequence: str, checked_name: str, count: int
 ) -> Sequence[int]:
-    known = verdict_scenes(description.name, checked_name)
-    if known and len(known) < count:
+    passing = verdict_scenes(description.name, checked_name)
+    if passing and len(passing) < count:
         raise ExperimentError(
-            f"{description.name}: {count} scenes of {sequence} are asked for, and {len(known)} "
-            "meet the criteria. Check more: "
+            f"{description.name}: {count} scenes of {sequence} are requested, but only "
+            f"{len(passing)} meet the criteria. Check more: "
             f"python -m trackmark.bench.papers.scene_check {description.name}."
         )
-    return known[:count] or range(FIRST_SCENE, FIRST_SCENE + count)
+    return passing[:count] or range(FIRST_SCENE, FIRST_SCENE + count)
 
 
 def requests(
@@ -119,12 +119,12 @@ def requests(
                 texts = [tracker_text(description, tracker, setting) for setting in SETTINGS]
                 wanted.update(dict.fromkeys((sequence, text) for text in texts))
 
-    shown = description.quick_scenes if effort.quick else MAIN_SCENES
+    scenes_shown = description.quick_scenes if effort.quick else MAIN_SCENES
     for row in description.main.rows:
-        want(row.sequences, row.trackers, shown)
+        want(row.sequences, row.trackers, scenes_shown)
     for figure in description.figure.values():
         if figure.sequence and figure.is_drawn(effort.quick):
-            want([figure.sequence], figure.trackers, shown)
+            want([figure.sequence], figure.trackers, scenes_shown)
     for claim in () if effort.quick else claims.values():
         if claim.trackers:
             want(claim.sequences, claim.trackers, claim.n_scenes)
@@ -138,12 +138,12 @@ def requests(
 def sensitivity_requests(description: Description, table: Sensitivity) -> list[Request]:
     """Return the runs of the sensitivity table."""
     repetitions = min(table.repetitions, description.repetitions)
-    found = []
+    requested = []
     for row in table.rows:
         for column in table.columns:
             text = tracker_text(description, column.tracker, row.setting, row.change)
-            found.append(Request(column.sequence, text, table.scenes, repetitions, row.on))
-    return list(dict.fromkeys(found))
+            requested.append(Request(column.sequence, text, table.scenes, repetitions, row.on))
+    return list(dict.fromkeys(requested))
 
 
 def experiments(
@@ -151,13 +151,13 @@ def experiments(
 ) -> list[Experiment]:
     """Return requests as experiments: sequences with the same trackers share one."""
     trackers: dict[tuple[str, str, int, int], list[str]] = {}
-    for one in wanted:
-        place = one.sequence, one.on, one.scenes, one.repetitions
-        trackers.setdefault(place, []).append(one.tracker)
+    for request in wanted:
+        key = request.sequence, request.on, request.scenes, request.repetitions
+        trackers.setdefault(key, []).append(request.tracker)
     groups: dict[tuple[tuple[str, ...], int], list[tuple[str, str, int]]] = {}
     for (sequence, on, scenes, repetitions), texts in trackers.items():
         groups.setdefault((tuple(texts), repetitions), []).append((sequence, on, scenes))
-    found: list[Experiment] = []
+    planned: list[Experiment] = []
     for (chosen, repetitions), places in groups.items():
         names = [
             text
@@ -166,16 +166,16 @@ def experiments(
             for text in members
         ]
         name = f"{description.name}-{suffix}{places[0][0].replace(' ', '-')}"
-        while name in {one.name for one in found}:
+        while name in {item.name for item in planned}:
             name += "-more"
-        shown = ", ".join(dict.fromkeys(sequence for sequence, *_ in places))
-        found.append(
+        sequence_names = ", ".join(dict.fromkeys(sequence for sequence, *_ in places))
+        planned.append(
             Experiment(
                 name=name,
                 trackers=chosen,
                 sequences=tuple(map(SequenceSource, dict.fromkeys(names))),
                 repetitions=repetitions,
-                title=f"{description.name}: {shown}",
+                title=f"{description.name}: {sequence_names}",
             )
         )
-    return found
+    return planned

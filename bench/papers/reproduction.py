@@ -1,4 +1,4 @@
-"""A reproduction: what is run for a paper, and the report of what came out."""
+"""Reproduction of a paper: its experiments and the report of their results."""
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
@@ -18,20 +18,20 @@ from trackmark.bench.papers.main_table import main_table, sensitivity_table
 from trackmark.bench.papers.measures import check_measure, paper_module
 from trackmark.bench.papers.plan import experiments, requests, sensitivity_requests
 from trackmark.bench.papers.runs import StoredRuns
-from trackmark.bench.store.layout import Cell
+from trackmark.bench.store.layout import RunKey
 from trackmark.reports.tables import Table, text_table
 
 
 @dataclass(frozen=True)
 class Report:
-    """What came out of a reproduction.
+    """Results of a reproduction.
 
     Attributes
     ----------
     context : Context
         The paper, its runs and the effort.
     main : list of Table
-        The paper's main tables beside ours.
+        The paper's main tables with our values.
     figures : list of Drawing
         The paper's figures, drawn from our runs.
     verdicts : list of VerdictRow
@@ -39,9 +39,9 @@ class Report:
     criteria, settings : Table
         Criteria of the scenes; values of the settings with their sources.
     sensitivity : Table or None
-        Measures of every open choice, if it was asked for.
+        Measures of every open choice, if requested.
     notes : mapping of str to str
-        Sections of the paper's `notes.md` by heading: what people wrote about the results.
+        Sections of the paper's `notes.md` by heading: comments on the results.
     """
 
     context: Context
@@ -60,14 +60,14 @@ class Report:
 
     @property
     def tables(self) -> list[Table]:
-        """All tables that there are, in reading order."""
+        """All tables of the report, in reading order."""
         verdicts = [] if not self.verdicts else [verdict_table(self.verdicts)]
         last = [self.sensitivity] if self.sensitivity else []
         return [*self.main, *verdicts, self.criteria, self.settings, *last]
 
 
 class Reproduction:
-    """What `trackmark reproduce` runs and reports for a paper.
+    """Reproduction of a paper, as `trackmark reproduce` runs and reports it.
 
     Parameters
     ----------
@@ -94,21 +94,21 @@ class Reproduction:
 
     def experiments(self, effort: Effort) -> list[Experiment]:
         """Return the experiments to run, in order."""
-        found = experiments(self.description, requests(self.description, self.claims, effort))
+        planned = experiments(self.description, requests(self.description, self.claims, effort))
         if effort.everything:
             wanted = sensitivity_requests(self.description, read_sensitivity(self.name))
-            found += experiments(self.description, wanted, "sensitivity-")
-        return found
+            planned += experiments(self.description, wanted, "sensitivity-")
+        return planned
 
     def report(
         self,
         results: Path,
         folder: Path,
         effort: Effort,
-        asked: Mapping[str, Collection[Cell]],
+        requested: Mapping[str, Collection[RunKey]],
     ) -> Report:
-        """Judge the runs in `results` that were asked for, and draw figures into `folder`."""
-        runs = StoredRuns(results, asked, self.description)
+        """Judge the requested runs in `results`, and draw figures into `folder`."""
+        runs = StoredRuns(results, requested, self.description)
         context = Context(self.description, self.claims, runs, folder, effort)
         timing = None if effort.quick else paper_module(self.name, "timing")
         time_table = getattr(timing, "time_table", None)

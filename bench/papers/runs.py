@@ -13,27 +13,27 @@ from trackmark import datasets
 from trackmark.bench.evaluation.ground_truth import reference
 from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.bench.papers.description import Description
-from trackmark.bench.papers.measures import Course, Measure
+from trackmark.bench.papers.measures import JudgedRun, Measure
 from trackmark.bench.papers.plan import scene_names
+from trackmark.bench.store.data_frames import load_results
 from trackmark.bench.store.files import ResultsError
-from trackmark.bench.store.layout import CELL, Cell
-from trackmark.bench.store.loading import load_results
+from trackmark.bench.store.layout import RUN_KEY_COLUMNS, RunKey
 from trackmark.bench.store.results import Results
 from trackmark.bench.store.truth import read_truth
 
-StoredPlace: TypeAlias = tuple[Path, Cell]
+StoredPlace: TypeAlias = tuple[Path, RunKey]
 """Folder of the experiment and key of a run."""
 
 
 class StoredRuns:
-    """Runs of the experiments of a paper that this call asked for.
+    """Requested runs of the experiments of a paper.
 
     Parameters
     ----------
     results : Path
         Folder of all experiments.
-    asked : mapping of str to collection of Cell
-        The runs that are meant, by experiment.
+    requested : mapping of str to collection of RunKey
+        The requested runs, by experiment.
     description : Description
         The paper.
 
@@ -44,16 +44,16 @@ class StoredRuns:
     """
 
     def __init__(
-        self, results: Path, asked: Mapping[str, Collection[Cell]], description: Description
+        self, results: Path, requested: Mapping[str, Collection[RunKey]], description: Description
     ) -> None:
-        self._results, self._asked, self._description = results, asked, description
-        self.courses = cache(self._courses)
+        self._results, self._requested, self._description = results, requested, description
+        self.judged_runs = cache(self._judged_runs)
         self._truth = cache(read_truth)
 
     @cached_property
     def _files(self) -> dict[tuple[str, str], list[StoredPlace]]:
-        found: dict[tuple[str, str], dict[int, StoredPlace]] = {}
-        for experiment, cells in self._asked.items():
+        places: dict[tuple[str, str], dict[int, StoredPlace]] = {}
+        for experiment, cells in self._requested.items():
             folder = self._results / experiment
             runs = load_results(folder, cells)
             unusable = runs[~runs["status"].isin(["finished", "failed"])]
@@ -64,36 +64,36 @@ class StoredRuns:
                     f"first {first['tracker']} on {first['sequence']}, repetition "
                     f"{first['repetition']}. Run `trackmark reproduce` again."
                 )
-            for cell in runs[[*CELL]].itertuples(index=False, name=None):
-                place = found.setdefault((cell[0], cell[1]), {})
+            for cell in runs[[*RUN_KEY_COLUMNS]].itertuples(index=False, name=None):
+                place = places.setdefault((cell[0], cell[1]), {})
                 place.setdefault(cell[2], (folder, cell))
-        return {key: [files[k] for k in sorted(files)] for key, files in found.items()}
+        return {key: [files[k] for k in sorted(files)] for key, files in places.items()}
 
     def files(self, tracker: str, sequence: str) -> list[StoredPlace]:
         """Return the places of a tracker's runs on a sequence (text forms), by repetition."""
         key = parse_tracker(tracker).label, datasets.identity(sequence)[0]
         return self._files.get(key, [])
 
-    def _courses(self, tracker: str, sequence: str) -> list[Course]:
-        """Return the runs of a tracker on a sequence (text forms) beside their ground truth.
+    def _judged_runs(self, tracker: str, sequence: str) -> list[JudgedRun]:
+        """Return the runs of a tracker on a sequence (text forms) with their ground truth.
 
         The boxes of the ground truth are those of the region that the runs started from.
         """
-        found = []
+        judged_runs = []
         for folder, cell in self.files(tracker, sequence):
             run = Results(folder).read(cell)
             truth = self._truth(folder, run.identity.sequence, run.identity.fingerprint)
             started_from = reference(truth, run.identity.init, run.identity.sequence)
             truth = replace(truth, boxes=started_from.boxes)
-            found.append(Course(run, truth, self._description, tracker))
-        return found
+            judged_runs.append(JudgedRun(run, truth, self._description, tracker))
+        return judged_runs
 
     def failures(self, tracker: str, sequence: str) -> list[str]:
         """Return a line for each failed run: where it failed, and why."""
         return [
-            f"{course.run.identity.sequence}, {course.run.failure.partition(chr(10))[0]}"
-            for course in self.courses(tracker, sequence)
-            if course.run.failure
+            f"{judged.run.identity.sequence}, {judged.run.failure.partition(chr(10))[0]}"
+            for judged in self.judged_runs(tracker, sequence)
+            if judged.run.failure
         ]
 
     def values(
@@ -102,7 +102,7 @@ class StoredRuns:
         """Return a measure by scene of a sequence of `paper.toml`, the mean over repetitions.
 
         Values of a sequence with several members are added up. Scenes without runs are left out,
-        and those in whose runs what is measured does not arise (NaN).
+        and scenes for which the measure is undefined in all runs (NaN).
 
         Returns
         -------
@@ -112,12 +112,12 @@ class StoredRuns:
         """
         rows = []
         for rank, members in enumerate(scene_names(self._description, sequence, scenes, on)):
-            runs = [self.courses(tracker, member) for member in members]
+            runs = [self.judged_runs(tracker, member) for member in members]
             if not all(runs):
                 continue
-            values = [[measure(course) for course in courses] for courses in runs]
-            known = [[value for value in one if not isnan(value)] for one in values]
-            if all(known):
-                total = sum(sum(one) / len(one) for one in known)
+            values = [[measure(judged) for judged in judged_runs] for judged_runs in runs]
+            defined = [[value for value in run_values if not isnan(value)] for run_values in values]
+            if all(defined):
+                total = sum(sum(numbers) / len(numbers) for numbers in defined)
                 rows.append((sequence, rank, members[0], tracker, total))
         return pd.DataFrame(rows, columns=["sequence", "rank", "scene", "tracker", "value"])

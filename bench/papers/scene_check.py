@@ -1,7 +1,7 @@
-"""Check scenes by a paper's static criteria, and list those on which its claims are judged.
+"""Check of scenes by a paper's static criteria; claims are judged on the scenes that pass.
 
 `python -m trackmark.bench.papers.scene_check PAPER` measures every criterion of `criteria.toml` on
-the first scenes of each sequence and writes `criteria.csv` beside it. No tracker runs. Claims are
+the first scenes of each sequence and writes `criteria.csv` next to it. No tracker runs. Claims are
 judged on the first scenes that meet all criteria.
 """
 
@@ -38,7 +38,7 @@ class Criterion:
     Attributes
     ----------
     sequence : str
-        Sequence that it applies to, without the scene's number; options may follow the name.
+        Sequence of the criterion, without the scene's number; options may follow the name.
     name : str
         What is measured, for readers, with its unit.
     measure : str
@@ -63,10 +63,12 @@ class Criterion:
     def value(self, scene: SceneImages | ClipSet) -> float:
         """Measure the criterion on a scene."""
         name, options = parse_text(self.measure)
-        own = paper_module("criteria", self.sequence.partition("/")[0])
-        function = getattr(own, name, None) or getattr(shared, name)
-        known = inspect.signature(function).parameters
-        typed = {key: typed_option(text, known[key].annotation) for key, text in options.items()}
+        paper_criteria = paper_module("criteria", self.sequence.partition("/")[0])
+        function = getattr(paper_criteria, name, None) or getattr(shared, name)
+        parameters = inspect.signature(function).parameters
+        typed = {
+            key: typed_option(text, parameters[key].annotation) for key, text in options.items()
+        }
         return float(function(scene, **typed))
 
     def passes(self, value: float) -> bool:
@@ -76,7 +78,7 @@ class Criterion:
 
 
 @dataclass(frozen=True)
-class SceneRow:
+class CriterionValue:
     """A criterion's value on one scene, as in `criteria.csv`."""
 
     sequence: str
@@ -103,7 +105,7 @@ def read_criteria(paper: str) -> tuple[dict[str, int], list[Criterion]]:
     return first, sorted(rows, key=lambda row: order.index(row.sequence))
 
 
-def check_scene(sequence: str, scene: int, rows: list[Criterion]) -> list[SceneRow]:
+def check_scene(sequence: str, scene: int, rows: list[Criterion]) -> list[CriterionValue]:
     """Measure the criteria of a sequence on one scene."""
     images: SceneImages | ClipSet = (
         ClipSet.load(scene)
@@ -112,14 +114,14 @@ def check_scene(sequence: str, scene: int, rows: list[Criterion]) -> list[SceneR
     )
     values = [row.value(images) for row in rows]
     return [
-        SceneRow(sequence, scene, row.name, value, row.passes(value))
+        CriterionValue(sequence, scene, row.name, value, row.passes(value))
         for row, value in zip(rows, values, strict=True)
     ]
 
 
 def check_paper(
     paper: str, count: int, jobs: int, *, only: str = "", first_scene: int | None = None
-) -> list[SceneRow]:
+) -> list[CriterionValue]:
     """Measure a paper's criteria on the first `count` scenes of each sequence.
 
     `only` is part of a sequence's name; `first_scene` replaces the frozen first scene.
@@ -136,19 +138,19 @@ def check_paper(
         return [row for future in pending for row in future.result()]
 
 
-def read_values(paper: str) -> list[SceneRow]:
+def read_values(paper: str) -> list[CriterionValue]:
     """Read the stored values of a paper's criteria."""
     with (FOLDER / paper / "criteria.csv").open(newline="") as file:
         return [
-            SceneRow(
+            CriterionValue(
                 r["sequence"], int(r["scene"]), r["name"], float(r["value"]), r["passes"] == "yes"
             )
             for r in csv.DictReader(file)
         ]
 
 
-def write_values(paper: str, rows: list[SceneRow]) -> None:
-    """Write the values of a paper's criteria beside its `criteria.toml`."""
+def write_values(paper: str, rows: list[CriterionValue]) -> None:
+    """Write the values of a paper's criteria to `criteria.csv`."""
     with (FOLDER / paper / "criteria.csv").open("w", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(["sequence", "scene", "name", "value", "passes"])
@@ -157,7 +159,7 @@ def write_values(paper: str, rows: list[SceneRow]) -> None:
             writer.writerow([row.sequence, row.scene, row.name, f"{row.value:.4g}", passes])
 
 
-def passing_scenes(rows: list[SceneRow], sequence: str) -> Iterator[int]:
+def passing_scenes(rows: list[CriterionValue], sequence: str) -> Iterator[int]:
     """Yield the scenes of a sequence that meet all criteria, in order."""
     scenes: dict[int, bool] = {}
     for row in rows:
@@ -166,18 +168,20 @@ def passing_scenes(rows: list[SceneRow], sequence: str) -> Iterator[int]:
     yield from (scene for scene, passes in scenes.items() if passes)
 
 
-def summary(declared: list[Criterion], rows: list[SceneRow]) -> str:
+def summary(declared: list[Criterion], rows: list[CriterionValue]) -> str:
     """Return the median, the range and the passing scenes of each criterion as text."""
     lines = []
     for criterion in declared:
-        own = [r for r in rows if (r.sequence, r.name) == (criterion.sequence, criterion.name)]
-        if own:
-            values = sorted(row.value for row in own)
-            passed = sum(row.passes for row in own)
+        criterion_rows = [
+            r for r in rows if (r.sequence, r.name) == (criterion.sequence, criterion.name)
+        ]
+        if criterion_rows:
+            values = sorted(row.value for row in criterion_rows)
+            passed = sum(row.passes for row in criterion_rows)
             lines.append(
                 f"{criterion.sequence:38} {criterion.name:50} median {median(values):.3g} "
                 f"[{values[0]:.3g}, {values[-1]:.3g}] target {criterion.target or '-'}: "
-                f"{passed} of {len(own)}"
+                f"{passed} of {len(criterion_rows)}"
             )
     for sequence in dict.fromkeys(row.sequence for row in rows):
         passing = list(passing_scenes(rows, sequence))
@@ -206,8 +210,8 @@ def main() -> None:
     sys.stdout.write(summary(read_criteria(arguments.paper)[1], rows))
     if arguments.write:
         measured = {row.sequence for row in rows}
-        kept = [] if not arguments.only else read_values(arguments.paper)
-        rows += [row for row in kept if row.sequence not in measured]
+        stored_rows = [] if not arguments.only else read_values(arguments.paper)
+        rows += [row for row in stored_rows if row.sequence not in measured]
         order = [criterion.sequence for criterion in read_criteria(arguments.paper)[1]]
         write_values(arguments.paper, sorted(rows, key=lambda row: order.index(row.sequence)))
 

@@ -1,4 +1,4 @@
-"""Runs that a page's numbers open: the worst scenes of a claim, and the worst run of a cell."""
+"""Runs that the numbers of a page link to: worst scenes of a claim, worst run of a cell."""
 
 from collections.abc import Iterable
 from math import isfinite, nan
@@ -47,22 +47,22 @@ def claim_scenes(row: VerdictRow, setting: str, context: Context) -> list[SceneR
         order = (-first if evidence.lower_is_better else first).groupby(level=[0, 1]).min()
     table = pd.concat([evidence.first, evidence.second]).set_index(["sequence", "rank"])
     texts = [tracker_text(context.description, name, setting) for name in claim.trackers]
-    found = []
+    scene_rows = []
     for sequence, rank in order.sort_values(kind="stable").index[:SHOWN_SCENES]:
-        here = table.loc[[(sequence, rank)]]
+        scene_table = table.loc[[(sequence, rank)]]
         ahead = float(order[sequence, rank]) if claim.worse else nan
         scene, values = (
-            str(here["scene"].iloc[0]),
-            dict(zip(here["tracker"], here["value"], strict=True)),
+            str(scene_table["scene"].iloc[0]),
+            dict(zip(scene_table["tracker"], scene_table["value"], strict=True)),
         )
         if "" in values:  # a measure of the scene, without a run
-            found.append(SceneRow(scene, [ahead, values[""]], [None, None]))
+            scene_rows.append(SceneRow(scene, [ahead, values[""]], [None, None]))
             continue
         members = scene_names(context.description, sequence, claim.n_scenes)[rank]
-        runs = [_worst([one], members, claim.measure, texts, context) for one in texts]
-        numbers = [ahead, *(values.get(one, nan) for one in texts)]
-        found.append(SceneRow(scene, numbers, [runs[0], *runs]))
-    return found
+        runs = [_worst([text], members, claim.measure, texts, context) for text in texts]
+        numbers = [ahead, *(values.get(text, nan) for text in texts)]
+        scene_rows.append(SceneRow(scene, numbers, [runs[0], *runs]))
+    return scene_rows
 
 
 def main_runs(context: Context) -> list[list[ShownRun | None]]:
@@ -73,7 +73,7 @@ def main_runs(context: Context) -> list[list[ShownRun | None]]:
 
 def _main_run(row: MainRow, setting: str, context: Context) -> ShownRun | None:
     texts = [tracker_text(context.description, name, setting) for name in row.trackers]
-    names = [scene_names(context.description, one, context.scenes) for one in row.sequences]
+    names = [scene_names(context.description, name, context.scenes) for name in row.sequences]
     scenes = [member for sequence in names for members in sequence for member in members]
     return _worst(texts, scenes, row.measures[0], texts, context) if row.measures else None
 
@@ -83,7 +83,9 @@ def _worst(
 ) -> ShownRun | None:
     """Return the run with the worst mean over repetitions; None without runs."""
     measure = find_measure(measured, context.description.name)
-    pairs = {(text, one): context.runs.courses(text, one) for one in scenes for text in texts}
+    pairs = {
+        (text, scene): context.runs.judged_runs(text, scene) for scene in scenes for text in texts
+    }
     means = {pair: float(np.mean([*map(measure, runs)])) for pair, runs in pairs.items() if runs}
     means = {pair: mean for pair, mean in means.items() if isfinite(mean)}
     if not means:

@@ -1,4 +1,4 @@
-"""Measures of scenes that need no stored run, computed in parallel and kept until they change."""
+"""Measures of scenes that need no stored run, computed in parallel and cached in a file."""
 
 import hashlib
 import inspect
@@ -37,7 +37,7 @@ def scene_values(
     scenes : sequence of str
         Text forms of scenes.
     setting : str
-        Setting that the function is told.
+        Setting that is passed to the function.
     folder : Path
         Keeps the values until the scenes or the function's source change.
     jobs : int
@@ -45,16 +45,16 @@ def scene_values(
     """
     settings = [setting] if "setting" in inspect.signature(function).parameters else []
     source = source_digest(Path(inspect.getfile(function)), PACKAGE)
-    known = [datasets.identity(one) if "/" in one else one for one in scenes]
-    identity: list[Any] = [function.__name__, settings, known, source]
+    identities = [datasets.identity(scene) if "/" in scene else scene for scene in scenes]
+    identity: list[Any] = [function.__name__, settings, identities, source]
     key = hashlib.sha256(json.dumps(identity).encode()).hexdigest()[:16]
     file = folder / "scenes" / f"{key}.json"
     if file.is_file():
         return np.array(json.loads(file.read_bytes()))
     with ProcessPoolExecutor(max_workers=min(jobs, len(scenes))) as pool:
-        found = pool.map(function, scenes, *([one] * len(scenes) for one in settings))
+        results = pool.map(function, scenes, *([name] * len(scenes) for name in settings))
         title = f"{function.__name__}, {setting}" if settings else function.__name__
-        values = [*tqdm(found, title, len(scenes), unit="scene", disable=None, delay=1.0)]
+        values = [*tqdm(results, title, len(scenes), unit="scene", disable=None, delay=1.0)]
     file.parent.mkdir(parents=True, exist_ok=True)
     write_atomically(file, json.dumps(values).encode())
     return np.array(values)

@@ -1,4 +1,4 @@
-"""What a reproduction prints: the main table, one line per claim, and where the rest is."""
+"""Terminal output of a reproduction: main table, one line per claim, path of the report."""
 
 import textwrap
 from pathlib import Path

@@ -88,15 +88,15 @@ class _Side:
 
     def __init__(self, make: Callable[[], Any], clips: Sequence[Clip]) -> None:
         self._clips = clips
-        self._begun = [make() for _ in clips]
-        for method, (_, images, box) in zip(self._begun, clips, strict=True):
+        self._initialised = [make() for _ in clips]
+        for method, (_, images, box) in zip(self._initialised, clips, strict=True):
             method.init(images[0], box)  # once: it can take as long as many updates
         self._method: Any = None
 
     def turn(self, number: int, start: int, stop: int) -> float:
         """Return the CPU time of updates on images of a clip [s]; 0 starts it again."""
         if start == 0:
-            self._method = deepcopy(self._begun[number])
+            self._method = deepcopy(self._initialised[number])
         update, images = self._method.update, self._clips[number][1][start + 1 : stop + 1]
         began = thread_time()
         for image in images:
@@ -118,9 +118,9 @@ def turn_times(methods: Methods, clips: Sequence[Clip]) -> Times:
     rounds = seconds[:, : passes * ROUNDS].reshape(len(sides), ROUNDS, passes, len(turns))
     fastest, times = rounds.min(axis=2), {}
     for name in dict.fromkeys(name for name, *_ in clips):
-        own = [clips[number][0] == name for number, *_ in turns]
+        of_sequence = [clips[number][0] == name for number, *_ in turns]
         n = sum(len(images) - 1 for other, images, _ in clips if other == name)
-        times[name] = dict(zip(makers, fastest[:, :, own].sum(axis=2) / n, strict=True))
+        times[name] = dict(zip(makers, fastest[:, :, of_sequence].sum(axis=2) / n, strict=True))
     return times
 
 
@@ -166,7 +166,9 @@ def kept_times(
         with ProcessPoolExecutor(1, env=ONE_THREAD) as process:
             job = process.submit(measure_scenes, methods, texts, scenes, frames, stretches)
             times = _measured[file] = job.result()
-        machine: Values = np.sum([one["reference"] for one in times.values()], axis=0)
+        machine: Values = np.sum(
+            [sequence_times["reference"] for sequence_times in times.values()], axis=0
+        )
         if np.median(machine) <= DISTURBED_RATIO * machine.min():
             file.parent.mkdir(parents=True, exist_ok=True)
             text = json.dumps(times, default=lambda values: values.tolist())
@@ -185,7 +187,11 @@ def measure_scenes(
     region = parse_tracker(next(iter(texts.values()))).init
     return turn_times(
         methods(texts),
-        [clip for one in scenes.items() for clip in open_clips(*one, frames, stretches, region)],
+        [
+            clip
+            for scene in scenes.items()
+            for clip in open_clips(*scene, frames, stretches, region)
+        ],
     )
 
 

@@ -1,4 +1,4 @@
-"""Stored results as tables and pictures: what `trackmark report` and `show` print and draw."""
+"""Tables, charts and pictures of stored results, for example for `trackmark report`."""
 
 __all__ = ["MARGINS"]
 
@@ -9,7 +9,7 @@ MARGINS = {
     "centre_error": 0.5,
     "centre_error_median": 0.5,
 }
-"""Differences up to these are irrelevant, in the scores' units, unless others are given.
+"""Default margins: largest irrelevant differences, in the units of the scores.
 
-Those of overlaps and shares are `bench.statistics.rules.MARGIN`, whose import takes 0.2 s.
+Margins of overlaps and shares equal `bench.statistics.rules.MARGIN`, whose import takes 0.2 s.
 """

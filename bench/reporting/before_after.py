@@ -1,4 +1,4 @@
-"""Scores of runs before and after they are replaced, for example of a changed tracker."""
+"""Scores of runs before and after their replacement, for example of a changed tracker."""
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
@@ -8,9 +8,8 @@ import numpy as np
 
 from trackmark.bench.execution.plan import Plan, State
 from trackmark.bench.reporting.tables import MASKS, PRESET, SUMMARY, TIMES
-from trackmark.bench.store.layout import Cell as RunCell
-from trackmark.bench.store.layout import cell_of
-from trackmark.bench.store.loading import as_frame
+from trackmark.bench.store.data_frames import to_data_frame
+from trackmark.bench.store.layout import RunKey, run_key
 from trackmark.reports.renderers import to_text
 from trackmark.reports.table_width import on_terminal
 from trackmark.reports.tables import Cell, Table, summary_table
@@ -18,47 +17,45 @@ from trackmark.reports.tables import Cell, Table, summary_table
 Rows: TypeAlias = Sequence[Mapping[str, Any]]
 
 
-class Replaced:
+class ReplacedRuns:
     """Stored runs that a plan replaces.
 
-    `plan`: with the states before anything was run. `rows`: of stored runs at that time.
+    `plan`: plan with the states before execution. `rows`: rows of the stored runs at that time.
     """
 
     def __init__(self, plan: Plan, rows: Rows) -> None:
         self._rows = rows
-        self._stale = {cell for cell in plan.cells if plan.state(cell) == State.STALE}
+        self._stale = {cell for cell in plan.requested if plan.state(cell) == State.STALE}
 
     def before(self, caption: str) -> str:
-        """Return means of their scores as text."""
-        stages = {"before": _chosen(self._rows, self._stale)}
+        """Return the means of the old scores as text."""
+        stages = {"before": _select(self._rows, self._stale)}
         return on_terminal(_table(stages, caption), to_text)
 
     def compared(self, now: Plan, rows: Rows) -> str:
-        """Return mean scores before and after, of runs that are replaced by now; '' for none.
+        """Return the means of old and new scores of replaced runs as text; empty if there are none.
 
-        `now`: the plan with the states by now. `rows`: of stored runs now.
+        `now`: plan with the present states. `rows`: rows of the runs stored now.
         """
-        gone = {cell for cell in self._stale if now.state(cell) != State.STALE}
-        if not gone:
+        replaced = {cell for cell in self._stale if now.state(cell) != State.STALE}
+        if not replaced:
             return ""
-        stages = {"before": _chosen(self._rows, gone), "after": _chosen(rows, gone)}
-        runs = "1 run that was" if len(gone) == 1 else f"{len(gone)} runs that were"
+        stages = {"before": _select(self._rows, replaced), "after": _select(rows, replaced)}
+        runs = "1 run that was" if len(replaced) == 1 else f"{len(replaced)} runs that were"
         table = _table(stages, f"What became of the scores of {runs} replaced:")
-        # The notes were printed before; those of the new runs follow in their own table.
+        # `before` printed the notes on the old runs; the table of the new runs has its own notes.
         return on_terminal(replace(table, notes=[]), to_text)
 
 
-def _chosen(rows: Rows, cells: Collection[RunCell]) -> Rows:
-    return [row for row in rows if cell_of(row) in cells]
+def _select(rows: Rows, cells: Collection[RunKey]) -> Rows:
+    return [row for row in rows if run_key(row) in cells]
 
 
 def _table(stages: Mapping[str, Rows], caption: str) -> Table:
-    """Return trackers before and after, each over its own replaced runs."""
-    runs = as_frame({**row, "stage": stage} for stage, rows in stages.items() for row in rows)
-    masks = [one for one in MASKS if one.name in runs and runs[one.name].notna().any()]
-    missing = [
-        one.name for one in SUMMARY if one.name not in runs
-    ]  # for example of supervised runs
+    """Return a table with each tracker before and after, over its replaced runs."""
+    runs = to_data_frame({**row, "stage": stage} for stage, rows in stages.items() for row in rows)
+    masks = [m for m in MASKS if m.name in runs and runs[m.name].notna().any()]
+    missing = [m.name for m in SUMMARY if m.name not in runs]  # for example of supervised runs
     runs = runs.assign(**dict.fromkeys(missing, np.nan))
     measures = TIMES if (runs["protocol"] == "timing").any() else (*SUMMARY, *masks)
     parts: list[Table] = []

@@ -1,7 +1,7 @@
 """Scores of stored runs by attributes of their sequences: bins, correlations, tables, plots.
 
-A sequence is one observation: its score and one value of the attribute. Frames are not
-observations, because a lost target stays lost regardless of later frames.
+A sequence is one observation: its score and its value of the attribute. Frames are not
+observations, as a target that is lost usually stays lost in all later frames.
 """
 
 from collections.abc import Callable, Collection, Mapping, Sequence
@@ -25,18 +25,18 @@ from trackmark.bench.reporting.tables import PRESET, SUMMARY
 from trackmark.bench.statistics.correlation import rank_correlation
 from trackmark.bench.statistics.intervals import Interval
 from trackmark.bench.statistics.rules import MIN_UNITS, corrected_level, interval_or_none
+from trackmark.bench.store.data_frames import load_results
 from trackmark.bench.store.files import ResultsError
-from trackmark.bench.store.loading import load_results
 from trackmark.datasets import attributes
 from trackmark.reports.tables import MISSING, Cell, ScoreMeasure, Table, complete, counted
 
 Progress = Callable[[int, int], object]
-"""Receives the number of measured frames and the number of all frames."""
+"""Callback with the number of measured frames and the number of all frames."""
 
 Measured = Callable[[pd.DataFrame, Sequence[str]], Mapping[str, NDArray[np.float64]]]
-"""Returns attributes by sequence, given runs and names of sequences; see `attributes_of`."""
+"""Function `(runs, names of sequences) -> attributes by sequence`; see `attributes_of`."""
 
-MOST_BINS = 5
+MAX_BINS = 5
 """Maximum number of bins. A line with more points is hard to read."""
 
 _BIN_COLUMNS = ("bin_from", "bin_to", "bin_sequences", "bin_mean", "bin_low", "bin_high")
@@ -56,10 +56,10 @@ class Bin(NamedTuple):
 
 @dataclass(frozen=True)
 class Curve:
-    """Scores of a tracker by an attribute, on the n sequences that have it, (n,).
+    """Scores of a tracker by an attribute on the n sequences that have the attribute, (n,).
 
-    `correlation` is Spearman's, NaN if all scores or all attributes are equal. `interval` is at
-    level 1 - 0.05 / m, corrected for all m curves that are shown together.
+    `correlation`: Spearman's, NaN if all scores or all attributes are equal. `interval`: at level
+    1 - 0.05 / m, corrected for all m curves of a report.
     """
 
     label: str
@@ -87,16 +87,15 @@ def by_attribute(folder: str | Path, metrics: str = PRESET) -> pd.DataFrame:
     folder : str or Path
         `results/<experiment>`. Sequences that were not measured before are opened.
     metrics : str
-        Preset, of which the first score is used; the mean overlap by default.
+        Preset whose first score is used; the mean overlap by default.
 
     Returns
     -------
     DataFrame
-        One row per tracker, attribute and bin, of trackers whose runs all have a score:
-        `tracker`, `attribute`, `sequences`, rank `correlation` and its interval (`low`, `high`),
-        corrected for all curves; of the bin `bin_from` and `bin_to` in the unit of the attribute,
-        `bin_sequences`, `bin_mean` of the scores and its interval. Failed runs have the worst
-        score.
+        One row per tracker, attribute and bin: `tracker`, `attribute`, `sequences`, the rank
+        `correlation` and its interval (`low`, `high`), corrected for all curves, `bin_from` and
+        `bin_to` in the unit of the attribute, `bin_sequences`, the mean score `bin_mean` and its
+        interval. Failed runs have the worst score. Trackers with a run without score are omitted.
 
     Raises
     ------
@@ -107,7 +106,7 @@ def by_attribute(folder: str | Path, metrics: str = PRESET) -> pd.DataFrame:
     def refuse(message: str) -> None:
         raise ResultsError(message)
 
-    measured = partial(attributes_of, progress=lambda *_: None, tell=refuse)
+    measured = partial(attributes_of, progress=lambda *_: None, on_message=refuse)
     (report,) = attribute_report(Path(folder), [metrics], measured)
     return report.table.data
 
@@ -121,7 +120,7 @@ def attribute_report(
         measure, runs = _scored_runs(experiment, preset)
         names = [str(name) for name in runs["sequence"].unique()]
         means = _means_by_sequence(runs, measure)
-        curves = against(means, measured(runs, names), measure.least, measure.most)
+        curves = attribute_curves(means, measured(runs, names), measure.least, measure.most)
         name = "attributes" if preset == PRESET else f"attributes-{preset}"
         table = attribute_table(curves, measure, name)
         for tracker in sorted(set(runs["tracker"].astype(str)) - set(means)):
@@ -144,7 +143,7 @@ def _scored_runs(folder: Path, metrics: str) -> tuple[ScoreMeasure, pd.DataFrame
 
 
 def _means_by_sequence(runs: pd.DataFrame, measure: ScoreMeasure) -> dict[str, NDArray[np.float64]]:
-    """Return mean scores by sequence, (n,), of trackers all of whose runs have a score."""
+    """Return mean scores by sequence, (n,), of trackers whose runs all have a score."""
     runs = complete(runs).astype(dict.fromkeys(["tracker", "sequence", "status"], str))
     names = runs["sequence"].unique()
     return {
@@ -158,13 +157,13 @@ def attributes_of(
     runs: pd.DataFrame,
     sequences: Sequence[str],
     progress: Progress,
-    tell: Callable[[str], None],
+    on_message: Callable[[str], None],
 ) -> dict[str, NDArray[np.float64]]:
     """Return values of every attribute by sequence, (n,), NaN if a sequence does not have it.
 
     Sequences that were measured before are not opened. `runs`: as `load_results` returns them.
-    `sequences`: names. `progress` receives the number of measured frames over all sequences, and
-    `tell` a message on each sequence that cannot be measured.
+    `sequences`: names. `progress`: called with the number of measured frames of all sequences.
+    `on_message`: called with a message on each sequence that cannot be measured.
     """
     whole = runs[(runs["status"] == "finished") & runs["fingerprint"].notna()]
     rows = {
@@ -175,14 +174,14 @@ def attributes_of(
         for name in sequences
         if name in rows
     }
-    unmeasured = [name for name, kept in series.items() if kept is None]
+    unmeasured = [name for name, values in series.items() if values is None]
     opened = {name: open_sequence(rows[name]) for name in unmeasured}
     total = sum(len(sequence) for sequence in opened.values() if not isinstance(sequence, str))
     done = 0
     for name, sequence in opened.items():
         if isinstance(sequence, str):
             source = rows[name]["source"]
-            tell(f"{name}: its attributes are not known, as it is not at {source} as it was.")
+            on_message(f"{name}: its attributes are not known, as it is not at {source} as it was.")
             continue
         watch = partial(lambda before, frames, _: progress(before + frames, total), done)
         series[name] = attributes.measure(sequence, watch)
@@ -194,15 +193,15 @@ def attributes_of(
     }
 
 
-def against(
+def attribute_curves(
     values: Mapping[str, ArrayLike],
     attributes: Mapping[str, ArrayLike],
     least: float = -inf,
     most: float = inf,
 ) -> list[Curve]:
-    """Return curves of all trackers by every attribute that at least two sequences have.
+    """Return the curve of each tracker and each attribute that at least two sequences have.
 
-    `values`: scores by sequence, (n,), by tracker; they lie from `least` to `most`.
+    `values`: scores by sequence, (n,), by tracker, in the range from `least` to `most`.
     `attributes`: values by sequence, (n,), by name; NaN if a sequence does not have it.
     """
     pairs = [
@@ -230,13 +229,13 @@ def against(
 def bins_of(places: ArrayLike) -> list[NDArray[np.intp]]:
     """Return indices of sequences in bins of similar size, in the order of their values, (n,).
 
-    There are as many bins as have `MIN_UNITS` sequences each, at most five, and none instead of a
-    single one. Equal values share a bin.
+    Each bin has at least `MIN_UNITS` sequences; there are at most `MAX_BINS` bins, and none instead
+    of one. Equal values are in the same bin.
     """
     values = np.asarray(places, np.float64)
     order = np.argsort(values, kind="stable")
     ranked, n = values[order], len(values)
-    count = min(MOST_BINS, n // MIN_UNITS)
+    count = min(MAX_BINS, n // MIN_UNITS)
     cuts = [0]
     for number in range(1, count):
         cut = int(np.searchsorted(ranked, ranked[number * n // count]))
@@ -251,7 +250,7 @@ def attribute_table(
 ) -> Table:
     """Make a table of curves: correlations, and the means of the lowest and the highest bin.
 
-    `name`: of the table's files. Its data have one row per bin; a curve without bins has one row.
+    `name`: file name of the table. Its data have one row per bin; a curve without bins has one.
     """
     rows = []
     for curve in curves:
@@ -288,7 +287,7 @@ def attribute_table(
 
 
 def _rows(curve: Curve) -> list[dict[str, Any]]:
-    """Return one row of data per bin, or one without bin."""
+    """Return one row of data per bin, or one row without bin."""
     common = {
         "tracker": curve.label,
         "attribute": curve.attribute,
@@ -301,7 +300,7 @@ def _rows(curve: Curve) -> list[dict[str, Any]]:
 
 
 def _ends(curve: Curve, measure: ScoreMeasure) -> tuple[str, str]:
-    """Return the means of the lowest and the highest bin, and the inner limits of these bins."""
+    """Return the means of the lowest and the highest bin with the inner limits of the bins."""
     if not curve.bins:
         return MISSING, MISSING
     first, last = curve.bins[0], curve.bins[-1]
@@ -312,16 +311,16 @@ def _ends(curve: Curve, measure: ScoreMeasure) -> tuple[str, str]:
 def write_plot(
     path: Path, curves: Sequence[Curve], measure: ScoreMeasure, title: str
 ) -> list[Path]:
-    """Draw curves into a file with a panel per attribute; return the files, none without curves."""
-    from trackmark.reports.attributes import Against, attribute_plot
+    """Draw curves into a file, one panel per attribute; return the files, none without curves."""
+    from trackmark.reports.attributes import AttributeScores, attribute_plot
     from trackmark.reports.figures import write_for_papers
 
     if not curves:
         return []
-    panels: dict[str, list[Against]] = {}
+    panels: dict[str, list[AttributeScores]] = {}
     for curve in curves:
         points = [(bin_.centre, bin_.mean, bin_.low, bin_.high) for bin_ in curve.bins]
         bins = np.reshape(points, (-1, 4)) * [1.0, *[measure.scale] * 3]
-        drawn = Against(curve.label, curve.places, curve.scores * measure.scale, bins)
+        drawn = AttributeScores(curve.label, curve.places, curve.scores * measure.scale, bins)
         panels.setdefault(attributes.find(curve.attribute).head, []).append(drawn)
     return write_for_papers(path, attribute_plot(panels, measure.head, title))

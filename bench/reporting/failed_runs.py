@@ -1,11 +1,11 @@
-"""Failed runs: the worst score in their place, and the sentence that names them.
+"""Worst scores for failed runs, and notes on them.
 
-A failed run counts as a run of a tracker that gave no box after initialisation. Its
-higher-is-better scores are 0 and its target is lost at the first frame after initialisation. Its
-centre error is the diagonal of the image. Where the stored ground truth has no image size, it is
-the diagonal from the origin to the farthest corner of the ground truth, a lower bound. Other
-lower-is-better scores have no bound: they are what the metrics preset makes of a tracker that fails
-whenever it can. Scores of masks are 0. Times have no worst value and stay missing.
+A failed run counts as the run of a tracker without boxes after the initialisation. Scores with
+better high values are 0, and the target is lost in the first frame after the initialisation. The
+centre error is the diagonal of the image, or without image size a lower bound: the diagonal from
+the origin to the farthest corner of the ground truth. Other scores with better low values have no
+bound: they are those of a tracker that fails as often as possible. Scores of masks are 0. Times
+have no worst value and stay missing.
 """
 
 from collections.abc import Sequence
@@ -24,7 +24,7 @@ from trackmark.bench.evaluation.scoring import judge
 from trackmark.bench.metrics import preset as metrics_preset
 from trackmark.bench.metrics.preset import FrameState, PresetResult, mean_of_sequences
 from trackmark.bench.protocols import TIMING, parse_protocol
-from trackmark.bench.store.layout import cell_of
+from trackmark.bench.store.layout import run_key
 from trackmark.bench.store.results import Results
 from trackmark.bench.store.truth import StoredTruth, read_truth
 from trackmark.reports.tables import failure_notes
@@ -33,14 +33,14 @@ from trackmark.reports.tables import failure_notes
 class FailedRuns(NamedTuple):
     """Failed runs of a comparison or table."""
 
-    notes: dict[str, str]  # by tracker: how many failed, and where and why the first one did
-    left_out: list[str]  # trackers whose every run failed
+    notes: dict[str, str]  # by tracker: number of failed runs, and reason of the first failure
+    left_out: list[str]  # trackers whose runs all failed
 
 
 def failed_runs(runs: pd.DataFrame, counted: str = "the worst score") -> FailedRuns:
-    """Return which trackers have failed runs, of runs by one protocol.
+    """Return notes on the trackers with failed runs, for runs by one protocol.
 
-    `counted`: score of a failed run in the notes, `0` for an overlap.
+    `counted`: score of a failed run in the notes, for example `0` for an overlap.
 
     >>> runs = pd.DataFrame({"tracker": ["a", "a"], "sequence": ["cup", "box"]})
     >>> runs = runs.assign(status=["failed", "finished"], failure=["frame 3: ValueError: no", ""])
@@ -57,8 +57,8 @@ def with_worst_scores(
 ) -> pd.DataFrame:
     """Return runs with the worst scores of metrics presets in failed rows.
 
-    Their status stays `failed`. Timing runs, runs of trackers whose every run failed, and runs that
-    a preset cannot judge are unchanged. `runs`: as `load_results` or `runs_by` return them; their
+    The status stays `failed`. Timing runs, runs of trackers whose runs all failed, and runs that a
+    preset cannot judge are unchanged. `runs`: as `load_results` or `runs_by` return them; their
     ground truth is read from the results `folder`. Raises `ResultsError` if a file is missing or
     damaged.
     """
@@ -69,7 +69,7 @@ def with_worst_scores(
         return runs
     filled, results = runs.copy(), Results(folder)
     for number, row in zip(failed.index, failed.to_dict("records"), strict=True):
-        run = results.read(cell_of(row))
+        run = results.read(run_key(row))
         truth = read_truth(folder, row["sequence"], row["fingerprint"])
         scores: dict[str, float] = {}
         for name in presets:
@@ -83,7 +83,7 @@ def with_worst_scores(
 
 
 def judge_failed(run: Run, truth: StoredTruth, preset: str) -> PresetResult:
-    """Return the worst that a metrics preset makes of a run on a sequence.
+    """Return the worst possible scores of a run by a metrics preset.
 
     Raises `ValueError` if the preset cannot judge runs by the run's protocol.
     """
@@ -101,13 +101,13 @@ def judge_failed(run: Run, truth: StoredTruth, preset: str) -> PresetResult:
     if "normalised_centre_error" in scores:
         sizes = np.hypot(*truth.boxes[present][1:, 2:].T)
         scores["normalised_centre_error"] = float(np.mean(diagonal / sizes))
-    if definition.combine is mean_of_sequences:  # others make their curves of the evidence
+    if definition.combine is mean_of_sequences:  # other presets compute curves from the evidence
         curves = {name: np.column_stack([c[:, 0], 0 * c[:, 1]]) for name, c in curves.items()}
     return replace(judged, scores=scores, curves=curves)
 
 
 def _lost_run(run: Run) -> Run:
-    """Return the run of a tracker that gave no box and, if supervised, failed whenever it could."""
+    """Return a run without boxes, in which a supervised tracker fails as often as possible."""
     n = len(run.boxes)
     states: NDArray[np.int32] | None = None
     if run.states is not None:

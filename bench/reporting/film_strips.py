@@ -10,36 +10,36 @@ from numpy.typing import NDArray
 from trackmark.bench.evaluation.run_record import Run, Trace
 from trackmark.bench.reporting.outlines import Outlines, outlines_of_run
 from trackmark.bench.reporting.stored_runs import StoredRun, one_pass_runs, open_sequence
-from trackmark.bench.store.index import read_index
 from trackmark.bench.store.layout import experiment_folders
 from trackmark.bench.store.results import Results
+from trackmark.bench.store.run_rows import list_scored_runs
 from trackmark.reports.film_strip import evenly_spaced, film_strip, write_film_strip
 from trackmark.reports.overlay import TRUTH
 from trackmark.reports.palette import colours
 from trackmark.reports.write import file_names
 
-STRIP_FRAMES = 10
+N_STRIP_FRAMES = 10
 
 TRACE_WORDS: Mapping[Trace, str] = {
     "online": "said at once (online)",
     "revised": "said in the end (revised)",
 }
-"""Words in pictures for boxes of trackers that revise some of them later."""
+"""Labels in pictures for the boxes of trackers that revise boxes later."""
 
 
 def write_strips(
     experiment: Path,
     folder: Path,
-    tell: Callable[[str], None],
+    on_message: Callable[[str], None],
     trackers: Collection[str],
     chosen: Mapping[str, Collection[str]] | None = None,
 ) -> list[Path]:
-    """Draw film strips of sequences with trackers' boxes; return the files.
+    """Draw film strips of sequences with the boxes of trackers; return the files.
 
-    `trackers`: in the order of their colours. `chosen`: trackers by sequence; all on all sequences
-    by default. `tell` receives a message on every sequence that cannot be drawn.
+    `trackers`: trackers in the order of their colours. `chosen`: trackers by sequence; all by
+    default. `on_message`: called with a message on each sequence that cannot be drawn.
     """
-    rows = {str(row["sequence"]): row for row in read_index(Results(experiment))}
+    rows = {str(row["sequence"]): row for row in list_scored_runs(Results(experiment))}
     selected = [{}] if chosen is None else [{"sequence": name} for name in chosen]
     stored = [
         (row, replace(run, arrays={}), truth)  # masks of all runs may not fit into memory
@@ -51,15 +51,15 @@ def write_strips(
     for name in sorted(rows) if chosen is None else chosen:
         sequence = open_sequence(rows[name])
         if isinstance(sequence, str):
-            tell(f"{name}: no film strip: it is not at {rows[name]['source']} as it was.")
+            on_message(f"{name}: no film strip: it is not at {rows[name]['source']} as it was.")
             continue
-        here = [one for one in stored if one[0]["sequence"] == name]
-        boxes, named = {TRUTH: here[0][2].boxes} if here else {}, {}
-        for tracker, run in _one_each(here, 0).items():
+        runs = [entry for entry in stored if entry[0]["sequence"] == name]
+        boxes, named = {TRUTH: runs[0][2].boxes} if runs else {}, {}
+        for tracker, run in _select_repetition(runs, 0).items():
             if chosen is None or tracker in chosen[name]:
                 label = _label(tracker, run, "online")
                 boxes[label], named[label] = run.boxes, shades[tracker]
-        numbers = evenly_spaced(sequence.first_frame, len(sequence) - 1, STRIP_FRAMES)
+        numbers = evenly_spaced(sequence.first_frame, len(sequence) - 1, N_STRIP_FRAMES)
         strip = film_strip(sequence.__getitem__, numbers, boxes, name, shades=named)
         paths.append(write_film_strip(folder / f"strip-{files[name]}.png", strip))
     return paths
@@ -68,16 +68,16 @@ def write_strips(
 def boxes_on(
     folder: Path, sequence: str, repetition: int = 0, trace: Trace = "online"
 ) -> tuple[dict[str, NDArray[np.float64]], dict[str, Outlines]]:
-    """Return boxes, the ground truth first, and outlines on a sequence by label.
+    """Return boxes, with the ground truth first, and outlines on a sequence by label.
 
-    Labels are the trackers', with the trace if a tracker revised boxes. Outlines are of online
-    estimates only. Failed runs are included as far as they got.
+    A label is a tracker, with the trace if it revised boxes. Outlines exist for online estimates
+    only. Failed runs are included up to their failure.
     """
     experiments = experiment_folders(folder)
-    stored = [one for path in experiments for one in one_pass_runs(path, sequence=sequence)]
+    stored = [run for path in experiments for run in one_pass_runs(path, sequence=sequence)]
     boxes = {TRUTH: stored[0][2].boxes} if stored else {}
     outlines = dict[str, Outlines]()
-    for tracker, run in _one_each(stored, repetition).items():
+    for tracker, run in _select_repetition(stored, repetition).items():
         label = _label(tracker, run, trace)
         boxes[label] = run.boxes_in(trace)
         if trace == "online" or run.revised is None:
@@ -85,8 +85,8 @@ def boxes_on(
     return boxes, outlines
 
 
-def _one_each(stored: Iterable[StoredRun], repetition: int) -> dict[str, Run]:
-    """Return one repetition of each tracker; the first run of a tracker that lacks it."""
+def _select_repetition(stored: Iterable[StoredRun], repetition: int) -> dict[str, Run]:
+    """Return a repetition of each tracker, or the first run of a tracker without it."""
     runs: dict[str, Run] = {}
     for row, run, _ in stored:
         if row["repetition"] == repetition or row["tracker"] not in runs:

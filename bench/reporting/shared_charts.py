@@ -1,4 +1,4 @@
-"""Charts that both a report and a comparison have: time to failure, speed against a score."""
+"""Charts of both reports and comparisons: survival, and a score against the time."""
 
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
@@ -17,10 +17,10 @@ def survival_line(
     lost: ArrayLike,
     lost_at: Mapping[int, PlayerPosition] = MappingProxyType({}),
 ) -> Line:
-    """Return Kaplan and Meier's estimate of the share of a tracker's runs that are not lost.
+    """Return the Kaplan-Meier estimate of the survival of a tracker's runs.
 
-    `ends`: frame in which each run was lost or ended; `lost`: whether it was lost. `lost_at`: a
-    place to open by such a frame.
+    `ends`: frame in which each run failed or ended. `lost`: True if it failed. `lost_at`: position
+    in the player by frame of failure.
     """
     survival = kaplan_meier(ends, lost)
     shares, low, high = (np.concatenate([[1.0], part]) for part in survival[1:])
@@ -30,12 +30,12 @@ def survival_line(
 
 
 def survival_chart(lines: Sequence[Line], words: str = "") -> Chart:
-    """Return the chart of the share of runs that have not lost the target, over frames."""
+    """Return the survival plot: the share of runs without failure by frame."""
     axes = "frame", "share of runs not lost"
     return Chart("", *axes, lines, words, "step", top=1.0, figure="survival")
 
 
 def speed_chart(dots: Sequence[Line], time: str, quantity: str, words: str = "") -> Chart:
-    """Return the chart of a score against the time per frame, a dot per tracker."""
+    """Return the chart of a score against the time per frame, with a dot per tracker."""
     axes = time, quantity
     return Chart("", *axes, dots, words, "dots", logarithmic=True, figure="speed-accuracy")

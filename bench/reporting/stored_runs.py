@@ -1,4 +1,4 @@
-"""Stored runs of an experiment with their ground truth, and the sequences that they are of."""
+"""Stored runs of an experiment with their ground truth and their sequences."""
 
 from collections.abc import Iterator, Mapping
 from functools import cache, partial
@@ -8,13 +8,13 @@ from typing import Any, TypeAlias
 from trackmark import datasets
 from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.protocols import STORED_ONE_PASS, TIMING
-from trackmark.bench.store.layout import cell_of
-from trackmark.bench.store.loading import ordered_rows
+from trackmark.bench.store.data_frames import ordered_rows
+from trackmark.bench.store.layout import run_key
 from trackmark.bench.store.results import Results
 from trackmark.bench.store.truth import StoredTruth, read_truth
 
 StoredRun: TypeAlias = tuple[Mapping[str, Any], Run, StoredTruth]
-"""A run with its row of the index, and the ground truth that it was made with."""
+"""Row of the index, run, and the ground truth of the run."""
 
 
 def one_pass_runs(folder: Path, **only: str) -> Iterator[StoredRun]:
@@ -28,12 +28,12 @@ def judged_runs(folder: Path, **only: str) -> Iterator[StoredRun]:
     truth = cache(partial(read_truth, folder))
     for row in ordered_rows(results, **only):
         if row["protocol"] != TIMING:
-            run = results.read(cell_of(row))
+            run = results.read(run_key(row))
             yield row, run, truth(row["sequence"], row["fingerprint"])
 
 
 def open_sequence(row: Mapping[Any, Any]) -> datasets.Sequence | str:
-    """Return the sequence of a run as the index has it, or a message why it cannot be used."""
+    """Open the sequence of a row of the index; return a message if that fails."""
     name, source = row["sequence"], row["source"]
     try:
         sequence = datasets.load(source, truth=row["truth"] or None)

@@ -1,4 +1,4 @@
-"""Tables of stored results, read from their folder alone."""
+"""Tables of stored results."""
 
 from collections.abc import Collection, Sequence
 from dataclasses import replace
@@ -12,8 +12,8 @@ from trackmark.bench.reporting import MARGINS
 from trackmark.bench.reporting.failed_runs import with_worst_scores
 from trackmark.bench.statistics.rules import MIN_UNITS, interval_or_none, star_marks
 from trackmark.bench.statistics.units import StatisticalUnits, units_of
-from trackmark.bench.store.layout import Cell
-from trackmark.bench.store.loading import as_revised, load_results
+from trackmark.bench.store.data_frames import load_results, with_revised_scores
+from trackmark.bench.store.layout import RunKey
 from trackmark.bench.store.results import Results
 from trackmark.reports.tables import (
     ScoreMeasure,
@@ -36,7 +36,7 @@ SUMMARY = tuple(
         ScoreMeasure("centre_error_median", "median", "px", "lower", 2, rank=2),
     )
 )
-"""Columns over several sequences: shares, so that each sequence counts once."""
+"""Columns over several sequences: shares, so that all sequences have equal weights."""
 
 PER_SEQUENCE = (
     ScoreMeasure("mean_overlap", "mean overlap", direction="higher", decimals=3),
@@ -63,7 +63,7 @@ MASKS = (
 """Columns of runs with masks, in addition to the scores of boxes."""
 
 TIME = ScoreMeasure("milliseconds", "time a frame", "ms", None, 3, least=0.0)
-"""Warm CPU time of timing runs; with `~` that of the scored runs, under other load."""
+"""Warm CPU time of timing runs; with `~` the time of the scored runs, under other load."""
 
 SEGMENTATION = (
     ScoreMeasure("mean_region_similarity", "J, mean", direction="higher", decimals=3),
@@ -90,56 +90,58 @@ TIMES = (
     ScoreMeasure("disturbed", "disturbed passes", "share", None, 2, rank=3),
     ScoreMeasure("mean_overlap", "mean overlap", direction="higher", decimals=3),
 )
-"""Columns of timing runs, with the score that the time buys."""
+"""Columns of timing runs, with their mean overlap."""
 
 
 def title_of(folder: Path, *, named: bool = False) -> str:
-    """Title of an experiment's results; `named` begins with the name of its folder."""
-    title = Results(folder).asked().title or folder.name
+    """Return the title of an experiment's results; `named`: start with the name of its folder."""
+    title = Results(folder).manifest().title or folder.name
     return f"{folder.name}: {title}" if named and title != folder.name else title
 
 
-def tables(folder: Path, cells: Collection[Cell] | None = None, title: str = "") -> list[Table]:
+def tables(folder: Path, cells: Collection[RunKey] | None = None, title: str = "") -> list[Table]:
     """Make the tables of one experiment: summary and sequences, masks if there are any, and times.
 
-    `cells`: selected runs, all by default; times are of any timing runs. `title`: the experiment's
-    own by default. If a tracker revised boxes, there are tables of the online boxes and of the
-    revised boxes, and captions say which.
+    `cells`: selected runs, all by default; times come from all timing runs. `title`: title of the
+    experiment by default. If a tracker revised boxes, there are tables of the online boxes and of
+    the revised boxes, which captions distinguish.
     """
     runs = load_results(folder, cells)
     title = title or title_of(folder)
     scored = with_worst_scores(folder, runs[runs["protocol"] == "accuracy"])
     every = runs if cells is None else load_results(folder)
-    timed, ever = (of[of["protocol"] == "timing"] for of in (runs, every))
-    revised = as_revised(scored)
+    timed, all_timed = (frame[frame["protocol"] == "timing"] for frame in (runs, every))
+    revised = with_revised_scores(scored)
     if revised is None:
-        made = score_tables(scored, ever, title)
+        result = score_tables(scored, all_timed, title)
     else:
-        made = score_tables(scored, ever, f"{title}, online boxes (what was said at once)")
-        again = score_tables(revised, ever, f"{title}, revised boxes (what was said in the end)")
-        made += [replace(table, name=f"{table.name}-revised") for table in again]
+        result = score_tables(scored, all_timed, f"{title}, online boxes (what was said at once)")
+        again = score_tables(
+            revised, all_timed, f"{title}, revised boxes (what was said in the end)"
+        )
+        result += [replace(table, name=f"{table.name}-revised") for table in again]
     segmenting = scored[scored["tracker"].isin(_segmenting(scored))]
     masks = f"{title}, masks: region similarity J and contour accuracy F as DAVIS defines them"
-    made += _table_of("segmentation", segmenting, SEGMENTATION, masks)
+    result += _table_of("segmentation", segmenting, SEGMENTATION, masks)
     notes = list(not_repeatable(runs).values())
-    made = [replace(table, notes=[*table.notes, *notes]) for table in made]
+    result = [replace(table, notes=[*table.notes, *notes]) for table in result]
     times = f"{title}, timing runs (none where load disturbed a pass: remove it and run again)"
-    return made + _table_of("times", timed, TIMES, times)
+    return result + _table_of("times", timed, TIMES, times)
 
 
 def _table_of(
     name: str, runs: pd.DataFrame, measures: Sequence[ScoreMeasure], title: str
 ) -> list[Table]:
-    """Make a table of every sequence under a name of its own if there are any runs."""
+    """Make a table of every sequence with this name; an empty list without runs."""
     if runs.empty:
         return []
     return [replace(sequence_table(runs, measures, title, PRESET), name=name)]
 
 
 def not_repeatable(runs: pd.DataFrame) -> dict[str, str]:
-    """Return trackers whose timing run has other scores than the run of that seed, and a note.
+    """Return a note by tracker whose timing run has other scores than its run with the same seed.
 
-    `runs`: as `load_results` gives them. Equal boxes have equal scores, which the index holds.
+    `runs`: as `load_results` returns them. Scores are compared, as equal boxes have equal scores.
     """
     key, scores = ["tracker", "sequence", "repetition"], ["mean_overlap", "centre_error"]
     finished = runs[runs["status"] == "finished"].reindex(columns=["protocol", *key, *scores])
@@ -148,7 +150,7 @@ def not_repeatable(runs: pd.DataFrame) -> dict[str, str]:
         for name in ("accuracy", "timing")
     )
     both = first.index.intersection(second.index)
-    before, again = (of.loc[both, scores].to_numpy(np.float64) for of in (first, second))
+    before, again = (frame.loc[both, scores].to_numpy(np.float64) for frame in (first, second))
     differs = ~np.isclose(before, again, rtol=0, atol=1e-9, equal_nan=True).all(axis=1)
     cells = {tracker: (sequence, seed) for tracker, sequence, seed in both[differs][::-1]}
     return {
@@ -161,16 +163,16 @@ def not_repeatable(runs: pd.DataFrame) -> dict[str, str]:
 def score_tables(scored: pd.DataFrame, timed: pd.DataFrame, title: str) -> list[Table]:
     """Make the summary, if there are several sequences, and the table of every sequence.
 
-    `scored`: runs with scores, failed ones with the worst; `timed`: timing runs.
+    `scored`: runs with scores, failed runs with the worst ones. `timed`: timing runs.
     """
-    made = []
+    result = []
     masks = MASKS if _segmenting(scored) else ()
     if len(scored["sequence"].unique()) > 1:
         timed_runs, time = _with_times(scored, timed)
-        made.append(mean_table(timed_runs, (*SUMMARY, *masks, time), title, PRESET))
+        result.append(mean_table(timed_runs, (*SUMMARY, *masks, time), title, PRESET))
     if len(scored):
-        made.append(sequence_table(scored, PER_SEQUENCE + masks, title, PRESET))
-    return made
+        result.append(sequence_table(scored, PER_SEQUENCE + masks, title, PRESET))
+    return result
 
 
 def mean_table(
@@ -185,7 +187,9 @@ def mean_table(
     sequences = [str(name) for name in scored["sequence"].unique()]
     units = units_of(sequences)
     unit_of = {
-        sequences[i]: name for name, of in zip(units.labels, units.members, strict=True) for i in of
+        sequences[i]: label
+        for label, members in zip(units.labels, units.members, strict=True)
+        for i in members
     }
     runs = scored.assign(unit=scored["sequence"].astype(str).map(unit_of))
     how = uncertainty_of, meaning_of_intervals(units)
@@ -193,7 +197,7 @@ def mean_table(
 
 
 def meaning_of_intervals(units: StatisticalUnits) -> str:
-    """Return the sentences of a caption that explain intervals and marks of a table of means."""
+    """Return the part of a caption that explains intervals and marks."""
     if len(units) < MIN_UNITS:
         plural = units.plural if len(units) != 1 else units.kind
         return (
@@ -208,7 +212,7 @@ def meaning_of_intervals(units: StatisticalUnits) -> str:
 
 
 def uncertainty_of(values: NDArray[np.float64], measure: ScoreMeasure) -> Uncertainty:
-    """Return the interval of every tracker's mean and which trackers are marked.
+    """Return the interval and the mark of each tracker's mean.
 
     `values`: shape (trackers, units). A tracker with an infinite value has neither.
     """
@@ -216,8 +220,8 @@ def uncertainty_of(values: NDArray[np.float64], measure: ScoreMeasure) -> Uncert
         return Uncertainty([None] * len(values), [False] * len(values))
     finite = np.asarray(np.isfinite(values).all(axis=1))
     intervals = [
-        interval_or_none(row, 1, measure.least, measure.most) if known else None
-        for row, known in zip(values, finite.tolist(), strict=True)
+        interval_or_none(row, 1, measure.least, measure.most) if is_finite else None
+        for row, is_finite in zip(values, finite.tolist(), strict=True)
     ]
     marks = np.zeros(len(values), bool)
     if finite.any():
@@ -231,9 +235,9 @@ def uncertainty_of(values: NDArray[np.float64], measure: ScoreMeasure) -> Uncert
 
 
 def _with_times(scored: pd.DataFrame, timed: pd.DataFrame) -> tuple[pd.DataFrame, ScoreMeasure]:
-    """Add milliseconds per frame: of timing runs if all runs have them, else the runs' own.
+    """Add the time per frame [ms] of timing runs if all exist, else of the scored runs.
 
-    A failed run has none of its own and gets the mean of its tracker.
+    A failed run has no time and gets the mean of its tracker.
     """
     pairs = ["tracker", "sequence"]
     whole = timed[timed["status"] == "finished"]
@@ -243,21 +247,21 @@ def _with_times(scored: pd.DataFrame, timed: pd.DataFrame) -> tuple[pd.DataFrame
         times = np.array([medians.get(name, np.nan) for name in names])
         if np.isfinite(times).all():
             return scored.assign(milliseconds=1e3 * times), TIME
-    own = 1e3 * own_times(scored).where(scored["status"] != "failed")
-    means = own.groupby(scored["tracker"], observed=True).transform("mean")
-    own = own.where(scored["status"] != "failed", means)
-    return scored.assign(milliseconds=own), replace(TIME, title=f"~{TIME.title}")
+    times_ms = 1e3 * update_times(scored).where(scored["status"] != "failed")
+    means = times_ms.groupby(scored["tracker"], observed=True).transform("mean")
+    times_ms = times_ms.where(scored["status"] != "failed", means)
+    return scored.assign(milliseconds=times_ms), replace(TIME, title=f"~{TIME.title}")
 
 
-def own_times(scored: pd.DataFrame) -> pd.Series:
-    """Return the median CPU time of an update in the scored runs themselves [s].
+def update_times(scored: pd.DataFrame) -> pd.Series:
+    """Return the median CPU time of an update in scored runs [s].
 
-    Older runs have the mean wall-clock time instead, which includes other load.
+    Results of older versions contain the mean wall-clock time instead, which includes other load.
     """
     return scored["update_seconds"].fillna(scored["seconds"] / scored["frames"])
 
 
 def _segmenting(scored: pd.DataFrame) -> set[str]:
     """Return the trackers with scores of masks."""
-    there = [measure.name for measure in MASKS if measure.name in scored]
-    return set(scored["tracker"][scored[there].notna().any(axis=1)])
+    columns = [measure.name for measure in MASKS if measure.name in scored]
+    return set(scored["tracker"][scored[columns].notna().any(axis=1)])

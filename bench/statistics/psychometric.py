@@ -3,8 +3,9 @@
 A difficulty is a number from 0, the easy end of a range, to 1, the hard end. The probability of
 survival falls with the difficulty x along a logistic curve, luck + (1 - lapse - luck) / (1 +
 exp((x - m) / s)). `lapse` is the share of runs that fail at any difficulty, `luck` the share that
-never fail. The threshold is the difficulty at which the curve is one half, whatever these shares
-are. Its posterior is a sum over a grid of all four numbers (as in psignifit), without iteration.
+never fail. The threshold is the difficulty at which the curve is one half, and does not depend
+on these shares. Its posterior is a sum over a grid of all four numbers (as in psignifit), without
+iteration.
 """
 
 from dataclasses import dataclass

@@ -1,7 +1,7 @@
 """Rules that judge claims: five kinds of test, as pure functions of one value per scene.
 
     order(differences)                  "A is better than B", differences A - B
-    no_worse(differences)               "A is as successful as B, or better"
+    no_worse(differences)               "A is as good as B, or better"
     share(successes, trials, limit)     "in most scenes X happens", counts per scene
     number(values, published)           a published number next to our number; never judged
     time(longer, shorter, factor)       "A takes longer than B by a factor", times of pairs
@@ -134,7 +134,7 @@ def no_worse(
     limit: float = inf,
     counted: str = "scene",
 ) -> Verdict:
-    """Judge "A is as successful as B, or better".
+    """Judge "A is as good as B, or better".
 
     The claim holds if the interval is above 0, or above -margin with at least 30 scenes. It does
     not hold if the interval is below -margin. Parameters: see `order`.

@@ -80,7 +80,7 @@ def digest(values: Iterable[Any]) -> bytes:
 
 
 class Database:
-    """The tables of one experiment within one transaction; see `connected`."""
+    """The tables of one experiment within one transaction; see `open_database`."""
 
     def __init__(self, path: Path, connection: sqlite3.Connection) -> None:
         self.path = path
@@ -152,7 +152,7 @@ class Database:
         for table, change in self._changed.items():
             self.set(_total(table), f"{int(self.setting(_total(table)), 16) ^ change:x}")
 
-    def damages(self) -> list[str]:
+    def find_damage(self) -> list[str]:
         """Return a sentence for each damage of the file's structure and of its rows."""
         said = []
         structure = [row[0] for row in self.select("PRAGMA integrity_check(1)")]
@@ -194,7 +194,7 @@ class Database:
 
 
 @contextmanager
-def connected(folder: Path, *, write: bool = False) -> Iterator[Database]:
+def open_database(folder: Path, *, write: bool = False) -> Iterator[Database]:
     """Open the file of an experiment for one transaction.
 
     `folder`: of the experiment. If it has no results, it is created for writing, and tables are

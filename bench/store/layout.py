@@ -7,7 +7,6 @@
 Reports and other files of commands lie in the same folder. The store reads none of them.
 """
 
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -16,16 +15,16 @@ from trackmark.bench.store.files import ResultsError
 DATABASE = "runs.db"
 """Name of the file that holds the results of an experiment."""
 
-Cell: TypeAlias = tuple[str, str, int, str]
+RunKey: TypeAlias = tuple[str, str, int, str]
 """Key of a run: tracker, sequence, repetition, protocol."""
 
-CELL = ("tracker", "sequence", "repetition", "protocol")
-"""Names of the fields of a `Cell` in rows and data frames."""
+RUN_KEY_COLUMNS = ("tracker", "sequence", "repetition", "protocol")
+"""Names of the fields of a `RunKey` in rows and data frames."""
 
 
-def cell_of(row: Any) -> Cell:
+def run_key(row: Any) -> RunKey:
     """Return the key of a run from its row, or from its `Identity`."""
-    fields: Mapping[str, Any] = row if isinstance(row, Mapping) else vars(row)
+    fields = row if hasattr(row, "keys") else vars(row)  # `sqlite3.Row` is no `Mapping`
     return fields["tracker"], fields["sequence"], int(fields["repetition"]), fields["protocol"]
 
 

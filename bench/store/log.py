@@ -8,7 +8,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from trackmark.bench.store.database import connected
+from trackmark.bench.store.database import open_database
 
 
 class RunLog:
@@ -25,7 +25,7 @@ class RunLog:
         Raises `ResultsError` if it cannot be written.
         """
         date = datetime.now(UTC).isoformat(timespec="milliseconds")
-        with connected(self._folder, write=True) as database:
+        with open_database(self._folder, write=True) as database:
             (newest,) = database.select("SELECT coalesce(max(id), 0) FROM log")
             row = newest[0] + 1, self.name, date, event, json.dumps(fields)
             database.insert("log", [row])
@@ -36,7 +36,7 @@ def read_logs(folder: Path) -> dict[str, list[Mapping[str, Any]]]:
 
     Raises `ResultsError` if the file is damaged.
     """
-    with connected(folder) as database:
+    with open_database(folder) as database:
         rows = database.table("log")
     logs: dict[str, list[Mapping[str, Any]]] = {}
     for row in rows:

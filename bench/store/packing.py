@@ -37,6 +37,6 @@ def unpack(data: bytes) -> dict[str, NDArray[Any]]:
         size = int(np.prod(shape)) * dtype.itemsize
         flat = np.frombuffer(raw, np.uint8, size, place).reshape(dtype.itemsize, -1).T
         arrays[name] = np.ascontiguousarray(flat).reshape(-1).view(dtype).reshape(shape)
-        arrays[name].flags.writeable = False  # runs may be shared; see `kept_runs`
+        arrays[name].flags.writeable = False  # runs may be shared; see `run_cache`
         place += size
     return arrays

@@ -28,10 +28,10 @@ from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.experiments.tracker_spec import Identity
 from trackmark.bench.metrics.regions import Segmentation
 from trackmark.bench.metrics.times import Times
-from trackmark.bench.store.asked import Asked
-from trackmark.bench.store.database import DamagedError, connected
+from trackmark.bench.store.database import DamagedError, open_database
 from trackmark.bench.store.files import ResultsError
-from trackmark.bench.store.layout import DATABASE, Cell
+from trackmark.bench.store.layout import DATABASE, RunKey
+from trackmark.bench.store.manifest import Manifest
 from trackmark.bench.store.results import Results
 from trackmark.bench.store.truth import StoredTruth, store_truth
 from trackmark.datasets.shapes import EncodedMask, Shapes
@@ -84,7 +84,7 @@ def _convert(folder: Path, target: Path, progress: Callable[[int, int], None]) -
             store_truth(target, key[1], _read_truth(file, key[0]))
         results.write_all((run, "") for run in runs)
         progress(begin + len(runs), len(files))
-    with connected(target, write=True) as database:
+    with open_database(target, write=True) as database:
         events = (event for file in sorted(folder.glob("_log/*.jsonl")) for event in _events(file))
         database.insert("log", ((number, *event) for number, event in enumerate(events, 1)))
     return len(files)
@@ -116,19 +116,19 @@ def _check_schema(path: Path, schema: object) -> None:
         )
 
 
-def _requested(path: Path) -> Asked:
+def _requested(path: Path) -> Manifest:
     plan = json.loads(_content(path))
     _check_schema(path, plan["schema"])
     names, series = plan["names"], plan["series"]
     keys = ("tracker", "sequence", "protocol", "version", "first", "count")
-    cells: dict[Cell, str] = {}
+    cells: dict[RunKey, str] = {}
     for numbers in zip(*(series[key] for key in keys), strict=True):
         tracker, sequence, protocol, version = (
             names[key][number] for key, number in zip(keys[:4], numbers[:4], strict=True)
         )
         first, count = numbers[4:]
         cells |= {(tracker, sequence, first + i, protocol): version for i in range(count)}
-    return Asked(plan["title"], cells)
+    return Manifest(plan["title"], cells)
 
 
 def _read_run(path: Path) -> Run:

@@ -21,10 +21,10 @@ from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.experiments.tracker_spec import Identity
 from trackmark.bench.metrics.regions import Segmentation
 from trackmark.bench.metrics.times import Times
-from trackmark.bench.store.asked import Asked, read_asked, write_asked
-from trackmark.bench.store.database import Database, connected
+from trackmark.bench.store.database import Database, open_database
 from trackmark.bench.store.files import ResultsError
-from trackmark.bench.store.layout import DATABASE, Cell, cell_of
+from trackmark.bench.store.layout import DATABASE, RunKey, run_key
+from trackmark.bench.store.manifest import Manifest, read_manifest, write_manifest
 from trackmark.bench.store.packing import pack, unpack
 from trackmark.datasets.source_digest import library_versions
 
@@ -44,39 +44,41 @@ class Results:
     def __init__(self, folder: Path) -> None:
         self.folder = folder
 
-    def prepare(self, asked: Asked) -> None:
+    def prepare(self, manifest: Manifest) -> None:
         """Create the file if it is missing, and add to the requested runs.
 
         Raises `ResultsError` if the file cannot be written, or there are too many runs, and
         `UnicodeEncodeError` for a name that is not UTF-8, before anything is created.
         """
-        for cell in asked.cells:
+        for cell in manifest.versions:
             "".join(map(str, cell)).encode()
-        with connected(self.folder, write=True) as database:
-            present = read_asked(database)
-            both = present.and_then(asked)
-            if len(both.cells) > MAX_RUNS:
+        with open_database(self.folder, write=True) as database:
+            present = read_manifest(database)
+            both = present.merged_with(manifest)
+            if len(both.versions) > MAX_RUNS:
                 raise ResultsError(
-                    f"{len(both.cells)} runs are requested in {self.folder}; an experiment has at "
-                    f"most {MAX_RUNS}. Use another experiment with --name."
+                    f"{len(both.versions)} runs are requested in {self.folder}; an experiment has "
+                    f"at most {MAX_RUNS}. Use another experiment with --name."
                 )
-            if both.title != present.title or [*both.cells.items()] != [*present.cells.items()]:
-                write_asked(database, both)
+            if both.title != present.title or [*both.versions.items()] != [
+                *present.versions.items()
+            ]:
+                write_manifest(database, both)
 
-    def asked(self) -> Asked:
+    def manifest(self) -> Manifest:
         """Return the runs that were requested so far; none for a new folder.
 
         Raises `ResultsError` if the file is damaged.
         """
-        with connected(self.folder) as database:
-            return read_asked(database)
+        with open_database(self.folder) as database:
+            return read_manifest(database)
 
-    def cells(self) -> list[Cell]:
+    def list_keys(self) -> list[RunKey]:
         """Return the keys of all stored runs, in order. Damaged runs are among them."""
-        with connected(self.folder) as database:
+        with open_database(self.folder) as database:
             rows = database.select("SELECT tracker, sequence, repetition, protocol FROM run")
         try:
-            return sorted((cell_of(dict(row)) for row in rows), key=order)
+            return sorted((run_key(row) for row in rows), key=order)
         except (TypeError, ValueError) as error:
             raise database.damaged(f"a run has a key of another type ({error})") from error
 
@@ -94,15 +96,15 @@ class Results:
     def write_all(self, runs: Iterable[tuple[Run, str]]) -> list[bool]:
         """Store runs in one transaction; see `write`."""
         prepared = [(_row_of(run), replaces) for run, replaces in runs]
-        with connected(self.folder, write=True) as database:
+        with open_database(self.folder, write=True) as database:
             return [_write(database, row, replaces) for row, replaces in prepared]
 
-    def remove(self, cells: Collection[Cell]) -> None:
+    def remove(self, cells: Collection[RunKey]) -> None:
         """Remove runs, their scores and requests, and all that no other run needs.
 
         Raises `ResultsError` if the file cannot be written.
         """
-        with connected(self.folder, write=True) as database:
+        with open_database(self.folder, write=True) as database:
             for cell in cells:
                 for row in database.select(f"SELECT id FROM run WHERE {_CELL}", *cell):
                     _delete(database, row["id"])
@@ -113,26 +115,26 @@ class Results:
             )
             database.recount()  # damaged rows may have been removed
 
-    def read(self, cell: Cell) -> Run:
-        """Read a run; within `kept_runs` only once.
+    def read(self, cell: RunKey) -> Run:
+        """Read a run; within `run_cache` only once.
 
         Raises `ResultsError` naming the file and the run if it is damaged or missing.
         """
-        with connected(self.folder) as database:
+        with open_database(self.folder) as database:
             row = next(iter(database.rows("run", _CELL, *cell)), None)
             if row is None:
                 raise ResultsError(
                     f"{self.folder / DATABASE} has no run of {cell[0]} on {cell[1]}, repetition "
                     f"{cell[2]}, by {cell[3]!r}. Run the same command again."
                 )
-            kept = kept_runs.get()
+            kept = run_cache.get()
             if kept is not None and (known := kept.get(row["sha256"])):
                 return known
             run = _run(database, row)
         return run if kept is None else kept.keep(row["sha256"], run)
 
 
-class KeptRuns(dict[Hashable, Run]):
+class RunCache(dict[Hashable, Run]):
     """Runs in memory, by the digest of their rows."""
 
     free = 1 << 30
@@ -149,7 +151,7 @@ class KeptRuns(dict[Hashable, Run]):
         return run
 
 
-kept_runs: ContextVar[KeptRuns | None] = ContextVar("kept_runs", default=None)
+run_cache: ContextVar[RunCache | None] = ContextVar("run_cache", default=None)
 """Set by a command that reads each run once."""
 
 
@@ -159,7 +161,7 @@ def identity_text(identity: Identity) -> str:
     return json.dumps(fields)
 
 
-def order(cell: Cell) -> tuple[str, str, str, int]:
+def order(cell: RunKey) -> tuple[str, str, str, int]:
     """Return the sort key of stored runs."""
     tracker, sequence, repetition, protocol = cell
     return tracker, protocol, sequence, repetition
@@ -222,7 +224,7 @@ def _write(
     database: Database, row: tuple[Identity, tuple[Any, ...], dict[str, bytes]], replaces: str
 ) -> bool:
     key, columns, contents = row
-    cell = cell_of(key)
+    cell = run_key(key)
     failed = columns[2] == "failed"
     for present in database.rows("run", _CELL, *cell):
         if present["version"] == key.version:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from trackmark.bench.store.database import Database, connected
+from trackmark.bench.store.database import Database, open_database
 from trackmark.bench.store.files import ResultsError
 from trackmark.bench.store.layout import DATABASE
 from trackmark.bench.store.packing import pack, unpack
@@ -59,12 +59,12 @@ def store_truth(folder: Path, fingerprint: str, truth: StoredTruth) -> None:
     Raises `ResultsError` if it cannot be written.
     """
     key = truth.name, fingerprint
-    with connected(folder) as database:
+    with open_database(folder) as database:
         there = _stored(database, *key)
     if there and (there.image_size or not truth.image_size) and (there.shapes or not truth.shapes):
         return
     data = pack(_arrays_of(truth))
-    with connected(folder, write=True) as database:
+    with open_database(folder, write=True) as database:
         database.delete("truth", _KEY, *key)
         database.insert("truth", [(*key, data)])
 
@@ -74,7 +74,7 @@ def read_truth(folder: Path, sequence: str, fingerprint: str) -> StoredTruth:
 
     Raises `ResultsError` naming the file if it is missing or damaged.
     """
-    with connected(folder) as database:
+    with open_database(folder) as database:
         truth = _stored(database, sequence, fingerprint)
     if truth is None:
         raise ResultsError(
@@ -85,7 +85,7 @@ def read_truth(folder: Path, sequence: str, fingerprint: str) -> StoredTruth:
     return truth
 
 
-def occurring_attributes(folder: Path, runs: "pd.DataFrame") -> dict[str, set[str]]:
+def find_attributes(folder: Path, runs: "pd.DataFrame") -> dict[str, set[str]]:
     """Return the attributes that occur in any frame, by sequence of `runs` of `load_results`.
 
     Raises `ResultsError` naming the file if a ground truth is missing or damaged.

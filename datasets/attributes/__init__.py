@@ -1,4 +1,4 @@
-"""What may make a sequence hard, computed from its pixels and its truth; kept once computed.
+"""Attributes of difficulty, measured from pixels and ground truth of a sequence and cached.
 
 >>> from trackmark.datasets.attributes import names
 >>> names()[:3]

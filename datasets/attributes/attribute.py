@@ -1,4 +1,4 @@
-"""An attribute: a number of every frame, and how one of the sequence comes from them."""
+"""Definition of an attribute: a number per frame, and its summary for a sequence."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -9,27 +9,39 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from trackmark.datasets.attributes.view import View
+from trackmark.datasets.attributes.view import TargetView
 
-Over = Literal["mean", "5 %", "95 %"]  # how a sequence's value comes from those of its frames
-_QUANTILES: dict[Over, float] = {"5 %": 0.05, "95 %": 0.95}
+Statistic = Literal["mean", "5 %", "95 %"]  # mean or quantile over the frames
+_QUANTILES: dict[Statistic, float] = {"5 %": 0.05, "95 %": 0.95}
 
 
 @dataclass(frozen=True)
 class Attribute:
-    """Something of frames that may make tracking hard.
+    """Property of frames that can make tracking difficult.
 
-    `least, most`: Ends of the range, in the unit.
+    Attributes
+    ----------
+    name : str
+        Name of the function that measures it.
+    definition : str
+        Formula, meaning and source; the first line is a summary.
+    unit : str
+        Unit, or an empty text for pure numbers.
+    statistic : str
+        Statistic over the frames that gives the sequence's value.
+    minimum, maximum : float
+        Range of the values.
+    measure : callable
+        Function of a frame with the target; returns NaN if the value is undefined.
     """
 
-    name: str  # that of its function
-    definition: str  # formula, meaning and source, the first line by itself
-    unit: str  # empty for pure numbers
-    over: Over  # how a sequence's value comes from those of its frames
-    least: float
-    most: float
-    # gives the number of a frame with the target; NaN where there is none
-    measure: Callable[[View], float]
+    name: str
+    definition: str
+    unit: str
+    statistic: Statistic
+    minimum: float
+    maximum: float
+    measure: Callable[[TargetView], float]
 
     @property
     def head(self) -> str:
@@ -37,23 +49,23 @@ class Attribute:
         return f"{self.name} [{self.unit}]" if self.unit else self.name
 
     def overall(self, series: ArrayLike) -> float:
-        """A sequence's value from those of its frames, (n,); NaN where none has any."""
+        """Return a sequence's value from those of its frames, shape (n,); NaN if all are NaN."""
         values = np.asarray(series, np.float64)
         values = values[np.isfinite(values)]
         if len(values) == 0:
             return nan
-        if self.over == "mean":
+        if self.statistic == "mean":
             return float(values.mean())
-        return float(np.quantile(values, _QUANTILES[self.over]))
+        return float(np.quantile(values, _QUANTILES[self.statistic]))
 
 
 def attribute(
-    *, unit: str, over: Over, least: float, most: float = inf
-) -> Callable[[Callable[[View], float]], Attribute]:
-    """Make an `Attribute` of a function, which gives its name and definition."""
+    *, unit: str, statistic: Statistic, minimum: float, maximum: float = inf
+) -> Callable[[Callable[[TargetView], float]], Attribute]:
+    """Return a decorator that creates an `Attribute` from the function that measures it."""
 
-    def made(measure: Callable[[View], float]) -> Attribute:
+    def decorate(measure: Callable[[TargetView], float]) -> Attribute:
         definition = cleandoc(measure.__doc__ or "")
-        return Attribute(measure.__name__, definition, unit, over, least, most, measure)
+        return Attribute(measure.__name__, definition, unit, statistic, minimum, maximum, measure)
 
-    return made
+    return decorate

@@ -1,14 +1,15 @@
-"""The attributes: a function each, found by its name.
+"""Definitions of the attributes, one function each.
 
-A function is shown a frame in which the target is (`View`) and gives a number; NaN where there is
-none to give. In frames without target, or where its box has no size, every attribute is NaN.
+A function returns a number for the target in a frame (`TargetView`), or NaN if it is undefined. In
+frames without target, or with a box without size, all attributes are NaN.
 
-Each says how a sequence's value comes from those of its frames. What lasts is averaged (`mean`).
-What harms by happening once counts by how far it goes: the value that 95 % of the frames stay
-below (`95 %`), or above where less is harder (`5 %`); the very extreme may be a slip of the truth.
+The decorator states how the frames' values are combined to that of the sequence. Lasting properties
+are averaged (`mean`). Properties that can end tracking in a single frame use a quantile: 95 % of
+the frames are below it (`95 %`), or above it if low values are difficult (`5 %`). A maximum would
+depend on single errors of the ground truth.
 
-Boxes alone are used, of polygons and masks those around them: a mask, which few data have, would
-make their values others than those of the rest.
+Only boxes are used, also for polygons and masks: few data have masks, and their values would not be
+comparable with others.
 
 Sources: [OTB] Wu, Lim and Yang, CVPR 2013; [VOT] Kristan et al., PAMI 2016, and its toolkit's
 `sequence/clustering`; [VideoCube] Hu, Zhao, Huang and Huang, PAMI 2022; [Crete] Crete, Dolmiere,
@@ -22,37 +23,37 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackmark.datasets.attributes.attribute import attribute
-from trackmark.datasets.attributes.view import View, part_of
+from trackmark.datasets.attributes.view import TargetView, part_of
 
-LOW_PASS = 9  # pixels over which [Crete] averages
-ENLARGED = 1.5  # sides of the surround, in sides of the box, as [VOT] has it
-ONE_LEVEL = 1e-4  # what rounding leaves of one grey level: resizing is by float32
-BITS = 3  # of a colour channel that count in a histogram: 8 bins a channel, 512 in all
+BLUR_PIXELS = 9  # width of the mean filter in [Crete]
+SURROUND_SCALE = 1.5  # side length of the surround relative to the box, as in [VOT]
+MIN_LEVELS = 1e-4  # smaller ranges of grey levels are rounding errors of resizing in float32
+N_BITS = 3  # of a colour channel in histograms: 8 bins per channel, 512 in total
 
 
-@attribute(unit="px", over="mean", least=0.0)
-def size(now: View) -> float:
+@attribute(unit="px", statistic="mean", minimum=0.0)
+def size(now: TargetView) -> float:
     """Root of the box's area, √(w h).
 
-    [VideoCube] calls it scale; [OTB]'s low resolution is one below 20.
+    [VideoCube] calls it scale; low resolution in [OTB] is a size below 20.
     """
     return now.side
 
 
-@attribute(unit="octaves", over="95 %", least=0.0)
-def scale_change(now: View) -> float:
-    """Size against that in the first frame, |log₂(s / s₁)|: 1 is twice or half as large.
+@attribute(unit="octaves", statistic="95 %", minimum=0.0)
+def scale_change(now: TargetView) -> float:
+    """Size relative to the first frame, |log₂(s / s₁)|: 1 is twice or half as large.
 
-    [OTB]'s scale variation is one above 1.
+    Scale variation in [OTB] is a change above 1.
     """
     return abs(log2(now.side / now.first.side)) if now.first else 0.0
 
 
-@attribute(unit="octaves", over="95 %", least=0.0)
-def aspect_change(now: View) -> float:
-    """Width over height, against that in the first frame, |log₂((w / h) / (w₁ / h₁))|.
+@attribute(unit="octaves", statistic="95 %", minimum=0.0)
+def aspect_change(now: TargetView) -> float:
+    """Aspect ratio relative to the first frame, |log₂((w / h) / (w₁ / h₁))|.
 
-    As [VOT] has it, but for the base of the logarithm.
+    The definition of [VOT] with another base of the logarithm.
     """
     if now.first is None:
         return 0.0
@@ -60,46 +61,46 @@ def aspect_change(now: View) -> float:
     return abs(log2(float(ratios[0] / ratios[1])))
 
 
-@attribute(unit="sizes a frame", over="95 %", least=0.0)
-def motion(now: View) -> float:
-    """Way of the box's centre since the frame before, over its size there, |c - c'| / √(w' h').
+@attribute(unit="sizes a frame", statistic="95 %", minimum=0.0)
+def motion(now: TargetView) -> float:
+    """Displacement of the box's centre since the previous frame per size, |c - c'| / √(w' h').
 
-    NaN where the target was not in that frame. A moving camera moves it, too.
+    NaN if the target is absent in the previous frame. Camera motion is included.
     """
-    if now.before is None:
+    if now.previous is None:
         return nan
-    way = now.centre - now.before.centre
-    return hypot(*way.tolist()) / now.before.side
+    displacement = now.centre - now.previous.centre
+    return hypot(*displacement.tolist()) / now.previous.side
 
 
-@attribute(unit="", over="mean", least=0.0, most=1.0)
-def blur(now: View) -> float:
-    """How much of the differences between neighbours is left when pixels are averaged [Crete].
+@attribute(unit="", statistic="mean", minimum=0.0, maximum=1.0)
+def blur(now: TargetView) -> float:
+    """Share of the differences between neighbouring pixels that remains after averaging [Crete].
 
-    In the box's grey pixels, along rows: of the differences D (Sobel's), and D' of those after a
-    mean over 9, Σ min(D, D') / ΣD; and along columns; the larger. From 0, all of it was fine
-    detail, to 1, none was, whatever gain and offset the light has. Two pixels at the rim are left
-    out, as scikit-image's `blur_effect` does. NaN where nothing differs.
+    For the grey pixels in the box: Σ min(D, D') / ΣD, with Sobel differences D of the image and D'
+    of its mean over 9 pixels, along rows and along columns; the larger value. It ranges from 0
+    (only fine detail) to 1 (no fine detail), independent of gain and offset. Two pixels at the
+    border are left out, as in `blur_effect` of scikit-image. NaN for a uniform box.
     """
-    found = []
-    for along, window in (((1, 0), (LOW_PASS, 1)), ((0, 1), (1, LOW_PASS))):
+    shares = []
+    for along, window in (((1, 0), (BLUR_PIXELS, 1)), ((0, 1), (1, BLUR_PIXELS))):
         if min(now.grey.shape) < 4:
             continue
         averaged = cv2.blur(now.grey, window, borderType=cv2.BORDER_REFLECT)
-        own, left = (
-            np.abs(cv2.Sobel(picture, cv2.CV_64F, *along)[2:-1, 2:-1])
-            for picture in (now.grey, averaged)
+        before, after = (
+            np.abs(cv2.Sobel(image, cv2.CV_64F, *along)[2:-1, 2:-1])
+            for image in (now.grey, averaged)
         )
-        if own.any():
-            found.append(float(np.minimum(own, left).sum() / own.sum()))
-    return max(found, default=nan)
+        if before.any():
+            shares.append(float(np.minimum(before, after).sum() / before.sum()))
+    return max(shares, default=nan)
 
 
-@attribute(unit="grey levels", over="95 %", least=0.0, most=255.0)
-def brightness_change(now: View) -> float:
-    """Mean grey level in the box, against that in the first frame, |m - m₁|.
+@attribute(unit="grey levels", statistic="95 %", minimum=0.0, maximum=255.0)
+def brightness_change(now: TargetView) -> float:
+    """Difference of the mean grey level in the box to the first frame, |m - m₁|.
 
-    [VOT]'s illumination change. NaN where the box is out of either image.
+    Illumination change in [VOT]. NaN if the box is outside one of the images.
     """
     first = now.first or now
     if now.grey.size == 0 or first.grey.size == 0:
@@ -107,40 +108,41 @@ def brightness_change(now: View) -> float:
     return abs(float(now.grey.mean() - first.grey.mean()))
 
 
-@attribute(unit="", over="5 %", least=-1.0, most=1.0)
-def correlation(now: View) -> float:
-    """Pearson's correlation of the box's grey pixels with those of the frame before, -1 to 1.
+@attribute(unit="", statistic="5 %", minimum=-1.0, maximum=1.0)
+def correlation(now: TargetView) -> float:
+    """Pearson correlation of the box's grey pixels with those of the previous frame, -1 to 1.
 
-    Of the box's part that is in both images, the earlier one resized to the later (bilinear) where
-    sizes differ. Less is harder. [VideoCube] takes whole frames, in which the target may be
-    nothing. NaN where the target was not in that frame, and where either has one grey level.
+    Only the part of the box that is inside both images is compared, after bilinear resizing of the
+    previous part. Low values are difficult. [VideoCube] instead correlates whole frames, which the
+    target may hardly affect. NaN if the target is absent in the previous frame, or a part is
+    uniform.
     """
-    if now.before is None:
+    if now.previous is None:
         return nan
-    either = np.stack([now.seen, now.before.seen])
-    low, high = either[:, :2].max(axis=0), either[:, 2:].min(axis=0)
-    pictures = [view.grey_in(_part(view.box, low, high)) for view in (now, now.before)]
-    if any(picture.size == 0 for picture in pictures):
+    parts = np.stack([now.visible_part, now.previous.visible_part])
+    low, high = parts[:, :2].max(axis=0), parts[:, 2:].min(axis=0)
+    patches = [view.grey_in(_part(view.box, low, high)) for view in (now, now.previous)]
+    if any(patch.size == 0 for patch in patches):
         return nan
-    later, earlier = pictures
-    resized = cv2.resize(earlier, later.shape[::-1], interpolation=cv2.INTER_LINEAR)
-    off, earlier_off = later - later.mean(), resized - resized.mean()
-    if min(np.ptp(later), np.ptp(resized)) < ONE_LEVEL:
+    current, previous = patches
+    resized = cv2.resize(previous, current.shape[::-1], interpolation=cv2.INTER_LINEAR)
+    a, b = current - current.mean(), resized - resized.mean()
+    if min(np.ptp(current), np.ptp(resized)) < MIN_LEVELS:
         return nan
-    spread = sqrt(float((off**2).sum() * (earlier_off**2).sum()))
-    return float(np.clip((off * earlier_off).sum() / spread, -1.0, 1.0))
+    scale = sqrt(float((a**2).sum() * (b**2).sum()))
+    return float(np.clip((a * b).sum() / scale, -1.0, 1.0))
 
 
-@attribute(unit="", over="mean", least=0.0, most=1.0)
-def clutter(now: View) -> float:
-    """Likeness of target and surround: Bhattacharyya's coefficient of their colours, Σ √(p q).
+@attribute(unit="", statistic="mean", minimum=0.0, maximum=1.0)
+def clutter(now: TargetView) -> float:
+    """Similarity of target and surround: Bhattacharyya coefficient of their colours, Σ √(p q).
 
-    p and q are shares of 8 x 8 x 8 bins of BGR, of the pixels in the box and of those around it,
-    in a box 1.5 times as wide and as high ([VOT]'s clutter). 1 where both have the same colours,
-    so that a histogram tells nothing; 0 where they share none. NaN where either has no pixel.
+    p and q are normalised BGR histograms with 8 x 8 x 8 bins. p covers the pixels in the box, q
+    those around it, in a box 1.5 times as wide and as high (clutter in [VOT]). 1 means equal
+    colours, 0 no common colour. NaN if one of them has no pixel.
     """
-    grown = now.box[2:] * ENLARGED
-    around = np.concatenate([now.centre - grown / 2, grown])
+    size = now.box[2:] * SURROUND_SCALE
+    around = np.concatenate([now.centre - size / 2, size])
     target, both = (_histogram(part_of(now.image, box)) for box in (now.box, around))
     surround = both - target
     if not (target.any() and surround.any()):
@@ -149,33 +151,35 @@ def clutter(now: View) -> float:
     return min(float(shared), 1.0)
 
 
-@attribute(unit="share", over="mean", least=0.0, most=1.0)
-def visibility(now: View) -> float:
-    """Share of the target that is seen, as the truth says it; NaN where it says nothing."""
+@attribute(unit="share", statistic="mean", minimum=0.0, maximum=1.0)
+def visibility(now: TargetView) -> float:
+    """Visible fraction of the target in the ground truth; NaN if unknown."""
     return now.visibility
 
 
-@attribute(unit="sizes", over="5 %", least=-inf)
-def border(now: View) -> float:
-    """Room between the box and the image's nearest border, over the target's size.
+@attribute(unit="sizes", statistic="5 %", minimum=-inf)
+def border(now: TargetView) -> float:
+    """Distance of the box to the nearest image border per size of the target.
 
-    min(x, y, W - x - w, H - y - h) / √(w h): 0 where it touches the border (data that cut their
-    boxes off there go no further), below where a part is beyond ([OTB]'s out of view).
+    min(x, y, W - x - w, H - y - h) / √(w h): 0 if the box touches the border, negative if a part is
+    outside (out of view in [OTB]). Data with boxes cut at the border have no negative values.
     """
     height, width = now.image.shape[:2]
     end = now.box[:2] + now.box[2:]
-    room = np.concatenate([now.box[:2], np.array([width, height]) - end])
-    return float(room.min()) / now.side
+    distances = np.concatenate([now.box[:2], np.array([width, height]) - end])
+    return float(distances.min()) / now.side
 
 
 def _part(
     box: NDArray[np.float64], low: NDArray[np.float64], high: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """A part of a box, from these shares of its sides to those, (2,) each."""
+    """Return the part of a box between relative corners `low` and `high`, shape (2,) each."""
     return np.concatenate([box[:2] + low * box[2:], (high - low) * box[2:]])
 
 
 def _histogram(part: NDArray[np.uint8]) -> NDArray[np.intp]:
-    """Pixels by bin of colour, shape (512,)."""
-    bins = (part >> (8 - BITS)).reshape(-1, 3).astype(np.intp)
-    return np.bincount(bins @ np.array([1 << 2 * BITS, 1 << BITS, 1]), minlength=1 << 3 * BITS)
+    """Return the number of pixels by colour bin, shape (512,)."""
+    bins = (part >> (8 - N_BITS)).reshape(-1, 3).astype(np.intp)
+    return np.bincount(
+        bins @ np.array([1 << 2 * N_BITS, 1 << N_BITS, 1]), minlength=1 << 3 * N_BITS
+    )

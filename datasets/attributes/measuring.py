@@ -1,4 +1,4 @@
-"""Attributes of a sequence: one pass through its frames, kept by its fingerprint."""
+"""Measurement of all attributes in one pass through a sequence, cached by its fingerprint."""
 
 import hashlib
 import io
@@ -14,107 +14,122 @@ from numpy.typing import ArrayLike, NDArray
 
 from trackmark.datasets.attributes import definitions
 from trackmark.datasets.attributes.attribute import Attribute
-from trackmark.datasets.attributes.view import View
+from trackmark.datasets.attributes.view import TargetView
 from trackmark.datasets.file_digest import cache_folder
 from trackmark.datasets.interface import Sequence
 from trackmark.datasets.source_digest import tree_digest
 from trackmark.datasets.spec_string import close_match
 
-# Values by attribute, (n,): a number a frame, NaN where there is none.
+# Values of each attribute by its name, shape (n,): one per frame, NaN if undefined.
 Series = dict[str, NDArray[np.float64]]
 
 
 @cache
-def _known() -> dict[str, Attribute]:
-    found = vars(definitions).values()
-    return {one.name: one for one in found if isinstance(one, Attribute)}
+def _attributes() -> dict[str, Attribute]:
+    values = vars(definitions).values()
+    return {value.name: value for value in values if isinstance(value, Attribute)}
 
 
 def names() -> list[str]:
-    """Names of the attributes, in the order in which they are defined."""
-    return list(_known())
+    """Return the names of the attributes in the order of their definition."""
+    return list(_attributes())
 
 
 def find(name: str) -> Attribute:
-    """The attribute of a name; raises `ValueError` for an unknown one, with those there are."""
-    if name not in _known():
+    """Return the attribute of a name; raises `ValueError` for an unknown name."""
+    if name not in _attributes():
         hint = close_match(name, names())
-        raise ValueError(f"unknown attribute {name!r}.{hint} Known: {', '.join(names())}.")
-    return _known()[name]
+        raise ValueError(f"unknown attribute {name!r}.{hint} Attributes: {', '.join(names())}.")
+    return _attributes()[name]
 
 
-def _silent(done: int, total: int) -> None:
-    """Tell nobody."""
+def _no_progress(done: int, total: int) -> None:
+    """Ignore the progress."""
 
 
-def measure(sequence: Sequence, progress: Callable[[int, int], object] = _silent) -> Series:
-    """Attributes of every frame of a sequence, by name.
+def measure(sequence: Sequence, progress: Callable[[int, int], object] = _no_progress) -> Series:
+    """Measure all attributes of all frames of a sequence.
 
-    Its frames are read once, in order, those with the target alone; what was measured is kept in
-    the user's cache, and looked up there as long as neither pixels, truth nor definitions change.
+    Frames with the target are read once, in order. The result is stored in the user's cache, and
+    used until pixels, ground truth or definitions change.
 
-    `sequence`: With truth. `progress`: Is told the frames that are done, and of how many. Raises
-    `SequenceError` for a sequence without truth, and for an image that can't be read.
+    Parameters
+    ----------
+    sequence : Sequence
+        Sequence with ground truth.
+    progress : callable
+        Function that is called with the number of finished frames and the number of all frames.
+
+    Returns
+    -------
+    dict of str to array of shape (n,)
+        Values by attribute; NaN if undefined.
+
+    Raises
+    ------
+    SequenceError
+        If there is no ground truth, or an image cannot be read.
     """
-    sequence.first_frame  # noqa: B018  # raises where there is no truth, and says what to do
+    sequence.first_frame  # noqa: B018  # raises SequenceError without ground truth
     series = cached_values(sequence.fingerprint)
     if series is None:
-        series = _measured(sequence, progress)
-        _keep(_file(sequence.fingerprint), series)
+        series = _measure(sequence, progress)
+        _write_cache(_cache_file(sequence.fingerprint), series)
     return series
 
 
 def cached_values(fingerprint: str) -> Series | None:
-    """Attributes of a sequence with this fingerprint, if they were measured before."""
+    """Return the cached attributes of a sequence with this fingerprint, or None."""
     try:
-        content = io.BytesIO(_file(fingerprint).read_bytes())
+        content = io.BytesIO(_cache_file(fingerprint).read_bytes())
         with np.load(content, allow_pickle=False) as file:
             series = {name: np.asarray(file[name], np.float64) for name in names()}
-    except (OSError, EOFError, KeyError, ValueError, zipfile.BadZipFile):  # none, or damaged
+    except (OSError, EOFError, KeyError, ValueError, zipfile.BadZipFile):  # missing or damaged
         return None
     return series if len({values.shape for values in series.values()}) == 1 else None
 
 
 def overall(series: Mapping[str, ArrayLike]) -> dict[str, float]:
-    """A sequence's value of every attribute, from those of its frames; see `Attribute.over`."""
+    """Return the sequence's value of each attribute from those of its frames."""
     return {name: find(name).overall(values) for name, values in series.items()}
 
 
-def _measured(sequence: Sequence, progress: Callable[[int, int], object]) -> Series:
+def _measure(sequence: Sequence, progress: Callable[[int, int], object]) -> Series:
+    """Measure all attributes without the cache."""
     series = {name: np.full(len(sequence), np.nan) for name in names()}
-    there = sequence.present & (sequence.boxes[:, 2:] > 0).all(axis=1)
-    first: View | None = None
-    before: View | None = None
-    for frame in range(len(sequence)):
-        if not there[frame]:
-            before = None
-            progress(frame + 1, len(sequence))
-            continue
-        now = View(
-            sequence[frame], sequence.boxes[frame], float(sequence.visibility[frame]), before, first
-        )
-        for name, one in _known().items():
-            series[name][frame] = one.measure(now)
-        now.before = None  # or all frames so far would stay in memory
-        first, before = first or now, now
+    has_target = sequence.present & (sequence.boxes[:, 2:] > 0).all(axis=1)
+    first: TargetView | None = None
+    previous: TargetView | None = None
+    for frame, (box, visibility) in enumerate(
+        zip(sequence.boxes, sequence.visibility.tolist(), strict=True)
+    ):
+        if has_target[frame]:
+            now = TargetView(sequence[frame], box, visibility, previous, first)
+            for name, attribute in _attributes().items():
+                series[name][frame] = attribute.measure(now)
+            now.previous = None  # otherwise all earlier frames would stay in memory
+            first, previous = first or now, now
+        else:
+            previous = None
         progress(frame + 1, len(sequence))
     return series
 
 
 @cache
 def _digest() -> str:
-    """Of the source of all definitions: what they say of a sequence depends on nothing else."""
-    here = Path(__file__)
-    return tree_digest(here, here.parent)
+    """Return the digest of the source of all definitions, which determines the values."""
+    file = Path(__file__)
+    return tree_digest(file, file.parent)
 
 
-def _file(fingerprint: str) -> Path:
+def _cache_file(fingerprint: str) -> Path:
+    """Return the cache file of a fingerprint and of the current definitions."""
     name = hashlib.sha256(fingerprint.encode()).hexdigest()[:32]
     return cache_folder() / "attributes" / f"{name}-{_digest()}.npz"
 
 
-def _keep(path: Path, series: Series) -> None:
-    """Keep what was measured; where it can't be, that costs time alone."""
+def _write_cache(path: Path, series: Series) -> None:
+    """Write the cache; if it cannot be written, the attributes are measured again next time."""
     content = io.BytesIO()
     np.savez_compressed(content, allow_pickle=False, **series)
     with suppress(OSError):

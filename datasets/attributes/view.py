@@ -1,4 +1,4 @@
-"""A frame as attributes are shown it: its picture, the target's box, and the frames it follows."""
+"""Target in a frame: image, box, and the views of the previous and the first frame."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -12,20 +12,19 @@ from trackmark.datasets.interface import Image
 
 
 @dataclass(eq=False)
-class View:
-    """A frame in which the target is, its box having a size."""
+class TargetView:
+    """Target in a frame in which it is present and its box has a size."""
 
-    image: Image  # picture, shape (height, width, 3)
-    # truth `[x, y, width, height]` [pixels]; of a polygon or a mask the box around it; shape (4,)
+    image: Image
+    # shape (4,): ground truth `[x, y, width, height]` [pixels], the box around polygons and masks
     box: NDArray[np.float64]
-    # share of the target that the truth says is seen; NaN where it says nothing
-    visibility: float = float("nan")
-    before: "View | None" = None  # the frame before, where the target is in it, too
-    first: "View | None" = None  # the first frame with the target; None in that frame itself
+    visibility: float = float("nan")  # visible fraction in the ground truth; NaN if unknown
+    previous: "TargetView | None" = None  # None if the target is absent in the frame before
+    first: "TargetView | None" = None  # first frame with the target; None in that frame
 
     @property
     def side(self) -> float:
-        """Size of the target: the root of its box's area [pixels]."""
+        """Size of the target: root of the box's area [pixels]."""
         return sqrt(float(self.box[2] * self.box[3]))
 
     @property
@@ -35,21 +34,21 @@ class View:
 
     @cached_property
     def grey(self) -> NDArray[np.float64]:
-        """Grey levels of the pixels in the box, 0 to 255; none where it is out of the image."""
+        """Grey levels of the pixels in the box, 0 to 255; empty outside the image."""
         return self.grey_in(self.box)
 
     def grey_in(self, box: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Grey levels of the pixels in another box, see `part_of`."""
+        """Return the grey levels of the pixels in another box; see `part_of`."""
         part = part_of(self.image, box)
         if part.size == 0:
             return np.empty(part.shape[:2])
         return np.asarray(cv2.cvtColor(part, cv2.COLOR_BGR2GRAY), np.float64)
 
     @property
-    def seen(self) -> NDArray[np.float64]:
-        """Which part of the box is in the image: left, top, right, bottom, from 0 to 1.
+    def visible_part(self) -> NDArray[np.float64]:
+        """Part of the box inside the image: left, top, right, bottom from 0 to 1.
 
-        Where none is, right is not beyond left, or bottom not beyond top.
+        If the box is outside, right <= left or bottom <= top.
         """
         size = np.array(self.image.shape[1::-1], np.float64)
         low, high = self.box[:2], self.box[:2] + self.box[2:]
@@ -58,7 +57,7 @@ class View:
 
 
 def part_of(image: Image, box: NDArray[np.float64]) -> Image:
-    """Pixels of an image whose centres are in a box; what is beyond the border is cut off."""
+    """Return the pixels of an image whose centres are in a box."""
     x, y, width, height = box.tolist()
     first_column, last_column = (max(0, ceil(end - 0.5)) for end in (x, x + width))
     first_row, last_row = (max(0, ceil(end - 0.5)) for end in (y, y + height))

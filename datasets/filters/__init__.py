@@ -1,6 +1,6 @@
-"""Filters: one difficulty each, laid over any sequence, recorded ones too; its truth is adapted.
+"""Filters: each adds one difficulty to any sequence and adapts its ground truth.
 
-They stand behind a sequence's name or path, and are a part of its name and fingerprint:
+Filters follow the name or path of a sequence, and are part of its name and fingerprint:
 `samples/face:filter.noise=20`, `plain/target:scene=3:filter.motion=0.4:filter.draw=7`.
 """
 

@@ -1,5 +1,6 @@
-"""Filters of place: where the target is, how large, what is before it, what is told of it."""
+"""Filters of position, size, occlusion, similar objects and init box."""
 
+from collections.abc import Callable
 from functools import cache
 from typing import Any
 
@@ -8,153 +9,146 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackmark.datasets.decoding import check_pixels
-from trackmark.datasets.filters.timing import changed, generator
+from trackmark.datasets.filters.timing import generator, with_changes
 from trackmark.datasets.interface import Image, Mask, Sequence, SequenceError, lies_outside
 
 Array = NDArray[np.float64]
 
-AFTER_WALL = 15  # frames that must follow an occlusion: a target counts as lost after ten
-WALL_MARGIN = 0.1  # how far a wall goes beyond what it hides, in sizes of the first box
-ROOM = 1.5  # radius of the disk that a walk keeps to, in widths of the first box
-CLIMB = 0.1  # of what passes over the target, against it [target heights/frame]
+MIN_FRAMES_AFTER_WALL = 15  # a target counts as lost after ten frames
+WALL_MARGIN = 0.1  # extension of a wall beyond the hidden boxes, in sizes of the first box
+MAX_WALK_RADIUS = 1.5  # of a random walk, in widths of the first box
+CLIMB = 0.1  # speed of the similar object relative to the target [target heights/frame]
 
 
 def size(sequence: Sequence, value: float, draw: int) -> Sequence:
-    """Resize images, truth and masks."""
+    """Resize images, boxes and masks."""
     _, _, box_width, box_height = _first_box(sequence)
     width, height = sequence.image_size
     ratio = value / np.sqrt(box_width * box_height)
-    target = max(1, round(width * ratio)), max(1, round(height * ratio))
+    new_size = max(1, round(width * ratio)), max(1, round(height * ratio))
     try:
-        check_pixels(*target)
+        check_pixels(*new_size)
     except ValueError as error:
         raise SequenceError(f"{sequence.name}: filter.size={value:g}: {error}.") from None
-    way = cv2.INTER_AREA if ratio < 1 else cv2.INTER_LINEAR
-
-    def mask(frame: int) -> Mask | None:
-        whole = sequence.mask(frame)
-        if whole is None:
-            return None
-        return np.asarray(cv2.resize(whole.astype(np.uint8), target, interpolation=way) > 0)
-
-    return changed(
+    method = cv2.INTER_AREA if ratio < 1 else cv2.INTER_LINEAR
+    return with_changes(
         sequence,
-        lambda frame: np.asarray(cv2.resize(sequence[frame], target, interpolation=way)),
-        masks=mask,
-        image_size=target,
-        **_truth(sequence, np.tile(np.divide(target, (width, height)), 2), np.zeros(4)),
+        lambda frame: np.asarray(cv2.resize(sequence[frame], new_size, interpolation=method)),
+        masks=_map_masks(
+            sequence,
+            lambda mask, _: cv2.resize(mask.astype(np.uint8), new_size, interpolation=method),
+        ),
+        image_size=new_size,
+        **_map_boxes(sequence, np.tile(np.divide(new_size, (width, height)), 2), np.zeros(4)),
     )
 
 
 def motion(sequence: Sequence, value: float, draw: int) -> Sequence:
-    """Walk at random, by steps of one length, within a disk about where it was."""
-    # Whole pixels, so that nothing is blurred.
+    """Shift the images along a random walk of constant step length within a disk."""
+    # Whole pixels avoid blur.
     offsets = np.rint(_walk(sequence, value * _first_box(sequence)[2], draw))
-
-    def mask(frame: int) -> Mask | None:
-        whole = sequence.mask(frame)
-        if whole is None:
-            return None
-        moved = _moved(whole.astype(np.uint8), offsets[frame], cv2.BORDER_CONSTANT)
-        return moved.astype(np.bool_)
-
     width, height = sequence.image_size
-    truth = _truth(sequence, np.ones(4), np.pad(offsets, ((0, 0), (0, 2))))
+    truth = _map_boxes(sequence, np.ones(4), np.pad(offsets, ((0, 0), (0, 2))))
     x, y, box_width, box_height = truth["boxes"].T
-    gone = (x >= width) | (y >= height) | (x + box_width <= 0) | (y + box_height <= 0)
-    truth["boxes"][gone] = np.nan
-    return changed(
+    is_outside = (x >= width) | (y >= height) | (x + box_width <= 0) | (y + box_height <= 0)
+    truth["boxes"][is_outside] = np.nan
+    return with_changes(
         sequence,
-        lambda frame: _moved(sequence[frame], offsets[frame], cv2.BORDER_REPLICATE),
-        masks=mask,
+        lambda frame: _shifted(sequence[frame], offsets[frame], cv2.BORDER_REPLICATE),
+        masks=_map_masks(
+            sequence,
+            lambda mask, frame: _shifted(
+                mask.astype(np.uint8), offsets[frame], cv2.BORDER_CONSTANT
+            ),
+        ),
         **truth,
     )
 
 
 def _walk(sequence: Sequence, length: float, draw: int) -> Array:
-    """Offsets (x, y) by frame, shape (n, 2): nothing until the first box, then a step a frame.
+    """Return the offset (x, y) of each frame, shape (n, 2); it is 0 up to the first box.
 
-    The target's middle stays in the image, where it was in it.
+    The target's centre stays inside the image if it is inside without the offset.
     """
     width = _first_box(sequence)[2]
     random = generator(draw, 1)
-    middles = sequence.boxes[:, :2] + sequence.boxes[:, 2:] / 2
+    centres = sequence.boxes[:, :2] + sequence.boxes[:, 2:] / 2
     offsets = np.zeros((len(sequence), 2))
     for frame in range(sequence.first_frame + 1, len(sequence)):
         angles = random.uniform(0, 2 * np.pi, 64)
-        tried = offsets[frame - 1] + length * np.stack([np.cos(angles), np.sin(angles)], axis=1)
-        places = tried + middles[frame]
-        outside = (places < 0) | (places > sequence.image_size)  # of an absent target none is
-        far = np.hypot(*tried.T)
-        fault = outside.any(axis=1) * 1e6 + np.where(far > max(ROOM * width, length), far, 0.0)
-        offsets[frame] = tried[np.argmin(fault)]
+        candidates = offsets[frame - 1] + length * np.stack(
+            [np.cos(angles), np.sin(angles)], axis=1
+        )
+        positions = candidates + centres[frame]
+        # NaN positions of an absent target count as inside.
+        outside = (positions < 0) | (positions > sequence.image_size)
+        distances = np.hypot(*candidates.T)
+        too_far = np.where(distances > max(MAX_WALK_RADIUS * width, length), distances, 0.0)
+        offsets[frame] = candidates[np.argmin(outside.any(axis=1) * 1e6 + too_far)]
     return offsets
 
 
 def occlusion(sequence: Sequence, value: float, draw: int) -> Sequence:
-    """Put a wall where the target will be; the truth goes on behind it."""
+    """Cover the target with a wall for some frames; boxes stay, visibility is 0."""
     first, n = sequence.first_frame, len(sequence)
-    begins = first + max(1, (n - first) // 6)
-    hidden = np.arange(begins, begins + int(value))
-    if begins + int(value) + AFTER_WALL > n:
+    start = first + max(1, (n - first) // 6)
+    hidden = np.arange(start, start + int(value))
+    if start + int(value) + MIN_FRAMES_AFTER_WALL > n:
         raise SequenceError(
-            f"{sequence.name}: filter.occlusion={value:g} is too long for it: at most "
-            f"{max(0, n - AFTER_WALL - begins)} of its {n} frames leave {AFTER_WALL} after them."
+            f"{sequence.name}: filter.occlusion={value:g} is too long. At most "
+            f"{max(0, n - MIN_FRAMES_AFTER_WALL - start)} of {n} frames leave "
+            f"{MIN_FRAMES_AFTER_WALL} after the wall."
         )
     rows = sequence.boxes[hidden][sequence.present[hidden]]
     if len(rows) == 0:
-        return changed(sequence)
+        return with_changes(sequence)
     margin = WALL_MARGIN * _first_box(sequence)[2:]
     left, top = np.floor(np.maximum(rows[:, :2].min(axis=0) - margin, 0)).astype(int)
     right, bottom = np.ceil((rows[:, :2] + rows[:, 2:]).max(axis=0) + margin).astype(int)
     colour = cache(lambda: _mean_colour(sequence))
 
     def image(frame: int) -> Image:
-        shown = sequence[frame].copy()
-        if begins <= frame < begins + int(value):
-            shown[top : max(0, bottom), left : max(0, right)] = colour()
-        return shown
-
-    def mask(frame: int) -> Mask | None:
-        whole = sequence.mask(frame)
-        if whole is None or not begins <= frame < begins + int(value):
-            return whole
-        return np.zeros_like(whole)
+        pixels = sequence[frame].copy()
+        if frame in hidden:
+            pixels[top : max(0, bottom), left : max(0, right)] = colour()
+        return pixels
 
     visibility, flags = sequence.visibility.copy(), np.zeros(n, np.bool_)
     visibility[hidden], flags[hidden] = 0.0, True
     flags |= sequence.attributes.get("occlusion", False)
-    return changed(
+    return with_changes(
         sequence,
         image,
-        masks=mask,
+        masks=_map_masks(
+            sequence, lambda mask, frame: np.zeros_like(mask) if frame in hidden else mask
+        ),
         visibility=visibility,
         attributes={**sequence.attributes, "occlusion": flags},
     )
 
 
 def similarity(sequence: Sequence, value: float, draw: int) -> Sequence:
-    """Have something rise past the target, half a width beside its middle."""
+    """Move a similar object upwards past the target, half a width from its centre."""
     first = sequence.first_frame
     middle = first + (len(sequence) - first) / 2
     side = 0.5 if generator(draw, 2).random() < 0.5 else -0.5
-    patch = cache(lambda: _other(sequence, value))
+    patch = cache(lambda: _similar_patch(sequence, value))
 
     def image(frame: int) -> Image:
-        shown = sequence[frame].copy()
+        pixels = sequence[frame].copy()
         box = sequence.boxes[frame]
-        climbed = CLIMB * (frame - middle)
-        if frame > first and abs(climbed) <= 3 and np.isfinite(box).all():
+        height = CLIMB * (frame - middle)
+        if frame > first and abs(height) <= 3 and np.isfinite(box).all():
             size = np.array(patch().shape[1::-1])
-            corner = box[:2] + box[2:] / 2 + size * (side - 0.5, -climbed - 0.5)
-            _paste(shown, patch(), np.rint(corner).astype(int))
-        return shown
+            corner = box[:2] + box[2:] / 2 + size * (side - 0.5, -height - 0.5)
+            _draw_ellipse(pixels, patch(), np.rint(corner).astype(int))
+        return pixels
 
-    return changed(sequence, image)
+    return with_changes(sequence, image)
 
 
 def box_error(sequence: Sequence, value: float, draw: int) -> Sequence:
-    """Shift the boxes that trackers begin with, and the mask; truth that is scored stays."""
+    """Shift the init box and its mask; the ground truth of later frames stays."""
     first = sequence.first_frame
     box = _first_box(sequence)
     angle = generator(draw, 3).uniform(0, 2 * np.pi)
@@ -164,14 +158,13 @@ def box_error(sequence: Sequence, value: float, draw: int) -> Sequence:
     rows = np.zeros((len(sequence), 4))
     rows[first, :2] = shift
 
-    def mask(frame: int) -> Mask | None:
-        whole = sequence.mask(frame)
-        if whole is None or frame != first:
-            return whole
-        moved = _moved(whole.astype(np.uint8), np.rint(shift), cv2.BORDER_CONSTANT)
-        return moved.astype(np.bool_)
+    def shift_first(mask: Mask, frame: int) -> NDArray[Any]:
+        if frame != first:
+            return mask
+        return _shifted(mask.astype(np.uint8), np.rint(shift), cv2.BORDER_CONSTANT)
 
-    return changed(sequence, masks=mask, **_truth(sequence, np.ones(4), rows))
+    masks = _map_masks(sequence, shift_first)
+    return with_changes(sequence, masks=masks, **_map_boxes(sequence, np.ones(4), rows))
 
 
 def _first_box(sequence: Sequence) -> Array:
@@ -179,39 +172,51 @@ def _first_box(sequence: Sequence) -> Array:
     return np.asarray(sequence.boxes[sequence.first_frame])
 
 
-def _truth(sequence: Sequence, scale: Array, shift: Array) -> dict[str, Any]:
-    """Boxes and regions, scaled and then shifted: (4,), or (n, 4) a frame."""
+def _map_boxes(sequence: Sequence, scale: Array, shift: Array) -> dict[str, Any]:
+    """Return boxes and regions, first scaled, then shifted by values of shape (4,) or (n, 4)."""
     regions = {name: rows * scale + shift for name, rows in sequence.regions.items()}
     return {"boxes": sequence.boxes * scale + shift, "regions": regions}
 
 
-def _moved(image: NDArray[np.uint8], offset: Array, border: int) -> Image:
-    """An image shifted by whole pixels; at the border it goes on, or is empty."""
+def _map_masks(
+    sequence: Sequence, change: Callable[[Mask, int], NDArray[Any]]
+) -> Callable[[int], Mask | None]:
+    """Return a function that returns the changed mask of a frame, or None without mask."""
+
+    def mask(frame: int) -> Mask | None:
+        original = sequence.mask(frame)
+        return None if original is None else np.asarray(change(original, frame), np.bool_)
+
+    return mask
+
+
+def _shifted(image: NDArray[np.uint8], offset: Array, border: int) -> Image:
+    """Return an image shifted by whole pixels, with a border mode of OpenCV."""
     height, width = image.shape[:2]
     matrix = np.array([[1.0, 0.0, offset[0]], [0.0, 1.0, offset[1]]])
-    way = cv2.INTER_NEAREST
+    method = cv2.INTER_NEAREST
     return np.asarray(
-        cv2.warpAffine(image, matrix, (width, height), flags=way, borderMode=border), np.uint8
+        cv2.warpAffine(image, matrix, (width, height), flags=method, borderMode=border), np.uint8
     )
 
 
 def _mean_colour(sequence: Sequence) -> NDArray[np.uint8]:
-    """Mean colour of the first image that is tracked in."""
+    """Return the mean colour of the first image with the target."""
     mean = sequence[sequence.first_frame].mean(axis=(0, 1))
     return np.asarray(np.rint(mean), np.uint8)
 
 
-def _other(sequence: Sequence, value: float) -> NDArray[np.uint8]:
-    """What passes: the first box's picture, mixed with its image's mean colour."""
+def _similar_patch(sequence: Sequence, value: float) -> NDArray[np.uint8]:
+    """Return the pixels of the first box, mixed with the mean colour of the image."""
     x, y, width, height = np.rint(_first_box(sequence)).astype(int).tolist()
     image = sequence[sequence.first_frame]
-    cut = image[max(0, y) : max(1, y + height), max(0, x) : max(1, x + width)]
-    mixed = value * cut + (1 - value) * _mean_colour(sequence)
+    pixels = image[max(0, y) : max(1, y + height), max(0, x) : max(1, x + width)]
+    mixed = value * pixels + (1 - value) * _mean_colour(sequence)
     return np.asarray(np.rint(mixed), np.uint8)
 
 
-def _paste(image: Image, patch: NDArray[np.uint8], corner: NDArray[np.int64]) -> None:
-    """Draw the ellipse within a patch, its corner (x, y) there; what is outside is not drawn."""
+def _draw_ellipse(image: Image, patch: NDArray[np.uint8], corner: NDArray[np.int64]) -> None:
+    """Draw the ellipse inside a patch with its corner (x, y), cut at the image border."""
     height, width = patch.shape[:2]
     y, x = np.mgrid[:height, :width] + 0.5
     inside = (x / width - 0.5) ** 2 + (y / height - 0.5) ** 2 <= 0.25
@@ -219,6 +224,7 @@ def _paste(image: Image, patch: NDArray[np.uint8], corner: NDArray[np.int64]) ->
     high = np.minimum(corner + (width, height), image.shape[1::-1])
     if (high <= low).any():
         return
-    to = np.s_[low[1] : high[1], low[0] : high[0]]
-    of = np.s_[low[1] - corner[1] : high[1] - corner[1], low[0] - corner[0] : high[0] - corner[0]]
-    image[to] = np.where(inside[of][..., None], patch[of], image[to])
+    target = np.s_[low[1] : high[1], low[0] : high[0]]
+    left, top, right, bottom = *(low - corner), *(high - corner)
+    source = np.s_[top:bottom, left:right]
+    image[target] = np.where(inside[source][..., None], patch[source], image[target])

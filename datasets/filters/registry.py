@@ -1,4 +1,4 @@
-"""Which filters there are, how they are written, and a sequence under some of them."""
+"""Registry of filters: their specification, and sequences with filters."""
 
 import hashlib
 import json
@@ -16,27 +16,37 @@ from trackmark.datasets.spec_string import close_match, format_text
 
 PREFIX = "filter."
 
-# Which of many equal draws a filter takes (its noise, its direction): a whole number, else 0.
 DRAW = "draw"
+"""Option with the number of the random draw for noise and directions; 0 by default."""
 
 
 @dataclass(frozen=True)
 class Filter:
-    """A filter: what it does, and the values that it takes.
+    """Function of a filter, and the range of its values.
 
-    `low, high`: Least and greatest value. `easy, hard`: Values between which `trackmark stress`
-    looks for a tracker's breaking point.
+    Attributes
+    ----------
+    apply : callable
+        Function of a sequence, a value and the number of a random draw; returns a sequence.
+    unit : str
+        Unit of the values.
+    low, high : float
+        Smallest and largest value.
+    easy, hard : float
+        Range in which `trackmark stress` searches the breaking point of a tracker.
+    whole : bool
+        Whether values are integers.
+    logarithmic : bool
+        Whether levels have equal ratios instead of equal differences.
     """
 
-    # gives the sequence with the difficulty of a value; the draw is a number of its own
     apply: Callable[[Sequence, float, int], Sequence]
-    unit: str  # of its values
+    unit: str
     low: float
     high: float
     easy: float
     hard: float
-    whole: bool = False  # whether values are whole numbers
-    # whether equal ratios of values, not differences, are equally far apart
+    whole: bool = False
     logarithmic: bool = False
 
 
@@ -52,20 +62,17 @@ FILTERS: dict[str, Filter] = {
     "noise": Filter(light.noise, "grey levels", 0, 255, 0, 160),
     "box_error": Filter(geometry.box_error, "box sizes", 0, 2, 0, 1),
 }
-"""In the order in which they are laid over: time, place, light, sensor, what is told of it all.
-docs/stress.md says what their values mean.
-"""
+"""Filters by name, in the order of their application; docs/stress.md explains their values."""
 
-
-# Filters under which polygons and masks of a truth stay true; under others its boxes count.
-IN_PLACE = frozenset({"occlusion", "similarity", "gain", "blur", "noise", "box_error"})
+# Filters that keep polygons and masks valid; with others, the ground truth consists of boxes.
+_SHAPE_PRESERVING = frozenset({"occlusion", "similarity", "gain", "blur", "noise", "box_error"})
 
 
 def split_filters(text: str) -> tuple[str, dict[str, float]]:
-    """A sequence's text without filters, and the values of its filters, checked.
+    """Return a sequence's text without filters, and the checked values of its filters.
 
-    Raises `SequenceError` for an unknown filter, one that is given twice, or a value that it does
-    not take.
+    Raises `SequenceError` for an unknown filter, a filter that is given twice, or a value that is
+    out of range.
     """
     parts = text.split(":")
     values: dict[str, float] = {}
@@ -81,10 +88,13 @@ def split_filters(text: str) -> tuple[str, dict[str, float]]:
 
 
 def _checked(text: str, name: str, value: str) -> float:
+    """Return the value of a filter, checked against the filter's range."""
     if name != DRAW and name not in FILTERS:
-        known = ", ".join(f"{PREFIX}{one}" for one in [*FILTERS, DRAW])
+        options = ", ".join(f"{PREFIX}{option}" for option in [*FILTERS, DRAW])
         hint = close_match(name, FILTERS)
-        raise SequenceError(f"{quote(text)}: unknown filter {quote(name)}.{hint} Known: {known}.")
+        raise SequenceError(
+            f"{quote(text)}: unknown filter {quote(name)}.{hint} Filters: {options}."
+        )
     low, high, whole = 0.0, 2.0**32 - 1, True
     if name != DRAW:
         low, high, whole = FILTERS[name].low, FILTERS[name].high, FILTERS[name].whole
@@ -93,44 +103,45 @@ def _checked(text: str, name: str, value: str) -> float:
     except ValueError:
         number = math.nan
     if not low <= number <= high or (whole and not number.is_integer()):
-        kind = "a whole number" if whole else "a number"
+        kind = "an integer" if whole else "a number"
         raise SequenceError(
-            f"{quote(text)}: {PREFIX}{name} is {quote(value)}; give {kind} from {low:g} to "
+            f"{quote(text)}: {PREFIX}{name} is {quote(value)}. Expected: {kind} from {low:g} to "
             f"{high:g}."
         )
     return number
 
 
 def with_filters(text: str, values: Mapping[str, float]) -> str:
-    """A sequence's name or path with filters behind it, always in the same order."""
+    """Return a sequence's name or path followed by filters, always in the same order."""
     ordered = [name for name in [*FILTERS, DRAW] if name in values]
     return format_text(text, {f"{PREFIX}{name}": values[name] for name in ordered})
 
 
 def filtered(sequence: Sequence, values: Mapping[str, float]) -> Sequence:
-    """A sequence under filters.
+    """Apply filters to a sequence.
 
-    `sequence`: With truth where a filter needs to know where the target is. `values`: By name; with
-    `draw` among them, see `split_filters`. Raises `SequenceError` for a value that this sequence
-    can't take: it is too short, or too large then.
+    `sequence`: it needs ground truth if a filter depends on the target's position. `values`: values
+    by filter, and `draw`; see `split_filters`.
+
+    Raises `SequenceError` if the sequence is too short, or the images become too large.
     """
-    made = sequence
+    result = sequence
     draw = int(values.get(DRAW, 0))
-    for name, one in FILTERS.items():
+    for name, kind in FILTERS.items():
         if name in values:
-            made = one.apply(made, values[name], draw)
+            result = kind.apply(result, values[name], draw)
     name = with_filters(sequence.name, values)
 
     def fingerprint() -> str:
-        identity = [sequence.fingerprint, dict(values), _code()]
+        identity = [sequence.fingerprint, dict(values), _source_digests()]
         return hashlib.sha256(json.dumps(identity, sort_keys=True).encode()).hexdigest()[:16]
 
-    shapes = sequence.shapes if values.keys() <= IN_PLACE | {DRAW} else None
-    return timing.changed(made, name=name, fingerprint=fingerprint, shapes=shapes)
+    shapes = sequence.shapes if values.keys() <= _SHAPE_PRESERVING | {DRAW} else None
+    return timing.with_changes(result, name=name, fingerprint=fingerprint, shapes=shapes)
 
 
 @cache
-def _code() -> list[str]:
-    """Digests of what makes pixels and truth: a changed line makes other sequences."""
+def _source_digests() -> list[str]:
+    """Return the digests of the filters' source; a changed line changes fingerprints."""
     folder = Path(__file__).parent
     return [tree_digest(Path(str(module.__file__)), folder) for module in (timing, geometry, light)]

@@ -1,4 +1,4 @@
-"""Filters of time, and what all filters are made of: a sequence with something changed."""
+"""Filters of time, and the parts of all filters: changed sequences and random numbers."""
 
 from collections.abc import Callable
 from typing import Any
@@ -8,11 +8,11 @@ from numpy.typing import NDArray
 
 from trackmark.datasets.interface import Image, Sequence, SequenceError
 
-FEWEST = 20  # frames that must be left to be tracked
+MIN_FRAMES = 20  # of a sequence that starts later
 
 
-class _Shown:
-    """Frames of a sequence, each as a function of its number gives it."""
+class _ComputedFrames:
+    """Frames that are computed by a function of the frame number."""
 
     def __init__(self, count: int, image: Callable[[int], Image]) -> None:
         self._count, self._image = count, image
@@ -24,12 +24,12 @@ class _Shown:
         return self._image(frame)
 
 
-def changed(
-    sequence: Sequence, image: Callable[[int], Image] | None = None, **new: Any
+def with_changes(
+    sequence: Sequence, image: Callable[[int], Image] | None = None, **changes: Any
 ) -> Sequence:
-    """The same sequence but for what is given: the image of a frame, arguments of `Sequence`."""
-    boxes = new.setdefault("boxes", sequence.boxes)
-    given: dict[str, Any] = {
+    """Return a sequence with another function for images, and other arguments of `Sequence`."""
+    boxes = changes.setdefault("boxes", sequence.boxes)
+    unchanged: dict[str, Any] = {
         "name": sequence.name,
         "fingerprint": "",
         "regions": sequence.regions,
@@ -43,41 +43,42 @@ def changed(
         "image_size": sequence.known_size,
         "origin": sequence.origin,
     }
-    shown = image or (lambda frame: sequence[frame].copy())
-    return Sequence(frames=_Shown(len(boxes), shown), **(given | new))
+    frames = _ComputedFrames(len(boxes), image or (lambda frame: sequence[frame].copy()))
+    return Sequence(frames=frames, **(unchanged | changes))
 
 
 def generator(draw: int, *key: int) -> np.random.Generator:
-    """Random numbers of a draw; the same for every value of a filter, so that values are pairs."""
+    """Return a random generator that is independent of the filter's value: values are paired."""
     return np.random.default_rng(np.random.SeedSequence(draw, spawn_key=key))
 
 
 def start(sequence: Sequence, value: float, draw: int) -> Sequence:
-    """Begin later."""
+    """Start at a later frame."""
     first = int(value)
-    if len(sequence) - first < FEWEST:
+    if len(sequence) - first < MIN_FRAMES:
         raise SequenceError(
-            f"{sequence.name}: it has {len(sequence)} frames, too few to begin at frame {first}: "
-            f"at least {FEWEST} must be left."
+            f"{sequence.name}: filter.start={first} leaves {len(sequence) - first} of "
+            f"{len(sequence)} frames. At least {MIN_FRAMES} must be left."
         )
     return _reordered(sequence, np.arange(first, len(sequence)))
 
 
 def step(sequence: Sequence, value: float, draw: int) -> Sequence:
-    """Show every so manyth frame, there and back, until there are as many as before."""
-    way = np.arange(0, len(sequence), int(value))
-    if len(way) < 2:
+    """Show each nth frame, forwards and backwards, until the number of frames is the same."""
+    forwards = np.arange(0, len(sequence), int(value))
+    if len(forwards) < 2:
         raise SequenceError(
-            f"{sequence.name}: of {len(sequence)} frames none is left but the first if only every "
-            f"{int(value)}th is shown."
+            f"{sequence.name}: filter.step={int(value)} leaves only the first of {len(sequence)} "
+            "frames. Use a smaller step."
         )
-    there_and_back = np.concatenate([way, way[-2:0:-1]])
-    return _reordered(sequence, np.resize(there_and_back, len(sequence)))
+    numbers = np.concatenate([forwards, forwards[-2:0:-1]])
+    return _reordered(sequence, np.resize(numbers, len(sequence)))
 
 
 def _reordered(sequence: Sequence, numbers: NDArray[np.int64]) -> Sequence:
+    """Return the frames of a sequence in the order of their numbers."""
     frames = numbers.tolist()
-    return changed(
+    return with_changes(
         sequence,
         lambda frame: sequence[frames[frame]].copy(),
         boxes=sequence.boxes[numbers],

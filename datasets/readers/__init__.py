@@ -1,4 +1,4 @@
-"""Readers of recorded data: a file here is a format."""
+"""Readers of recorded data: each module in this folder reads one format."""
 
 import importlib
 import os
@@ -13,7 +13,7 @@ from glob import escape
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol, cast, runtime_checkable
 
-from trackmark.datasets.decoding import LIMIT, quote
+from trackmark.datasets.decoding import PIXEL_LIMIT_VARIABLE, quote
 from trackmark.datasets.file_digest import TICK_NS
 from trackmark.datasets.image_files import ImageFiles
 from trackmark.datasets.interface import Sequence, SequenceError
@@ -21,288 +21,295 @@ from trackmark.datasets.spec_string import natural_order
 from trackmark.datasets.truth_file import read_text
 
 __all__ = [
-    "Choosing",
-    "Collecting",
     "Reader",
-    "Splitting",
+    "ReaderOfMany",
+    "ReaderOfSplits",
+    "ReaderWithOptions",
     "formats",
-    "holds_masks",
-    "knows",
+    "is_mask_path",
     "options",
     "path_format",
     "read",
+    "reads",
     "sequence_paths",
     "sequences_in",
 ]
 
-# Names of the sequences that belong to a data set, as VOT and GOT-10k have it in its folder.
 LIST = "list.txt"
-_DEPTH = 3  # levels of folders in which sequences are looked for: of `LaSOT/dog/dog-1` two
-_NAMED = 4  # files of an unknown layout that are named
+"""File with the names of a dataset's sequences in its folder, as in VOT and GOT-10k."""
+
+_MAX_DEPTH = 3  # levels of folders that are searched; LaSOT has two: `LaSOT/dog/dog-1`
+_MAX_LISTED = 4  # entries of an unknown folder that a message lists
+_MAX_CACHED = 64  # opened sequences that are cached
 
 
 class Reader(Protocol):
-    """What a module in this folder defines."""
+    """Attributes and functions that each module in this folder defines.
 
-    EXPECTS: str  # what the format looks like on disk, for messages
-    GENERAL: bool  # whether the reader takes what others know better; such readers are asked last
-    # patterns of what lies in a sequence's folder and shows this format, those of folders with a
-    # `/` behind them; `NAME` is the folder's own name. A folder that has any, and that no reader
-    # knows, is a sequence that isn't whole
+    Attributes
+    ----------
+    EXPECTS : str
+        Layout on disk, for messages.
+    GENERAL : bool
+        Whether other readers have priority: this one reads layouts that they know better.
+    MARKS : tuple of str
+        Glob patterns of entries that only this format has in a sequence's folder. Folders end with
+        `/`; `NAME` is the name of the folder. A folder that matches a mark, but that no reader
+        recognises, is an incomplete sequence.
+    """
+
+    EXPECTS: str
+    GENERAL: bool
     MARKS: tuple[str, ...]
 
     def recognises(self, path: Path) -> bool:
-        """Whether what lies there looks like this format; reads no image."""
+        """Return whether the path has this format, without reading an image."""
         ...
 
     def read(self, path: Path, truth: Path | None) -> Sequence:
-        """Open the sequence, with an explicit truth file or its own. Reads no image."""
+        """Open the sequence with the given ground-truth file, or its own. Reads no image."""
         ...
 
 
 @runtime_checkable
-class Choosing(Protocol):
-    """What a reader offers besides, whose data hold several targets."""
+class ReaderWithOptions(Protocol):
+    """Functions of a reader whose data contain several targets or frame rates."""
 
     def options(self, path: Path) -> list[dict[str, Any]]:
-        """What can be chosen of what lies there; see `datasets.options`."""
+        """Return the options; see `datasets.options`."""
         ...
 
-    def read(
-        self, path: Path, truth: Path | None, chosen: Mapping[str, str] | None = None
-    ) -> Sequence:
-        """Open the sequence of what is chosen; see `Reader.read`."""
+    def read(self, path: Path, truth: Path | None, options: Mapping[str, str]) -> Sequence:
+        """Open the sequence with these options; see `Reader.read`."""
         ...
 
 
 @runtime_checkable
-class Collecting(Protocol):
-    """What a reader offers besides, whose sequences don't lie directly in their folder."""
+class ReaderOfMany(Protocol):
+    """Function of a reader whose sequences are not folders directly inside the dataset."""
 
     def list_members(self, folder: Path) -> list[Path]:
-        """Paths of the sequences in a folder of this format; none where it is of another.
+        """Return the sequences of a dataset, also without images or ground truth.
 
-        Those whose images or truth are missing are among them.
+        The result is empty for a folder of another format.
         """
         ...
 
 
 @runtime_checkable
-class Splitting(Protocol):
-    """What a reader offers besides, of whose paths one may be several sequences."""
+class ReaderOfSplits(Protocol):
+    """Function of a reader for which each target in a folder is a sequence of its own."""
 
     def list_sequences(self, path: Path) -> list[Path]:
-        """Paths of all sequences that lie there, options behind them."""
+        """Return the paths of all sequences in the folder, with their options."""
         ...
 
 
 def formats() -> dict[str, str]:
-    """What each reader looks for, by its name, sorted."""
+    """Return the layout that each reader expects, sorted by the reader's name."""
     return {stem: importlib.import_module(f"{__name__}.{stem}").EXPECTS for stem in _stems()}
 
 
-def knows(path: Path) -> bool:
-    """Whether a reader knows the path; some know names of what lies elsewhere."""
-    return _reader(path) is not None
+def reads(path: Path) -> bool:
+    """Return whether a reader recognises the path; it need not exist, if it names a sequence."""
+    return _find_reader(path) is not None
 
 
 def path_format(path: Path) -> str:
-    """What a path is taken for: its reader's `EXPECTS`; empty where no reader knows it."""
-    reader = _reader(path)
+    """Return the layout that the reader of a path expects, or "" if no reader recognises it."""
+    reader = _find_reader(path)
     return "" if reader is None else reader.EXPECTS
 
 
 def sequence_paths(path: Path) -> list[Path]:
-    """Paths of the sequences that lie at a path: itself, or several targets; none if unknown."""
-    reader = _reader(path)
-    with _looking(path):
-        return (
-            []
-            if reader is None
-            else reader.list_sequences(path)
-            if isinstance(reader, Splitting)
-            else [path]
-        )
+    """Return the path itself, or one path per target; none if no reader recognises it."""
+    reader = _find_reader(path)
+    with _named_errors(path):
+        if reader is None:
+            return []
+        return reader.list_sequences(path) if isinstance(reader, ReaderOfSplits) else [path]
 
 
 def sequences_in(folder: Path, pattern: str = "*") -> list[Path]:
-    """Paths of the sequences in a folder and its folders, down to `_DEPTH`, in natural order.
+    """Return the sequences in a folder and its subfolders, in natural order of their names.
 
-    There are none within a sequence, nor where names begin with a dot. Where sequences lie beside a
-    `list.txt`, only those that it names belong.
+    Folders inside a sequence, and names that start with a dot, are skipped. If a `list.txt` stands
+    next to the sequences, only those that it names are returned.
 
-    `folder`: What is no sequence itself; in a file there are none. `pattern`: Of names, with `*`
-    and `?`: other sequences are left out. Raises `SequenceError` for what can't be read, for a
-    sequence that isn't whole, and where `list.txt` names one that isn't there: none is left out in
-    silence.
+    `pattern`: pattern of sequence names, with `*` and `?`.
+
+    Raises `SequenceError` for an unreadable folder, an incomplete sequence, and a sequence of
+    `list.txt` that is missing.
     """
-    with _looking(folder):
-        if _marked(folder):
-            raise _not_whole(_unknown(folder))
-        return list(_walk(folder, pattern, _DEPTH))
+    with _named_errors(folder):
+        if _all_marks(folder):
+            raise _incomplete(_not_recognised(folder))
+        return list(_walk(folder, pattern, _MAX_DEPTH))
 
 
-def holds_masks(path: Path) -> bool:
-    """Whether a path leads into the masks of a copy of DAVIS, which are no images of a sequence."""
-    folders = (place for place in (path, *path.parents) if place.name == "Annotations")
-    return any(place.with_name("JPEGImages").is_dir() for place in folders)
+def is_mask_path(path: Path) -> bool:
+    """Return whether a path leads into the masks of DAVIS, which are not images of a sequence."""
+    folders = (folder for folder in (path, *path.parents) if folder.name == "Annotations")
+    return any(folder.with_name("JPEGImages").is_dir() for folder in folders)
 
 
 def _walk(folder: Path, pattern: str, depth: int) -> Iterator[Path]:
-    belonging, expected = _members(folder)
-    if not belonging:
-        belonging, expected = _listed(folder), f"what {folder / LIST} names"
-    for place in belonging or _inside(folder):
-        found = sequence_paths(place)
-        marked = not found and _marked(place)
-        if not (found or belonging or marked):
-            if depth > 1 and place.is_dir():
-                yield from _walk(place, pattern, depth - 1)
-        elif fnmatchcase(place.name, pattern):
-            if not found:
-                missing = f"{place}: its images or its truth are missing. Expected is {expected}."
-                raise _not_whole(_unknown(place) if marked else missing)
-            yield from found
+    members, expected = _list_members(folder)
+    if not members:
+        members, expected = _listed_members(folder), f"the sequences of {folder / LIST}"
+    for path in members or _entries(folder):
+        sequences = sequence_paths(path)
+        has_marks = not sequences and _all_marks(path)
+        if not (sequences or members or has_marks):
+            if depth > 1 and path.is_dir():
+                yield from _walk(path, pattern, depth - 1)
+        elif fnmatchcase(path.name, pattern):
+            if not sequences:
+                missing = f"{path}: images or ground truth are missing. Expected: {expected}."
+                raise _incomplete(_not_recognised(path) if has_marks else missing)
+            yield from sequences
 
 
-def _members(folder: Path) -> tuple[list[Path], str]:
-    """Sequences of a format that lie elsewhere than in their folder, and what it expects."""
+def _list_members(folder: Path) -> tuple[list[Path], str]:
+    """Return the sequences of a dataset with its own folder layout, and the expected layout."""
     for reader in _readers():
-        if isinstance(reader, Collecting) and (members := reader.list_members(folder)):
+        if isinstance(reader, ReaderOfMany) and (members := reader.list_members(folder)):
             return members, reader.EXPECTS
     return [], ""
 
 
-def _listed(folder: Path) -> list[Path]:
-    """What a data set's own list names; nothing where it has none, or holds no sequence itself."""
+def _listed_members(folder: Path) -> list[Path]:
+    """Return the sequences that `list.txt` names; none without list or without sequences."""
     names = folder / LIST
-    inside = {path.name: path for path in _inside(folder)} if names.is_file() else {}
-    if not any(map(knows, inside.values())):
+    entries = {path.name: path for path in _entries(folder)} if names.is_file() else {}
+    if not any(map(reads, entries.values())):
         return []
     listed = [line.strip() for line in read_text(names).splitlines() if line.strip()]
     for line, name in enumerate(listed, 1):
-        if name not in inside:
+        if name not in entries:
             raise SequenceError(
-                f"{names}: line {line}: {quote(name)} is not in this folder. Get it, or remove the "
-                "line, or name the sequences that you want (a pattern will do)."
+                f"{names}: line {line}: {quote(name)} is not in this folder. Add it, remove the "
+                "line, or name the sequences that you want (a pattern works)."
             )
-    return [path for name, path in inside.items() if name in set(listed)]
+    return [path for name, path in entries.items() if name in set(listed)]
 
 
-def _not_whole(wrong: str) -> SequenceError:
-    """The refusal of a sequence that lacks something, where all of a folder are asked for."""
+def _incomplete(problem: str) -> SequenceError:
     return SequenceError(
-        f"{wrong} Supply what is missing, or move it away, or name the other sequences (a pattern "
-        "will do)."
+        f"{problem} Add the missing files, move the sequence to another folder, or name the other "
+        "sequences (a pattern works)."
     )
 
 
-def _marked(path: Path) -> list[str]:
-    """What there is in a folder that shows formats of sequences."""
+def _all_marks(path: Path) -> list[str]:
+    """Return the entries of a folder that match a mark of any reader."""
     return sorted({mark for reader in _readers() for mark in _marks(path, reader)})
 
 
 def _marks(path: Path, reader: Reader) -> list[str]:
-    """What there is of a format's marks in a folder: names, of folders with a `/`."""
-    found = [
-        (place, mark.endswith("/"))
+    """Return the entries of a folder that match a mark of a reader; folders end with `/`."""
+    matches = [
+        (entry, mark.endswith("/"))
         for mark in reader.MARKS
-        for place in path.glob(mark.replace("NAME", escape(path.name)))
+        for entry in path.glob(mark.replace("NAME", escape(path.name)))
     ]
     return [
-        place.relative_to(path).as_posix() + "/" * is_folder
-        for place, is_folder in found
-        if place.is_dir() == is_folder
+        entry.relative_to(path).as_posix() + "/" * is_folder
+        for entry, is_folder in matches
+        if entry.is_dir() == is_folder
     ]
 
 
-def _inside(folder: Path) -> list[Path]:
-    """What is in a folder but for what is hidden and masks, in natural order; nothing in a file."""
-    with _looking(folder):
-        inside = [
+def _entries(folder: Path) -> list[Path]:
+    """Return the visible entries of a folder in natural order, without masks; none of a file."""
+    with _named_errors(folder):
+        entries = [
             path
             for path in (folder.iterdir() if folder.is_dir() else ())
-            if not path.name.startswith(".") and not holds_masks(path)
+            if not path.name.startswith(".") and not is_mask_path(path)
         ]
-        return sorted(inside, key=lambda path: natural_order(path.name))
+        return sorted(entries, key=lambda path: natural_order(path.name))
 
 
 def options(path: Path) -> list[dict[str, Any]]:
-    """What can be chosen of recorded data, as `datasets.options` tells it.
+    """Return the options of recorded data; see `datasets.options`.
 
-    Raises `SequenceError` where the data can't be read.
+    Raises `SequenceError` if the data cannot be read.
     """
-    reader = _reader(path)
-    with _looking(path):
-        return reader.options(path) if isinstance(reader, Choosing) else []
+    reader = _find_reader(path)
+    with _named_errors(path):
+        return reader.options(path) if isinstance(reader, ReaderWithOptions) else []
 
 
 def read(
     path: Path, truth: Path | None = None, chosen: Mapping[str, str] | None = None
 ) -> Sequence:
-    """Open recorded data with the reader that knows it; once while its files do not change.
+    """Open recorded data with the reader that recognises the path.
 
-    `path`: A file or folder, or what a reader knows as a name. `truth`: Truth file (CSV) that wins
-    over the data's own truth. `chosen`: Some of the `options` and their values. Raises
-    `SequenceError` where no reader knows the path or an option, or the one that does can't read it.
+    Opened sequences are cached while their files do not change.
+
+    `path`: a file, a folder, or a name that a reader recognises. `truth`: ground-truth file (CSV)
+    that replaces the ground truth of the data. `chosen`: values of `options` by name.
+
+    Raises `SequenceError` if no reader recognises the path or an option, or if reading fails.
     """
-    options = tuple(sorted((chosen or {}).items()))
-    key = (Path.cwd(), path, truth, options, os.environ.get(LIMIT))
-    kept = _KEPT.get(key)
-    if kept is None or kept.stamps != _stamps(kept.sequence, path):
-        _KEPT.pop(key, None)
+    items = tuple(sorted((chosen or {}).items()))
+    key = (Path.cwd(), path, truth, items, os.environ.get(PIXEL_LIMIT_VARIABLE))
+    cached = _cache.get(key)
+    if cached is None or cached.stamps != _stamps(cached.sequence, path):
+        _cache.pop(key, None)
         started = time.time_ns()
-        sequence = _read(path, truth, chosen)
-        kept = _Kept(sequence, _stamps(sequence, path))
-        if max(changed for _, changed in kept.stamps.values()) < started - TICK_NS:
-            _KEPT[key] = kept
-            if len(_KEPT) > _MOST_KEPT:
-                del _KEPT[next(iter(_KEPT))]
-    sequence = copy(kept.sequence)  # callers replace frames, and a video's frames hold a position
+        sequence = _read(path, truth, chosen or {})
+        cached = _CachedSequence(sequence, _stamps(sequence, path))
+        # A second change within one tick of the file system's clock would not be noticed.
+        if max(changed for _, changed in cached.stamps.values()) < started - TICK_NS:
+            _cache[key] = cached
+            if len(_cache) > _MAX_CACHED:
+                del _cache[next(iter(_cache))]
+    # Callers replace frames, and the frames of a video have a current position.
+    sequence = copy(cached.sequence)
     sequence.frames = copy(sequence.frames)
     return sequence
 
 
-class _Kept(NamedTuple):
-    """Sequence that was opened, and what its files were like then."""
+class _CachedSequence(NamedTuple):
+    """Opened sequence with the state of its files at that time."""
 
     sequence: Sequence
-    stamps: dict[str, tuple[int, int]]  # size and time of change [ns] by path
+    stamps: dict[str, tuple[int, int]]  # size [bytes] and modification time [ns] by path
 
 
-_KEPT: dict[tuple[object, ...], _Kept] = {}
-_MOST_KEPT = 64
+_cache: dict[tuple[object, ...], _CachedSequence] = {}
 
 
 def _stamps(sequence: Sequence, path: Path) -> dict[str, tuple[int, int]]:
-    """Return size and time of change of all that a sequence was read from, folders' entries too."""
-    places = [path, Path(sequence.truth_source)]
+    """Return size and modification time of all files and folders of a sequence."""
+    roots = [path, Path(sequence.truth_source)]
     if path.is_file():
-        places += list(path.parent.glob(f"{escape(path.stem)}.*"))
+        roots += list(path.parent.glob(f"{escape(path.stem)}.*"))
     if isinstance(sequence.frames, ImageFiles):
-        places.append(sequence.frames.files[0].parent)
+        roots.append(sequence.frames.files[0].parent)
     stamps = {}
-    with _looking(path):
-        for place in {place for place in places if place.exists()}:
-            found = [place, *(os.scandir(place) if place.is_dir() else ())]
-            for entry in found:
+    with _named_errors(path):
+        for root in {root for root in roots if root.exists()}:
+            for entry in [root, *(os.scandir(root) if root.is_dir() else ())]:
                 status = entry.stat()
                 stamps[os.fspath(entry)] = status.st_size, status.st_mtime_ns
     return stamps
 
 
-def _read(path: Path, truth: Path | None, chosen: Mapping[str, str] | None) -> Sequence:
-    reader = _reader(path)
+def _read(path: Path, truth: Path | None, chosen: Mapping[str, str]) -> Sequence:
+    reader = _find_reader(path)
     if reader is None:
-        raise SequenceError(_unknown(path))
-    known = [option["name"] for option in options(path)] if chosen else []
-    unknown = sorted((chosen or {}).keys() - known)
+        raise SequenceError(_not_recognised(path))
+    names = [option["name"] for option in options(path)] if chosen else []
+    unknown = sorted(chosen.keys() - names)
     if unknown:
         raise SequenceError(
-            f"{path}: unknown option {quote(unknown[0])}. Known: {', '.join(known) or 'none'}."
+            f"{path}: unknown option {quote(unknown[0])}. Options: {', '.join(names) or 'none'}."
         )
-    with _looking(path):
-        if chosen and isinstance(reader, Choosing):
+    with _named_errors(path):
+        if isinstance(reader, ReaderWithOptions):
             sequence = reader.read(path, truth, chosen)
         else:
             sequence = reader.read(path, truth)
@@ -315,52 +322,50 @@ def _read(path: Path, truth: Path | None, chosen: Mapping[str, str] | None) -> S
     return sequence
 
 
-def _unknown(path: Path) -> str:
-    """What lies at a path that no reader knows, and what was looked for: the nearest, if any."""
-    there = [f"a file {path.suffix}".rstrip()]
-    with _looking(path):
+def _not_recognised(path: Path) -> str:
+    """Return a message on a path that no reader recognises, with the closest expected layouts."""
+    content = ""
+    with _named_errors(path):
         if path.is_dir():
-            there = sorted(file.name + "/" * file.is_dir() for file in path.iterdir())
-        near = [reader.EXPECTS for reader in _readers() if _marks(path, reader)]
-    expected = [reader.EXPECTS for reader in _readers()]
-    named = quote(", ".join(there[:_NAMED])) if there else "nothing in it"
-    more = f" and {len(there) - _NAMED} more" if len(there) > _NAMED else ""
-    what = "no whole sequence" if near else "nothing that a reader knows"
-    return (
-        f"{path}: this is {what}: there is {named}{more}. "
-        f"Expected is {'; '.join(near or expected)}."
-    )
+            entries = sorted(file.name + "/" * file.is_dir() for file in path.iterdir())
+            listed = quote(", ".join(entries[:_MAX_LISTED])) if entries else "nothing"
+            more = f" and {len(entries) - _MAX_LISTED} more" if len(entries) > _MAX_LISTED else ""
+            content = f" It contains {listed}{more}."
+        similar = [reader.EXPECTS for reader in _readers() if _marks(path, reader)]
+    expected = "; ".join(similar or [reader.EXPECTS for reader in _readers()])
+    problem = "an incomplete sequence" if similar else "not in a format that a reader recognises"
+    return f"{path}: this is {problem}.{content} Expected: {expected}."
 
 
 def _licence(path: Path) -> str:
-    """A licence's file in a sequence's folder, or beside a video; empty where there is none."""
+    """Return a reference to a licence file in a sequence's folder, or next to a video."""
     folder = path if path.is_dir() else path.parent
     names = sorted(file.name for file in folder.iterdir()) if folder.is_dir() else []
-    found = (name for name in names if name.upper().startswith(("LICENSE", "LICENCE", "COPYING")))
-    return next((f"see {folder / name}" for name in found), "")
+    licences = [
+        name for name in names if name.upper().startswith(("LICENSE", "LICENCE", "COPYING"))
+    ]
+    return f"see {folder / licences[0]}" if licences else ""
 
 
-def _reader(path: Path) -> Reader | None:
-    """The reader that knows a path."""
-    with _looking(path):
+def _find_reader(path: Path) -> Reader | None:
+    """Return the reader that recognises a path."""
+    with _named_errors(path):
         return next((reader for reader in _readers() if reader.recognises(path)), None)
 
 
 @contextmanager
-def _looking(path: Path) -> Iterator[None]:
-    """Tell what can't be looked at, or goes away meanwhile, in the path's name."""
+def _named_errors(path: Path) -> Iterator[None]:
+    """Turn an `OSError` into a `SequenceError` that names the path."""
     try:
         yield
     except OSError as error:
-        where = error.filename or path
-        raise SequenceError(
-            f"{quote(str(where))}: this can't be read ({error.strerror})."
-        ) from None
+        file = error.filename or path
+        raise SequenceError(f"{quote(str(file))}: cannot be read ({error.strerror}).") from None
 
 
 @cache
 def _readers() -> tuple[Reader, ...]:
-    """All readers, in the order in which they are asked."""
+    """Return all readers; those for general formats are last."""
     modules = [cast(Reader, importlib.import_module(f"{__name__}.{stem}")) for stem in _stems()]
     return tuple(sorted(modules, key=lambda reader: reader.GENERAL))
 

@@ -1,8 +1,8 @@
-"""Sequences of DAVIS: `JPEGImages/480p/NAME/` and, beside it, `Annotations/480p/NAME/`.
+"""Sequences of DAVIS: `JPEGImages/480p/NAME/` and `Annotations/480p/NAME/`.
 
 Perazzi et al., "A benchmark dataset and evaluation methodology for video object segmentation",
-CVPR 2016: a mask is 0 or 255. Pont-Tuset et al., "The 2017 DAVIS challenge on video object
-segmentation", arXiv:1704.00675: its values number the objects from 1, and 255 is none of them.
+CVPR 2016: a mask has the values 0 and 255. Pont-Tuset et al., "The 2017 DAVIS challenge on video
+object segmentation", arXiv:1704.00675: values are object numbers from 1, and 255 means no object.
 """
 
 import io
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from trackmark.datasets import truth_file
-from trackmark.datasets.decoding import check_pixels, decoding, quote
+from trackmark.datasets.decoding import check_pixels, decoding
 from trackmark.datasets.file_digest import file_digests
 from trackmark.datasets.image_files import (
     image_files,
@@ -26,7 +26,8 @@ from trackmark.datasets.image_files import (
     size_of_first,
 )
 from trackmark.datasets.interface import Mask, Sequence, SequenceError
-from trackmark.datasets.recorded import recorded_images
+from trackmark.datasets.recorded import choose, describe_option, recorded_images
+from trackmark.datasets.truth_file import GroundTruth
 
 IMAGES, MASKS = "JPEGImages", "Annotations"
 USUAL_RESOLUTION = "480p"
@@ -38,60 +39,55 @@ CITATION = (
     "CVPR 2016; Pont-Tuset et al., The 2017 DAVIS challenge, arXiv:1704.00675"
 )
 
-# Belongs to no object where objects are numbered; where nothing else is, it is the object.
+# Value without object if objects are numbered; it is the object if it is the only value.
 _VOID = 255
 
 
 def recognises(path: Path) -> bool:
-    """Whether it is a sequence's folder of images, or its name in the folder that holds all."""
-    return _folders(path) is not None
+    """Return whether the path is a sequence's image folder, or its name in the root folder."""
+    return _locate(path) is not None
 
 
 def list_members(folder: Path) -> list[Path]:
-    """Sequences in a folder of the whole benchmark, of its usual resolution; see `Collecting`."""
+    """Return the sequences in the root folder, in the usual resolution; see `ReaderOfMany`."""
     kinds = [folder / kind for kind in (IMAGES, MASKS)]
     if not all(kind.is_dir() for kind in kinds):
         return []
-    for resolution in sorted((place.name for place in kinds[0].iterdir()), key=_preference):
+    for resolution in sorted((entry.name for entry in kinds[0].iterdir()), key=_sort_key):
         names = {
-            place.name
+            entry.name
             for kind in kinds
             if (kind / resolution).is_dir()
-            for place in (kind / resolution).iterdir()
-            if place.is_dir()
+            for entry in (kind / resolution).iterdir()
+            if entry.is_dir()
         }
         return [folder / name for name in sorted(names)]
     return []
 
 
 def options(path: Path) -> list[dict[str, Any]]:
-    """What can be chosen: `object`; see `datasets.options`."""
-    numbers = list(_objects(*_files(path)))
-    meaning = f"which object of {', '.join(map(str, numbers))}"
-    return [{"name": "object", "default": numbers[0], "meaning": meaning}]
+    """Return the option `object`; see `datasets.options`."""
+    numbers = list(_read_objects(*_files(path)))
+    return [describe_option("object", numbers, int(numbers[0]))]
 
 
-def read(path: Path, truth: Path | None, chosen: Mapping[str, str] | None = None) -> Sequence:
+def read(path: Path, truth: Path | None, options: Mapping[str, str]) -> Sequence:
     """Open the sequence of one object, by default the first; its boxes enclose its masks.
 
-    A truth file takes the place of boxes and masks.
+    A given ground-truth file replaces boxes and masks.
     """
     images, _ = _images(path)
     name = path.resolve().name
     if truth is not None:
         return recorded_images(name, images, truth_file.read(truth), truth)
     images, masks = _files(path)
-    objects = _objects(images, masks)
-    first = next(iter(objects))
-    asked = (chosen or {}).get("object", str(first))
-    if asked not in map(str, objects):
-        known = ", ".join(map(str, objects))
-        raise SequenceError(f"{path}: there is no object {quote(asked)}. There are: {known}.")
-    target = objects[int(asked)]
+    objects = _read_objects(images, masks)
+    number = choose(path, "object", objects, options)
+    target = objects[number]
     return recorded_images(
-        name if int(asked) == first else f"{name}:object={asked}",
+        name if number == next(iter(objects)) else f"{name}:object={number}",
         images,
-        truth_file.GroundTruth(target.boxes),
+        GroundTruth(target.boxes),
         masks[0].parent,
         masks=target.mask,
         digests=lambda files: file_digests([*files, *masks]),
@@ -100,104 +96,104 @@ def read(path: Path, truth: Path | None, chosen: Mapping[str, str] | None = None
 
 @dataclass(frozen=True)
 class _Object:
-    """A value in masks."""
+    """Object of a sequence, given by its value in the masks."""
 
-    files: list[Path]  # the masks, a file a frame
-    value: int  # of the object's pixels
-    boxes: NDArray[np.float64]  # (n, 4): its tight bounding boxes; NaN where it has no pixel
+    files: list[Path]  # masks, one file per frame
+    value: int
+    boxes: NDArray[np.float64]  # (n, 4): tight bounding boxes; NaN if the object has no pixel
 
     def mask(self, frame: int) -> Mask:
-        """Its pixels in a frame."""
-        return np.asarray(_values(self.files[frame]) == self.value)
+        """Return the pixels of the object in a frame."""
+        return np.asarray(_read_values(self.files[frame]) == self.value)
 
 
-def _objects(images: list[Path], masks: list[Path]) -> dict[int, _Object]:
-    """Objects by number, in order; all masks are read for it."""
+def _read_objects(images: list[Path], masks: list[Path]) -> dict[str, _Object]:
+    """Read all masks and return the objects by number, sorted."""
     width, height = size_of_first(images)
     boxes: dict[int, NDArray[np.float64]] = {}
     for frame, file in enumerate(masks):
-        values = _values(file)
+        values = _read_values(file)
         if values.shape != (height, width):
             raise SequenceError(
                 f"{file}: the mask has {values.shape[1]}x{values.shape[0]} pixels, the images have "
-                f"{width}x{height}. Get the masks of their resolution."
+                f"{width}x{height}. Use masks and images of the same resolution."
             )
-        # NumPy would count in eight bytes a pixel.
-        there = cv2.calcHist([values], [0], None, [256], [0, 256]).ravel()
-        for value in (1 + np.flatnonzero(there[1:])).tolist():
+        # `np.bincount` would convert the pixels to eight bytes each.
+        counts = cv2.calcHist([values], [0], None, [256], [0, 256]).ravel()
+        for value in (1 + np.flatnonzero(counts[1:])).tolist():
             rows = boxes.setdefault(value, np.full((len(masks), 4), np.nan))
             rows[frame] = cv2.boundingRect((values == value).view(np.uint8))
     if not boxes:
-        raise SequenceError(f"{masks[0].parent}: all masks are empty, so there is no object.")
+        raise SequenceError(f"{masks[0].parent}: all masks are empty. Expected: an object.")
     if list(boxes) == [_VOID]:
-        return {1: _Object(masks, _VOID, boxes[_VOID])}
-    return {value: _Object(masks, value, boxes[value]) for value in sorted(boxes) if value != _VOID}
+        return {"1": _Object(masks, _VOID, boxes[_VOID])}
+    numbers = sorted(boxes.keys() - {_VOID})
+    return {str(value): _Object(masks, value, boxes[value]) for value in numbers}
 
 
-def _values(file: Path) -> NDArray[np.uint8]:
-    """Values of a mask's pixels: of a palette image, which colours they are."""
-    with decoding(f"{file}: the mask can't be read"):
+def _read_values(file: Path) -> NDArray[np.uint8]:
+    """Return the values of a mask's pixels; in a palette image, the indices of the colours."""
+    with decoding(f"{file}: the mask cannot be read"):
         data = file.read_bytes()
         size = image_size(data)
         if size is not None:
             check_pixels(*size)
         with Image.open(io.BytesIO(data)) as image:
-            image.verify()  # its checksums, which decoding passes over
+            image.verify()  # check the checksums, which decoding ignores
         with Image.open(io.BytesIO(data)) as image:
             mode, values = image.mode, np.asarray(image)
     if mode not in ("1", "L", "P"):
         raise SequenceError(
-            f"{file}: the mask is an image of colours ({mode}); expected are 8-bit grey values or "
-            "a palette, as DAVIS has them."
+            f"{file}: the mask is a colour image ({mode}). Expected: 8-bit grey values or palette."
         )
     return values.astype(np.uint8)
 
 
-def _folders(path: Path) -> tuple[Path, Path] | None:
-    """Folders of a sequence's images and masks; None where this is no sequence of DAVIS."""
-    whole = path.resolve()
-    if whole.parents[1:2] and whole.parents[1].name == IMAGES:
-        root, candidates = whole.parents[2], [whole.parent.name]
+def _locate(path: Path) -> tuple[Path, Path] | None:
+    """Return a sequence's folders of images and masks; None for another format."""
+    full = path.resolve()
+    if full.parents[1:2] and full.parents[1].name == IMAGES:
+        root, resolutions = full.parents[2], [full.parent.name]
     else:
-        root = whole.parent
-        there = (root / IMAGES).iterdir() if (root / IMAGES).is_dir() else ()
-        candidates = sorted((folder.name for folder in there), key=_preference)
-    for resolution in candidates:
-        images, masks = (root / kind / resolution / whole.name for kind in (IMAGES, MASKS))
+        root = full.parent
+        folders = (root / IMAGES).iterdir() if (root / IMAGES).is_dir() else ()
+        resolutions = sorted((folder.name for folder in folders), key=_sort_key)
+    for resolution in resolutions:
+        images, masks = (root / kind / resolution / full.name for kind in (IMAGES, MASKS))
         if images.is_dir() and masks.is_dir():
             return images, masks
     return None
 
 
-def _preference(resolution: str) -> tuple[bool, str]:
-    """A key to sort by: the usual resolution first."""
+def _sort_key(resolution: str) -> tuple[bool, str]:
+    """Return a sort key that puts the usual resolution first."""
     return resolution != USUAL_RESOLUTION, resolution
 
 
 def _images(path: Path) -> tuple[list[Path], Path]:
-    """Images in order, and the folder of their masks.
+    """Return the images in order, and the folder of their masks.
 
-    Raises `SequenceError` naming the image that is missing, or has no number.
+    Raises `SequenceError` naming an image that is missing or has no number.
     """
-    folders = _folders(path)
-    assert folders is not None  # asked of what is recognised alone
+    folders = _locate(path)
+    assert folders is not None  # `recognises` is true
     return numbered_images(folders[0]), folders[1]
 
 
 def _files(path: Path) -> tuple[list[Path], list[Path]]:
-    """Images and their masks, one a frame.
+    """Return the images and their masks, one per frame.
 
     Raises `SequenceError` naming an image or a mask that is missing.
     """
     images, folder = _images(path)
     masks = [folder / f"{image.stem}.png" for image in images]
-    there = set(image_files(folder))
+    mask_files = set(image_files(folder))
     for mask in masks:
-        if mask not in there:
+        if mask not in mask_files:
             raise SequenceError(
-                f"{mask}: there is no such mask; every image has one. Get the file, or give boxes "
-                "in a truth file."
+                f"{mask}: this mask is missing. Expected is one per image. Add the file, or give "
+                "boxes in a ground-truth file."
             )
-    for mask in sorted(there.difference(masks)):
-        raise SequenceError(f"{mask}: there is no image to this mask. Get it, or remove this.")
+    for mask in sorted(mask_files.difference(masks)):
+        raise SequenceError(f"{mask}: the mask has no image. Add the image, or remove the mask.")
     return images, masks

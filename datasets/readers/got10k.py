@@ -1,11 +1,11 @@
-"""Sequences of GOT-10k: images with `groundtruth.txt`, `meta_info.ini` and labels beside them.
+"""Sequences of GOT-10k: a folder with images, `groundtruth.txt`, `meta_info.ini` and labels.
 
-A row of the truth is `x,y,width,height`; x and y count from 1 (got-10k/toolkit#6). A frame is
-without target where `absence.label` says so, or where the size is not positive (#10 there).
-`cover.label` gives the visible share in eighths of no equal size, of which the middle is taken. Of
-test sets only the first box is public: the frames behind it have no truth and are not scored.
-Huang, Zhao, Huang, "GOT-10k: a large high-diversity benchmark for generic object tracking in the
-wild", IEEE TPAMI 43(5), 2021.
+A row of the ground truth is `x,y,width,height`; x and y count from 1 (got-10k/toolkit#6). The
+target is absent if `absence.label` is set, or if the size is not positive (got-10k/toolkit#10).
+`cover.label` is an interval of the visible fraction, of which the centre is used. In test sets only
+the first box is public: later frames have no ground truth and are not scored. Huang, Zhao, Huang,
+"GOT-10k: a large high-diversity benchmark for generic object tracking in the wild", IEEE TPAMI
+43(5), 2021.
 """
 
 from pathlib import Path
@@ -17,13 +17,15 @@ from trackmark.datasets.image_files import numbered_images
 from trackmark.datasets.interface import Sequence
 from trackmark.datasets.number_files import (
     check_row_count,
-    fps_of,
+    field_fps,
+    pad_first_box,
     read_boxes,
     read_fields,
     read_flags,
-    without_rest,
+    read_integers,
 )
 from trackmark.datasets.recorded import recorded_images
+from trackmark.datasets.truth_file import GroundTruth
 
 TRUTH, FIELDS, COVER = "groundtruth.txt", "meta_info.ini", "cover.label"
 FLAGS = ("absence", "cut_by_image")
@@ -35,17 +37,16 @@ CITATION = (
     "the wild, IEEE TPAMI 43(5), 2021"
 )
 
-# Middles of 0, (0, 15] %, (15, 30], (30, 45], (45, 60], (60, 75], (75, 90], (90, 100), and 100 %.
-_VISIBLE = np.array([0.0, 0.075, 0.225, 0.375, 0.525, 0.675, 0.825, 0.95, 1.0])
+# Centres of 0, (0, 15] %, (15, 30], (30, 45], (45, 60], (60, 75], (75, 90], (90, 100), and 100 %.
+_VISIBILITY = np.array([0.0, 0.075, 0.225, 0.375, 0.525, 0.675, 0.825, 0.95, 1.0])
 
 
 def recognises(path: Path) -> bool:
-    """Whether the folder holds a truth and what only this benchmark has beside it."""
-    beside = (FIELDS, COVER, *(f"{flag}.label" for flag in FLAGS))
-    marks = any((path / mark).is_file() for mark in beside)
-    named = path.resolve().name.startswith("GOT-10k_")
-    own = (path / "truth.csv").is_file()  # makes it a folder of images
-    return (path / TRUTH).is_file() and (marks or named) and not own
+    """Return whether the folder has a ground truth, and a file or name that only GOT-10k has."""
+    is_named = path.resolve().name.startswith("GOT-10k_")
+    is_marked = is_named or any((path / mark).is_file() for mark in MARKS[1:])
+    # With a `truth.csv`, the reader of image folders reads it.
+    return (path / TRUTH).is_file() and is_marked and not (path / "truth.csv").is_file()
 
 
 def read(path: Path, truth: Path | None) -> Sequence:
@@ -53,24 +54,21 @@ def read(path: Path, truth: Path | None) -> Sequence:
     name, images, source = path.resolve().name, numbered_images(path, 1), path / TRUTH
     if truth is not None:
         return recorded_images(name, images, truth_file.read(truth), truth)
-    boxes = without_rest(read_boxes(source, origin=1.0, minus_is_absent=True), len(images))
+    boxes = pad_first_box(read_boxes(source, origin=1.0, minus_is_absent=True), len(images))
     check_row_count(len(boxes), images, source)
-    files = {flag: path / f"{flag}.label" for flag in FLAGS}
-    flags = {
-        flag: read_flags(file, len(boxes)) > 0 for flag, file in files.items() if file.is_file()
-    }
+    flags = read_flags([path / f"{flag}.label" for flag in FLAGS], len(boxes))
     if "absence" in flags:
         boxes[flags["absence"]] = np.nan
     cover = path / COVER
-    visible = _VISIBLE[read_flags(cover, len(boxes), most=8)] if cover.is_file() else None
+    visibility = _VISIBILITY[read_integers(cover, len(boxes), 8)] if cover.is_file() else None
     fields = read_fields(path / FIELDS) if (path / FIELDS).is_file() else {}
-    said = [fields.get(key, "") for key in ("object_class", "motion_class")]
+    classes = [fields.get(key, "") for key in ("object_class", "motion_class")]
     return recorded_images(
         name,
         images,
-        truth_file.GroundTruth(boxes, visible),
+        GroundTruth(boxes, visibility),
         source,
         attributes=flags,
-        fps=fps_of(fields, "anno_fps", path / FIELDS),
-        description=", ".join(word for word in said if word),
+        fps=field_fps(fields, "anno_fps", path / FIELDS),
+        description=", ".join(filter(None, classes)),
     )

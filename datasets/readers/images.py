@@ -1,4 +1,4 @@
-"""A folder of images, in the natural order of their names."""
+"""Folders of images, in the natural order of their names."""
 
 from pathlib import Path
 
@@ -8,25 +8,25 @@ from trackmark.datasets.image_files import SUFFIXES, ImageFiles, image_files
 from trackmark.datasets.interface import Sequence
 from trackmark.datasets.recorded import recorded
 
-EXPECTS = f"a folder of images ({', '.join(SUFFIXES)}), its truth in truth.csv or given"
+EXPECTS = f"a folder of images ({', '.join(SUFFIXES)}), with ground truth in truth.csv or given"
 GENERAL = True
 MARKS = ("truth.csv",)
 
 
 def recognises(path: Path) -> bool:
-    """Whether it is a folder with images directly in it."""
+    """Return whether the path is a folder that directly contains images."""
     return path.is_dir() and bool(image_files(path))
 
 
 def read(path: Path, truth: Path | None) -> Sequence:
-    """Open the folder; without `truth`, its own `truth.csv` is taken where there is one."""
+    """Open the folder; without `truth`, its `truth.csv` is read if it exists."""
     files = image_files(path)
     check_frame_numbers(files)
     return recorded(
         path.resolve().name,
         ImageFiles(files),
         files,
-        *truth_file.given_or_own(truth, path / "truth.csv"),
-        truth_missing=truth_file.missing(path / "truth.csv"),
+        *truth_file.read_given_or_default(truth, path / "truth.csv"),
+        truth_missing=truth_file.unread_file_hint(path / "truth.csv"),
         frame_names=[file.name for file in files],
     )

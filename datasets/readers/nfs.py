@@ -1,9 +1,9 @@
-"""Sequences of Need for Speed: `NAME/30/NAME/` with `NAME/30/NAME.txt`, and the same in `NAME/240`.
+"""Sequences of Need for Speed: `NAME/30/NAME/` and `NAME/30/NAME.txt`, the same in `NAME/240`.
 
-A row of the truth is one of VATIC: track, left, top, right, bottom (from 0), frame, and whether the
-target is lost (absent), occluded and generated, then its name. Of 30 images a second some truths
-have the rows of all 240, of which every eighth counts; the last eight may be fewer, and then have
-an image or none. Kiani Galoogahi et al., "Need for speed: a
+A row of the ground truth has the format of VATIC: track, left, top, right, bottom (from 0), frame,
+three flags (lost: the target is absent; occluded; generated), and the name. Some files for 30
+frames/s have the rows of all 240 frames/s, of which every eighth counts. The last group can have
+fewer than eight rows, with or without an image. Kiani Galoogahi et al., "Need for speed: a
 benchmark for higher frame rate object tracking", ICCV 2017.
 """
 
@@ -20,7 +20,8 @@ from trackmark.datasets.decoding import quote
 from trackmark.datasets.image_files import numbered_images
 from trackmark.datasets.interface import Sequence, SequenceError
 from trackmark.datasets.number_files import as_boxes, check_line, numbers
-from trackmark.datasets.recorded import recorded_images
+from trackmark.datasets.recorded import choose, describe_option, recorded_images
+from trackmark.datasets.truth_file import GroundTruth
 
 RATES = ("30", "240")
 EXPECTS = "a folder NAME/30 or NAME/240 with NAME/ and NAME.txt (NfS)"
@@ -36,26 +37,21 @@ _ROW = "track left top right bottom frame lost occluded generated, and a name"
 
 
 def recognises(path: Path) -> bool:
-    """Whether it is a sequence's folder, or the one of a rate in it."""
-    return bool(_places(path))
+    """Return whether the path is a sequence's folder, or the folder of a frame rate in it."""
+    return bool(_locate(path))
 
 
 def options(path: Path) -> list[dict[str, Any]]:
-    """What can be chosen: `fps`; see `datasets.options`."""
-    rates = list(_places(path))
-    meaning = f"which rate of {', '.join(rates)} images a second"
-    return [{"name": "fps", "default": int(rates[0]), "meaning": meaning}]
+    """Return the option `fps`; see `datasets.options`."""
+    rates = list(_locate(path))
+    return [describe_option("fps", rates, int(rates[0]), " [frames/s]")]
 
 
-def read(path: Path, truth: Path | None, chosen: Mapping[str, str] | None = None) -> Sequence:
-    """Open the sequence, by default of 30 images a second; occlusion is an attribute."""
-    places = _places(path)
-    rate = (chosen or {}).get("fps", next(iter(places)))
-    if rate not in places:
-        raise SequenceError(
-            f"{path}: there is no rate {quote(rate)}. There are: {', '.join(places)}."
-        )
-    folder, source = places[rate]
+def read(path: Path, truth: Path | None, options: Mapping[str, str]) -> Sequence:
+    """Open the sequence, by default at 30 frames/s; occlusion is an attribute."""
+    locations = _locate(path)
+    rate = choose(path, "fps", locations, options)
+    folder, source = locations[rate]
     name = source.stem if rate == RATES[0] else f"{source.stem}:fps={rate}"
     images = numbered_images(folder, 1)
     if truth is not None:
@@ -63,13 +59,12 @@ def read(path: Path, truth: Path | None, chosen: Mapping[str, str] | None = None
     rows = _rows(source)
     if rate == RATES[0] and abs(len(rows) - 8 * len(images)) < 8:
         rows = rows[::8][: len(images)]
-    sides = np.column_stack([rows[:, 1:3], rows[:, 3:5] - rows[:, 1:3]])
-    boxes = as_boxes(sides, source)
+    boxes = as_boxes(np.column_stack([rows[:, 1:3], rows[:, 3:5] - rows[:, 1:3]]), source)
     boxes[rows[:, 6] > 0] = np.nan
     return recorded_images(
         name,
         images,
-        truth_file.GroundTruth(boxes),
+        GroundTruth(boxes),
         source,
         fps=float(rate),
         attributes={"occlusion": rows[:, 7] > 0},
@@ -77,14 +72,14 @@ def read(path: Path, truth: Path | None, chosen: Mapping[str, str] | None = None
 
 
 def _rows(source: Path) -> NDArray[np.float64]:
-    """Numbers of the truth, shape (n, 9): without the names, which may hold spaces."""
+    """Return the numbers of all rows, shape (n, 9), without the name at the end of a row."""
     rows: list[list[float]] = []
     for number, line in enumerate(truth_file.read_text(source).rstrip().splitlines(), 1):
         check_line(line, number, source)
         row = numbers(" ".join(line.split()[:_COLUMNS]))
         if len(row) != _COLUMNS or not set(row[6:]) <= {0.0, 1.0}:
             raise SequenceError(
-                f"{source}: line {number}: {quote(line.strip())} is no row of VATIC; expected are "
+                f"{source}: line {number}: {quote(line.strip())} is not a row of VATIC. Expected: "
                 f"{_ROW}."
             )
         if rows and row[5] <= rows[-1][5]:
@@ -99,7 +94,7 @@ def _rows(source: Path) -> NDArray[np.float64]:
 
 
 def _check_frames(frames: list[float], source: Path) -> None:
-    """Refuse frame numbers with a gap, or that begin too late: a row is missing.
+    """Refuse frame numbers with a gap, or a late start: a row is missing.
 
     Raises `SequenceError` naming the line.
     """
@@ -118,14 +113,14 @@ def _check_frames(frames: list[float], source: Path) -> None:
         )
 
 
-def _places(path: Path) -> dict[str, tuple[Path, Path]]:
-    """Folder of images, and truth, by rate; what the path leaves open there may be several of."""
-    whole = path.resolve()
-    rates = [whole.name] if whole.name in RATES else RATES
-    root = whole.parent if whole.name in RATES else whole
-    found = {rate: (root / rate / root.name, root / rate / f"{root.name}.txt") for rate in rates}
+def _locate(path: Path) -> dict[str, tuple[Path, Path]]:
+    """Return image folder and ground-truth file by frame rate; none for another format."""
+    full = path.resolve()
+    rates = [full.name] if full.name in RATES else RATES
+    root = full.parent if full.name in RATES else full
+    pairs = {rate: (root / rate / root.name, root / rate / f"{root.name}.txt") for rate in rates}
     return {
         rate: (images, truth)
-        for rate, (images, truth) in found.items()
+        for rate, (images, truth) in pairs.items()
         if images.is_dir() and truth.is_file()
     }

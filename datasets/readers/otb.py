@@ -1,9 +1,9 @@
 """Sequences of the Object Tracking Benchmark: `img/` and `groundtruth_rect.txt`.
 
-Wu, Lim, Yang, "Object tracking benchmark", IEEE TPAMI 37(9), 2015. A row of the truth is
+Wu, Lim, Yang, "Object tracking benchmark", IEEE TPAMI 37(9), 2015. A row of the ground truth is
 `x, y, width, height`, separated by commas, tabs or spaces; x and y count from 1. A folder with
-`groundtruth_rect.1.txt` and `groundtruth_rect.2.txt` is two sequences, Jogging.1 and Jogging.2;
-toolkits call them so, or Jogging-1 or Jogging_1.
+`groundtruth_rect.1.txt` and `groundtruth_rect.2.txt` contains two sequences, Jogging.1 and
+Jogging.2; some toolkits call them Jogging-1 or Jogging_1.
 """
 
 from collections.abc import Mapping
@@ -13,13 +13,13 @@ from typing import Any
 import numpy as np
 
 from trackmark.datasets import truth_file
-from trackmark.datasets.decoding import quote
 from trackmark.datasets.image_files import numbered_images
 from trackmark.datasets.interface import Sequence, SequenceError
-from trackmark.datasets.number_files import check_row_count, columns, read_boxes
-from trackmark.datasets.recorded import recorded_images
+from trackmark.datasets.number_files import check_row_count, count_columns, read_boxes
+from trackmark.datasets.recorded import choose, describe_option, recorded_images
+from trackmark.datasets.truth_file import GroundTruth
 
-TRUTH, TLP_COLUMNS = "groundtruth_rect.txt", 6
+TRUTH, N_TLP_COLUMNS = "groundtruth_rect.txt", 6
 EXPECTS = f"a folder with img/ and {TRUTH} (OTB)"
 GENERAL = False
 MARKS = ("img/", "groundtruth_rect*.txt")
@@ -35,63 +35,57 @@ SPANS: Mapping[str, tuple[int, int | None]] = {
     "freeman3": (1, 460),
     "freeman4": (1, 283),
 }
-"""First and last image with a row, of sequences that have others; None: the last image has a row.
+"""First and last annotated image of sequences with other images; None: up to the last image.
 
-In all other sequences the first image is 1, or 0 in data of other origin."""
+In all other sequences the first image is 1, or 0 in data from other sources."""
 
 
 def recognises(path: Path) -> bool:
-    """Whether the folder holds `img/` and a `groundtruth_rect.txt`, be it of one of several.
+    """Return whether the folder has `img/` and `groundtruth_rect.txt`, or one file per target.
 
-    Rows of six numbers are those of TLP.
+    Rows of six numbers belong to TLP.
     """
     if not (path / "img").is_dir() or not any(path.glob("groundtruth_rect*.txt")):
         return False
-    return not (path / TRUTH).is_file() or columns(path / TRUTH) != TLP_COLUMNS
+    return not (path / TRUTH).is_file() or count_columns(path / TRUTH) != N_TLP_COLUMNS
 
 
 def options(path: Path) -> list[dict[str, Any]]:
-    """What can be chosen where there are several: `target`; see `datasets.options`."""
-    targets = list(_truths(path))
-    if len(targets) < 2:
-        return []
-    meaning = f"which target of {', '.join(targets)}"
-    return [{"name": "target", "default": int(targets[0]), "meaning": meaning}]
+    """Return the option `target` of a folder with several; see `datasets.options`."""
+    targets = list(_truth_files(path))
+    return [describe_option("target", targets, int(targets[0]))] if len(targets) > 1 else []
 
 
 def list_sequences(path: Path) -> list[Path]:
-    """All sequences of a folder; see `Splitting`."""
-    targets = list(_truths(path))
-    several = [path.with_name(f"{path.name}:target={target}") for target in targets]
-    return several if len(several) > 1 else [path]
+    """Return one path per target; see `ReaderOfSplits`."""
+    targets = list(_truth_files(path))
+    paths = [path.with_name(f"{path.name}:target={target}") for target in targets]
+    return paths if len(paths) > 1 else [path]
 
 
-def read(path: Path, truth: Path | None, chosen: Mapping[str, str] | None = None) -> Sequence:
-    """Open the folder, by default of its first target; tags in `attrs.txt` hold for all frames."""
+def read(path: Path, truth: Path | None, options: Mapping[str, str]) -> Sequence:
+    """Open the folder, by default its first target; tags in `attrs.txt` hold for all frames."""
     name = path.resolve().name
     first, last = SPANS.get(name.lower(), (0, None))
     files = numbered_images(path / "img", 0, 1, first)
     if truth is None:
-        targets = _truths(path)
+        targets = _truth_files(path)
         if not targets:
             raise SequenceError(
-                f"{path}: there is no {TRUTH}, nor a groundtruth_rect.1.txt with rows. Copy the "
-                f"truth that you want to {TRUTH}."
+                f"{path}: there is no {TRUTH}, and no groundtruth_rect.1.txt with rows. Add one of "
+                "these files."
             )
-        target = (chosen or {}).get("target", next(iter(targets)))
-        if target not in targets:
-            known = ", ".join(targets)
-            raise SequenceError(f"{path}: there is no target {quote(target)}. There are: {known}.")
+        target = choose(path, "target", targets, options)
         source = targets[target]
-        rows = truth_file.GroundTruth(read_boxes(source, origin=1.0))
+        rows = GroundTruth(read_boxes(source, origin=1.0))
         if int(files[0].stem) == 0 and len(files) != len(rows.boxes):
             raise SequenceError(
                 f"{files[0]}: {len(rows.boxes)} ground-truth rows for {len(files)} images of "
-                f"{name} leave open whether they begin with this one. Remove it, or the images "
-                "without a row."
+                f"{name}. It is unknown whether the first row belongs to this image. Remove it, or "
+                "the images without a row."
             )
         later = [file for file in files if int(file.stem) >= first]
-        if len(later) >= len(rows.boxes):  # else the images were cut out and numbered anew
+        if len(later) >= len(rows.boxes):  # else the images are a renumbered part
             files = later
         if last is None or len(rows.boxes) != last - first + 1:
             check_row_count(len(rows.boxes), files, source)
@@ -109,8 +103,8 @@ def read(path: Path, truth: Path | None, chosen: Mapping[str, str] | None = None
     )
 
 
-def _truths(path: Path) -> dict[str, Path]:
-    """Truths by target: one alone, or the numbered ones but for those that are empty (Human4)."""
+def _truth_files(path: Path) -> dict[str, Path]:
+    """Return the ground-truth files by target, "" for a single one; no empty ones (Human4)."""
     if (path / TRUTH).is_file():
         return {"": path / TRUTH}
     numbered = {file.name.split(".")[1]: file for file in path.glob("groundtruth_rect.*.txt")}

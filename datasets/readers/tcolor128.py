@@ -1,8 +1,8 @@
 """Sequences of Temple Color 128: `img/`, `NAME_gt.txt` and `NAME_frames.txt` (first, last).
 
-A row of the truth is `x,y,width,height`; x and y count from 1, as in the OTB toolkit, for which
-it is written. Liang, Blasch, Ling, "Encoding color information for visual tracking: algorithms and
-benchmark", IEEE TIP 24(12), 2015.
+A row of the ground truth is `x,y,width,height`; x and y count from 1, as in the OTB toolkit, for
+which it is written. Liang, Blasch, Ling, "Encoding color information for visual tracking:
+algorithms and benchmark", IEEE TIP 24(12), 2015.
 """
 
 from pathlib import Path
@@ -12,6 +12,7 @@ from trackmark.datasets.image_files import numbered_images
 from trackmark.datasets.interface import Sequence, SequenceError
 from trackmark.datasets.number_files import read_boxes, read_rows
 from trackmark.datasets.recorded import recorded_images
+from trackmark.datasets.truth_file import GroundTruth
 
 TRUTH, RANGE = "_gt.txt", "_frames.txt"
 EXPECTS = f"a folder with img/, NAME{TRUTH} and NAME{RANGE} (TColor-128)"
@@ -24,14 +25,14 @@ CITATION = (
 
 
 def recognises(path: Path) -> bool:
-    """Whether the folder holds `img/` and one pair of a truth and its range."""
+    """Return whether the folder has `img/`, and one ground-truth file with its range of images."""
     return (path / "img").is_dir() and _files(path) is not None
 
 
 def read(path: Path, truth: Path | None) -> Sequence:
-    """Open the images of the range."""
+    """Open the sequence of the images in the range."""
     files = _files(path)
-    assert files is not None  # asked of what is recognised alone
+    assert files is not None  # `recognises` is true
     source, span = files
     name, folder = path.resolve().name, path / "img"
     rows = read_rows(span, {2}, "the numbers of the first and the last image", "a range")
@@ -40,25 +41,25 @@ def read(path: Path, truth: Path | None) -> Sequence:
     for number in (first, last):
         if number not in images or last < first or len(rows) > 1:
             raise SequenceError(
-                f"{span}: there is no image {number:g} in {folder}; expected are the numbers of "
-                f"the first and the last image, of {min(images)} to {max(images)}, in one line."
+                f"{span}: there is no image {number:g} in {folder}. Expected: the numbers of the "
+                f"first and the last image, from {min(images)} to {max(images)}, in one line."
             )
-    shown = [file for number, file in images.items() if first <= number <= last]
+    in_range = [file for number, file in images.items() if first <= number <= last]
     if truth is not None:
-        return recorded_images(name, shown, truth_file.read(truth), truth)
+        return recorded_images(name, in_range, truth_file.read(truth), truth)
     boxes = read_boxes(source, origin=1.0)
-    if len(boxes) != len(shown):
+    if len(boxes) != len(in_range):
         raise SequenceError(
-            f"{source}: {len(boxes)} rows for the {len(shown)} images that {span.name} tells."
+            f"{source}: {len(boxes)} rows for {len(in_range)} images in the range of {span.name}."
         )
-    return recorded_images(name, shown, truth_file.GroundTruth(boxes), source)
+    return recorded_images(name, in_range, GroundTruth(boxes), source)
 
 
 def _files(path: Path) -> tuple[Path, Path] | None:
-    """GroundTruth and range; None where there is not one of each."""
-    found = [
+    """Return the files of ground truth and range; None unless there is exactly one pair."""
+    pairs = [
         (file, other)
         for file in path.glob(f"*{TRUTH}")
         if (other := file.with_name(file.name.removesuffix(TRUTH) + RANGE)).is_file()
     ]
-    return found[0] if len(found) == 1 else None
+    return pairs[0] if len(pairs) == 1 else None

@@ -1,7 +1,8 @@
-"""Sequences of TrackingNet: `SET/frames/NAME/` and, beside, `SET/anno/NAME.txt`.
+"""Sequences of TrackingNet: `SET/frames/NAME/` and `SET/anno/NAME.txt`.
 
-A row of the truth is `x,y,width,height`, from 0: nothing else is stated. Of the set TEST only the
-first box is public: the frames behind it have no truth and are not scored. Müller et al.,
+A row of the ground truth is `x,y,width,height`, assumed to count from 0, as nothing else is stated.
+In the set TEST only the first box is public: later frames have no ground truth and are not scored.
+Müller et al.,
 "TrackingNet: a large-scale dataset and benchmark for object tracking in the wild", ECCV 2018.
 """
 
@@ -10,9 +11,10 @@ from pathlib import Path
 from trackmark.datasets import truth_file
 from trackmark.datasets.image_files import numbered_images
 from trackmark.datasets.interface import Sequence
-from trackmark.datasets.number_files import check_row_count, read_boxes, without_rest
+from trackmark.datasets.number_files import check_row_count, pad_first_box, read_boxes
 from trackmark.datasets.recorded import recorded_images
 from trackmark.datasets.spec_string import natural_order
+from trackmark.datasets.truth_file import GroundTruth
 
 IMAGES, TRUTHS = "frames", "anno"
 EXPECTS = f"a folder {IMAGES}/NAME with {TRUTHS}/NAME.txt (TrackingNet)"
@@ -25,35 +27,36 @@ CITATION = (
 
 
 def recognises(path: Path) -> bool:
-    """Whether it is a sequence's folder of images, or its name in the folder of its set."""
-    return _place(path) is not None
+    """Return whether the path is a sequence's image folder, or its name in its set."""
+    return _locate(path) is not None
 
 
 def list_members(folder: Path) -> list[Path]:
-    """Sequences of a set (`TEST`, `TRAIN_0`, …); see `Collecting`."""
+    """Return the sequences of a set (`TEST`, `TRAIN_0`, …); see `ReaderOfMany`."""
     if not ((folder / TRUTHS).is_dir() and (folder / IMAGES).is_dir()):
         return []
     names = {file.stem for file in (folder / TRUTHS).glob("*.txt")}
-    names |= {place.name for place in (folder / IMAGES).iterdir() if place.is_dir()}
+    names |= {entry.name for entry in (folder / IMAGES).iterdir() if entry.is_dir()}
     return [folder / IMAGES / name for name in sorted(names, key=natural_order)]
 
 
 def read(path: Path, truth: Path | None) -> Sequence:
     """Open the sequence."""
-    place = _place(path)
-    assert place is not None  # asked of what is recognised alone
-    images, source = numbered_images(place[0], 0), place[1]
+    location = _locate(path)
+    assert location is not None  # `recognises` is true
+    images, source = numbered_images(location[0], 0), location[1]
     if truth is not None:
         return recorded_images(source.stem, images, truth_file.read(truth), truth)
-    boxes = without_rest(read_boxes(source), len(images))
+    boxes = pad_first_box(read_boxes(source), len(images))
     check_row_count(len(boxes), images, source)
-    return recorded_images(source.stem, images, truth_file.GroundTruth(boxes), source)
+    return recorded_images(source.stem, images, GroundTruth(boxes), source)
 
 
-def _place(path: Path) -> tuple[Path, Path] | None:
-    """Folder of a sequence's images, and its truth; None where this is none."""
-    whole = path.resolve()
-    root = whole.parents[1] if whole.parent.name == IMAGES else whole.parent
-    images, truth = root / IMAGES / whole.name, root / TRUTHS / f"{whole.name}.txt"
-    own = (images / "truth.csv").is_file()  # makes it a folder of images
-    return (images, truth) if images.is_dir() and truth.is_file() and not own else None
+def _locate(path: Path) -> tuple[Path, Path] | None:
+    """Return a sequence's image folder and ground-truth file; None for another format."""
+    full = path.resolve()
+    root = full.parents[1] if full.parent.name == IMAGES else full.parent
+    images, truth = root / IMAGES / full.name, root / TRUTHS / f"{full.name}.txt"
+    # With a `truth.csv`, the reader of image folders reads it.
+    is_complete = images.is_dir() and truth.is_file() and not (images / "truth.csv").is_file()
+    return (images, truth) if is_complete else None

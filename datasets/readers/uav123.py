@@ -1,8 +1,8 @@
 """Sequences of UAV123 and UAV20L: `data_seq/UAV123/FOLDER/` and `anno/UAV123/NAME.txt`.
 
-Several sequences are parts of one folder of images, which a table tells as in the benchmark's own
-`configSeqs.m`. A row of the truth is `x,y,width,height`; x and y count from 1, as in the OTB
-toolkit, for which it is written; the target is absent where it is NaN. Müller, Smith, Ghanem, "A
+Some sequences are parts of one folder of images, listed in the benchmark's `configSeqs.m` and in
+`PARTS`. A row of the ground truth is `x,y,width,height`; x and y count from 1, as in the OTB
+toolkit, for which it is written. The target is absent in NaN rows. Müller, Smith, Ghanem, "A
 benchmark and simulator for UAV tracking", ECCV 2016.
 """
 
@@ -15,6 +15,7 @@ from trackmark.datasets.interface import Sequence, SequenceError
 from trackmark.datasets.number_files import check_row_count, read_boxes
 from trackmark.datasets.recorded import recorded_images
 from trackmark.datasets.spec_string import natural_order
+from trackmark.datasets.truth_file import GroundTruth
 
 IMAGES, TRUTHS = Path("data_seq/UAV123"), ("anno/UAV123", "anno/UAV20L")
 EXPECTS = f"a name of {TRUTHS[0]}/NAME.txt in a folder with {IMAGES} (UAV123)"
@@ -22,7 +23,6 @@ GENERAL = False
 MARKS: tuple[str, ...] = ()
 CITATION = "Müller, Smith, Ghanem, A benchmark and simulator for UAV tracking, ECCV 2016"
 
-# First and last image of the parts of a folder: bird1_1, bird1_2, …
 PARTS = {
     "bird1": ((1, 253), (775, 1477), (1573, 2437)),
     "car1": ((1, 751), (751, 1627), (1627, 2629)),
@@ -44,44 +44,45 @@ PARTS = {
     "truck4": ((1, 577), (577, 1261)),
     "uav1": ((1, 1555), (1555, 2377), (2473, 3469)),
 }
+"""First and last image of each part of a folder: bird1_1, bird1_2, …"""
 
 
 def recognises(path: Path) -> bool:
-    """Whether it is a sequence's file of truth, its name in the folder that holds all, or images.
+    """Return whether the path is a ground-truth file, a name in the root, or an image folder.
 
-    Images are taken for the sequence of the same name, where there is one.
+    An image folder counts as the sequence of the same name, if there is one.
     """
-    return _place(path) is not None
+    return _locate(path) is not None
 
 
 def list_members(folder: Path) -> list[Path]:
-    """Sequences in a folder of the whole benchmark, or in one of truths; see `Collecting`.
+    """Return the sequences in the root folder or a ground-truth folder; see `ReaderOfMany`.
 
-    Images without truth are not among them: those of UAV20L are some of UAV123's.
+    Images without ground truth are left out: UAV20L uses only some images of UAV123.
     """
     if "/".join(folder.absolute().parts[-2:]) in TRUTHS:
-        found = list(folder.glob("*.txt"))
+        members = list(folder.glob("*.txt"))
     else:
         names = [{file.stem for file in (folder / truths).glob("*.txt")} for truths in TRUTHS]
-        found = [folder / name for name in names[0] or names[1]]
-    return sorted(found, key=lambda path: natural_order(path.name))
+        members = [folder / name for name in names[0] or names[1]]
+    return sorted(members, key=lambda path: natural_order(path.name))
 
 
 def read(path: Path, truth: Path | None) -> Sequence:
     """Open the sequence."""
-    place = _place(path)
-    assert place is not None  # asked of what is recognised alone
-    folder, source = place
-    images = _part(folder, source.stem)
+    location = _locate(path)
+    assert location is not None  # `recognises` is true
+    folder, source = location
+    images = _sequence_images(folder, source.stem)
     if truth is not None:
         return recorded_images(source.stem, images, truth_file.read(truth), truth)
     boxes = read_boxes(source, origin=1.0)
     check_row_count(len(boxes), images, source)
-    return recorded_images(source.stem, images, truth_file.GroundTruth(boxes), source)
+    return recorded_images(source.stem, images, GroundTruth(boxes), source)
 
 
-def _part(folder: Path, name: str) -> list[Path]:
-    """Images of a sequence, of those in its folder."""
+def _sequence_images(folder: Path, name: str) -> list[Path]:
+    """Return the images of a sequence, which can be a part of its folder."""
     if folder.name == name:
         return numbered_images(folder, 1)
     first, last = PARTS[folder.name][int(name.rpartition("_")[2]) - 1]
@@ -91,30 +92,30 @@ def _part(folder: Path, name: str) -> list[Path]:
     for number in range(first, last + 1):
         if number not in numbers:
             raise SequenceError(
-                f"{folder / f'{number:06}.jpg'}: there is no such image; {name} goes from {first} "
-                f"to {last}. Get the file."
+                f"{folder / f'{number:06}.jpg'}: this image is missing; {name} consists of images "
+                f"{first} to {last}. Add the file."
             )
     return [numbers[number] for number in range(first, last + 1)]
 
 
-def _place(path: Path) -> tuple[Path, Path] | None:
-    """Folder of a sequence's images, and its truth; None where this is none."""
-    whole = path.resolve()
-    root = whole.parent
-    if whole.suffix == ".txt" and "/".join(root.parts[-2:]) in TRUTHS and whole.is_file():
-        folder = root.parents[1] / IMAGES / _folder(whole.stem)
-        return (folder, whole) if folder.is_dir() else None
+def _locate(path: Path) -> tuple[Path, Path] | None:
+    """Return a sequence's image folder and ground-truth file; None for another format."""
+    full = path.resolve()
+    root = full.parent
+    if full.suffix == ".txt" and "/".join(root.parts[-2:]) in TRUTHS and full.is_file():
+        folder = root.parents[1] / IMAGES / _folder_name(full.stem)
+        return (folder, full) if folder.is_dir() else None
     if Path(*root.parts[-2:]) == IMAGES:
         root = root.parents[1]
     for truths in TRUTHS:
-        folder, truth = root / IMAGES / _folder(whole.name), root / truths / f"{whole.name}.txt"
+        folder, truth = root / IMAGES / _folder_name(full.name), root / truths / f"{full.name}.txt"
         if folder.is_dir() and truth.is_file():
             return folder, truth
     return None
 
 
-def _folder(name: str) -> str:
-    """Name of the folder that a sequence's images are in."""
-    whole, _, part = name.rpartition("_")
+def _folder_name(name: str) -> str:
+    """Return the name of a sequence's image folder: `bird1` for `bird1_2`."""
+    folder, _, part = name.rpartition("_")
     is_part = part.isascii() and part.isdecimal() and len(part) < 3
-    return whole if is_part and 1 <= int(part) <= len(PARTS.get(whole, ())) else name
+    return folder if is_part and 1 <= int(part) <= len(PARTS.get(folder, ())) else name

@@ -1,4 +1,4 @@
-"""A video file, its truth in a CSV file."""
+"""Video files with ground truth in a CSV file."""
 
 from pathlib import Path
 
@@ -7,28 +7,28 @@ from trackmark.datasets.interface import Sequence
 from trackmark.datasets.recorded import recorded
 
 SUFFIXES = (".avi", ".mp4", ".mkv", ".mov", ".m4v", ".webm", ".mpg")
-EXPECTS = f"a video file ({', '.join(SUFFIXES)}), its truth in a .csv of the same name or given"
+EXPECTS = (
+    f"a video file ({', '.join(SUFFIXES)}), with ground truth in a .csv of the same name or given"
+)
 GENERAL = False
 MARKS: tuple[str, ...] = ()
 
 
 def recognises(path: Path) -> bool:
-    """Whether it is a file with a video's suffix."""
+    """Return whether the path is a file with the suffix of a video."""
     return path.suffix.lower() in SUFFIXES and path.is_file()
 
 
 def read(path: Path, truth: Path | None) -> Sequence:
-    """Open the file; without `truth`, a `.csv` of the same name beside it is taken."""
-    from trackmark.datasets.video_frames import (
-        VideoFrames,  # a decoder is loaded where a video is opened
-    )
+    """Open the file; without `truth`, a `.csv` of the same name is read if it exists."""
+    from trackmark.datasets.video_frames import VideoFrames  # imported here: it loads a decoder
 
     frames = VideoFrames(path)
     return recorded(
         path.resolve().name,
         frames,
         [path],
-        *truth_file.given_or_own(truth, path.with_suffix(".csv")),
-        truth_missing=truth_file.missing(path.with_suffix(".csv"), path.stem),
+        *truth_file.read_given_or_default(truth, path.with_suffix(".csv")),
+        truth_missing=truth_file.unread_file_hint(path.with_suffix(".csv"), path.stem),
         fps=frames.fps,
     )

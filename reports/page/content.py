@@ -1,4 +1,4 @@
-"""What a page shows: sections of tables and charts, and scenes that its player opens."""
+"""Content of a page: sections of tables and charts, and the sequences of its player."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -17,40 +17,40 @@ Shapes: TypeAlias = Mapping[int, Mapping[str, Any]]
 """Outlines and particles by frame and kind."""
 
 Numbers: TypeAlias = Mapping[str, Sequence[float | str | None]]
-"""Numbers of a tracker by name and frame."""
+"""Values of a tracker, numbers or texts, by name and frame."""
 
 
 class PlayerPosition(NamedTuple):
-    """Where the player opens: positions of sequence and tracker in the page's lists."""
+    """Position in the player; `sequence` and `tracker` are indices into the lists of the page."""
 
     sequence: int
     tracker: int
     repetition: int
     frame: int
-    start: int = 0  # which segment of a run that has several
-    revised: bool = False  # whether its revised boxes are meant
-    show: tuple[int, ...] = ()  # trackers that are shown; empty for the first ones
+    start: int = 0  # index of the segment
+    revised: bool = False  # True to select the revised boxes
+    show: tuple[int, ...] = ()  # visible trackers; empty for the default
 
 
 @dataclass(frozen=True)
 class PageTable:
-    """A table, with what its numbers open."""
+    """Table with links from its cells to the player or to other pages."""
 
     table: Table
-    values: Sequence[Sequence[float]] = ()  # of the columns beside the labels, to sort by
-    places: Sequence[Sequence[PlayerPosition | None]] = ()  # likewise; where they lead
-    links: Sequence[str] = ()  # addresses that the first cells of rows lead to; empty for none
-    heat: bool = False  # whether cells are shaded by their value, in [0, 1]
+    values: Sequence[Sequence[float]] = ()  # sort keys of the columns after the labels
+    places: Sequence[Sequence[PlayerPosition | None]] = ()  # links of the same columns
+    links: Sequence[str] = ()  # URL of the first cell of each row; empty for none
+    heat: bool = False  # True to shade cells by their value in [0, 1]
 
     def value(self, row: int, column: int) -> float | None:
-        """What a cell is sorted by; None where its text says it."""
+        """Return the sort key of a cell; None if the cell is sorted by its text."""
         column -= self.table.n_labels
         if column < 0 or not len(self.values):
             return None
         return self.values[row][column]
 
     def place(self, row: int, column: int) -> PlayerPosition | None:
-        """Where a cell leads."""
+        """Return the position that a cell opens, if any."""
         column -= self.table.n_labels
         if column < 0 or not self.places:
             return None
@@ -59,37 +59,37 @@ class PageTable:
 
 @dataclass(frozen=True)
 class Line:
-    """A line of a chart: shapes (k,), NaN where it has a gap."""
+    """Line of a chart with k points; NaN makes a gap."""
 
     label: str
-    position: int  # of its colour
+    position: int  # index of its colour
     x: ArrayLike
     y: ArrayLike
     low: ArrayLike = ()
     high: ArrayLike = ()
-    places: Sequence[PlayerPosition | None] = ()  # one a point, or one for all
-    told: str = ""  # behind its label: what the chart's `told` says
+    places: Sequence[PlayerPosition | None] = ()  # one per point, or one for all
+    value: str = ""  # number after the label; see `Chart.value_name`
 
 
 @dataclass(frozen=True)
 class Chart:
-    """Lines over a quantity; `words` say what is seen, also to those who don't see it."""
+    """Chart of lines; `words` describe it, also for screen readers."""
 
     title: str
     x: str
     y: str
     lines: Sequence[Line]
     words: str
-    kind: str = "line"  # or `step`, or `dots`, which stand alone
+    kind: str = "line"  # or `step`, or `dots` for single points
     logarithmic: bool = False
-    top: float | None = None  # the ordinate ends there
-    figure: str = ""  # of its file, without suffix, where it is written as one
-    told: str = ""  # what number stands behind the labels of lines
+    top: float | None = None  # upper limit of the ordinate
+    figure: str = ""  # name of its file without suffix
+    value_name: str = ""  # meaning of the numbers after the labels of lines
 
 
 @dataclass(frozen=True)
 class Picture:
-    """A figure, PNG or WebP; `words` say what is seen where the caption does not."""
+    """Figure, PNG or WebP; `words` describe it if the caption does not."""
 
     content: bytes
     caption: str
@@ -98,7 +98,7 @@ class Picture:
 
 @dataclass(frozen=True)
 class Card:
-    """A foldable description of one thing, opened by `#key`: a quote, facts by name, tables."""
+    """Foldable description of one item, opened by `#key`: a quote, facts by name, tables."""
 
     key: str
     title: str
@@ -109,9 +109,10 @@ class Card:
 
 @dataclass(frozen=True)
 class PageSection:
-    """A part of a page. `command` makes again what it shows; `scenes`: whether these are listed.
+    """Section of a page.
 
-    `folded`: line that stands for the contents until it is clicked; empty if they are visible.
+    `command`: command that prints its content. `scenes`: True to list the sequences. `folded`: line
+    that unfolds the content when it is clicked; empty if the content is visible.
     """
 
     key: str
@@ -128,39 +129,39 @@ class PageSection:
 
 @dataclass(frozen=True, eq=False)
 class PlayerRun:
-    """A run as the player shows it, or one segment of a run that has several."""
+    """Run or segment of a run in the player."""
 
-    tracker: int  # position in the page's list
+    tracker: int  # index into the list of the page
     repetition: int
-    boxes: NDArray[np.float64]  # (n, 4), a row per frame; NaN if there is none
-    revised: NDArray[np.float64] | None = None  # likewise
+    boxes: NDArray[np.float64]  # (n, 4), a row per frame; NaN if missing
+    revised: NDArray[np.float64] | None = None  # revised boxes, (n, 4)
     failure: str = ""
-    round: bool = False  # whether the target is the ellipse in the box
+    round: bool = False  # True if the target is the ellipse in the box
     shapes: Shapes = field(default_factory=dict)
     maps: Mapping[str, Film] = field(default_factory=dict)  # frames without a map are empty
     numbers: Numbers = field(default_factory=dict)
-    start: int = 0  # number of the segment
-    begun: str = ""  # how the segment begins; empty for a run over all frames
-    judged: Sequence[tuple[int, int]] = ()  # first and last frame of stretches; empty for all
+    start: int = 0  # index of the segment
+    start_label: str = ""  # description of the start of a segment; empty for a whole run
+    judged: Sequence[tuple[int, int]] = ()  # first and last frame of intervals; empty for all
     marks: Sequence[int] = ()  # frames in which the tracker was restarted
 
 
 @dataclass(frozen=True, eq=False)
 class PlayerScene:
-    """A sequence as the player shows it."""
+    """Sequence in the player."""
 
     name: str
     size: tuple[int, int]  # width and height of a frame [px]
     boxes: NDArray[np.float64]  # (n, 4): ground truth, a row per frame
     takes: Sequence[PlayerRun]
     thumbnails: Film = ()
-    full: Sequence[Sequence[int]] = ()  # sizes of the larger frames that `write_chunk` wrote
-    why: str = ""  # why there are no frames
-    kept: Sequence[int] | None = None  # numbers of the frames that there are; None for all
+    full: Sequence[Sequence[int]] = ()  # sizes of full-size frames, see `write_chunk` [bytes]
+    why: str = ""  # reason why there are no frames
+    frame_numbers: Sequence[int] | None = None  # numbers of the existing frames; None for all
     fps: float | None = None
     first: int = 0  # first frame with ground truth
     shapes: Shapes = field(default_factory=dict)  # of the ground truth
-    show: str = ""  # command that draws a frame, to which its number is added
+    show: str = ""  # command that draws a frame, without the frame number
 
     @property
     def frames(self) -> int:
@@ -170,35 +171,37 @@ class PlayerScene:
 
 @dataclass(frozen=True)
 class Page:
-    """All that a page shows."""
+    """Content of a page."""
 
     title: str
     sections: Sequence[PageSection]
     trackers: Sequence[str] = ()
     scenes: Sequence[PlayerScene] = ()
-    start: str = ""  # the address that it opens at, where it is opened without one
+    start: str = ""  # address that the page opens by default, such as `#frame=3`
 
     def first_with(self, command: str) -> PageSection | None:
-        """The section that says a command first; others that it makes again lead to it."""
-        return next((one for one in self.sections if command and one.command == command), None)
+        """Return the first section with a command, to which later sections link."""
+        sections = (section for section in self.sections if section.command == command)
+        return next(sections, None) if command else None
 
     def address(self, place: PlayerPosition) -> str:
-        """Where the player opens a place, as part of a link."""
-        asked = {
+        """Return the address of a position in the player, as part of a link."""
+        query = {
             "sequence": self.scenes[place.sequence].name,
             "tracker": self.trackers[place.tracker],
             "repetition": place.repetition,
             "frame": place.frame,
         }
-        asked |= {"start": place.start} if place.start else {}
-        asked |= {"trace": "revised"} if place.revised else {}
-        asked |= {"show": ".".join(map(str, place.show))} if place.show else {}
-        return "#" + urlencode(asked, errors="replace")
+        query |= {"start": place.start} if place.start else {}
+        query |= {"trace": "revised"} if place.revised else {}
+        query |= {"show": ".".join(map(str, place.show))} if place.show else {}
+        return "#" + urlencode(query, errors="replace")
 
-    def opening(self, scene: PlayerScene, frame: int | None = None, **chosen: str) -> str:
-        """Where the player opens a scene: on its first frame with truth by default.
+    def opening(self, scene: PlayerScene, frame: int | None = None, **options: str) -> str:
+        """Return the address of a sequence, by default at its first frame with ground truth.
 
-        `chosen`: what else is in the address.
+        `options`: further parts of the address.
         """
-        asked = {"sequence": scene.name, "frame": scene.first if frame is None else frame, **chosen}
-        return "#" + urlencode(asked, errors="replace")
+        frame = scene.first if frame is None else frame
+        query = {"sequence": scene.name, "frame": frame, **options}
+        return "#" + urlencode(query, errors="replace")

@@ -1,4 +1,4 @@
-"""Frames and boxes as a page's player reads them: small, and each frame by itself."""
+"""Compact encoding of frames and boxes for the player of a page."""
 
 import io
 import zlib
@@ -14,34 +14,34 @@ from numpy.typing import NDArray
 from PIL import Image
 
 STEP = 0.1
-"""What coordinates of boxes are rounded to [pixels]."""
+"""Resolution of box coordinates [px]."""
 
 ABSENT = -(2**31)
-"""Stands for the coordinates of a box that is not there."""
+"""Code of the coordinates of a missing box."""
 
-_CHUNK = 400_000  # bytes of frames that the player unpacks together
-_AHEAD = 32  # frames that wait for a thread to encode them
-_MOST_STILL = 200_000  # bytes; plots are smaller, and sharper as they are
-_LARGEST_STILL = 4000, 16_000  # pixels; WebP knows no side longer than 16 383
-_EFFORT = 2  # of WebP's encoder, 0 to 6: from here on files shrink little and take much longer
+_CHUNK_SIZE = 400_000  # bytes of frames that the player decodes together
+_MAX_WAITING = 32  # frames that wait for an encoding thread
+_MAX_PNG_SIZE = 200_000  # bytes; plots are smaller, and PNG keeps them sharp
+_MAX_PICTURE_SIZE = 4000, 16_000  # pixels; a side of WebP has at most 16 383
+_EFFORT = 2  # effort of the WebP encoder, 0 to 6: more takes much longer and saves little
 
 
-def film(
+def encode_film(
     images: Iterable[NDArray[np.uint8] | None], height: int | None = None, quality: int = 60
 ) -> Iterator[list[bytes]]:
-    """Encode BGR images as WebP, at most so high [pixels], side by side while they are read.
+    """Encode BGR images as WebP in parallel; yield chunks of frames in order.
 
-    `quality`: of WebP, 0 to 100. None comes to an empty frame. Gives the frames in order, in chunks
-    that are unpacked together.
+    `height`: maximum height [px]. `quality`: quality of WebP, 0 to 100. None as an image becomes an
+    empty frame.
     """
     chunk: list[bytes] = []
-    held = 0
+    size = 0
     for frame in _encoded(images, height, quality):
-        if held + len(frame) > _CHUNK and chunk:
+        if size + len(frame) > _CHUNK_SIZE and chunk:
             yield chunk
-            chunk, held = [], 0
+            chunk, size = [], 0
         chunk.append(frame)
-        held += len(frame)
+        size += len(frame)
     if chunk:
         yield chunk
 
@@ -53,7 +53,7 @@ def _encoded(
     with ThreadPoolExecutor() as threads:
         for image in images:
             waiting.append(threads.submit(_webp, image, height, quality))
-            if len(waiting) > _AHEAD:
+            if len(waiting) > _MAX_WAITING:
                 yield waiting.popleft().result()
         for last in waiting:
             yield last.result()
@@ -72,34 +72,35 @@ def _webp(image: NDArray[np.uint8] | None, height: int | None, quality: int) -> 
     return stream.getvalue()
 
 
-def still(content: bytes) -> bytes:
-    """A figure (PNG) as a page holds it: film strips, which would fill it, as WebP of full size."""
-    if len(content) <= _MOST_STILL:
+def compress_picture(content: bytes) -> bytes:
+    """Convert a large PNG, such as a film strip, to WebP; return smaller ones unchanged."""
+    if len(content) <= _MAX_PNG_SIZE:
         return content
     picture = Image.open(io.BytesIO(content)).convert("RGB")
-    picture.thumbnail(_LARGEST_STILL)
+    picture.thumbnail(_MAX_PICTURE_SIZE)
     stream = io.BytesIO()
     picture.save(stream, "WEBP", quality=80, method=_EFFORT)
     return stream.getvalue()
 
 
-def quantised(boxes: NDArray[Any]) -> NDArray[np.int32]:
-    """Boxes (n, 4) in pixels as whole numbers of `STEP`; `ABSENT` where one is not finite."""
-    known = np.isfinite(boxes).all(axis=1, keepdims=True)
-    most = -ABSENT - 1
-    near = np.where(known, boxes, 0.0).clip(
-        -most * STEP, most * STEP
-    )  # else the division overflows
-    return np.where(known, np.rint(near / STEP).clip(-most, most), ABSENT).astype(np.int32)
+def quantise(boxes: NDArray[Any]) -> NDArray[np.int32]:
+    """Convert boxes (n, 4) from pixels to multiples of `STEP`; `ABSENT` if one is not finite."""
+    finite = np.isfinite(boxes).all(axis=1, keepdims=True)
+    limit = -ABSENT - 1
+    # Clipped before the division, which would overflow, and after it, as it rounds.
+    clipped = np.where(finite, boxes, 0.0).clip(-limit * STEP, limit * STEP)
+    steps = np.rint(clipped / STEP).clip(-limit, limit)
+    return np.where(finite, steps, ABSENT).astype(np.int32)
 
 
-def packed(boxes: NDArray[np.int32]) -> str:
-    """Quantised boxes (k, n, 4) as text: steps from frame to frame, by bytes of equal weight."""
-    steps = np.diff(boxes, axis=1, prepend=np.zeros_like(boxes[:, :1]))  # wraps, as it is undone
+def pack_boxes(boxes: NDArray[np.int32]) -> str:
+    """Encode quantised boxes (k, n, 4) as text: differences of frames, grouped by byte position."""
+    # Differences can wrap around, as do the sums that undo them.
+    steps = np.diff(boxes, axis=1, prepend=np.zeros_like(boxes[:, :1]))
     planes = steps.astype("<i4").reshape(-1, 1).view(np.uint8).T
-    return squeezed(planes.tobytes())
+    return compress(planes.tobytes())
 
 
-def squeezed(content: bytes) -> str:
-    """Compressed content as text."""
+def compress(content: bytes) -> str:
+    """Compress content and encode it as text."""
     return b64encode(zlib.compress(content)).decode()

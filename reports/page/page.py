@@ -1,4 +1,4 @@
-"""A page as a file: a template filled in, with the frames and boxes that its scripts read."""
+"""Pages as HTML files: a template with the frames and boxes that its scripts read."""
 
 import json
 import os
@@ -17,47 +17,43 @@ from numpy.typing import ArrayLike, NDArray
 
 from trackmark.reports.files import write_file
 from trackmark.reports.page.content import Chart, Film, Page, PlayerScene, Shapes
-from trackmark.reports.page.film import ABSENT, packed, quantised, squeezed
+from trackmark.reports.page.film import ABSENT, compress, pack_boxes, quantise
 from trackmark.reports.palette import COLOURS
 from trackmark.reports.printable import one_line
-from trackmark.reports.tables import number_in, rests_of, texts_of
+from trackmark.reports.tables import number_in, number_rests, text_columns
 
 if TYPE_CHECKING:
     from jinja2 import Environment
     from markupsafe import Markup
 
-INSIDE = 10_000_000
-"""Bytes of frames that a page holds; those of further sequences lie beside it."""
+MAX_INLINE_FRAMES = 10_000_000
+"""Size of the frames inside a page [bytes]; further frames are stored in separate files."""
 
-_LONG = 16
-"""Letters from which on texts in tables are wrapped."""
+_MIN_WRAPPED = 16
+"""Minimum number of characters of a text in a table that is wrapped."""
 
 _PARTS = Path(__file__).parent
 _DASHES: Sequence[Sequence[int]] = ([], [7, 4], [9, 3, 2, 3], [2, 3])
-"""Of lines, as `reports.palette.LINE_STYLES` has them: `-`, `--`, `-.`, `:`."""
+"""Dash patterns of the styles in `reports.palette.LINE_STYLES`: `-`, `--`, `-.`, `:`."""
 
 
 def write_page(path: Path, page: Page, room: float | None = None) -> list[Path]:
-    """Write a page, and beside it what is too much for its `room` of frames; give the files.
+    """Write a page and the files of frames that do not fit into it; return all files.
 
-    `room`: in bytes, `INSIDE` by default.
-
-    Raises
-    ------
-    OSError
-        Where one can't be written.
+    `room`: size of the frames inside the page [bytes], `MAX_INLINE_FRAMES` by default. Raises
+    `OSError` if a file cannot be written.
     """
-    from markupsafe import Markup  # templates are for who writes pages
+    from markupsafe import Markup  # imported here: only pages need it
 
-    room = INSIDE if room is None else room
+    room = MAX_INLINE_FRAMES if room is None else room
     inside: dict[str, str] = {}
     written: list[Path] = []
-    told = []
+    scenes = []
     for number, scene in enumerate(page.scenes):
         rows = _rows(scene)
-        inside[f"boxes-{number}"] = packed(np.stack([quantised(boxes) for boxes, _ in rows]))
-        if shapes := {row: shown for row, (_, shown) in enumerate(rows) if shown}:
-            inside[f"shapes-{number}"] = squeezed(json.dumps(shapes).encode())
+        inside[f"boxes-{number}"] = pack_boxes(np.stack([quantise(boxes) for boxes, _ in rows]))
+        if shapes := {row: outlines for row, (_, outlines) in enumerate(rows) if outlines}:
+            inside[f"shapes-{number}"] = compress(json.dumps(shapes).encode())
         reels: dict[str, Sequence[Sequence[int]]] = {"full": scene.full}
         for kind, film in _films(scene):
             needed = sum(map(len, chain(*film)))
@@ -72,15 +68,15 @@ def write_page(path: Path, page: Page, room: float | None = None) -> list[Path]:
             reels[kind] = [[len(frame) for frame in frames] for frames in film]
         for place, take in enumerate(scene.takes):
             if take.numbers:
-                numbers = squeezed(json.dumps(take.numbers).encode())
+                numbers = compress(json.dumps(take.numbers).encode())
                 inside[f"numbers-{number}-{place}"] = numbers
-        told.append(_told(scene, reels, shapes=bool(shapes)))
+        scenes.append(_scene_data(scene, reels, shapes=bool(shapes)))
     data = {
         "trackers": [one_line(name) for name in page.trackers],
         "labels": list(page.trackers),
         "colours": COLOURS,
         "dashes": _DASHES,
-        "scenes": told,
+        "scenes": scenes,
         "beside": quote(os.fsencode(_folder(path).name)),
         "absent": ABSENT,
         "start": page.start.removeprefix("#"),
@@ -97,7 +93,7 @@ def write_page(path: Path, page: Page, room: float | None = None) -> list[Path]:
 
 
 def _films(scene: PlayerScene) -> Iterator[tuple[str, Film]]:
-    """All that is played of a scene: frames, and maps of its takes."""
+    """Yield name and film of everything that is played: frames, and maps of the runs."""
     yield "thumbnails", scene.thumbnails
     for number, take in enumerate(scene.takes):
         for place, film in enumerate(take.maps.values()):
@@ -120,13 +116,13 @@ def _environment() -> "Environment":
     environment.globals["part"] = lambda name: Markup(  # noqa: S704  # our own file
         (_PARTS / name).read_text("utf-8")
     )
-    environment.globals["long"] = _LONG
+    environment.globals["long"] = _MIN_WRAPPED
     environment.globals["version"] = version("trackmark")
     environment.filters["poster"] = _poster
     environment.filters["code"] = _with_code
     environment.filters["divided"] = _divided
-    environment.filters["texts"] = texts_of
-    environment.filters["rests"] = lambda table: list(map(_em, rests_of(table)))
+    environment.filters["texts"] = text_columns
+    environment.filters["rests"] = lambda table: list(map(_em, number_rests(table)))
     environment.filters["beneath"] = _beneath
     environment.filters["address"] = _address_of
     environment.tests["finite_number"] = lambda value: value is not None and isfinite(value)
@@ -134,31 +130,31 @@ def _environment() -> "Environment":
 
 
 def _with_code(text: str) -> "Markup":
-    """A text in which what stands between backticks is code."""
+    """Convert parts of a text between backticks to code elements."""
     from markupsafe import Markup, escape
 
-    shown = str(escape(one_line(text)))
-    return Markup(re.sub(r"`([^`]+)`", r"<code>\1</code>", shown))  # noqa: S704  # escaped
+    escaped = str(escape(one_line(text)))
+    return Markup(re.sub(r"`([^`]+)`", r"<code>\1</code>", escaped))  # noqa: S704  # escaped
 
 
 def _divided(text: str) -> "Markup":
-    """A text whose lines may end after the signs that part what a long name consists of."""
+    """Allow line breaks after the separators in a long name."""
     from markupsafe import Markup, escape
 
-    shown = str(escape(one_line(text)))
-    if len(text) > _LONG:
-        shown = re.sub(r"(?<=[:=/,])(?=\w)", "<wbr>", shown)
-    return Markup(shown)  # noqa: S704  # escaped
+    escaped = str(escape(one_line(text)))
+    if len(text) > _MIN_WRAPPED:
+        escaped = re.sub(r"(?<=[:=/,])(?=\w)", "<wbr>", escaped)
+    return Markup(escaped)  # noqa: S704  # escaped
 
 
 def _em(texts: Collection[str]) -> float:
-    """Room that the widest of some texts needs in any usual type, bold too; 0 for none."""
+    """Return the width [em] that suffices for each of the texts in any usual font, also in bold."""
     widths = (sum(0.45 if sign in " .,:;[]()" else 0.7 for sign in text) for text in texts)
     return round(max(widths, default=0.0), 2)
 
 
 def _beneath(text: str, em: float) -> "Markup":
-    """A cell's text; with room for what follows the units, these stand beneath each other."""
+    """Return the text of a cell; `em`: width after the units digit, which aligns numbers."""
     from markupsafe import Markup, escape
 
     number = number_in(text) if em else None
@@ -169,9 +165,9 @@ def _beneath(text: str, em: float) -> "Markup":
 
 
 def write_chunk(page: Path, name: str, frames: Sequence[bytes]) -> Path:
-    """Write frames beside a page: as a script, since a page on disk may read nothing else.
+    """Write frames as a script next to a page, as a page on disk can load no other files.
 
-    `name`: `full-SCENE-CHUNK` by their numbers. Raises `OSError` where it can't be written.
+    `name`: `full-SCENE-CHUNK`, both numbers. Raises `OSError` if the file cannot be written.
     """
     content = f'trackmark("{name}","{b64encode(b"".join(frames)).decode()}")'
     path = _folder(page) / f"{name}.js"
@@ -179,18 +175,18 @@ def write_chunk(page: Path, name: str, frames: Sequence[bytes]) -> Path:
 
 
 def _folder(page: Path) -> Path:
-    """Where what is too much for a page lies."""
+    """Return the folder of the frames that do not fit into a page."""
     return page.with_name(f"{page.stem}-frames")
 
 
 def _address_of(picture: bytes) -> str:
-    """A picture as an address, which holds all of it."""
+    """Return a data URL with the content of a picture."""
     kind = "webp" if picture.startswith(b"RIFF") else "png"
     return f"data:image/{kind};base64,{b64encode(picture).decode()}"
 
 
 def _poster(scene: PlayerScene) -> str:
-    """The middle frame of a scene as an address; empty where there is none."""
+    """Return a data URL of the middle frame of a sequence; empty without frames."""
     frames = [*chain(*scene.thumbnails)]
     if not frames:
         return ""
@@ -198,7 +194,7 @@ def _poster(scene: PlayerScene) -> str:
 
 
 def _rows(scene: PlayerScene) -> list[tuple[NDArray[np.float64], Shapes]]:
-    """Return the boxes of a scene with what is drawn with them: ground truth first, then takes."""
+    """Return boxes and shapes of a sequence: the ground truth first, then the runs."""
     rows = [(scene.boxes, scene.shapes)]
     for take in scene.takes:
         rows.append((take.boxes, take.shapes))
@@ -206,14 +202,14 @@ def _rows(scene: PlayerScene) -> list[tuple[NDArray[np.float64], Shapes]]:
     return rows
 
 
-def _told(scene: PlayerScene, reels: Mapping[str, Any], *, shapes: bool) -> dict[str, Any]:
-    """Return what the player's script reads of a scene."""
+def _scene_data(scene: PlayerScene, reels: Mapping[str, Any], *, shapes: bool) -> dict[str, Any]:
+    """Return the data of a sequence for the player's script."""
     takes, row = [], 1
     for take in scene.takes:
         revised = None if take.revised is None else row + 1
         failure = one_line(take.failure.partition("\n")[0])
         maps, numbers = list(take.maps), bool(take.numbers)
-        segment = [take.start, take.begun, take.judged, list(take.marks)]
+        segment = [take.start, take.start_label, take.judged, list(take.marks)]
         place = [take.tracker, take.repetition, row, revised]
         takes.append([*place, failure, take.round, maps, numbers, *segment])
         row += 1 if revised is None else 2
@@ -225,7 +221,7 @@ def _told(scene: PlayerScene, reels: Mapping[str, Any], *, shapes: bool) -> dict
         "first": scene.first,
         "fps": scene.fps,
         "why": one_line(scene.why),
-        "kept": None if scene.kept is None else list(scene.kept),
+        "kept": None if scene.frame_numbers is None else list(scene.frame_numbers),
         "show": scene.show,
         "shapes": shapes,
         "reels": {kind: sizes for kind, sizes in reels.items() if sizes},
@@ -241,12 +237,12 @@ def _chart(chart: Chart) -> dict[str, Any]:
         "kind": chart.kind,
         "log": chart.logarithmic,
         "top": chart.top,
-        "told": chart.told,
+        "told": chart.value_name,
         "lines": [
             {
                 "label": one_line(line.label),
                 "position": line.position,
-                "told": line.told,
+                "told": line.value,
                 "places": [place and place[:4] for place in line.places],
                 **{
                     name: _numbers(values)
@@ -260,7 +256,7 @@ def _chart(chart: Chart) -> dict[str, Any]:
 
 
 def _numbers(values: ArrayLike) -> list[float | None]:
-    """To five digits, as many as can be seen; None for a gap."""
+    """Round to five digits, more than a chart can show; None for a gap."""
     return [
         float(f"{value:.5g}") if isfinite(value) else None
         for value in np.asarray(values, float).tolist()

@@ -1,4 +1,4 @@
-"""What the tests of datasets share: files as users have them, made on the spot."""
+"""Fixtures of the dataset tests: image, video and OTB files that are written on request."""
 
 from fractions import Fraction
 from pathlib import Path
@@ -13,7 +13,7 @@ RECORDED = Path(__file__).parents[2].parent / "shared" / "sequences"
 
 @pytest.fixture(autouse=True)
 def cache(tmp_path_factory, monkeypatch):
-    """A cache folder of the test's own."""
+    """Cache folder of this test."""
     folder = tmp_path_factory.mktemp("cache")
     monkeypatch.setenv("TRACKMARK_CACHE", str(folder))
     return folder
@@ -21,14 +21,14 @@ def cache(tmp_path_factory, monkeypatch):
 
 @pytest.fixture
 def recorded():
-    """The folder of real recorded sequences, where there is one."""
+    """Folder of recorded sequences; the test is skipped without it."""
     if not RECORDED.is_dir():
-        pytest.skip("no recorded sequences beside the checkout")
+        pytest.skip("no recorded sequences next to the checkout")
     return RECORDED
 
 
 def picture(i, width=48, height=32):
-    """A smooth image, another for every i."""
+    """Return a smooth image that depends on i."""
     y, x = np.mgrid[:height, :width]
     planes = [x * 4 + i * 9, y * 6 + i * 5, (x + y) * 2 + i * 13]
     return np.stack([np.abs(plane % 400 - 200) for plane in planes], axis=-1).astype(np.uint8)
@@ -36,7 +36,7 @@ def picture(i, width=48, height=32):
 
 @pytest.fixture
 def write_images():
-    """Writes images with the given names into a folder, and gives their pixels."""
+    """Write images with the given names into a folder, and return their pixels."""
 
     def write(folder, names, size=(48, 32)):
         folder.mkdir(parents=True, exist_ok=True)
@@ -50,7 +50,7 @@ def write_images():
 
 @pytest.fixture
 def write_video():
-    """Writes a video file of n frames that differ, key frames every 12, with B-frames."""
+    """Write a video file of n different frames with a key frame every 12 frames."""
 
     def write(
         path, codec="libx264", n=40, b_frames=2, rotation=0, options=(), title="", size=(96, 64)
@@ -75,7 +75,7 @@ def write_video():
 
 @pytest.fixture
 def write_otb(write_images):
-    """Writes an OTB folder with this text as its truth."""
+    """Write an OTB folder with this text as ground truth."""
 
     def write(folder, truth, n=3, attrs=None):
         write_images(folder / "img", [f"{i + 1:04d}.jpg" for i in range(n)])

@@ -1,4 +1,4 @@
-"""Names of sequences, and where each comes from."""
+"""Catalogue of sequences: built-in names, paths, and errors for unknown ones."""
 
 import subprocess
 import sys
@@ -10,69 +10,63 @@ from trackmark.datasets import SequenceError
 
 
 @pytest.fixture
-def here(tmp_path, monkeypatch):
-    """An empty working folder."""
+def workdir(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
 
-def test_names_are_sorted_and_each_stands_once():
+def test_names_are_sorted_and_unique():
     names = datasets.names()
     assert names == sorted(set(names))
     assert {"samples/bow-tie", "samples/face"} <= set(names)
-
-
-def test_a_sequence_is_named_as_it_was_asked_for():
     assert datasets.load("samples/face").name == "samples/face"
 
 
-def test_importing_is_cheap():
-    heavy = "{'cv2', 'av', 'numba', 'pandas', 'matplotlib', 'simplejpeg'}"
-    code = "import sys; from trackmark import datasets; "
-    code += f"sys.exit(str({heavy} & set(sys.modules) or ''))"
-    answer = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, check=False
+def test_import_and_descriptions_load_no_heavy_library():
+    code = (
+        "import sys\nfrom trackmark import datasets\n"
+        "for name in datasets.names(): datasets.options(name), datasets.summary(name)\n"
+        "heavy = {'cv2', 'av', 'numba', 'pandas', 'matplotlib', 'simplejpeg'}\n"
+        "print(heavy & set(sys.modules))"
     )
-    assert answer.stderr.strip() == ""
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert run.stdout.strip() == "set()"
 
 
 class TestPaths:
-    def test_a_built_in_name_wins_over_a_path_of_the_same_text(self, here, write_images):
-        write_images(here / "samples" / "face", ["1.png"])
+    @pytest.mark.parametrize("text", ["./samples/face", "x/../samples/face", "{root}/samples/face"])
+    def test_built_in_name_has_priority_over_bare_text(self, workdir, write_images, text):
+        (workdir / "x").mkdir()
+        write_images(workdir / "samples" / "face", ["1.png"])
         assert len(datasets.load("samples/face")) == 120
+        assert len(datasets.load(text.format(root=workdir))) == 1
+        assert len(datasets.load((workdir / "samples" / "face").relative_to(workdir))) == 1
 
-    @pytest.mark.parametrize("prefix", ["./", "../x/", "{here}/"])
-    def test_unless_it_is_written_as_a_path(self, here, write_images, prefix):
-        (here / "x").mkdir()
-        write_images(here / "samples" / "face", ["1.png"])
-        text = prefix.replace("../x/", "x/../").format(here=here) + "samples/face"
-        assert len(datasets.load(text)) == 1
+    @pytest.mark.parametrize(
+        ("folder", "text", "name"),
+        [
+            ("samples/mine", "samples/mine", "mine"),
+            ("take:2=b", "take:2=b", "take:2=b"),
+            ("walk", "~/walk", "walk"),
+            ("walk", "walk/.", "walk"),
+            ("walk", "../{workdir.name}/walk/", "walk"),
+        ],
+    )
+    def test_path_is_named_after_its_folder(
+        self, workdir, write_images, monkeypatch, folder, text, name
+    ):
+        monkeypatch.setenv("HOME", str(workdir))
+        write_images(workdir / folder, ["1.png"])
+        assert datasets.load(text.format(workdir=workdir)).name == name
 
-    def test_a_path_object_is_a_path(self, here, write_images):
-        write_images(here / "samples" / "face", ["1.png"])
-        assert len(datasets.load((here / "samples" / "face").relative_to(here))) == 1
-
-    def test_a_folder_may_be_called_as_a_suite(self, here, write_images):
-        write_images(here / "samples" / "mine", ["1.png"])
-        assert datasets.load("samples/mine").name == "mine"
-
-    def test_a_path_may_hold_colons(self, here, write_images):
-        write_images(here / "take:2=b", ["1.png"])
-        assert datasets.load("take:2=b").name == "take:2=b"
-
-    @pytest.mark.parametrize("text", [".", "../walk", "./", "../walk/"])
-    def test_the_name_is_the_folders_own(self, here, write_images, monkeypatch, text):
-        write_images(here / "walk", ["1.png"])
-        monkeypatch.chdir(here / "walk")
+    @pytest.mark.parametrize("text", [".", "./", "../walk"])
+    def test_current_folder_is_a_path(self, workdir, write_images, monkeypatch, text):
+        write_images(workdir / "walk", ["1.png"])
+        monkeypatch.chdir(workdir / "walk")
         assert datasets.load(text).name == "walk"
 
-    def test_the_home_folder_is_known(self, here, write_images, monkeypatch):
-        monkeypatch.setenv("HOME", str(here))
-        write_images(here / "walk", ["1.png"])
-        assert datasets.load("~/walk").name == "walk"
-
-    def test_what_several_readers_know_goes_to_the_one_that_knows_more(self, here, write_otb):
-        folder = write_otb(here / "Dog", "1,1,5,5\n" * 3)
+    def test_specific_reader_has_priority_over_image_folder(self, workdir, write_otb):
+        folder = write_otb(workdir / "Dog", "1,1,5,5\n" * 3)
         (folder / "img" / "0003.jpg").rename(folder / "preview.jpg")
         (folder / "groundtruth_rect.txt").write_text("1,1,5,5\n" * 2)
         assert datasets.load(folder).present.tolist() == [True, True]
@@ -88,69 +82,52 @@ class TestErrors:
             ("recorded/wolk", "recorded/walk"),
         ],
     )
-    def test_an_unknown_name_tells_the_closest_and_where_it_was_looked_for(
-        self, here, write_images, text, closest
-    ):
-        write_images(here / "recorded" / "walk", ["1.png"])
-        with pytest.raises(SequenceError) as caught:
+    def test_unknown_name_suggests_the_closest(self, workdir, write_images, text, closest):
+        write_images(workdir / "recorded" / "walk", ["1.png"])
+        with pytest.raises(SequenceError) as error:
             datasets.load(text)
-        message = str(caught.value)
+        message = str(error.value)
         assert f"unknown sequence '{text}'. Did you mean '{closest}'?" in message
-        assert str(here / text) in message
+        assert str(workdir / text) in message
         assert "\n" not in message
 
-    def test_without_anything_close_nothing_is_suggested(self, here):
-        with pytest.raises(SequenceError, match=r"unknown sequence 'qqqqqq'\. It is no"):
-            datasets.load("qqqqqq")
-
-    def test_a_path_that_no_reader_knows_tells_what_they_expect(self, here):
-        (here / "notes.txt").write_text("")
-        with pytest.raises(SequenceError) as caught:
-            datasets.load("notes.txt")
-        for expected in ("notes.txt: ", "groundtruth_rect.txt", ".mp4", ".png", "truth.csv"):
-            assert expected in str(caught.value)
-
-    def test_an_empty_folder_is_nothing_that_a_reader_knows(self, here):
-        (here / "walk").mkdir()
-        with pytest.raises(
-            SequenceError, match=r"walk: this is nothing .* there is nothing in it\."
-        ):
-            datasets.load("walk")
-
-    def test_of_a_layout_that_is_nearly_known_what_is_there_and_what_is_missing_are_told(
-        self, here
+    @pytest.mark.parametrize(
+        ("text", "truth", "message"),
+        [
+            ("qqqqqq", None, r"unknown sequence 'qqqqqq'\. It is not"),
+            ("samples/face:x", None, "sequence 'samples/face:x': 'x' is not key=value"),
+            ("walk", "gone.csv", r"gone\.csv: this ground-truth file does not exist"),
+            ("samples/face", "t.csv", r"samples/face: .* own ground truth\. Omit t\.csv"),
+            ("empty", None, r"empty: this is not in a format .* contains nothing\."),
+            ("almost", None, r"almost: this is an inc.* contains 'img/, truth\.mat'\. .*\(OTB\)"),
+            ("notes.txt", None, r"notes\.txt: .*_rect\.txt.*\.mp4.*\.png.*truth\.csv"),
+        ],
+    )
+    def test_unreadable_sequence_names_the_reason(
+        self, workdir, write_images, text, truth, message
     ):
-        (here / "walk" / "img").mkdir(parents=True)
-        (here / "walk" / "truth.mat").write_text("")
-        with pytest.raises(SequenceError, match=r"there is 'img/, truth\.mat'.*\(OTB\)") as caught:
-            datasets.load("walk")
-        assert "(VOT)" not in str(caught.value)
+        write_images(workdir / "walk", ["1.png"])
+        (workdir / "notes.txt").write_text("")
+        (workdir / "empty").mkdir()
+        (workdir / "almost" / "img").mkdir(parents=True)
+        (workdir / "almost" / "truth.mat").write_text("")
+        with pytest.raises(SequenceError, match=message) as error:
+            datasets.load(text, truth)
+        assert ("(VOT)" in str(error.value)) == (text in ("empty", "notes.txt"))
 
-    def test_an_option_that_is_none_is_named(self):
-        with pytest.raises(SequenceError, match="sequence 'samples/face:x': 'x' is not key=value"):
-            datasets.load("samples/face:x")
-
-    def test_a_truth_that_is_not_there_is_named(self, here, write_images):
-        write_images(here / "walk", ["1.png"])
-        with pytest.raises(SequenceError, match=r"gone\.csv: there is no such truth file"):
-            datasets.load("walk", "gone.csv")
-
-    def test_a_built_in_sequence_takes_no_other_truth(self, here):
-        with pytest.raises(SequenceError, match=r"samples/face: .* has its own truth; omit t\.csv"):
-            datasets.load("samples/face", "t.csv")
+    def test_summary_and_identity_of_unknown_names_are_refused(self):
+        with pytest.raises(SequenceError, match="wang2010/cup"):
+            datasets.summary("wang2010/cupp")
+        with pytest.raises(SequenceError, match="scene"):
+            datasets.identity("plain/target:scnee=3")
+        with pytest.raises(SequenceError, match="nowhere"):
+            datasets.identity("nowhere/to-be-found")
 
 
 @pytest.mark.parametrize(
     "text",
     ["plain/target", "plain/target:scene=3:noise=4", "samples/face", "plain/target:filter.noise=4"],
 )
-def test_identity_is_what_an_opened_sequence_says_of_itself(text):
+def test_identity_equals_that_of_the_opened_sequence(text):
     sequence = datasets.load(text)
     assert datasets.identity(text) == (sequence.name, sequence.fingerprint)
-
-
-def test_an_identity_of_what_cannot_be_opened_says_why():
-    with pytest.raises(datasets.SequenceError, match="scene"):
-        datasets.identity("plain/target:scnee=3")
-    with pytest.raises(datasets.SequenceError, match="nowhere"):
-        datasets.identity("nowhere/to-be-found")

@@ -1,4 +1,4 @@
-"""SHA-256 of files, remembered between runs."""
+"""SHA-256 digests of files and their cache."""
 
 import hashlib
 import os
@@ -14,7 +14,7 @@ LONG_AGO = 1_000_000_000
 
 @pytest.fixture
 def files(tmp_path):
-    """Three files that were not changed of late, which are those that are remembered."""
+    """Three old files, as digests of recent files are not cached."""
     paths = [tmp_path / "a" / "1.bin", tmp_path / "a" / "2.bin", tmp_path / "b" / "1.bin"]
     for i, path in enumerate(paths):
         path.parent.mkdir(exist_ok=True)
@@ -25,7 +25,7 @@ def files(tmp_path):
 
 @pytest.fixture
 def reads(monkeypatch):
-    """Names of the files that were opened to be hashed."""
+    """Names of the files that are read for their digest."""
     opened = []
     digest = hashlib.file_digest
 
@@ -42,21 +42,15 @@ def test_digests_are_sha256_in_the_order_of_the_files(files):
     assert file_digests([files[2], files[0], files[1]]) == expected
 
 
-def test_a_second_time_reads_no_file(files, reads):
-    first = file_digests(files)
-    assert reads == ["1.bin", "2.bin", "1.bin"]
-    assert file_digests(files) == first
-    assert len(reads) == 3
-
-
-def test_what_is_known_of_other_files_is_kept(files, reads):
+def test_unchanged_files_are_read_once(files, cache, reads):
     file_digests(files[:1])
     file_digests(files[:2])
     file_digests(files[:1])
     assert reads == ["1.bin", "2.bin"]
+    assert {path.suffix for path in cache.rglob("*") if path.is_file()} == {".json"}
 
 
-def test_other_bytes_of_the_same_size_are_noticed(files):
+def test_changed_bytes_of_equal_size_are_noticed(files):
     before = file_digests(files)
     files[1].write_bytes(b"x" * 100)
     after = file_digests(files)
@@ -64,16 +58,16 @@ def test_other_bytes_of_the_same_size_are_noticed(files):
     assert after[::2] == before[::2]
 
 
-def test_a_file_changed_just_now_is_read_every_time(files, reads):
+def test_recent_file_is_read_again(files, reads):
     files[0].write_bytes(b"y" * 100)
     now = files[0].stat().st_mtime_ns
     before = file_digests(files[:1])
     files[0].write_bytes(b"z" * 100)
-    os.utime(files[0], ns=(now, now))  # as a file system with a coarse clock has it
+    os.utime(files[0], ns=(now, now))  # as on a file system with a coarse clock
     assert file_digests(files[:1]) != before
 
 
-def test_touching_a_file_reads_it_again_and_changes_nothing(files, reads):
+def test_touched_file_is_read_again(files, reads):
     before = file_digests(files)
     os.utime(files[0], (LONG_AGO + 5, LONG_AGO + 5))
     assert file_digests(files) == before
@@ -81,34 +75,28 @@ def test_touching_a_file_reads_it_again_and_changes_nothing(files, reads):
 
 
 @pytest.mark.parametrize("damage", [b"", b"{", b'{"a": 1}', b'{"a": [1, 2, 3, 4]}', b"\xff\x00"])
-def test_a_damaged_cache_is_made_anew(files, cache, reads, damage):
+def test_damaged_cache_is_replaced(files, cache, reads, damage):
     before = file_digests(files)
-    (kept,) = cache.rglob("*.json")
-    kept.write_bytes(damage)
-    assert file_digests(files) == before
-    assert len(reads) == 6
-    assert file_digests(files) == before
-    assert len(reads) == 6
+    (file,) = cache.rglob("*.json")
+    file.write_bytes(damage)
+    for _ in range(2):
+        assert file_digests(files) == before
+        assert len(reads) == 6
 
 
-def test_a_cache_that_cannot_be_written_only_costs_time(files, monkeypatch, tmp_path):
+def test_digests_do_not_need_a_writable_cache(files, monkeypatch, tmp_path):
     blocked = tmp_path / "a file, so no folder can be made in it"
     blocked.write_text("")
     monkeypatch.setenv("TRACKMARK_CACHE", str(blocked))
     assert file_digests(files) == file_digests(files)
 
 
-def test_nothing_is_left_beside_the_cache_file(files, cache):
-    file_digests(files)
-    assert [path.suffix for path in cache.rglob("*") if path.is_file()] == [".json"]
-
-
-def test_a_missing_file_is_named(tmp_path):
-    with pytest.raises(SequenceError, match=r"gone\.jpg: can't be read"):
+def test_missing_file_is_refused_by_name(tmp_path):
+    with pytest.raises(SequenceError, match=r"gone\.jpg: cannot be read"):
         file_digests([tmp_path / "gone.jpg"])
 
 
-def test_the_cache_folder_obeys_the_environment(monkeypatch, tmp_path):
+def test_cache_folder_is_set_by_the_environment(monkeypatch, tmp_path):
     monkeypatch.setenv("TRACKMARK_CACHE", str(tmp_path / "own"))
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "xdg"))
     monkeypatch.setenv("HOME", str(tmp_path / "home"))

@@ -1,4 +1,4 @@
-"""Filters over sequences, synthetic and recorded: what they change, and what they leave alone."""
+"""Filters of synthetic and recorded sequences."""
 
 import cv2
 import numpy as np
@@ -13,125 +13,126 @@ FACE = "samples/face"
 MASKED = "moreno2005/ellipse"
 
 
-def with_filter(text, *filters):
-    return datasets.load(":".join([text, *(f"filter.{one}" for one in filters)]))
+def load_filtered(text, *filters):
+    return datasets.load(":".join([text, *(f"filter.{value}" for value in filters)]))
 
 
-def test_a_sequence_without_filters_keeps_its_identity():
+def test_sequences_without_filters_have_fixed_fingerprints():
     assert datasets.load(SCENE).fingerprint == "f22626a6f07e940b"
     assert datasets.load(FACE).fingerprint.startswith("04c63a9b6ad0a48b")
 
 
 @pytest.mark.parametrize("text", [SCENE, FACE])
 @pytest.mark.parametrize("name", FILTERS)
-def test_every_filter_makes_another_sequence_that_can_be_run(text, name):
+def test_filtered_sequence_has_its_own_identity(text, name):
     plain = datasets.load(text)
     hard = FILTERS[name].hard if name != "occlusion" else 20
-    made = with_filter(text, f"{name}={hard}")
-    assert made.name == f"{plain.name}:filter.{name}={hard}"
-    others = {with_filter(text, f"{name}={FILTERS[name].easy}").fingerprint}
-    others |= {plain.fingerprint, with_filter(text, f"{name}={hard}", "draw=1").fingerprint}
-    assert len({made.fingerprint, *others}) == 4
-    assert with_filter(text, f"{name}={hard}").fingerprint == made.fingerprint
-    made.check_runnable()
-    assert len(made) == len(plain) - (name == "start")
-    for frame in (0, 30, len(made) - 1):
-        assert made[frame].dtype == np.uint8
-        assert made[frame].shape[1::-1] == made.image_size
-        np.testing.assert_array_equal(made[frame], made[frame])
+    changed = load_filtered(text, f"{name}={hard}")
+    assert changed.name == f"{plain.name}:filter.{name}={hard}"
+    others = {load_filtered(text, f"{name}={FILTERS[name].easy}").fingerprint}
+    others |= {plain.fingerprint, load_filtered(text, f"{name}={hard}", "draw=1").fingerprint}
+    assert len({changed.fingerprint, *others}) == 4
+    assert load_filtered(text, f"{name}={hard}").fingerprint == changed.fingerprint
+    changed.check_runnable()
+    assert len(changed) == len(plain) - (name == "start")
+    for frame in (0, 30, len(changed) - 1):
+        assert changed[frame].dtype == np.uint8
+        assert changed[frame].shape[1::-1] == changed.image_size
+        np.testing.assert_array_equal(changed[frame], changed[frame])
 
 
 @pytest.mark.parametrize(
     "name", ["step=1", "motion=0", "occlusion=0", "gain=1", "blur=0", "noise=0", "box_error=0"]
 )
-def test_at_its_easy_end_a_filter_leaves_pixels_and_truth_alone(name):
-    plain, made = datasets.load(SCENE), with_filter(SCENE, name)
-    np.testing.assert_array_equal(made.boxes, plain.boxes)
+def test_easiest_value_changes_nothing(name):
+    plain, changed = datasets.load(SCENE), load_filtered(SCENE, name)
+    np.testing.assert_array_equal(changed.boxes, plain.boxes)
     for frame in (0, 20, 59):
-        np.testing.assert_array_equal(made[frame], plain[frame])
-        np.testing.assert_array_equal(made.mask(frame), plain.mask(frame))
+        np.testing.assert_array_equal(changed[frame], plain[frame])
+        np.testing.assert_array_equal(changed.mask(frame), plain.mask(frame))
 
 
-def test_levels_are_matched_pairs_the_same_noise_stronger():
+def test_noise_of_two_levels_is_proportional():
     plain = datasets.load(FACE)[4].astype(float)
-    weak, strong = (with_filter(FACE, f"noise={sd}", "draw=5")[4] - plain for sd in (4, 8))
+    weak, strong = (load_filtered(FACE, f"noise={sd}", "draw=5")[4] - plain for sd in (4, 8))
     inside = (plain > 60) & (plain < 180)
     assert np.corrcoef(weak[inside], strong[inside])[0, 1] > 0.98
     assert strong[inside].std() == pytest.approx(8, rel=0.03)
 
 
-def test_the_light_fades_by_equal_ratios_and_stays():
-    plain, made = datasets.load(FACE), with_filter(FACE, "gain=0.25")
-    shares = [made[frame].mean() / plain[frame].mean() for frame in (0, 30, 60, 119)]
+def test_gain_fades_geometrically_and_stays():
+    plain, changed = datasets.load(FACE), load_filtered(FACE, "gain=0.25")
+    shares = [changed[frame].mean() / plain[frame].mean() for frame in (0, 30, 60, 119)]
     assert shares == pytest.approx([1, 0.5, 0.25, 0.25], rel=0.02)
 
 
-def test_every_nth_frame_goes_there_and_back():
-    plain, made = datasets.load(SCENE), with_filter(SCENE, "step=25")
-    shown = [0, 25, 50, 25, 0, 25]
-    np.testing.assert_array_equal(made.boxes[:6], plain.boxes[shown])
-    np.testing.assert_array_equal(made[3], plain[25])
-    np.testing.assert_array_equal(made.mask(2), plain.mask(50))
-    assert len(made) == 60
+def test_step_shows_frames_forwards_and_backwards():
+    plain, changed = datasets.load(SCENE), load_filtered(SCENE, "step=25")
+    frames = [0, 25, 50, 25, 0, 25]
+    np.testing.assert_array_equal(changed.boxes[:6], plain.boxes[frames])
+    np.testing.assert_array_equal(changed[3], plain[25])
+    np.testing.assert_array_equal(changed.mask(2), plain.mask(50))
+    assert len(changed) == 60
 
 
 @pytest.mark.parametrize("text", [SCENE, FACE])
-def test_the_target_has_the_size_that_was_asked_for(text):
-    made = with_filter(text, "size=12")
-    assert np.sqrt(np.prod(made.boxes[0, 2:])) == pytest.approx(12, rel=0.03)
+def test_size_sets_the_size_of_the_target(text):
+    changed = load_filtered(text, "size=12")
+    assert np.sqrt(np.prod(changed.boxes[0, 2:])) == pytest.approx(12, rel=0.03)
 
 
-@pytest.mark.parametrize("one", ["size=30", "motion=0.7", "size=20:filter.motion=0.7", "start=9"])
-def test_truth_goes_with_the_picture(one):
-    """The mask, which is moved by itself, lies where the box says."""
-    made = with_filter(MASKED, one)
+@pytest.mark.parametrize(
+    "filters", ["size=30", "motion=0.7", "size=20:filter.motion=0.7", "start=9"]
+)
+def test_boxes_enclose_the_changed_masks(filters):
+    changed = load_filtered(MASKED, filters)
     for frame in (0, 7, 20):
-        box = np.array(cv2.boundingRect(made.mask(frame).view(np.uint8)), float)
-        np.testing.assert_allclose(box, made.boxes[frame], atol=1.6)
+        box = np.array(cv2.boundingRect(changed.mask(frame).view(np.uint8)), float)
+        np.testing.assert_allclose(box, changed.boxes[frame], atol=1.6)
 
 
-def test_each_image_jumps_by_so_many_widths():
-    plain, made = datasets.load(SCENE), with_filter(SCENE, "motion=0.5")
-    added = (made.boxes - plain.boxes)[:, :2]
-    lengths = np.hypot(*np.diff(added, axis=0).T)
+def test_motion_shifts_images_by_a_constant_distance():
+    plain, changed = datasets.load(SCENE), load_filtered(SCENE, "motion=0.5")
+    offsets = (changed.boxes - plain.boxes)[:, :2]
+    lengths = np.hypot(*np.diff(offsets, axis=0).T)
     width = plain.boxes[0, 2]
     np.testing.assert_allclose(lengths, 0.5 * width, atol=1.5)
-    assert not added[0].any()
-    assert np.hypot(*added.T).max() <= 1.5 * width + 1
-    middles = made.boxes[:, :2] + made.boxes[:, 2:] / 2
-    assert ((middles >= -1) & (middles <= np.array(plain.image_size) + 1)).all()
+    assert not offsets[0].any()
+    assert np.hypot(*offsets.T).max() <= 1.5 * width + 1
+    centres = changed.boxes[:, :2] + changed.boxes[:, 2:] / 2
+    assert ((centres >= -1) & (centres <= np.array(plain.image_size) + 1)).all()
 
 
-def test_behind_the_wall_nothing_is_seen_and_that_is_known():
-    plain, made = datasets.load(SCENE), with_filter(SCENE, "occlusion=20")
-    hidden = made.visibility == 0
+def test_occlusion_covers_the_target_and_sets_visibility():
+    plain, changed = datasets.load(SCENE), load_filtered(SCENE, "occlusion=20")
+    hidden = changed.visibility == 0
     assert np.flatnonzero(hidden).tolist() == list(range(10, 30))
-    np.testing.assert_array_equal(made.boxes, plain.boxes)
+    np.testing.assert_array_equal(changed.boxes, plain.boxes)
     x, y, width, height = plain.boxes[20].astype(int)
-    assert np.ptp(made[20][y : y + height, x : x + width].reshape(-1, 3), axis=0).max() == 0
-    np.testing.assert_array_equal(made[30], plain[30])
-    assert not made.mask(20).any()
-    assert made.attributes["occlusion"][hidden].all()
+    assert np.ptp(changed[20][y : y + height, x : x + width].reshape(-1, 3), axis=0).max() == 0
+    np.testing.assert_array_equal(changed[30], plain[30])
+    assert not changed.mask(20).any()
+    assert changed.attributes["occlusion"][hidden].all()
 
 
-def test_only_what_a_tracker_begins_with_is_wrong():
+def test_box_error_shifts_only_the_init_box():
     scene = datasets.load(SCENE)
     regions = {"full": scene.boxes + [0, 0, 3, 4]}
     plain = Sequence("both", scene.frames, scene.boxes, regions=regions, fingerprint="")
-    made = filtered(plain, {"box_error": 0.5})
-    shift = (made.boxes - plain.boxes)[0]
+    changed = filtered(plain, {"box_error": 0.5})
+    shift = (changed.boxes - plain.boxes)[0]
     assert np.hypot(*(shift[:2] / plain.boxes[0, 2:])) == pytest.approx(0.5)
     assert not shift[2:].any()
-    np.testing.assert_array_equal(made.boxes[1:], plain.boxes[1:])
-    np.testing.assert_allclose((made.regions["full"] - plain.regions["full"])[0], shift)
+    np.testing.assert_array_equal(changed.boxes[1:], plain.boxes[1:])
+    np.testing.assert_allclose((changed.regions["full"] - plain.regions["full"])[0], shift)
 
 
-def test_filters_are_laid_over_in_one_order_however_they_are_written():
-    one = with_filter(SCENE, "noise=5", "step=2")
-    other = datasets.load(
+def test_order_of_filters_in_the_text_does_not_matter():
+    first = load_filtered(SCENE, "noise=5", "step=2")
+    second = datasets.load(
         "plain/target:filter.step=2.0:scene=3:filter.noise=5:height=120:length=60:width=160"
     )
-    assert (one.name, one.fingerprint) == (other.name, other.fingerprint)
+    assert (first.name, first.fingerprint) == (second.name, second.fingerprint)
     assert datasets.matching("samples/*:filter.noise=5") == [
         "samples/bow-tie:filter.noise=5",
         "samples/face:filter.noise=5",
@@ -139,25 +140,25 @@ def test_filters_are_laid_over_in_one_order_however_they_are_written():
 
 
 @pytest.mark.parametrize(
-    ("filters", "words"),
+    ("filters", "message"),
     [
         ("filter.nois=3", "Did you mean 'noise'"),
-        ("filter.noise=loud", "give a number from 0 to 255"),
-        ("filter.noise=nan", "give a number from 0 to 255"),
-        ("filter.step=1.5", "give a whole number"),
+        ("filter.noise=loud", "Expected: a number from 0 to 255"),
+        ("filter.noise=nan", "Expected: a number from 0 to 255"),
+        ("filter.step=1.5", "Expected: an integer"),
         ("filter.noise=1:filter.noise=2", "given twice"),
-        ("filter.occlusion=50", "at most 35 of its 60 frames"),
-        ("filter.start=50", "at least 20 must be left"),
-        ("filter.step=100", "every 100th"),
+        ("filter.occlusion=50", "At most 35 of 60 frames"),
+        ("filter.start=50", "At least 20 must be left"),
+        ("filter.step=100", "only the first of 60 frames"),
     ],
 )
-def test_what_a_filter_cannot_do_is_a_line(filters, words):
-    with pytest.raises(SequenceError, match=words) as caught:
+def test_invalid_filter_is_refused(filters, message):
+    with pytest.raises(SequenceError, match=message) as error:
         datasets.load(f"{SCENE}:{filters}")
-    assert "\n" not in str(caught.value)
+    assert "\n" not in str(error.value)
 
 
-def test_a_path_that_is_there_has_no_filter(tmp_path, write_images):
+def test_existing_path_has_priority_over_a_filter(tmp_path, write_images):
     folder = tmp_path / "take:filter.noise=9"
     write_images(folder, ["1.png", "2.png"])
     assert datasets.load(folder).name == "take:filter.noise=9"

@@ -1,4 +1,4 @@
-"""Images in files."""
+"""Decoding of image files."""
 
 import re
 import struct
@@ -24,25 +24,25 @@ def encoded(suffix, image=SMOOTH):
 
 
 @pytest.mark.parametrize("suffix", [".png", ".bmp", ".ppm", ".tif"])
-def test_lossless_files_give_their_pixels_back(suffix):
+def test_lossless_format_is_decoded_exactly(suffix):
     np.testing.assert_array_equal(decode_image(encoded(suffix)), SMOOTH)
 
 
-def test_a_jpeg_is_decoded_as_opencv_decodes_it():
+def test_jpeg_is_decoded_as_by_opencv():
     data = encoded(".jpg")
     expected = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR)
     np.testing.assert_array_equal(decode_image(data), expected)
 
 
 @pytest.mark.parametrize("suffix", [".jpg", ".png", ".tif"])
-def test_grey_images_get_three_equal_channels(suffix):
+def test_grey_image_gets_three_equal_channels(suffix):
     image = decode_image(encoded(suffix, SMOOTH[..., 0]))
     assert image.shape == (40, 60, 3)
     assert (image == image[..., :1]).all()
 
 
 @pytest.mark.parametrize("suffix", [".png", ".tif"])
-def test_of_16_bits_the_upper_eight_are_kept(suffix):
+def test_upper_byte_of_16_bits_is_kept(suffix):
     image = decode_image(encoded(suffix, SMOOTH.astype(np.uint16) * 256 + 77))
     assert image.dtype == np.uint8
     np.testing.assert_array_equal(image, SMOOTH)
@@ -54,14 +54,14 @@ def test_alpha_is_dropped():
 
 
 @pytest.mark.parametrize("suffix", [".jpg", ".png", ".bmp", ".ppm", ".tif"])
-@pytest.mark.parametrize("kept", [0.0, 0.3, 0.6, 0.95])
-def test_a_file_cut_short_is_an_error(suffix, kept):
+@pytest.mark.parametrize("share", [0.0, 0.3, 0.6, 0.95])
+def test_truncated_file_is_refused(suffix, share):
     data = encoded(suffix)
     with pytest.raises(ValueError, match=r"\w"):
-        decode_image(data[: int(len(data) * kept)])
+        decode_image(data[: int(len(data) * share)])
 
 
-def test_names_are_in_natural_order_and_others_are_left_out(tmp_path, write_images):
+def test_image_files_are_in_natural_order(tmp_path, write_images):
     write_images(tmp_path, ["img10.png", "img9.png", "img1.JPG", "img09b.bmp", "a2b10.png"])
     for other in ("notes.txt", "._img1.png", "Thumbs.db"):
         (tmp_path / other).write_text("")
@@ -69,31 +69,21 @@ def test_names_are_in_natural_order_and_others_are_left_out(tmp_path, write_imag
     assert names == ["a2b10.png", "img1.JPG", "img9.png", "img09b.bmp", "img10.png"]
 
 
-def test_a_folder_of_bare_numbers_is_in_the_order_of_the_numbers(tmp_path, write_images):
-    write_images(tmp_path, [f"{i}.png" for i in range(12)])
-    assert [int(file.stem) for file in image_files(tmp_path)] == list(range(12))
-
-
-def test_a_damaged_image_is_named_with_its_frame_and_the_others_can_be_read(tmp_path, write_images):
+def test_damaged_and_missing_images_are_named(tmp_path, write_images):
     images = write_images(tmp_path, ["1.png", "2.jpg", "3.png"])
     data = (tmp_path / "2.jpg").read_bytes()
     (tmp_path / "2.jpg").write_bytes(data[: len(data) // 2])
     frames = ImageFiles(image_files(tmp_path))
-    with pytest.raises(SequenceError, match=r"2\.jpg: frame 1 can't be read .* Get the file anew"):
+    with pytest.raises(SequenceError, match=r"2\.jpg: frame 1 cannot be read .* Download the file"):
         frames[1]
     np.testing.assert_array_equal(frames[2], images[2])
-
-
-def test_a_file_that_went_away_is_named(tmp_path, write_images):
-    write_images(tmp_path, ["1.png", "2.png"])
-    frames = ImageFiles(image_files(tmp_path))
-    (tmp_path / "2.png").unlink()
-    with pytest.raises(SequenceError, match=r"2\.png: frame 1 can't be read"):
-        frames[1]
+    (tmp_path / "1.png").unlink()
+    with pytest.raises(SequenceError, match=r"1\.png: frame 0 cannot be read"):
+        frames[0]
 
 
 def claiming(suffix, width, height):
-    """An image whose header claims another size."""
+    """Return an image whose header states another size."""
     data = bytearray(encoded(suffix))
     if suffix == ".png":
         head = b"IHDR" + struct.pack(">II", width, height) + bytes(data[24:29])
@@ -103,9 +93,9 @@ def claiming(suffix, width, height):
     elif suffix == ".ppm":
         data = data.replace(b"60 40", f"{width} {height}".encode())
     elif suffix == ".jpg":
-        at = data.index(b"\xff\xc0")
-        data[at + 5 : at + 9] = struct.pack(">HH", height, width)
-    else:  # two entries of TIFF's directory: tag, type, count, value
+        start = data.index(b"\xff\xc0")
+        data[start + 5 : start + 9] = struct.pack(">HH", height, width)
+    else:  # two entries of the TIFF directory: tag, type, count, value
         for tag, value in ((256, width), (257, height)):
             entry = re.search(struct.pack("<H", tag) + b"[\3\4]\0\1\0\0\0", data)
             data[entry.start() + 2 : entry.start() + 12] = struct.pack("<HII", 4, 1, value)
@@ -113,55 +103,53 @@ def claiming(suffix, width, height):
 
 
 @pytest.mark.parametrize("suffix", [".jpg", ".png", ".bmp", ".ppm", ".tif"])
-def test_an_image_that_claims_too_many_pixels_is_refused_by_its_header(
-    tmp_path, suffix, monkeypatch
-):
-    monkeypatch.setattr(cv2, "imdecode", lambda *args: pytest.fail("it was decoded"))
-    monkeypatch.setattr("simplejpeg.decode_jpeg", lambda *args: pytest.fail("it was decoded"))
+def test_header_with_too_many_pixels_is_refused(tmp_path, suffix, monkeypatch):
+    monkeypatch.setattr(cv2, "imdecode", lambda *args: pytest.fail("decoded"))
+    monkeypatch.setattr("simplejpeg.decode_jpeg", lambda *args: pytest.fail("decoded"))
     (tmp_path / f"1{suffix}").write_bytes(claiming(suffix, 60000, 60000))
     frames = ImageFiles(image_files(tmp_path))
     with pytest.raises(SequenceError, match=r"1\.\w+: frame 0 .*60000x60000 .*MOST_PIXELS"):
         frames[0]
 
 
-def long_part(data):
-    """A PNG file with a part before its end that says to be of a gigabyte."""
+def with_long_chunk(data):
+    """Return a PNG file with a chunk that claims a length of 1 GiB."""
     return data[:-12] + struct.pack(">I", 1 << 30) + b"tEXt" + data[-12:]
 
 
-def without_head(data):
+def without_header(data):
     return data[:12] + b"NONE" + data[16:]
 
 
-def of_many_bits(data):
-    """A PNG file that claims as many pixels as may be, of four samples of 16 bits."""
+def with_many_bits(data):
+    """Return a PNG file that claims the maximum number of pixels with four 16-bit channels."""
     head = b"IHDR" + struct.pack(">IIBB", 10_000, 10_000, 16, 6) + bytes(data[26:29])
     return data[:12] + head + struct.pack(">I", zlib.crc32(head)) + data[33:]
 
 
 @pytest.mark.parametrize(
-    ("suffix", "harm", "words"),
+    ("suffix", "change", "message"),
     [
-        (".png", long_part, "longer than the file"),
-        (".png", without_head, "not an image"),
-        (".png", of_many_bits, "10000x10000 pixels, too many where one may have 8 bytes"),
-        (".tif", lambda data: claiming(".tif", 9000, 9000), "may have 32 bytes"),
+        (".png", with_long_chunk, "longer than the file"),
+        (".png", without_header, "not an image"),
+        (".png", with_many_bits, "10000x10000 pixels, too many with up to 8 bytes"),
+        (".tif", lambda data: claiming(".tif", 9000, 9000), "up to 32 bytes"),
         (".png", lambda data: b"", "not an image"),
     ],
 )
-def test_no_room_is_made_for_what_a_small_file_claims(suffix, harm, words, monkeypatch):
+def test_small_file_with_large_claims_is_refused(suffix, change, message, monkeypatch):
     data = encoded(suffix)
     assert decode_image(data).shape == (40, 60, 3)
-    monkeypatch.setattr(cv2, "imdecode", lambda *args: pytest.fail("it was decoded"))
-    with pytest.raises(ValueError, match=words):
-        decode_image(harm(data))
+    monkeypatch.setattr(cv2, "imdecode", lambda *args: pytest.fail("decoded"))
+    with pytest.raises(ValueError, match=message):
+        decode_image(change(data))
 
 
-def test_how_many_pixels_are_decoded_is_a_parameter(monkeypatch):
+def test_pixel_limit_is_a_parameter_and_a_variable(monkeypatch):
     data = encoded(".png")
-    assert decode_image(data, most_pixels=2400).shape == (40, 60, 3)
+    assert decode_image(data, max_pixels=2400).shape == (40, 60, 3)
     with pytest.raises(ValueError, match="60x40 pixels, more than the 2399"):
-        decode_image(data, most_pixels=2399)
+        decode_image(data, max_pixels=2399)
     monkeypatch.setenv("TRACKMARK_MOST_PIXELS", "2399")
     with pytest.raises(ValueError, match="60x40 pixels, more than the 2399"):
         decode_image(data)
@@ -170,7 +158,7 @@ def test_how_many_pixels_are_decoded_is_a_parameter(monkeypatch):
         decode_image(data)
 
 
-def test_a_lack_of_memory_is_told_in_the_name_of_the_file(tmp_path, write_images, monkeypatch):
+def test_lack_of_memory_names_the_file(tmp_path, write_images, monkeypatch):
     write_images(tmp_path, ["1.png", "2.jpg"])
     no_memory = cv2.error("Failed to allocate 99 bytes")
     no_memory.code = cv2.Error.StsNoMem
@@ -179,12 +167,12 @@ def test_a_lack_of_memory_is_told_in_the_name_of_the_file(tmp_path, write_images
     frames = ImageFiles(image_files(tmp_path))
     for i in range(2):
         with pytest.raises(
-            SequenceError, match=rf"{i + 1}\.\w+: frame {i} .*more memory than there is"
+            SequenceError, match=rf"{i + 1}\.\w+: frame {i} .*more memory than is available"
         ):
             frames[i]
 
 
-def test_error_of_our_own_code_is_not_reported_as_damage(tmp_path, write_images, monkeypatch):
+def test_programming_error_is_not_reported_as_damage(tmp_path, write_images, monkeypatch):
     write_images(tmp_path, ["0.jpg"])
     monkeypatch.setattr("simplejpeg.decode_jpeg_header", Mock(side_effect=TypeError("keyword")))
     with pytest.raises(TypeError, match="keyword"):
@@ -192,7 +180,7 @@ def test_error_of_our_own_code_is_not_reported_as_damage(tmp_path, write_images,
 
 
 def tiff(values, orientation, *, big_tiff=False):
-    """Encode pixels in RGB order, or grey values, with an orientation tag."""
+    """Return TIFF data of RGB or grey pixels with an orientation tag."""
     buffer = BytesIO()
     image = PillowImage.fromarray(values)
     image.save(buffer, "TIFF", tiffinfo={274: orientation}, big_tiff=big_tiff)

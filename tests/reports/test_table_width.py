@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from trackmark.bench.reporting.tables import PER_SEQUENCE, SUMMARY, TIMES
-from trackmark.reports.printable import WIDTH
+from trackmark.reports.printable import MAX_WIDTH
 from trackmark.reports.renderers import to_markdown, to_text
 from trackmark.reports.table_width import on_terminal
 from trackmark.reports.tables import sequence_table, summary_table
@@ -44,8 +44,8 @@ def scored(measures, failed=()):
 def test_a_table_is_no_wider_than_a_terminal_and_says_what_is_left_out(table, measures, failed):
     made = table(scored(measures, failed), measures, "A title of some length", "native")
     said = on_terminal(made, to_text, " (--wide)")
-    assert max(map(len, said.splitlines())) <= WIDTH
-    assert max(map(len, to_text(made).splitlines())) > WIDTH
+    assert max(map(len, said.splitlines())) <= MAX_WIDTH
+    assert max(map(len, to_text(made).splitlines())) > MAX_WIDTH
     _, _, left_out = said.replace("\n", " ").partition("Left out: ")
     heads = said.split("\n\n")[1].partition("\n---")[0].split()
     for measure in measures:
@@ -69,7 +69,7 @@ def test_a_table_fits_the_terminal_that_there_is(monkeypatch, columns):
     monkeypatch.setenv("COLUMNS", str(columns))
     made = sequence_table(scored(PER_SEQUENCE), PER_SEQUENCE, "A title " * 30, "native")
     widest = max(map(len, on_terminal(made, to_text).splitlines()))
-    assert min(columns, WIDTH) - 20 < widest <= min(columns, WIDTH)
+    assert min(columns, MAX_WIDTH) - 20 < widest <= min(columns, MAX_WIDTH)
 
 
 def test_a_label_of_a_group_takes_no_room_from_columns_and_heads_take_several_lines():
@@ -96,7 +96,7 @@ def test_a_long_note_is_wrapped():
     made = sequence_table(scored(PER_SEQUENCE[:2]), PER_SEQUENCE[:2], "T", "native")
     note = "not scored: " + "a reason that is told at some length, " * 5 + "with a \x1b in it"
     said = on_terminal(replace(made, notes=[note]), to_text)
-    assert max(map(len, said.splitlines())) <= WIDTH
+    assert max(map(len, said.splitlines())) <= MAX_WIDTH
     assert note.replace("\x1b", "\\u001b") in said.replace("\n", " ")
 
 

@@ -20,7 +20,7 @@ from trackmark.reports.tables import (
     number_in,
     sequence_table,
     summary_table,
-    texts_of,
+    text_columns,
 )
 
 OVERLAP = ScoreMeasure("overlap", "overlap", direction="higher", decimals=3)
@@ -330,8 +330,8 @@ def test_units_are_aligned_in_every_format(aligned):
 
 def test_several_statements_are_a_text():
     rows = [[Cell("a"), Cell("0 of 2")], [Cell("b"), Cell("1 of 4; post hoc 2 of 4; fragile")]]
-    assert texts_of(Table("t", "", ["claim", "holds in"], 1, rows)) == [True, True]
-    assert texts_of(Table("t", "", ["claim", "holds in"], 1, rows[:1])) == [True, False]
+    assert text_columns(Table("t", "", ["claim", "holds in"], 1, rows)) == [True, True]
+    assert text_columns(Table("t", "", ["claim", "holds in"], 1, rows[:1])) == [True, False]
 
 
 @settings(max_examples=30)

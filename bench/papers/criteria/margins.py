@@ -33,7 +33,7 @@ _BINS = np.arange(N_BINS)
 
 
 class Appearance:
-    """Histograms of a rectangle, whole and by halves.
+    """Histograms of a whole rectangle and of its halves.
 
     Parameters
     ----------

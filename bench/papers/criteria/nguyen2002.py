@@ -12,7 +12,7 @@ COMPLETE = 0.02  # visible share up to which an occlusion counts as complete
 
 
 class ClipSet:
-    """The clips of one set, over which criteria take a median or a worst case."""
+    """Clips of one set; criteria take a median or a worst case over them."""
 
     def __init__(self, clips: list[SceneImages]) -> None:
         self.clips = clips
@@ -26,7 +26,7 @@ class ClipSet:
 
 
 def light_change_auc(scene: SceneImages, *, switch: str) -> float:
-    """Separability of target and ring by the colours of the frame before the lamp's `switch`.
+    """Return the AUC of target against ring by the colours of the frame before the `switch`.
 
     `switch` is `off` or `on`; the frame is the first after the switch.
     """
@@ -36,12 +36,12 @@ def light_change_auc(scene: SceneImages, *, switch: str) -> float:
 
 
 def complete_occlusions(clips: ClipSet) -> float:
-    """Number of complete occlusions in all clips."""
+    """Return the number of complete occlusions in all clips."""
     return float(len(_hidden_lengths(clips)))
 
 
 def hidden_frames(clips: ClipSet) -> float:
-    """Median number of frames that a complete occlusion hides all of the target."""
+    """Return for how many frames a complete occlusion hides all of the target (median)."""
     return float(np.median(_hidden_lengths(clips)))
 
 
@@ -56,7 +56,7 @@ def feature_noise_ratio(clips: ClipSet, *, pairs: int) -> float:
 
 
 def target_saturation(clips: ClipSet, *, pairs: int) -> float:
-    """Mean of (max - min) / max of the target's colours in the median clip."""
+    """Return the mean of (max - min) / max of the target's colours in the median clip."""
     values = []
     for clip in clips.clips:
         frames = clips.frame_pairs(clip, pairs)
@@ -67,7 +67,7 @@ def target_saturation(clips: ClipSet, *, pairs: int) -> float:
 
 
 def target_in_box(clips: ClipSet, *, pairs: int) -> float:
-    """Share of the target's pixels inside its box, worst frame of all clips."""
+    """Return the share of the target's pixels inside its box, worst frame of all clips."""
     shares = []
     for clip in clips.clips:
         for frame in clips.frame_pairs(clip, pairs):
@@ -87,14 +87,14 @@ def _hidden_lengths(clips: ClipSet) -> list[int]:
 
 
 def _frame_pairs(clip: SceneImages, pairs: int) -> list[int]:
-    """Evenly spaced frames that show all of the target, as does the next frame."""
+    """Return evenly spaced frames that, like their next frames, show all of the target."""
     whole = clip.visibility > 0.98
     frames = np.flatnonzero(whole[:-1] & whole[1:])
     return [int(frame) for frame in frames[np.linspace(0, len(frames) - 1, pairs).astype(int)]]
 
 
 def _signal_to_noise(clip: SceneImages, frame: int) -> tuple[float, float]:
-    """Variance over the target, relative to that of the change to the next frame: RGB, c1c2c3."""
+    """Return the variance of the target over that of its change to the next frame: RGB, c1c2c3."""
     shift = np.round(clip.centres[frame + 1] - clip.centres[frame]).astype(int)
     rows, columns = np.nonzero(clip.mask(frame))
     height, width = clip.mask(frame).shape
@@ -112,7 +112,7 @@ def _variance_ratio(before: NDArray[np.float64], after: NDArray[np.float64]) -> 
 
 
 def _invariants(colours: NDArray[np.uint8]) -> NDArray[np.float64]:
-    """Ratios c1, c2, c3 (equation 18) of BGR colours of shape (k, 3); black gives 0."""
+    """Return the ratios c1, c2, c3 (equation 18) of BGR colours of shape (k, 3); black gives 0."""
     values = colours[:, ::-1].astype(float)
     others = [values[:, [j for j in range(3) if j != k]].max(axis=1) for k in range(3)]
     return np.asarray(values / np.maximum(np.stack(others, axis=1), 1.0))

@@ -54,7 +54,7 @@ def least_visible_at_tree(scene: SceneImages) -> float:
 
 
 def number_of_short_occlusions(scene: SceneImages) -> float:
-    """Number of occlusions after the tree's with less than half of the target seen."""
+    """Return the number of occlusions of more than half of the target after the tree's."""
     return float(len(short_occlusions(scene)))
 
 

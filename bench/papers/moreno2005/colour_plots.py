@@ -13,7 +13,7 @@ from matplotlib.patches import Ellipse
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from trackmark.reports.figures import bare_figure, rim, show
+from trackmark.reports.figures import bare_figure, draw_image, outline_effect
 from trackmark.reports.palette import colour
 
 Array = NDArray[np.float64]
@@ -25,7 +25,7 @@ VIEW = 22.0, -58.0
 """Elevation and azimuth from which colour space is seen [degrees]."""
 
 ASIDE = 40.0
-"""How far aside of its normal a plane is seen [degrees]."""
+"""Angle between the normal of a plane and the view of it [degrees]."""
 
 DEVIATIONS = 2.0
 """At which the ellipse of a Gaussian is drawn."""
@@ -56,21 +56,21 @@ class ColourModel:
 
 
 def colour_model_plot(model: ColourModel, title: str) -> Figure:
-    """The steps from an image's colours to the posterior of the target."""
+    """Draw the steps from an image's colours to the posterior of the target."""
     figure = bare_figure(title, 5.6)
     grid = figure.add_gridspec(2, 12, height_ratios=(5, 4))
     view = oblique(model.basis)
     upper = [grid[0, 4 * place : 4 * place + 4] for place in range(3)]
     frame = figure.add_subplot(upper[0])
-    show(frame, model.image)
-    frame.plot(*model.contour.T, color="white", linewidth=1.4, path_effects=rim(2.8))
+    draw_image(frame, model.image)
+    frame.plot(*model.contour.T, color="white", linewidth=1.4, path_effects=outline_effect(2.8))
     frame.set_title("frame, with the target's outline", fontsize=9)
 
     every = np.concatenate(list(model.points.values()))
-    own = rgb_axes(figure, upper[1], every)
-    own.scatter(*every.T, c=every, s=3, depthshade=False)
-    own.view_init(*view)
-    own.set_title("(a) colours in RGB space", fontsize=9)
+    rgb_space = rgb_axes(figure, upper[1], every)
+    rgb_space.scatter(*every.T, c=every, s=3, depthshade=False)
+    rgb_space.view_init(*view)
+    rgb_space.set_title("(a) colours in RGB space", fontsize=9)
     classes = rgb_axes(figure, upper[2], every)
     middle = every.mean(axis=0)
     spread = (every - middle) @ model.basis
@@ -85,22 +85,22 @@ def colour_model_plot(model: ColourModel, title: str) -> Figure:
     lower = [figure.add_subplot(grid[1, 3 * place : 3 * place + 3]) for place in range(4)]
     projected, mixtures, plane, image = lower
     for name in reversed(CLASSES):
-        at = model.points[name] @ model.basis
-        projected.plot(*at.T, ".", color=CLASSES[name], markersize=2, label=name)
-        mixtures.plot(*at.T, ".", color=CLASSES[name], markersize=1, alpha=0.25)
+        projections = model.points[name] @ model.basis
+        projected.plot(*projections.T, ".", color=CLASSES[name], markersize=2, label=name)
+        mixtures.plot(*projections.T, ".", color=CLASSES[name], markersize=1, alpha=0.25)
         draw_gaussians(mixtures, model.mixtures[name], CLASSES[name])
     x, y = model.grid
     edges = (x[0], x[-1], y[0], y[-1])
     plane.imshow(
         model.on_plane, origin="lower", extent=edges, cmap="gray", vmin=0.0, vmax=1.0, aspect="auto"
     )
-    said = "(c) projected on the plane", "(d) mixtures' components", "(e) posterior on the plane"
-    for axes, words in zip(lower[:3], said, strict=True):
+    titles = "(c) projected on the plane", "(d) mixtures' components", "(e) posterior on the plane"
+    for axes, words in zip(lower[:3], titles, strict=True):
         axes.set(xlim=edges[:2], ylim=edges[2:], xlabel="along φ₁", box_aspect=1)
         axes.set_title(words, fontsize=9)
         axes.tick_params(labelsize=7)
     projected.set_ylabel("along φ₂")
-    show(image, model.on_image)
+    draw_image(image, model.on_image)
     image.set_title("(e) posterior of the frame", fontsize=9)
     handles, labels = projected.get_legend_handles_labels()
     options: dict[str, Any] = {"ncols": 2, "markerscale": 5, "fontsize": 9, "frameon": False}
@@ -109,15 +109,15 @@ def colour_model_plot(model: ColourModel, title: str) -> Figure:
 
 
 def rgb_axes(figure: Figure, place: Any, colours: Array) -> Any:
-    """Axes (Axes3D) of the cube of RGB space about some colours.
+    """Add axes (Axes3D) of the cube of RGB space about some colours.
 
     `place` is a tuple of int or a SubplotSpec; `colours` (n, 3) are in [0, 1], and NaN rows do not
     count.
     """
     # In the order in which things are drawn: what is marked lies above, whatever is nearer.
     options: dict[str, Any] = {"projection": "3d", "computed_zorder": False}
-    at = place if isinstance(place, tuple) else (place,)
-    axes: Any = figure.add_subplot(*at, **options)
+    position = place if isinstance(place, tuple) else (place,)
+    axes: Any = figure.add_subplot(*position, **options)
     axes.view_init(*VIEW)
     low, high = np.nanmin(colours, axis=0), np.nanmax(colours, axis=0)
     side = 1.05 * float((high - low).max())  # of all three, so that no angle is distorted
@@ -139,7 +139,7 @@ def oblique(basis: Array) -> tuple[float, float]:
 
 
 def name_channels(axes: Any) -> None:
-    """Name the axes of RGB space, whatever part of it they show."""
+    """Label the axes of RGB space."""
     for axis, (name, shade, _) in zip("xyz", _CHANNELS, strict=True):
         getattr(axes, f"set_{axis}label")(name, labelpad=-6, color=shade)
         getattr(axes, f"{axis}axis").set_major_locator(MaxNLocator(3))
@@ -192,10 +192,10 @@ def hypotheses_plot(
     palettes: Mapping[str, Palette],
     title: str,
 ) -> Figure:
-    """Planes in RGB space and contours on the image at the left, a row a palette at the right.
+    """Draw planes and contours at the left, and one row per palette at the right.
 
     The image is BGR. `planes` are bases (n, 3, 2) and their weights (n,), `contours` polygons
-    (n, points, 2) [pixels] and theirs; palettes are by what is said of them.
+    (n, points, 2) [px] and their weights; palettes are by label.
     """
     figure = bare_figure(title, 0.8 + 1.9 * len(palettes))
     halves: Any = figure.subfigures(1, 2, width_ratios=(4, 5))
@@ -211,22 +211,22 @@ def hypotheses_plot(
     grid = right.subplots(
         len(palettes), 2, squeeze=False, width_ratios=(1, 1.35), sharex="col", sharey="col"
     )
-    for (plane, shown), (words, palette) in zip(grid, palettes.items(), strict=True):
+    for (plane, posterior_axes), (words, palette) in zip(grid, palettes.items(), strict=True):
         for name, mixture in palette.mixtures.items():
             draw_gaussians(plane, mixture, CLASSES[name])
             plane.plot([], color=CLASSES[name], label=name)
         plane.set_aspect("equal")
         plane.set_title(words, fontsize=9, loc="left")
         plane.tick_params(labelsize=7)
-        shown.imshow(palette.posterior, cmap="gray", vmin=0.0, vmax=1.0)
-        shown.set_axis_off()
+        posterior_axes.imshow(palette.posterior, cmap="gray", vmin=0.0, vmax=1.0)
+        posterior_axes.set_axis_off()
     handles, labels = grid[0, 0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower right", ncols=2, fontsize=9, frameon=False)
     return figure
 
 
 def _draw_normals(axes: Any, bases: Array, weights: Array) -> None:
-    """Normals from the origin on, and a square of the heaviest plane."""
+    """Draw normals from the origin, and a square of the plane of the largest weight."""
     normals = np.cross(bases[:, :, 0], bases[:, :, 1])
     shades, order = _shades(weights), np.argsort(weights)
     ends = np.array([-HALF, HALF])
@@ -241,9 +241,9 @@ def _draw_normals(axes: Any, bases: Array, weights: Array) -> None:
 
 
 def _draw_contours(axes: Axes, image: NDArray[np.uint8], contours: Array, weights: Array) -> None:
-    """Contours on the part of the image about them, the heaviest last; their mean above all."""
+    """Draw contours on the image around them, the largest weight last, and their mean on top."""
     height, width = image.shape[:2]
-    show(axes, image)
+    draw_image(axes, image)
     order = np.argsort(weights)
     closed = np.concatenate([contours, contours[:, :1]], axis=1)
     shades = _shades(weights)[order]
@@ -251,13 +251,15 @@ def _draw_contours(axes: Axes, image: NDArray[np.uint8], contours: Array, weight
     shades[:, 3] = np.maximum(weights[order] / weights.max(), _FAINTEST)
     axes.add_collection(LineCollection(list(closed[order]), colors=shades, linewidths=0.5))
     mean = np.einsum("n,npd->pd", weights, closed) / weights.sum()
-    axes.plot(*mean.T, color=colour(4), linewidth=1.3, path_effects=rim(2.4), label="mean")
+    axes.plot(
+        *mean.T, color=colour(4), linewidth=1.3, path_effects=outline_effect(2.4), label="mean"
+    )
     low, high = contours.min(axis=(0, 1)) - AROUND, contours.max(axis=(0, 1)) + AROUND
     axes.set(xlim=(max(low[0], 0), min(high[0], width)))
     axes.set(ylim=(min(high[1], height), max(low[1], 0)))
 
 
 def _shades(weights: Array) -> Array:
-    """A shade for each, shape (n, 4): the darker, the more weight."""
+    """Return a shade per weight, shape (n, 4): darker for larger weights."""
     share = weights / weights.max()
     return np.asarray(mpl.colormaps["Purples"](_LIGHTEST + (_DARKEST - _LIGHTEST) * share))

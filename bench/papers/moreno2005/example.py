@@ -56,16 +56,16 @@ SET_B = Setting(1.0, (0.1, 0.05), (0.3, 0.3), (0.1, 0.05))
 """The printed λ with observations of middling accuracy."""
 
 
-class Course(NamedTuple):
-    """Course of the point, position and colour: before the first frame, then (frames, 2)."""
+class Trajectory(NamedTuple):
+    """Trajectory of the point, position and colour: before the first frame, then (frames, 2)."""
 
     start: Array
     truth: Array
     observed: Array
 
 
-def course(setting: Setting, frames: int, generator: np.random.Generator) -> Course:
-    """Draw a course: both features return to the middle and are moved at random, in bounds."""
+def trajectory(setting: Setting, frames: int, generator: np.random.Generator) -> Trajectory:
+    """Draw a trajectory: both features return to the middle and are moved at random, in bounds."""
     start = generator.uniform(*_STARTS)
     truth = np.empty((frames, 2))
     state = start
@@ -74,7 +74,7 @@ def course(setting: Setting, frames: int, generator: np.random.Generator) -> Cou
         state = (state - _MIDDLES) * DECAY + _MIDDLES + steps
         state = np.clip(state, *np.transpose([POSITIONS, COLOURS]))
         truth[frame] = state
-    return Course(start, truth, truth + generator.normal(0.0, setting.observed, (frames, 2)))
+    return Trajectory(start, truth, truth + generator.normal(0.0, setting.observed, (frames, 2)))
 
 
 class Feature(ParticleCue):
@@ -125,25 +125,27 @@ class AnyColour:
 
 
 def chain(kind: Filter, setting: Setting, samples: int, start: Array) -> Chain[Array]:
-    """Return the cues at the known beginning of a course: colour first, position last.
+    """Return the cues at the known beginning of a trajectory: colour first, position last.
 
     Independent cues have one between them that gives positions any colour.
     """
-    colour, position = (Feature(one, start, samples, setting) for one in (COLOUR, POSITION))
+    colour, position = (
+        Feature(quantity, start, samples, setting) for quantity in (COLOUR, POSITION)
+    )
     if kind == "independent":
         return Chain([colour, AnyColour(samples), position])
     return Chain([colour, position], "by-weight")
 
 
 def estimates(
-    kind: Filter, setting: Setting, samples: int, seen: Course, generator: np.random.Generator
+    kind: Filter, setting: Setting, samples: int, seen: Trajectory, generator: np.random.Generator
 ) -> Array:
-    """Follow a course; return the weighted means of position and attached colour, (frames, 2)."""
+    """Follow a trajectory; return weighted means of position and attached colour, (frames, 2)."""
     cues = chain(kind, setting, samples, seen.start)
     rows = []
     for observation in seen.observed:
-        found = cues.step(observation, generator)
-        before, last = found[-2], found[-1]
+        hypotheses = cues.step(observation, generator)
+        before, last = hypotheses[-2], hypotheses[-1]
         colour = before.states[last.attached]
         rows.append((last.weights @ last.states, last.weights @ colour))
     return np.array(rows)
@@ -151,12 +153,12 @@ def estimates(
 
 @cache
 def errors(run: int, number: int) -> dict[str, float]:
-    """Return the mean error in the plane of position and colour over a course.
+    """Return the mean error in the plane of position and colour over a trajectory.
 
     Parameters
     ----------
     run : int
-        Number of the course; its truth and its observations are the same for all filters.
+        Number of the trajectory; its truth and its observations are the same for all filters.
     number : int
         Number of samples.
 
@@ -165,12 +167,14 @@ def errors(run: int, number: int) -> dict[str, float]:
     dict of str to float
         Error of the `observation` and of the filters, by name.
     """
-    seen = course(SET_B, FRAMES, np.random.default_rng([run]))
-    found = {"observation": seen.observed}
+    seen = trajectory(SET_B, FRAMES, np.random.default_rng([run]))
+    series = {"observation": seen.observed}
     for place, kind in enumerate(FILTERS):
         generator = np.random.default_rng([run, number, place])
-        found[kind] = estimates(kind, SET_B, number, seen, generator)
-    return {name: float(np.hypot(*(one - seen.truth).T).mean()) for name, one in found.items()}
+        series[kind] = estimates(kind, SET_B, number, seen, generator)
+    return {
+        name: float(np.hypot(*(values - seen.truth).T).mean()) for name, values in series.items()
+    }
 
 
 @measure("of the observation's error")
@@ -179,14 +183,17 @@ def gain_of_dependence(run: str) -> float:
 
     Averaged over 50 to 500 samples, as a share of the observation's error.
     """
-    found = [errors(int(run), number) for number in NUMBERS]
-    gains = [one["independent"] - one["dependent"] for one in found]
-    return float(np.mean(gains) / found[0]["observation"])
+    errors_by_number = [errors(int(run), number) for number in NUMBERS]
+    gains = [error["independent"] - error["dependent"] for error in errors_by_number]
+    return float(np.mean(gains) / errors_by_number[0]["observation"])
 
 
 @measure("of the observation's error")
 def gain_of_filtering(run: str) -> float:
-    """Return the observation's error minus the larger one of both filters, likewise."""
-    found = [errors(int(run), number) for number in NUMBERS]
-    means = [np.mean([one[kind] for one in found]) for kind in FILTERS]
-    return float(1 - max(means) / found[0]["observation"])
+    """Return the observation's error minus the larger error of both filters.
+
+    Averaged as in `gain_of_dependence`.
+    """
+    errors_by_number = [errors(int(run), number) for number in NUMBERS]
+    means = [np.mean([error[kind] for error in errors_by_number]) for kind in FILTERS]
+    return float(1 - max(means) / errors_by_number[0]["observation"])

@@ -41,20 +41,24 @@ def density_plot(
     """
     figure = bare_figure(title, 2.4 * len(times) + 0.4)
     grid = figure.subplots(len(times), 3, squeeze=False)
-    for row, (when, found), marker in zip(grid, times.items(), markers, strict=True):
-        alone = zip(row[:2], grids, (found.first, found.second), names, strict=True)
+    for row, (when, densities), marker in zip(grid, times.items(), markers, strict=True):
+        alone = zip(row[:2], grids, (densities.first, densities.second), names, strict=True)
         for place, (axes, values, density, name) in enumerate(alone):
             axes.plot(values, density, color="black", linewidth=1.4)
             axes.set(xlabel=name, xlim=(values[0], values[-1]), ylim=(0, None))
-            _mark(axes, {key: (pair[place], 0.0) for key, pair in found.marks.items()}, marker)
+            _mark(axes, {key: (pair[place], 0.0) for key, pair in densities.marks.items()}, marker)
         row[0].set_ylabel(f"{when}\ndensity")
         plane = row[2]
         edges = [(values[0], values[-1]) for values in grids]
         plane.imshow(
-            found.both, origin="lower", extent=(*edges[0], *edges[1]), aspect="auto", cmap="Blues"
+            densities.both,
+            origin="lower",
+            extent=(*edges[0], *edges[1]),
+            aspect="auto",
+            cmap="Blues",
         )
         plane.set(xlabel=names[0], ylabel=names[1])
-        _mark(plane, found.marks, marker)
+        _mark(plane, densities.marks, marker)
     handles, labels = [], []
     for axes in grid[:, 2]:
         found_handles, found_labels = axes.get_legend_handles_labels()

@@ -27,8 +27,8 @@ from trackmark.bench.papers.moreno2005.example import (
     POSITIONS,
     SET_B,
     chain,
-    course,
     errors,
+    trajectory,
 )
 from trackmark.bench.papers.moreno2005.example_plots import Densities, density_plot, error_plot
 from trackmark.bench.papers.moreno2005.stages import (
@@ -48,11 +48,11 @@ Strip: TypeAlias = NDArray[np.uint8]
 Array: TypeAlias = NDArray[np.float64]
 Frames: TypeAlias = Mapping[int, Mapping[str, Any]]
 
-SHOWN_SAMPLES, SHOWN_FRAME = 500, 40  # of Fig. 1, on the first course
+SHOWN_SAMPLES, SHOWN_FRAME = 500, 40  # of Fig. 1, on the first trajectory
 GRIDS = np.linspace(*COLOURS, 121), np.linspace(*POSITIONS, 161)
 """Colours and positions at which the densities of Fig. 1 are evaluated."""
 
-REPETITIONS = 40  # courses of Fig. 2
+REPETITIONS = 40  # trajectories of Fig. 2
 STRIPS = {7: "ellipse", 8: "octopus", 9: "book", 10: "leaf"}
 COMPARED = ("book", "leaf")  # sequences that the paper shows with the baseline, too
 FRAMES, WIDTH = 6, 1940  # of a strip
@@ -63,8 +63,8 @@ def density_figure(context: Context) -> Figure:
     """Draw Fig. 1: the densities that take part in one iteration of the example."""
     before, after = iteration()
     return density_plot(
-        "Fig. 1, another course: densities of one iteration, p₁ of the colour, p₂ of the position, "
-        "and P of both; 500 samples, λ = 1",
+        "Fig. 1, another trajectory: densities of one iteration, p₁ of the colour, p₂ of the "
+        "position, and P of both; 500 samples, λ = 1",
         {"t - 1": before, "t": after},
         GRIDS,
         ("colour", "position"),
@@ -73,7 +73,7 @@ def density_figure(context: Context) -> Figure:
 
 def iteration() -> list[Densities]:
     """Return the densities of the filters before and after an iteration, on `GRIDS`."""
-    seen = course(SET_B, SHOWN_FRAME + 1, np.random.default_rng([0]))
+    seen = trajectory(SET_B, SHOWN_FRAME + 1, np.random.default_rng([0]))
     cues = chain("dependent", SET_B, SHOWN_SAMPLES, seen.start)
     generator = np.random.default_rng([0, SHOWN_SAMPLES, 1])
     steps = [cues.step(observed, generator) for observed in seen.observed]
@@ -84,10 +84,10 @@ def iteration() -> list[Densities]:
 
 
 def _densities(
-    when: str, found: tuple[Hypotheses, ...], truth: Array, observed: Array
+    when: str, hypotheses: tuple[Hypotheses, ...], truth: Array, observed: Array
 ) -> Densities:
     """Return p₁, p₂ and P = p₁ p₂, of the pairs of a position and the colour attached to it."""
-    colour, position = found
+    colour, position = hypotheses
     attached = colour.states[position.attached]
     estimate = position.weights @ attached, position.weights @ position.states
     of_position = _density(GRIDS[1], position.states, position.weights)
@@ -116,13 +116,18 @@ def error_figure(context: Context) -> Figure:
     """Draw Fig. 2: the error of position and colour against the number of samples."""
     rows = []
     for number in NUMBERS:
-        found = pd.DataFrame(errors(run, number) for run in range(REPETITIONS))
+        error_table = pd.DataFrame(errors(run, number) for run in range(REPETITIONS))
         for label in ("observation", *FILTERS):
-            low, high = mean_interval(found[label])
-            point = {"samples": number, "value": found[label].mean(), "low": low, "high": high}
+            low, high = mean_interval(error_table[label])
+            point = {
+                "samples": number,
+                "value": error_table[label].mean(),
+                "low": low,
+                "high": high,
+            }
             rows.append({"label": label, **point})
     title = "Fig. 2, λ = 1 and other parameters of ours: error of position and colour"
-    heading = f"means and 95 % intervals over {REPETITIONS} courses"
+    heading = f"means and 95 % intervals over {REPETITIONS} trajectories"
     return error_plot(pd.DataFrame(rows), title, ["observation", *FILTERS], heading)
 
 

@@ -5,7 +5,7 @@ from math import nan
 import numpy as np
 from numpy.typing import NDArray
 
-from trackmark.bench.papers.measures import KEPT_SHARE, Course, Values, kept, measure
+from trackmark.bench.papers.measures import KEPT_SHARE, JudgedRun, Values, kept, measure
 
 TRACKED = 0.5  # region similarity from which on a frame is tracked
 JUMP, PATCH = "light change", "similar patch"
@@ -14,16 +14,16 @@ JUMP, PATCH = "light change", "similar patch"
 AFTER = 10  # frames after a jump
 
 
-def similarity(course: Course) -> Values:
+def similarity(judged: JudgedRun) -> Values:
     """Return J by frame, shape (n,); NaN where the target is not seen and in the given frame."""
-    segmentation = course.run.segmentation
-    if course.run.failure or segmentation is None:
-        return np.where(course.present, 0.0, nan)
+    segmentation = judged.run.segmentation
+    if judged.run.failure or segmentation is None:
+        return np.where(judged.present, 0.0, nan)
     return np.asarray(segmentation.region_similarity, np.float64)
 
 
-def _tracked(course: Course) -> Values:
-    values = similarity(course)
+def _tracked(judged: JudgedRun) -> Values:
+    values = similarity(judged)
     return np.asarray(np.isnan(values) | (values >= TRACKED), np.float64)
 
 
@@ -32,29 +32,29 @@ SERIES = {"similarity": similarity, "tracked": _tracked}
 
 
 @measure("J")
-def mean_similarity(course: Course) -> float:
+def mean_similarity(judged: JudgedRun) -> float:
     """Return the mean of J over the frames in which it is known."""
-    return float(np.nanmean(similarity(course)))
+    return float(np.nanmean(similarity(judged)))
 
 
 @measure("share")
-def not_kept(course: Course) -> float:
+def not_kept(judged: JudgedRun) -> float:
     """Return 1 if the target is not kept."""
-    return 1.0 - kept(course)
+    return 1.0 - kept(judged)
 
 
 @measure("share")
-def tracked_at_patch(course: Course) -> float:
+def tracked_at_patch(judged: JudgedRun) -> float:
     """Return 1 if J is 0.5 or more in 90 % of the frames in which a similar patch touches it."""
-    return float(course.on_target[_frames(course, PATCH)].mean() >= KEPT_SHARE)
+    return float(judged.on_target[_frames(judged, PATCH)].mean() >= KEPT_SHARE)
 
 
 @measure("share")
-def lost_after_jump(course: Course) -> float:
+def lost_after_jump(judged: JudgedRun) -> float:
     """Return 1 if J is below 0.5 in the tenth frame from the first jump of the light on."""
-    jump = int(np.flatnonzero(_frames(course, JUMP))[0])
-    return float(not course.on_target[jump + AFTER - 1])
+    jump = int(np.flatnonzero(_frames(judged, JUMP))[0])
+    return float(not judged.on_target[jump + AFTER - 1])
 
 
-def _frames(course: Course, attribute: str) -> NDArray[np.bool_]:
-    return np.asarray(course.truth.attributes[attribute], bool)
+def _frames(judged: JudgedRun, attribute: str) -> NDArray[np.bool_]:
+    return np.asarray(judged.truth.attributes[attribute], bool)

@@ -73,11 +73,11 @@ def edge_gain(scene: str) -> float:
         if before is None or mask is None or not (before.any() and mask.any()):
             continue
         generator, image = np.random.default_rng(frame), sequence[frame]
-        shown = posterior_map(sequence[frame - 1], before, image, generator)
+        posterior = posterior_map(sequence[frame - 1], before, image, generator)
         starts = [started(outline(mask), generator) for _ in range(STARTS)]
         accuracies = [
             np.mean([_accuracy(start, image, support, mask) for start in starts])
-            for support in (shown, None)
+            for support in (posterior, None)
         ]
         gains.append(accuracies[0] - accuracies[1])
     return float(np.mean(gains))

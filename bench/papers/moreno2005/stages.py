@@ -1,4 +1,4 @@
-"""What the tracker does in a frame: the paper's Fig. 3, 5 and 6.
+"""Steps of the tracker in a frame: the paper's Fig. 3, 5 and 6.
 
 The frame was chosen before any run: the tenth after the first of the first scene, repetition 0.
 """
@@ -43,25 +43,25 @@ Array: TypeAlias = NDArray[np.float64]
 
 
 class KeepingChain(Chain[Observation]):
-    """A chain that keeps what was found in the last frame, by cue."""
+    """Chain that keeps the hypotheses of the last frame, by cue."""
 
-    found: tuple[Hypotheses, ...] = ()
+    hypotheses: tuple[Hypotheses, ...] = ()
 
     def step(
         self, observation: Observation, generator: np.random.Generator
     ) -> tuple[Hypotheses, ...]:
         """See `Chain.step`."""
-        self.found = super().step(observation, generator)
-        return self.found
+        self.hypotheses = super().step(observation, generator)
+        return self.hypotheses
 
 
 class Step(NamedTuple):
-    """What the tracker found in a frame.
+    """Result of the tracker in a frame.
 
-    The image, and the mask of what is seen of the target in it; hypotheses of the three cues;
-    `bases` of the planes, shape (n, 3, 2); how many of a pair's components, the first ones, are the
-    target's; the estimate with arrays; and by pixel the cell of its colour, a column of the
-    colours' evidence.
+    `mask`: visible part of the target. `planes`, `colours`, `contours`: hypotheses of the three
+    cues. `bases`: of the planes, shape (n, 3, 2). `of_target`: number of the components of a pair,
+    from the first, that belong to the target. `estimate`: with arrays. `cells`: column of the
+    colours' evidence, by pixel.
     """
 
     image: Image
@@ -75,7 +75,7 @@ class Step(NamedTuple):
     cells: NDArray[np.int32]
 
     def posterior(self, number: int) -> Array:
-        """Posterior map, shape (height, width), by a pair of mixtures."""
+        """Return the posterior map, shape (height, width), of a pair of mixtures."""
         values: Array = self.colours.evidence[number][self.cells].astype(np.float64)
         return values
 
@@ -83,7 +83,7 @@ class Step(NamedTuple):
 def step_of(text: str, scene: str) -> Step:
     """Run the tracker of a text form through the first frames of a scene."""
     sequence = datasets.load(scene)
-    tracker = _begun(text, sequence)
+    tracker = _started_tracker(text, sequence)
     chain = KeepingChain(tracker.chain.cues, tracker.chain.association, tracker.chain.feedback)
     tracker.chain = chain
     first = sequence.first_frame
@@ -91,7 +91,7 @@ def step_of(text: str, scene: str) -> Step:
         image, mask = sequence[frame], sequence.mask(frame)
         estimate = tracker.update(image)
     assert mask is not None
-    planes, colours, contours = chain.found
+    planes, colours, contours = chain.hypotheses
     settings = tracker.parameters
     return Step(
         image=image,
@@ -117,19 +117,19 @@ def colour_model_figure(scene: str) -> Figure:
 
 def model_of(sequence: datasets.Sequence) -> ColourModel:
     """Return the colour model that the tracker starts with, as written."""
-    tracker = _begun("moreno2005:preset=as-written", sequence)
+    tracker = _started_tracker("moreno2005:preset=as-written", sequence)
     first = sequence.first_frame
     image = sequence[first]
     basis, fit = tracker.planes.basis, tracker.refitted.fits[0]
     floor = tracker.parameters.colour_floor
     points = {"target": fit.target_colours, "background": fit.background_colours}
-    at = np.concatenate(list(points.values())) @ basis
-    low, high = at.min(axis=0), at.max(axis=0)
+    projected = np.concatenate(list(points.values())) @ basis
+    low, high = projected.min(axis=0), projected.max(axis=0)
     more = AROUND * (high - low)
     x, y = np.linspace(low - more, high + more, CELLS).T
     places = np.stack(np.meshgrid(x, y), axis=-1)
 
-    def shown(where: Array) -> Array:
+    def posterior_at(where: Array) -> Array:
         flat = posterior(where.reshape(-1, 2), fit.target, fit.background, floor)
         return flat.reshape(where.shape[:2])
 
@@ -140,13 +140,13 @@ def model_of(sequence: datasets.Sequence) -> ColourModel:
         basis=basis,
         mixtures={"target": Gaussians(*fit.target), "background": Gaussians(*fit.background)},
         grid=(x, y),
-        on_plane=shown(places),
-        on_image=shown(to_rgb(image) @ basis),
+        on_plane=posterior_at(places),
+        on_image=posterior_at(to_rgb(image) @ basis),
     )
 
 
-def _begun(text: str, sequence: datasets.Sequence) -> Moreno2005:
-    """The tracker of a run's repetition 0, shown the first frame."""
+def _started_tracker(text: str, sequence: datasets.Sequence) -> Moreno2005:
+    """Return the tracker of repetition 0 after its initialisation."""
     chosen = parse_tracker(text)
     tracker = chosen.make(run_seed(chosen.name, sequence.name, 0))
     assert isinstance(tracker, Moreno2005)
@@ -156,9 +156,9 @@ def _begun(text: str, sequence: datasets.Sequence) -> Moreno2005:
 
 
 def true_contour(sequence: datasets.Sequence, frame: int) -> Array:
-    """Outlines (points, 2) of all that is seen of the target, its parts set apart by rows of NaN.
+    """Return outlines [px], shape (points, 2), of the visible parts, separated by rows of NaN.
 
-    In pixels; no rows where nothing is seen, or nothing is known of it.
+    Without a mask, or if nothing is visible, there are no rows.
     """
     mask = sequence.mask(frame)
     pieces = [np.empty((0, 2))]
@@ -173,7 +173,7 @@ def true_contour(sequence: datasets.Sequence, frame: int) -> Array:
 
 
 def hypotheses_figure(step: Step, label: str) -> Figure:
-    """Fig. 5: planes, contours, and the heaviest, the median and the lightest colours."""
+    """Draw Fig. 5: planes, contours, and colours of the largest, median and least weight."""
     return hypotheses_plot(
         step.image,
         (step.bases, step.planes.weights),
@@ -186,7 +186,7 @@ def hypotheses_figure(step: Step, label: str) -> Figure:
 
 
 def palettes_of(step: Step) -> dict[str, Palette]:
-    """Colours with the greatest, the median and the least weight, by what is said of them."""
+    """Return colours of the greatest, the median and the least weight, by their labels."""
     weights = step.colours.weights
     order = np.argsort(-weights, kind="stable")
     places = {"greatest": 0, "median": len(order) // 2, "least": len(order) - 1}
@@ -198,37 +198,38 @@ def palettes_of(step: Step) -> dict[str, Palette]:
             "target": Gaussians(*from_components(mixture[: step.of_target])),
             "background": Gaussians(*from_components(mixture[step.of_target :])),
         }
-        said = f"{words} weight: {weights[number] * len(weights):.2g} times the mean"
-        palettes[said] = Palette(classes, step.posterior(number))
+        label = f"{words} weight: {weights[number] * len(weights):.2g} times the mean"
+        palettes[label] = Palette(classes, step.posterior(number))
     return palettes
 
 
 def snake_figure(step: Step, label: str) -> Figure:
-    """Fig. 6: how the posterior map makes a snake's fit simple; parameters as of Fig. 5."""
-    taken = "" if step.estimate.details["snake"] else " (not believed: the mean contour is kept)"
+    """Draw Fig. 6: effect of the posterior map on the snake; parameters as in Fig. 5."""
+    remark = "" if step.estimate.details["snake"] else " (not believed: the mean contour is kept)"
     return map_plot(
         stages(step),
-        f"Fig. 6, {label}, frame {STEPS} of the leaf: what simplifies the snake's fit{taken}",
+        f"Fig. 6, {label}, frame {STEPS} of the leaf: what simplifies the snake's fit{remark}",
         5,
     )
 
 
 def stages(step: Step) -> list[Panel]:
-    """Posterior map, edges, edges that it shows too, mean contour, snake: where this looks."""
+    """Return panels of posterior map, edges, supported edges, mean contour and snake."""
     arrays = step.estimate.arrays
     mean, snake = arrays["mean_contour"], arrays["contour"]
     left, top, width, height = bounding_box(mean).tolist()
     x, y = max(floor(left) - MARGIN, 0), max(floor(top) - MARGIN, 0)
     near = np.s_[y : ceil(top + height) + MARGIN, x : ceil(left + width) + MARGIN]
-    image, shown = step.image[near], arrays["posterior"][near]
+    image, posterior_map = step.image[near], arrays["posterior"][near]
     corner = np.array([x, y])
     agree = [
-        region_similarity(fill_contour(one, *step.mask.shape), step.mask) for one in (mean, snake)
+        region_similarity(fill_contour(contour, *step.mask.shape), step.mask)
+        for contour in (mean, snake)
     ]
     return [
-        Panel("(a) posterior map", shown.astype(np.float64)),
+        Panel("(a) posterior map", posterior_map.astype(np.float64)),
         Panel("(b) edges", edge_map(image, None)),
-        Panel("(c) edges that (a) shows", edge_map(image, shown)),
+        Panel("(c) edges that (a) shows", edge_map(image, posterior_map)),
         Panel(f"(d) mean, J = {agree[0]:.2f}", image, contour=mean - corner),
         Panel(f"(e) snake, J = {agree[1]:.2f}", image, contour=snake - corner),
     ]

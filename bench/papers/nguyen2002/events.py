@@ -1,4 +1,4 @@
-"""The occlusions that a run declared, and those that there were."""
+"""Occlusions: those that a run declared, and those in the ground truth."""
 
 from typing import NamedTuple
 
@@ -24,9 +24,9 @@ Boxes = NDArray[np.float64]
 class Declared(NamedTuple):
     """An occlusion that a tracker declared, by frames.
 
-    The first that it did not trust (t_o); where it found the target again (t_e), None where the
-    sequence ended too early for that; and when it said so, the first frame whose box is tracked
-    again online, None where the sequence was over by then.
+    `beginning`: first frame that the tracker did not trust (t_o). `end`: frame in which it found
+    the target again (t_e); None if the sequence ended before. `back`: first frame whose online box
+    is tracked again; None if the sequence ended before.
     """
 
     beginning: int
@@ -41,12 +41,12 @@ class Hidden(NamedTuple):
     last: int
 
     def causes(self, event: Declared) -> bool:
-        """Whether an occlusion that was declared is this one."""
+        """Return whether a declared occlusion is this one."""
         return self.first - EARLY <= event.beginning <= self.last
 
 
 def hidden_in(visibility: NDArray[np.float64]) -> list[Hidden]:
-    """Complete occlusions of a sequence, in order, by the target's visible part (n,)."""
+    """Return the complete occlusions of a sequence, in order; `visibility`: shape (n,)."""
     return [
         Hidden(first, last)
         for first, last in _stretches(visibility < CLEAR)
@@ -55,39 +55,38 @@ def hidden_in(visibility: NDArray[np.float64]) -> list[Hidden]:
 
 
 def declared_in(run: Run) -> list[Declared]:
-    """Occlusions that a finished run of `nguyen2002` declared, in order of their beginnings.
+    """Return the occlusions that a finished run of `nguyen2002` declared, in order of beginning.
 
-    The tracker tells frames in which they began and ended in its details `beginning` and `end`,
-    in order, one of each a frame, and in `ended` how many have ended so far; of one that is open
-    at the sequence's end, `candidate` is the end. What comes after such a one, or what the
-    sequence's end left no frame to tell, has nothing but its revised boxes: up to an occlusion's
-    end these go on in equal steps, and then no more. Of what is declared there in the very last
-    frames nothing is known, but that it may go on in the same steps: then the end is read too late.
+    The details of a run hold at most one `beginning` and one `end` per frame. They lag behind the
+    events, and `ended` is the number of occlusions that have ended. If an occlusion is open when
+    the sequence ends, `candidate` is its end. Occlusions that the details do not reach before the
+    sequence ends are read from the revised boxes, which move in equal steps until an occlusion
+    ends. If the target moves on in the same steps in the last frames, the end is read too late.
     """
     details = run.details
-    beginnings, ends = _told(details["beginning"]), _told(details["end"])
+    beginnings, ends = _finite_frames(details["beginning"]), _finite_frames(details["end"])
     number = np.nan_to_num(details["ended"])
     backs = np.searchsorted(number, np.arange(1, number[-1] + 1)).tolist()
     events = [Declared(*event) for event in zip(beginnings, ends, backs, strict=False)]
     boxes, parameters = run.boxes_in("revised"), run.identity.parameters
     offsets = candidate_offsets(int(parameters["longest_occlusion"]), str(parameters["candidates"]))
-    untold, is_open = iter(beginnings[len(events) :]), details["occluded"][-1] == 1
+    unreported, is_open = iter(beginnings[len(events) :]), details["occluded"][-1] == 1
     while len(events) < len(backs) or is_open:
-        beginning = next(untold, None) or _next_beginning(boxes, events)
+        beginning = next(unreported, None) or _next_beginning(boxes, events)
         if beginning is None:
             break
         end, back = _end(boxes, beginning, offsets), None
         if len(events) < len(backs):
             back = backs[len(events)]
         elif len(events) == len(backs):
-            end = next(iter(_told(details["candidate"][-1:])), None)
+            end = next(iter(_finite_frames(details["candidate"][-1:])), None)
         events.append(Declared(beginning, end, back))
     return events
 
 
-def _told(frames: NDArray[np.float64]) -> list[int]:
-    told: list[int] = frames[np.isfinite(frames)].astype(int).tolist()
-    return told
+def _finite_frames(frames: NDArray[np.float64]) -> list[int]:
+    finite: list[int] = frames[np.isfinite(frames)].astype(int).tolist()
+    return finite
 
 
 def _end(boxes: Boxes, beginning: int, offsets: list[int]) -> int | None:
@@ -97,20 +96,20 @@ def _end(boxes: Boxes, beginning: int, offsets: list[int]) -> int | None:
 
 
 def _straight(boxes: Boxes, beginning: int) -> int:
-    """How many frames after a frame the box goes on as it came to this one."""
+    """Return for how many frames the box keeps the step with which it came to a frame."""
     steps = np.diff(boxes[beginning - 1 :], axis=0)
     others = np.flatnonzero((np.abs(steps - steps[0]) > STRAIGHT).any(axis=1))
     return int(others[0] if len(others) else len(steps)) - 1
 
 
 def _next_beginning(boxes: Boxes, events: list[Declared]) -> int | None:
-    """Where an occlusion began after some others of which only the boxes can tell."""
+    """Return the beginning of an occlusion after `events` that only the boxes show."""
     after = events[-1].end
     frames = range(len(boxes) if after is None else after + 1, len(boxes))
     return next((frame for frame in frames if _straight(boxes, frame) >= FIRST_CANDIDATE), None)
 
 
 def _stretches(flags: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """First and last frame of all stretches of frames that are flagged."""
+    """Return the first and last frame of all stretches of flagged frames."""
     changes = np.flatnonzero(np.diff(flags, prepend=False, append=False))
     return [(int(first), int(end) - 1) for first, end in changes.reshape(-1, 2)]

@@ -27,10 +27,10 @@ def strips(context: Context) -> NDArray[np.uint8] | None:
     for features in FEATURES:
         for setting in SETTINGS:
             text = tracker_text(context.description, features, setting)
-            for course in context.runs.courses(text, scene)[:1]:
-                frames = chosen_frames(course.truth)
-                boxes = {TRUTH: course.truth.boxes}
-                boxes |= {trace: course.in_trace(trace).boxes for trace in ("online", "revised")}
+            for judged in context.runs.judged_runs(text, scene)[:1]:
+                frames = chosen_frames(judged.truth)
+                boxes = {TRUTH: judged.truth.boxes}
+                boxes |= {trace: judged.in_trace(trace).boxes for trace in ("online", "revised")}
                 title = f"Fig. 1, {features}, {setting.replace('-', ' ')}"
                 rows.append(
                     film_strip(image_of, list(frames), boxes, title, len(frames), words=frames)

@@ -32,7 +32,10 @@ def frame_time(context: Context, setting: str) -> Pairs:
 def time_table(context: Context) -> Table:
     """Return the paper's time and ours, by features."""
     times = [_times(context, setting) for setting in SETTINGS]
-    rows = [[name, "5", *(milliseconds(one[name]) for one in times)] for name in times[0]]
+    rows = [
+        [name, "5", *(milliseconds(setting_times[name]) for setting_times in times)]
+        for name in times[0]
+    ]
     heads = ["features", "paper [ms]", "as written [ms]", "recommended [ms]"]
     caption = (
         "Time per frame, section 3: whole clip, CPU time, median of 12 rounds. "

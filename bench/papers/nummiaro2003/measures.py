@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from trackmark.bench.papers.measures import Course, Values, measure
+from trackmark.bench.papers.measures import JudgedRun, Values, measure
 
 HIDDEN = 0.5  # visible share below which the target is hidden
 GONE = 0.1  # visible share below which it is hidden completely
@@ -24,93 +24,93 @@ class Hiding(NamedTuple):
     complete: bool
 
 
-def _size_error(course: Course) -> Values:
-    return np.asarray(np.abs(course.boxes[:, 2] / course.truth.boxes[:, 2] - 1))
+def _size_error(judged: JudgedRun) -> Values:
+    return np.asarray(np.abs(judged.boxes[:, 2] / judged.truth.boxes[:, 2] - 1))
 
 
 SERIES = {
-    "half_width": lambda course: course.boxes[:, 2] / 2,
-    "true_half_width": lambda course: course.truth.boxes[:, 2] / 2,
+    "half_width": lambda judged: judged.boxes[:, 2] / 2,
+    "true_half_width": lambda judged: judged.truth.boxes[:, 2] / 2,
     "size_error": _size_error,
 }
 """Hx of the estimate and of the truth in pixels, and |Hx - truth| / truth."""
 
 
 @measure("of Hx", lower_is_better=True)
-def size_error(course: Course) -> float:
+def size_error(judged: JudgedRun) -> float:
     """Return the mean of |Hx - truth| / truth; 1 in frames without an estimate."""
-    return float(np.nan_to_num(_size_error(course), nan=1.0)[course.present].mean())
+    return float(np.nan_to_num(_size_error(judged), nan=1.0)[judged.present].mean())
 
 
 @measure("share")
-def on_target_at_end(course: Course) -> float:
+def on_target_at_end(judged: JudgedRun) -> float:
     """Return the share of the last 20 frames in view in which the target is tracked."""
-    clear = np.flatnonzero(course.present & (course.truth.visibility > CLEAR))
-    return float(course.on_target[clear[-END:]].mean())
+    clear = np.flatnonzero(judged.present & (judged.truth.visibility > CLEAR))
+    return float(judged.on_target[clear[-END:]].mean())
 
 
 @measure("share")
-def initialises_behind_tree(course: Course) -> float:
-    """Return 1 if behind the tree the count falls and initialisation starts, and tracking follows.
+def initialises_behind_tree(judged: JudgedRun) -> float:
+    """Return 1 if the tracker initialises behind the tree and tracks afterwards.
 
-    In a frame of the first complete occlusion fewer than b N samples are positive, in one the
-    tracker initialises, and 30 frames after the target is back it tracks.
+    In a frame of the first complete occlusion fewer than b N samples are positive. In a frame of
+    it the tracker initialises. It tracks 30 frames after the target is visible again.
     """
-    tree = next((one for one in hidings(course) if one.complete), None)
-    if tree is None or course.run.failure:
+    tree = next((hiding for hiding in hidings(judged) if hiding.complete), None)
+    if tree is None or judged.run.failure:
         return 0.0
     gone = np.arange(tree.first, tree.stop)
-    gone = gone[course.truth.visibility[gone] < GONE]
-    tracks = course.detail("mode") > 0
-    clear = np.flatnonzero(course.truth.visibility > CLEAR)
+    gone = gone[judged.truth.visibility[gone] < GONE]
+    tracks = judged.detail("mode") > 0
+    clear = np.flatnonzero(judged.truth.visibility > CLEAR)
     back = int(clear[clear >= tree.stop][0])
     initialises = bool((~tracks[gone]).any())
-    return float(few_positive(course)[gone].any() and initialises and tracks[back + RECOVERY])
+    return float(few_positive(judged)[gone].any() and initialises and tracks[back + RECOVERY])
 
 
 @measure("share")
-def bridges_short_occlusions(course: Course) -> float:
+def bridges_short_occlusions(judged: JudgedRun) -> float:
     """Return 1 if every short occlusion is bridged without initialisation.
 
     Ten frames after each the target is tracked, and the mode is tracking until then. Occlusions
     before which the target is not tracked do not count; NaN if there is no other.
     """
-    tracks = course.detail("mode") > 0
+    tracks = judged.detail("mode") > 0
     counted = [
-        one
-        for one in hidings(course)
-        if not one.complete and course.on_target[one.first - 1] and tracks[one.first - 1]
+        hiding
+        for hiding in hidings(judged)
+        if not hiding.complete and judged.on_target[hiding.first - 1] and tracks[hiding.first - 1]
     ]
     if not counted:
         return nan
-    last = len(course.on_target) - 1
-    ends = [min(one.stop + BRIDGE, last) for one in counted]
+    last = len(judged.on_target) - 1
+    ends = [min(hiding.stop + BRIDGE, last) for hiding in counted]
     return float(
         all(
-            course.on_target[end] and tracks[one.first : end + 1].all()
-            for one, end in zip(counted, ends, strict=True)
+            judged.on_target[end] and tracks[hiding.first : end + 1].all()
+            for hiding, end in zip(counted, ends, strict=True)
         )
     )
 
 
 @measure("share")
-def count_falls_at_exit(course: Course) -> float:
+def count_falls_at_exit(judged: JudgedRun) -> float:
     """Return 1 if fewer than b N samples are positive within ten frames of the target's leaving."""
-    left = int(np.flatnonzero(course.present)[-1]) + 1
-    return float(few_positive(course)[left : left + BRIDGE + 1].any())
+    left = int(np.flatnonzero(judged.present)[-1]) + 1
+    return float(few_positive(judged)[left : left + BRIDGE + 1].any())
 
 
-def few_positive(course: Course) -> NDArray[np.bool_]:
+def few_positive(judged: JudgedRun) -> NDArray[np.bool_]:
     """Return frames in which fewer than b N samples fulfil the appearance condition, shape (n,)."""
-    parameters = course.run.identity.parameters
+    parameters = judged.run.identity.parameters
     threshold = float(parameters["kick_off"]) * float(parameters["particles"])
-    return np.asarray(course.detail("positive_appearances") < threshold)
+    return np.asarray(judged.detail("positive_appearances") < threshold)
 
 
-def hidings(course: Course) -> list[Hiding]:
+def hidings(judged: JudgedRun) -> list[Hiding]:
     """Return the times in which the target is hidden, in order; its leaving is none."""
-    visible = np.where(course.present, course.truth.visibility, 0.0)
-    frames = np.flatnonzero(course.present)
+    visible = np.where(judged.present, judged.truth.visibility, 0.0)
+    frames = np.flatnonzero(judged.present)
     first, stop = int(frames[0]), int(frames[-1]) + 1
     hidden = np.flatnonzero(visible[first:stop] < HIDDEN) + first
     times = np.split(hidden, np.flatnonzero(np.diff(hidden) > 1) + 1)

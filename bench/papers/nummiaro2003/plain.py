@@ -143,6 +143,8 @@ class PlainFilter:
         ]
 
     def _find_threshold(self) -> None:
-        """Equations 13 to 15."""
-        found = self._background_roots @ np.sqrt(self._model)
-        self.threshold = found.mean() + 2 * sqrt(((found - found.mean()) ** 2).mean())
+        """Set the threshold from background coefficients (equations 13 to 15)."""
+        coefficients = self._background_roots @ np.sqrt(self._model)
+        self.threshold = coefficients.mean() + 2 * sqrt(
+            ((coefficients - coefficients.mean()) ** 2).mean()
+        )

@@ -13,7 +13,13 @@ from matplotlib.collections import EllipseCollection
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from trackmark.reports.figures import add_legend, bare_figure, new_figure, rim, show
+from trackmark.reports.figures import (
+    add_legend,
+    bare_figure,
+    draw_image,
+    new_figure,
+    outline_effect,
+)
 from trackmark.reports.palette import colour
 from trackmark.reports.series import QUARTILES, draw_median
 
@@ -27,26 +33,26 @@ _SHOWN = 2.0  # how far the image beside a surface reaches, in the mean's longer
 
 @dataclass(frozen=True)
 class Surface:
-    """A function of the place on a grid one pixel wide."""
+    """Function of the position on a grid with a spacing of one pixel."""
 
     left: float  # place of its first value [pixels]
     top: float
     values: Array  # (rows, columns)
     quantity: str  # what the values are
 
-    def at(self, places: Array) -> Array:
-        """Values nearest to places of shape (n, 2); NaN outside."""
+    def values_at(self, places: Array) -> Array:
+        """Return the values nearest to places of shape (n, 2); NaN outside."""
         columns, rows = np.round(places - [self.left, self.top]).astype(int).T
         height, width = self.values.shape
         inside = (rows >= 0) & (rows < height) & (columns >= 0) & (columns < width)
-        found = np.full(len(places), np.nan)
-        found[inside] = self.values[rows[inside], columns[inside]]
-        return found
+        nearest = np.full(len(places), np.nan)
+        nearest[inside] = self.values[rows[inside], columns[inside]]
+        return nearest
 
 
 @dataclass(frozen=True)
 class Track:
-    """A way through an image that stands still."""
+    """Trajectory through an image of a fixed camera."""
 
     image: NDArray[np.uint8]  # (height, width, 3), BGR
     title: str
@@ -57,14 +63,14 @@ class Track:
 def surface_plot(
     image: NDArray[np.uint8], samples: Array, mean: Array, surface: Surface, title: str
 ) -> Figure:
-    """Samples and their mean on the image, and on the surface of what they are weighed by.
+    """Draw samples and their mean on the image, and on the surface of their weights.
 
-    The image is BGR; `samples` (n, 4) are ellipses, drawn black, and so is `mean` (4,), drawn
-    white.
+    The image is BGR. `samples`, shape (n, 4), and `mean`, shape (4,), are ellipses; samples are
+    drawn black, the mean white.
     """
     figure = bare_figure(title, 4.2)
     left: Axes = figure.add_subplot(1, 2, 1)
-    show(left, image)
+    draw_image(left, image)
     _draw_ellipses(left, samples, _SAMPLE, 0.5)
     _draw_ellipses(left, mean[np.newaxis], _MEAN, 2.0)
     centre, half = mean[:2], _SHOWN * mean[2:].max()
@@ -77,9 +83,9 @@ def surface_plot(
     right.plot_surface(*grid, surface.values, cmap="viridis", rcount=60, ccount=60, zorder=1)
     places, middle = samples[:, :2], mean[np.newaxis, :2]
     dots = {"color": _SAMPLE, "s": 4, "zorder": 2}
-    right.scatter(*places.T, surface.at(places), depthshade=False, **dots)
+    right.scatter(*places.T, surface.values_at(places), depthshade=False, **dots)
     dots = {"color": _MEAN, "edgecolor": "black", "s": 45, "zorder": 3}
-    right.scatter(*middle.T, surface.at(middle), depthshade=False, **dots)
+    right.scatter(*middle.T, surface.values_at(middle), depthshade=False, **dots)
     right.invert_yaxis()  # rows count downwards, as in the image
     right.view_init(elev=50, azim=-70)
     right.set(xlabel="x [px]", ylabel="y [px]")
@@ -90,7 +96,7 @@ def surface_plot(
 
 
 def trajectory_plot(tracks: Sequence[Track], title: str, every: int) -> Figure:
-    """The mean state's way, and its ellipse in some of the frames; the target's way is dashed.
+    """Draw the trajectories of the mean state, with ellipses, and of the target, dashed.
 
     An ellipse is drawn in each frame that `every` divides, with the frame's number where there is
     room for it. Tracks stand side by side.
@@ -99,18 +105,22 @@ def trajectory_plot(tracks: Sequence[Track], title: str, every: int) -> Figure:
     for axes, track in zip(all_axes, tracks, strict=True):
         axes.set_title(track.title, fontsize=9)
         states, truth = _ellipses_in(track.boxes), _ellipses_in(track.truth)
-        dashed: dict[str, Any] = {"linestyle": (0, (3, 2)), "path_effects": rim(2.4)}
+        dashed: dict[str, Any] = {"linestyle": (0, (3, 2)), "path_effects": outline_effect(2.4)}
         axes.plot(*truth[:, :2].T, color=_MEAN, linewidth=1.2, **dashed)
-        axes.plot(*states[:, :2].T, color=colour(4), linewidth=1.4, path_effects=rim(2.6))
+        axes.plot(
+            *states[:, :2].T, color=colour(4), linewidth=1.4, path_effects=outline_effect(2.6)
+        )
         chosen = np.flatnonzero(np.isfinite(states[::every]).all(axis=1)) * every
         _draw_ellipses(axes, states[chosen], _MEAN, 1.2)
-        said: list[tuple[float, float]] = []
+        labelled: list[tuple[float, float]] = []
         for number in chosen.tolist():
             x, y, _, height = states[number]
             place = float(x), float(y - height)
-            if any(abs(place[0] - u) < _ROOM[0] and abs(place[1] - v) < _ROOM[1] for u, v in said):
+            if any(
+                abs(place[0] - u) < _ROOM[0] and abs(place[1] - v) < _ROOM[1] for u, v in labelled
+            ):
                 continue
-            said.append(place)
+            labelled.append(place)
             axes.annotate(
                 str(number),
                 (x, y - height),
@@ -119,7 +129,7 @@ def trajectory_plot(tracks: Sequence[Track], title: str, every: int) -> Figure:
                 ha="center",
                 fontsize=6,
                 color="white",
-                path_effects=rim(1.5),
+                path_effects=outline_effect(1.5),
             )
     return figure
 
@@ -135,7 +145,7 @@ def _panels(images: Sequence[NDArray[np.uint8]], title: str) -> tuple[Figure, li
     figure = bare_figure(title, 0.6 + 8.0 / len(images) * shape[0] / shape[1])
     all_axes = list(figure.subplots(1, len(images), squeeze=False)[0])
     for axes, image in zip(all_axes, images, strict=True):
-        show(axes, image)
+        draw_image(axes, image)
         height, width = image.shape[:2]  # which is kept to, whatever is drawn later
         axes.set(xlim=(0, width), ylim=(height, 0), autoscale_on=False)
     return figure, all_axes
@@ -173,8 +183,8 @@ def appearance_plot(
     `shades`: flags of shaded frames (n,) by kind.
     """
     figure, (upper, lower) = new_figure(title, 4.4, rows=2, heights=(3, 1))
-    known = np.flatnonzero(np.isfinite(counts).any(axis=0))
-    frames = np.arange(known[0], known[-1] + 1)
+    estimated = np.flatnonzero(np.isfinite(counts).any(axis=0))
+    frames = np.arange(estimated[0], estimated[-1] + 1)
     draw_median(upper, frames, counts[:, frames], 0, "positive appearances")
     line: dict[str, Any] = {"color": "black", "linestyle": "--", "linewidth": 1.2}
     upper.axhline(threshold, label="threshold b·N", **line)

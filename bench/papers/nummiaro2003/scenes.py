@@ -65,9 +65,9 @@ def mean_state_at_maximum(scene: str, setting: str) -> float:
 
     Source: Fig. 2. Without model update, over frames that show all of the target.
     """
-    found = surfaces(scene, setting, FRAMES)
-    half_width = float(np.median([one.mean[2] for one in found]))
-    return float(np.median([one.distance for one in found]) <= NEAR * half_width)
+    frame_surfaces = surfaces(scene, setting, FRAMES)
+    half_width = float(np.median([surface.mean[2] for surface in frame_surfaces]))
+    return float(np.median([surface.distance for surface in frame_surfaces]) <= NEAR * half_width)
 
 
 def surfaces(scene: str, setting: str, most: int) -> list[Surface]:
@@ -84,15 +84,15 @@ def surfaces(scene: str, setting: str, most: int) -> list[Surface]:
     start = ellipse_in(part.boxes[first])
     counted = ellipses.counts(SharedFrame(part[first]), _states(start[np.newaxis]), every)
     model, bins = counted.counts[0] / counted.totals[0], np.flatnonzero(counted.counts[0])
-    found = []
+    surfaces_found = []
     for frame in _clear_frames(part, most):
         mean = ellipse_in(run.boxes[frame])
         places = _grid(ellipse_in(part.boxes[frame]), mean[2:])
         counts = ellipses.counts(SharedFrame(part[frame]), _states(places), bins)
         values = bhattacharyya_coefficients(counts.counts, counts.totals, model[np.newaxis, bins])
         samples = run.arrays[frame]["particles"][:, [0, 1, 4, 5]]
-        found.append(Surface(frame, part[frame], places[:, :2], values, mean, samples))
-    return found
+        surfaces_found.append(Surface(frame, part[frame], places[:, :2], values, mean, samples))
+    return surfaces_found
 
 
 def ellipse_in(box: Array) -> Array:

@@ -151,7 +151,9 @@ def time_table(context: Context) -> Table:
         slow, fast = (_times(context, setting, methods) for methods in (plain, compiled))
         for name in SEQUENCES:
             times = slow[name]["once"], _at_800_mhz(slow[name]), fast[name]["once"]
-            parts = [_weighting(one[name])[0] / one[name]["once"] for one in (slow, fast)]
+            parts = [
+                _weighting(times_of[name])[0] / times_of[name]["once"] for times_of in (slow, fast)
+            ]
             shares = [f"{100 * float(np.median(part)):.0f} %" for part in parts]
             label = [name, setting.replace("-", " "), "real time at 800 MHz"]
             rows.append([*label, *map(milliseconds, times), *shares])

@@ -19,14 +19,14 @@ def maps(context: Context) -> Figure:
     tracker.init(sequence[0], sequence.boxes[0])
     for frame in range(1, FRAME):
         tracker.update(sequence[frame])
-    found, box = tracker.maps, sequence.boxes[FRAME - 1]
+    maps_of_frame, box = tracker.maps, sequence.boxes[FRAME - 1]
     panels = [
         Panel(f"frame {FRAME - 1}", sequence[FRAME - 2], sequence.boxes[FRAME - 2]),
         Panel(f"frame {FRAME}", sequence[FRAME - 1], box),
-        Panel("moving pixels B", found.moving.astype(float), box),
-        Panel("colour map I_c", found.colour, box),
-        Panel("motion map I_m = B I_c", found.moving * found.colour, box),
-        Panel("joint map P", found.joint, box),
+        Panel("moving pixels B", maps_of_frame.moving.astype(float), box),
+        Panel("colour map I_c", maps_of_frame.colour, box),
+        Panel("motion map I_m = B I_c", maps_of_frame.moving * maps_of_frame.colour, box),
+        Panel("joint map P", maps_of_frame.joint, box),
     ]
     title = f"Fig. 1, {scene}: frames, and maps of frame {FRAME} (black: 0, white: 1)"
     return map_plot(panels, title, 3)

@@ -83,7 +83,7 @@ class PlainCamShift(_CamShift):
         self._template = make_template(image, box, *self._histograms)
 
     def update(self, image: Image) -> Box:
-        """Box in the next frame."""
+        """Return the box in the next frame."""
         return self._shift(hue_map(image, self._template))
 
 
@@ -107,7 +107,7 @@ class PlainImprovedCamShift(_CamShift):
         self.maps.init(image, box)
 
     def update(self, image: Image) -> Box:
-        """Box in the next frame."""
+        """Return the box in the next frame."""
         self.maps.update(image)
         return self._shift(self.maps.joint)
 
@@ -115,10 +115,10 @@ class PlainImprovedCamShift(_CamShift):
 class PlainParticleFilter:
     """The traditional particle filter, with the same transition and observation.
 
-    `particles` is N; `radius` r of the transition [pixels], "rule" for √N / 2; `sigma` the scale
-    of the observation; `resampling` "systematic" or "multinomial"; `velocity` "particle" (each
-    goes on at its own last step) or "mean" (all at the mean of them); `estimate` "mean" (by
-    weight), "resampled" (mean after resampling) or "best" (the particle of the largest weight).
+    `particles`: N. `radius`: r of the transition [px], "rule" for √N / 2. `sigma`: scale of the
+    observation. `resampling`: "systematic" or "multinomial". `velocity`: "particle" (each particle
+    repeats its own last step) or "mean" (all repeat the mean step). `estimate`: "mean" (by weight),
+    "resampled" (mean after resampling) or "best" (the particle of the largest weight).
 
     Attributes
     ----------
@@ -158,7 +158,7 @@ class PlainParticleFilter:
         self._s_before = self._s.copy()  # and of the one before that
 
     def update(self, image: Image) -> Box:
-        """Box in the next frame."""
+        """Return the box in the next frame."""
         self.maps.update(image)
         self.predicted = self._predict(image.shape)
         self.particles, m, self.iterations = self._drift(self.predicted)
@@ -197,8 +197,8 @@ class PlainParticleFilter:
         else:
             positions = self._random.random(self._n)
         cumulative = np.cumsum(self.weights)
-        found = np.searchsorted(cumulative, positions * cumulative[-1], side="right")
-        return np.asarray(np.minimum(found, self._n - 1))
+        indices = np.searchsorted(cumulative, positions * cumulative[-1], side="right")
+        return np.asarray(np.minimum(indices, self._n - 1))
 
     def _draw(self) -> Array:
         """u: uniform on [-1, 1], independent for each coordinate of each particle."""
@@ -224,5 +224,5 @@ class PlainWang2010(PlainParticleFilter):
             mean_shift(self.maps.joint, x, y, *self._window, *self._limits)
             for x, y in predicted.tolist()
         )
-        found = np.array(list(shifted))
-        return found[:, :2], found[:, 3], float(found[:, 2].mean())
+        results = np.array(list(shifted))
+        return results[:, :2], results[:, 3], float(results[:, 2].mean())

@@ -100,7 +100,7 @@ def mean_shift(
 
 
 class Template(NamedTuple):
-    """What the target looks like in the first frame: histograms over their largest bin.
+    """Target in the first frame: histograms divided by their largest bin.
 
     Pixels below the least saturation or value, or above the greatest value, count for nothing
     [fractions].
@@ -146,21 +146,21 @@ def make_template(
 
 def hue_map(image: Image, template: Template) -> Array:
     """I_h: how frequent each pixel's hue is in the template, in [0, 1]."""
-    found = template.hue[_hue_bins(_channels(image), len(template.hue))]
-    return _without_uncounted(found, image, template)
+    weights = template.hue[_hue_bins(_channels(image), len(template.hue))]
+    return _without_uncounted(weights, image, template)
 
 
 def colour_map(image: Image, template: Template, alpha: float = 0.7) -> Array:
     """I_c = α I_h + (1 - α) I_s, in [0, 1] (equation 3)."""
     hue, saturation = colour_bins(image, len(template.hue), len(template.saturation))
-    found = alpha * template.hue[hue] + (1 - alpha) * template.saturation[saturation]
-    return _without_uncounted(found, image, template)
+    weights = alpha * template.hue[hue] + (1 - alpha) * template.saturation[saturation]
+    return _without_uncounted(weights, image, template)
 
 
-def _without_uncounted(found: Array, image: Image, template: Template) -> Array:
+def _without_uncounted(weights: Array, image: Image, template: Template) -> Array:
     if template.limits != EVERYTHING:
-        found[~_counted(image, *template.limits)] = 0.0
-    return found
+        weights[~_counted(image, *template.limits)] = 0.0
+    return weights
 
 
 def _counted(
@@ -228,10 +228,10 @@ def joint_map(colour: Array, moving: Mask, beta: float = 0.8) -> Array:
 class JointMaps:
     """The maps of each frame, from the template and the frames before.
 
-    `alpha` is the weight of the hue, `beta` that of the motion; `difference_window` the side n of
-    local differences, `differences` ("two", "one") whether the one before is averaged in;
-    `threshold_factor` λ of the adaptive threshold, `motion_threshold` "adaptive", or a fixed one
-    (mean absolute difference in the window [grey levels]). The limits are those of `Template`.
+    `alpha`, `beta`: weights of the hue and of the motion. `difference_window`: side n of local
+    differences [px]. `differences`: "two" averages the last two differences, "one" takes the last.
+    `threshold_factor`: λ of the adaptive threshold. `motion_threshold`: "adaptive", or a fixed
+    mean absolute difference in the window [grey levels]. The limits are those of `Template`.
 
     Attributes
     ----------

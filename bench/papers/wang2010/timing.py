@@ -29,10 +29,10 @@ def plain_methods(texts: Mapping[str, str]) -> Methods:
     """Return the plain versions of trackers, with their parameters."""
     kinds = {"camshift": plain.PlainCamShift, "camshift-improved": plain.PlainImprovedCamShift}
     kinds |= {"wang2010": plain.PlainWang2010, "particle-filter": plain.PlainParticleFilter}
-    chosen = {name: parse_tracker(text) for name, text in texts.items()}
+    specs = {name: parse_tracker(text) for name, text in texts.items()}
     return {
-        name: partial(kinds[one.name], np.random.SeedSequence(0), **one.parameters)
-        for name, one in chosen.items()
+        name: partial(kinds[spec.name], np.random.SeedSequence(0), **spec.parameters)
+        for name, spec in specs.items()
     }
 
 

@@ -24,14 +24,14 @@ from numpy.typing import NDArray
 
 from trackmark.datasets.interface import Image, Mask
 from trackmark.datasets.synthetic.knobs import SceneKnobs
-from trackmark.datasets.synthetic.render.camera import Camera, developed
+from trackmark.datasets.synthetic.render.camera import Camera, develop_light
 from trackmark.datasets.synthetic.render.colours import (
     CLOTHES,
     sample_colour,
     sample_similar,
     vary_colour,
 )
-from trackmark.datasets.synthetic.render.desk import seen_room
+from trackmark.datasets.synthetic.render.desk import render_room
 from trackmark.datasets.synthetic.render.figure.look import sample_skin
 from trackmark.datasets.synthetic.render.finish import (
     GAMMA,
@@ -40,7 +40,12 @@ from trackmark.datasets.synthetic.render.finish import (
     grain,
     render_surfaces,
 )
-from trackmark.datasets.synthetic.render.lamp import REACH, light_left, light_on, unshaded
+from trackmark.datasets.synthetic.render.lamp import (
+    REACH,
+    lamp_visibility,
+    remaining_light,
+    surface_light,
+)
 from trackmark.datasets.synthetic.render.painting import Colour, Painting
 from trackmark.datasets.synthetic.render.path import smooth_step
 from trackmark.datasets.synthetic.render.solids import chain
@@ -510,11 +515,11 @@ class BookSetting:
     @cached_property
     def room(self) -> Floats:
         """Static background in white light, shape (height, width, 3)."""
-        surface = seen_room(self._random("room"), SIZE, HORIZON, ROOM_FINE)
+        surface = render_room(self._random("room"), SIZE, HORIZON, ROOM_FINE)
         place = np.array([SIZE[0] / 2, SIZE[1] / 2, 0.0]) + FAR * self.lamp
-        straight, _ = light_on(place, surface.depth, surface.normal, ROOM_FINE)
+        straight, _ = surface_light(place, surface.depth, surface.normal, ROOM_FINE)
         straight *= ROOM_STRAIGHT * (FAR / REACH) ** 2
-        light = AROUND + straight[..., None] * unshaded(surface.depth, place, ROOM_FINE)
+        light = AROUND + straight[..., None] * lamp_visibility(surface.depth, place, ROOM_FINE)
         returned = np.asarray(surface.colour * light, np.float32)
         return np.asarray(cv2.resize(returned, SIZE, interpolation=cv2.INTER_AREA))
 
@@ -618,7 +623,7 @@ def _sleeve(side: float) -> list[Array]:
 
 CONSIDERABLE = 0.25  # minimum share of the front in its own shadow for the attribute `self-shadow`
 BEHIND = 70.0  # distance from the book to the surface that its shadow falls on [pixels]
-SOFTNESS, DARKNESS = 9.0, 0.7  # of the shadow: see `light_left`
+SOFTNESS, DARKNESS = 9.0, 0.7  # of the shadow: see `remaining_light`
 CAMERA = Camera(SIZE, noise=2.0, fall=(0.05, 0.05))
 
 
@@ -652,12 +657,12 @@ class BookScene(SyntheticScene):
         hand = setting.hand(frame)
         covered = np.maximum(hand[..., 3], book.coverage(SIZE))
         shift = -BEHIND * setting.lamp[:2] / setting.lamp[2]
-        left = light_left(covered, shift, SOFTNESS, DARKNESS)
+        left = remaining_light(covered, shift, SOFTNESS, DARKNESS)
         picture = np.asarray(cv2.multiply(setting.room, left), np.float32)
         composite(picture[book.window], book.sheet)
         composite(picture, hand)
         picture *= setting.illuminants[frame].astype(np.float32)
-        return CAMERA.exposed(developed(picture), self._seed, frame)
+        return CAMERA.exposed(develop_light(picture), self._seed, frame)
 
     def mask(self, frame: int) -> Mask:
         book = self.setting.render_book(frame).coverage(SIZE)

@@ -20,9 +20,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from trackmark.datasets.interface import Image, Mask
 from trackmark.datasets.synthetic.knobs import SceneKnobs
-from trackmark.datasets.synthetic.render.camera import Camera, developed
+from trackmark.datasets.synthetic.render.camera import Camera, develop_light
 from trackmark.datasets.synthetic.render.colours import sample_colour, vary_colour
-from trackmark.datasets.synthetic.render.lamp import light_left
+from trackmark.datasets.synthetic.render.lamp import remaining_light
 from trackmark.datasets.synthetic.render.path import quantised, smooth_step
 from trackmark.datasets.synthetic.render.texture import fractal
 from trackmark.datasets.synthetic.render.triangles import (
@@ -343,7 +343,7 @@ class LeafSetting:
             ]
             coverage = leaves[0].coverage(LAYER)
             for sheet, leaf, darkness in zip((around, straight), leaves, SHADED, strict=True):
-                sheet[..., :3] *= light_left(
+                sheet[..., :3] *= remaining_light(
                     coverage, -LEAF_OFF * self.sun[:2], LEAF_SOFT, darkness
                 )
                 composite(sheet[leaf.window], leaf.sheet)
@@ -398,7 +398,7 @@ def _sample_foliage_shape(random: np.random.Generator) -> LeafShape:
 
 
 # shadow of the leaf: offset [pixels], softness, darkness under cloud and in sunshine; see
-# `light_left`
+# `remaining_light`
 OFF, SOFTNESS, DARKNESS = 26.0, 5.0, (0.02, 0.6)
 CAMERA = Camera(SIZE, noise=2.2, fall=(0.05, 0.05))
 
@@ -436,10 +436,10 @@ class LeafScene(SyntheticScene):
         composite(picture, np.asarray(moved, np.float32))
         leaf = self.setting.render_leaf(frame)
         off = -OFF * self.setting.sun[:2] / self.setting.sun[2]
-        left = light_left(leaf.coverage(SIZE), off, SOFTNESS, DARKNESS[light is SUNSHINE])
+        left = remaining_light(leaf.coverage(SIZE), off, SOFTNESS, DARKNESS[light is SUNSHINE])
         picture = np.asarray(cv2.multiply(picture, left), np.float32)
         composite(picture[leaf.window], leaf.sheet)
-        return CAMERA.exposed(developed(picture), self._seed, frame)
+        return CAMERA.exposed(develop_light(picture), self._seed, frame)
 
     def mask(self, frame: int) -> Mask:
         return np.asarray(self.setting.render_leaf(frame).coverage(SIZE) >= 0.5)

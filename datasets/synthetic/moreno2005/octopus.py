@@ -156,7 +156,7 @@ def cast_shadow(
 
 
 def mould_heights(
-    balls: NDArray[np.float64],
+    balls: Array,
     corner: tuple[float, float],
     step: float,
     shape: tuple[int, ...],
@@ -173,7 +173,7 @@ def mould_heights(
 
 @njit(cache=True)
 def mould(
-    balls: NDArray[np.float64],
+    balls: Array,
     left: float,
     top: float,
     step: float,
@@ -214,7 +214,7 @@ def colour_skin(
     left: float,
     top: float,
     step: float,
-    to_rest: NDArray[np.float64],
+    to_rest: Array,
     before: NDArray[np.float32],
     after: NDArray[np.float32],
     order: NDArray[np.float32],

@@ -1,9 +1,9 @@
 """Pedestrians in a street: `multipart/1` to `multipart/8`, `stress/pillar` and `stress/twin`.
 
-`multipart/1` to `multipart/8` are analogues of the eight videos of a paper on single- and
-multi-part colour histograms, drawn from its words alone (`designs.py`). In `stress/pillar` the
-target of 5 or 7 passes behind a pillar that hides most of it. In `stress/twin` a second person
-comes near the target, in the same clothes or in others.
+`multipart/1` to `multipart/8` imitate the eight videos of a paper on single- and multi-part colour
+histograms; they follow only its text (`designs.py`). In `stress/pillar` the target of 5 or 7 passes
+behind a pillar that hides most of it. In `stress/twin` a second person comes near the target, in
+the same or in other clothes.
 """
 
 from pathlib import Path

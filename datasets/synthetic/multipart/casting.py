@@ -1,4 +1,4 @@
-"""Who takes part in a scene: people in their clothes, and the ways that they go."""
+"""People of a scene with their clothes, and the plan of `stress/twin`."""
 
 from functools import lru_cache
 from typing import Literal, TypeAlias
@@ -23,7 +23,7 @@ WEAVES: Weaves = ("plain", "plain", "knit", "stripes")
 
 @lru_cache(maxsize=4)
 def twin_plan(scene: int, distance: float, same: bool) -> WalkPlan:
-    """A target, and a second person in the same clothes or in others."""
+    """Return a plan with the target and a second person in the same or in other clothes."""
 
     def generator(part: str) -> np.random.Generator:
         return part_generator(scene, f"stress/twin {part}")
@@ -34,24 +34,24 @@ def twin_plan(scene: int, distance: float, same: bool) -> WalkPlan:
     place = random.uniform(-0.3, 0.3), random.uniform(7.6, 8.4)
     target = straight_path(TWIN_FRAMES, TWIN_FRAMES // 2, place, velocity, random.uniform())
     random = generator("clothes")
-    worn = wardrobe.street_clothes(random)
-    unlike = wardrobe.other_clothes(random, worn)
-    first = dressed(generator("target"), target, worn)
+    worn = wardrobe.sample_street_clothes(random)
+    unlike = wardrobe.sample_other_clothes(random, worn)
+    first = sample_person(generator("target"), target, worn)
     width = body_boxes(*WalkPlan(0, views, [first]).places[0].T)[:, 2]
-    course = routes.beside_the_target(generator("twin way"), views, target, width, distance)
-    # The same generator: whoever wears other clothes is the same person in all else.
-    second = dressed(generator("twin"), course, worn if same else unlike)
-    return WalkPlan(seed(generator("street")), views, [first, second])
+    course = routes.sample_path_beside_target(generator("twin way"), views, target, width, distance)
+    # With the same generator, only the clothes of the second person differ between variants.
+    second = sample_person(generator("twin"), course, worn if same else unlike)
+    return WalkPlan(sample_seed(generator("street")), views, [first, second])
 
 
-def dressed(
+def sample_person(
     random: np.random.Generator,
     course: WalkingPath,
     worn: tuple[BGR, BGR],
     bag: BGR | None = None,
     weaves: Weaves = WEAVES,
 ) -> Person:
-    """Someone in an upper garment and trousers; the rest of him is drawn at random."""
+    """Return a person in an upper garment and trousers; other properties are random."""
     look = WalkerLook(
         shirt=worn[0],
         trousers=worn[1],
@@ -65,9 +65,9 @@ def dressed(
         bulk=random.uniform(0.92, 1.1),
         loose=random.uniform(0.92, 1.12),
     )
-    return Person(look, seed(random), random.uniform(1.62, 1.88), course)
+    return Person(look, sample_seed(random), random.uniform(1.62, 1.88), course)
 
 
-def seed(random: np.random.Generator) -> int:
+def sample_seed(random: np.random.Generator) -> int:
     """Draw a seed of 32 bits."""
     return int(random.integers(2**32))

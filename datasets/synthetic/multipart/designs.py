@@ -1,11 +1,11 @@
-"""Designs of the eight sequences of `multipart`, from the words of the paper.
+"""Designs of the eight sequences of `multipart`, from the paper's text.
 
-Section 3 says: 640x480, outdoors, 788 to 229 frames (Table 1). "In Sequence 1-4, a walking
-person is captured by a moving camera", with "target appearance changes and background changes
-rapidly". "In Sequence 5-8 walking persons are captured by a fixed camera", with "background
-clutters and target's occlusion". In 1, 2, 5 and 6 shirt and trousers differ in colour; in 3,
-4, 7 and 8 the target is plain. By Table 1 all methods lose sequence 7 at frame 337 of 377, and
-the conclusion names "a similar looking object" nearby as the weakness of colours.
+Section 3 states 640x480, outdoors, 788 to 229 frames (Table 1). "In Sequence 1-4, a walking person
+is captured by a moving camera", with "target appearance changes and background changes rapidly".
+"In Sequence 5-8 walking persons are captured by a fixed camera", with "background clutters and
+target's occlusion". In 1, 2, 5 and 6 shirt and trousers differ in colour; in 3, 4, 7 and 8 the
+target is plain. In Table 1 all methods lose sequence 7 at frame 337 of 377. The conclusion names "a
+similar looking object" nearby as the weakness of colours.
 """
 
 from dataclasses import dataclass
@@ -16,7 +16,7 @@ from pydantic import Field
 from trackmark.datasets.synthetic.knobs import Knobs, Seed, seed
 
 TWIN_FRAMES = 150
-"""Length of `stress/twin`."""
+"""Number of frames of `stress/twin`."""
 
 
 @dataclass(frozen=True)
@@ -25,21 +25,21 @@ class Design:
 
     length: int  # [frames]
     follows: bool  # True: a hand-held camera follows the target; False: a fixed camera
-    two_coloured: bool  # whether the target's shirt and trousers differ clearly in colour
-    # nearest and farthest distance of the target from the camera [metres]
+    two_coloured: bool  # True if the target's shirt and trousers differ clearly in colour
+    # minimum and maximum distance of the target from the camera [metres]
     depths: tuple[float, float]
     speed: float  # of the target [metres/second]
-    turns: int = 0  # how often a followed target turns back
-    # jacket, bag: differences between the target's sides: an open jacket over a darker shirt, a bag
-    # on the back, close to the body
+    turns: int = 0  # number of times that a followed target reverses its direction
+    # True if the target wears an open jacket over a darker shirt, so its sides differ
     jacket: bool = False
+    # True if the target carries a bag on the back, close to the body, so its sides differ
     bag: bool = False
     behind: int = 0  # passers-by farther from the camera than the target
-    before: int = 0  # passers-by between the camera and the target, each hiding it once
+    before: int = 0  # passers-by between the camera and the target, each occluding it once
     posts: int = 0  # lamp posts that the target passes behind
     mixed: int = 0  # people striped in the target's two colours that overtake it
     pace: float = 0.9  # speed of these people relative to the target [metres/second]
-    crossing: bool = False  # whether a person in the target's clothes crosses before it
+    crossing: bool = False  # True if a person in the target's clothes crosses in front of it
 
 
 DESIGNS = {
@@ -54,11 +54,11 @@ DESIGNS = {
     "7": Design(377, False, False, (7.0, 7.8), 1.05, behind=8, before=2, posts=1, crossing=True),
     "8": Design(229, False, False, (7.0, 7.8), 1.05, behind=6, before=2),
 }
-"""By the number that the paper gives."""
+"""Designs by the number that the paper uses."""
 
 
 class WalkingKnobs(Knobs):
-    """What can be asked of every walking scene."""
+    """Parameters of every walking scene."""
 
     scene: Seed = seed("all that is drawn at random: street, clothes, paths, camera")
     light: Literal["even", "dappled"] = Field(
@@ -75,7 +75,7 @@ class PillarKnobs(WalkingKnobs):
 
 
 class TwinKnobs(WalkingKnobs):
-    """What can be asked of `stress/twin`."""
+    """Parameters of `stress/twin`."""
 
     distance: Annotated[float, Field(ge=0, le=3)] = Field(
         0.0,

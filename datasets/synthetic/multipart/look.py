@@ -1,9 +1,9 @@
-"""What a person wears: textures that are wrapped around the parts of the body, and how they look.
+"""Clothes and body textures of a walking person, wrapped around the parts of the body.
 
-A part is a band along a mostly upright centre line, round like a sleeve: in every row of the
-picture it is a span. Moving sideways during the exposure turns the ends of the span into ramps,
-which is the exact average over the exposure. The texture that is wrapped around a part says
-what is seen of it from any side. All arithmetic on pixels is on integers.
+A part is a band along a mostly upright centre line, round like a sleeve: in every image row it is a
+span. Sideways motion during the exposure turns the ends of the span into ramps, which is the exact
+average over the exposure. The texture around a part determines its appearance from every side. All
+arithmetic on pixels is on integers.
 """
 
 from dataclasses import dataclass
@@ -18,7 +18,7 @@ from trackmark.datasets.synthetic.render.texture import creases, fractal
 from trackmark.datasets.synthetic.scene import part_generator
 
 COLUMNS = 5
-"""Of a part's nodes, from the top: row, centre, half width, blur, and row of the texture."""
+"""Columns of a part's nodes, from the top: row, centre, half width, blur, row of the texture."""
 
 ROWS = 128
 """Rows of a texture, from a part's upper end to its lower one."""
@@ -35,7 +35,7 @@ _SHADES = np.round(256 * (0.60 + 0.44 * _FACING - 0.10 * np.arange(-256, 257) / 
 
 @njit(cache=True)
 def _row_span(nodes: NDArray[np.int64], y: int) -> tuple[int, int, int, int, int]:
-    """Centre, half width and blur [1/64 pixel], texture row, coverage [1/256] of a row."""
+    """Return centre, half width, blur [1/64 pixel], texture row and coverage [1/256] of a row."""
     top, bottom = nodes[0, 0], nodes[-1, 0]
     inside = min((y + 1) << 6, bottom) - max(y << 6, top)
     if inside <= 0:
@@ -55,10 +55,10 @@ def _row_span(nodes: NDArray[np.int64], y: int) -> tuple[int, int, int, int, int
 
 @njit(cache=True)
 def _covered(x: int, centre: int, half: int, ramp: int) -> int:
-    """Part of a pixel column that a span covers, [1/256]; its edges are `ramp` wide."""
+    """Return the share of a pixel column that a span covers [1/256]; its edges are `ramp` wide."""
     distance = half - abs((x << 6) + 32 - centre)
     value = ((2 * distance + ramp) << 7) // ramp
-    # A span narrower than its ramp never covers all of a pixel.
+    # A span narrower than its ramp never covers a whole pixel.
     return min(max(value, 0), 256, (half << 9) // ramp)
 
 
@@ -70,11 +70,11 @@ def paint_part(
     front: int,
     gains: NDArray[np.int64],
 ) -> None:
-    """Paint a part over a canvas, in place.
+    """Paint a part over a canvas in place.
 
     `nodes`, shape (k, COLUMNS), are in 1/64 pixel, texture rows in 1/64 too; rows increase.
-    `texture`, shape (ROWS, AROUND, 3), is wrapped around, its column `front` faces the camera.
-    `gains` is light of every row of the canvas, times 256.
+    `texture`, shape (ROWS, AROUND, 3), is wrapped around the part; its column `front` faces the
+    camera. `gains` is the light of every row of the canvas, times 256.
     """
     height, width = canvas.shape[:2]
     for y in range(max(nodes[0, 0] >> 6, 0), min((nodes[-1, 0] >> 6) + 1, height)):
@@ -84,7 +84,7 @@ def paint_part(
         reach = half + (ramp >> 1)
         first, last = max((centre - reach) >> 6, 0), min(((centre + reach) >> 6) + 1, width)
         line = texture[min(max(row >> 6, 0), ROWS - 1)]
-        # The place across the part, of which only the whole part is used, as quotient and rest.
+        # Position across the part as quotient and remainder; only the quotient is used.
         start = ((first << 6) + 32 - centre) << 8
         whole, rest = start // half, start % half
         more, more_rest = (64 << 8) // half, (64 << 8) % half
@@ -109,7 +109,7 @@ def paint_part(
 
 @njit(cache=True)
 def silhouette(nodes: NDArray[np.int64]) -> tuple[int, int, NDArray[np.uint8]]:
-    """Left and top of a window that holds some parts, and their coverage at mid-exposure in it.
+    """Return the coverage of parts at mid-exposure, with left and top of its window.
 
     `nodes`, shape (parts, k, COLUMNS), are those of all parts.
     """
@@ -135,8 +135,8 @@ def _cover_part(coverage: NDArray[np.uint8], nodes: NDArray[np.int64], left: int
         for x in range(first, last):
             cover = (_covered(x + left, centre, half, 64) * inside) >> 8
             if cover > 0:
-                kept = (255 - np.int64(coverage[row, x])) * (256 - cover)
-                coverage[row, x] = 255 - (kept >> 8)
+                uncovered = (255 - np.int64(coverage[row, x])) * (256 - cover)
+                coverage[row, x] = 255 - (uncovered >> 8)
 
 
 Array: TypeAlias = NDArray[np.float64]
@@ -144,33 +144,30 @@ Array: TypeAlias = NDArray[np.float64]
 _QUARTER = AROUND // 4
 
 STRIPES, STRIPES_SHARE = 5, 0.8
-"""Broad stripes on each part of the body of striped clothes, and the share that they cover."""
+"""Broad stripes on each part of striped clothes, and the share that they cover."""
 
 
 @dataclass(frozen=True)
 class WalkerLook:
-    """Clothes and build. Colours are BGR in [0, 255]."""
+    """Clothes and build of a person. Colours are BGR in [0, 255]."""
 
-    # shirt, trousers, hair, skin, shoes: of what is always seen
     shirt: BGR
     trousers: BGR
     hair: BGR = (38, 46, 58)
     skin: BGR = (132, 160, 205)
     shoes: BGR = (44, 44, 50)
-    # worn open over the shirt: the shirt is then seen from the front alone
-    jacket: BGR | None = None
-    bag: BGR | None = None  # a backpack, seen from behind and from the side
+    jacket: BGR | None = None  # worn open over the shirt, which is then visible only from the front
+    bag: BGR | None = None  # a backpack, visible from behind and from the side
     weave: Literal["plain", "stripes", "knit"] = "plain"  # of the upper garment
     striped: bool = False  # broad stripes: in the trousers' colour on the shirt, and vice versa
     long_hair: bool = False  # down to the shoulders
     hem: float = 0.475  # lower end of the upper garment, in standing heights above the ground
-    # bulk, loose: breadth of the body and of the trousers, 1 is usual
-    bulk: float = 1.0
-    loose: float = 1.0
+    bulk: float = 1.0  # breadth of the body, 1 is usual
+    loose: float = 1.0  # breadth of the trousers, 1 is usual
 
 
 def wrap_textures(look: WalkerLook, seed: int) -> NDArray[np.uint8]:
-    """Textures of the parts in the order of `walker.PARTS`, shape (9, 128, 256, 3)."""
+    """Return the textures of the parts in the order of `walker.PARTS`, shape (9, 128, 256, 3)."""
     random = part_generator(seed, "clothes")
     rows = np.arange(ROWS)[:, None] / ROWS
     turn = np.arange(AROUND, dtype=np.float64)[None, :]
@@ -188,7 +185,7 @@ def wrap_textures(look: WalkerLook, seed: int) -> NDArray[np.uint8]:
 class _ClothFolds:
     """Folds of cloth: broad creases across a part, steep ones along it, and grain.
 
-    One pair of patterns serves a person; each part takes another piece of it.
+    A person has one pair of patterns; each part uses another section of it.
     """
 
     def __init__(self, random: np.random.Generator) -> None:
@@ -196,7 +193,7 @@ class _ClothFolds:
         self._broad, self._slope = creases(random, AROUND)
 
     def __call__(self, strength: float) -> Array:
-        """Gain of light, shape (ROWS, AROUND)."""
+        """Return a light gain, shape (ROWS, AROUND)."""
         down, around = self._random.integers(0, AROUND, 2)
         rows = np.arange(ROWS)[:, None]
         columns = np.arange(AROUND)[None, :] + around
@@ -257,7 +254,7 @@ def _torso(look: WalkerLook, upper: Array, folded: _ClothFolds, rows: Array, tur
 
 
 def _striped(look: WalkerLook, colour: Array | BGR, other: BGR, rows: Array) -> Array:
-    """Cloth, if the clothes are striped with broad stripes of another colour across."""
+    """Return cloth, with broad horizontal stripes of another colour if the clothes are striped."""
     cloth = _plain(colour)
     if not look.striped:
         return cloth

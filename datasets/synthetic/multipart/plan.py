@@ -1,4 +1,4 @@
-"""All that is decided of a scene before anything is drawn: who walks where, seen how."""
+"""Plan of a walking scene: people, camera, pillars and the target's measurements."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from trackmark.datasets.synthetic.multipart.look import WalkerLook
 from trackmark.datasets.synthetic.multipart.walker import GaitPose, Walker
 from trackmark.datasets.synthetic.render.path import quantised
-from trackmark.datasets.synthetic.render.prop import Coverage, Prop, extents, visible
+from trackmark.datasets.synthetic.render.prop import Coverage, Prop, coverage_extents, visible_part
 from trackmark.datasets.synthetic.render.street.ground import Light
 from trackmark.datasets.synthetic.render.street.street import Reach, Street
 from trackmark.datasets.synthetic.render.views import SIZE, Views, WalkingPath
@@ -20,17 +20,17 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Person:
-    """Someone who walks."""
+    """Walking person."""
 
     look: WalkerLook  # clothes and build
     seed: int  # of folds and proportions
     stature: float  # [metres]
-    course: WalkingPath  # his way
+    course: WalkingPath  # path on the ground
 
 
 @dataclass(frozen=True)
 class Post:
-    """A pillar: where it stands, and its thickness [metres]."""
+    """Place and thickness of a pillar [metres]."""
 
     x: float
     z: float
@@ -38,10 +38,10 @@ class Post:
 
 
 class WalkPlan:
-    """People, camera and pillars of a scene; the target is the first of the people.
+    """People, camera and pillars of a scene; the target is the first person.
 
-    `places`, shape (people, n, 3), are the place on the ground below the axis of every person in
-    every frame (x, y) and his height, in the image [pixels].
+    `places`, shape (people, n, 3), are the image position of the ground below the axis of every
+    person (x, y), and the person's height, in every frame [pixels].
     """
 
     def __init__(
@@ -59,11 +59,11 @@ class WalkPlan:
 
     @cached_property
     def walkers(self) -> list[Walker]:
-        """The people, to be drawn."""
+        """Renderers of the people."""
         return [Walker(person.look, person.seed) for person in self.people]
 
     def street(self, light: Light) -> Street:
-        """The street in a light, as far as the camera ever sees it; it is painted once."""
+        """Return the street in a light, as far as the camera sees it; it is painted once."""
         if light in self._streets:
             return self._streets[light]
         views = self.views
@@ -73,53 +73,53 @@ class WalkPlan:
 
     @cached_property
     def posts(self) -> list[Prop]:
-        """The pillars, to be drawn."""
+        """Props of the pillars."""
         street = self.street("even")
         return [street.post(post.x, post.z, post.thickness) for post in self._posts]
 
     def pose(self, person: int, frame: int) -> GaitPose:
-        """How a person is turned in a frame, and in which phase of his gait."""
+        """Return the gait pose of a person in a frame."""
         course = self.people[person].course
         return GaitPose(*(float(a[frame]) for a in (course.phase, course.stride, course.heading)))
 
     def depth(self, person: int, frame: int) -> float:
-        """Distance of a person from the camera's plane [metres]."""
+        """Return the distance of a person from the camera's plane [metres]."""
         return float(self.people[person].course.z[frame])
 
     def motion(self, person: int, frame: int) -> Array:
-        """How a person moves in the image, right and down [pixels/frame]."""
+        """Return the motion of a person in the image, right and down [pixels/frame]."""
         first, last = max(frame - 1, 0), min(frame + 1, len(self) - 1)
         way = self.places[person, last] - self.places[person, first]
         return np.asarray(way[:2] / (last - first))
 
     def coverage(self, person: int, frame: int) -> Coverage:
-        """Silhouette of a person in a frame, wherever it lies."""
+        """Return the silhouette of a person in a frame, also outside the image."""
         x, y, height = self.places[person, frame].tolist()
         return self.walkers[person].coverage(x, y, height, self.pose(person, frame))
 
     def in_picture(self, frame: int) -> list[int]:
-        """People who may be seen in a frame, numbered as `people`."""
+        """Return the indices of the people who may be visible in a frame."""
         x, y, height = self.places[:, frame].T
         reach = 0.6 * height
         seen = (x > -reach) & (x < SIZE[0] + reach) & (y > 0) & (y - 1.1 * height < SIZE[1])
         return [int(i) for i in np.flatnonzero(seen)]
 
     def seen(self, frame: int) -> Coverage:
-        """Silhouette of the target where it is in the picture and behind nothing."""
-        return visible(self.coverage(0, frame), self._nearer(frame))
+        """Return the visible part of the target's silhouette."""
+        return visible_part(self.coverage(0, frame), self._nearer(frame))
 
     @cached_property
     def measured(self) -> tuple[Array, Array]:
-        """Extents of the target's silhouette, shape (n, 4), and the fraction seen, (n,)."""
+        """Extents of the target's silhouette, shape (n, 4), and visible share, (n,)."""
         boxes, fractions = np.empty((len(self), 4)), np.empty(len(self))
         for frame in range(len(self)):
             whole = self.coverage(0, frame)
-            boxes[frame] = extents(whole)
+            boxes[frame] = coverage_extents(whole)
             fractions[frame] = self.seen(frame)[2].sum() / whole[2].sum()
         return boxes, fractions
 
     def _nearer(self, frame: int) -> Iterator[Coverage]:
-        """Silhouettes of what is before the target, and may hide some of it."""
+        """Yield silhouettes in front of the target that may hide a part of it."""
         depth = self.people[0].course.z[frame]
         x, _, height = self.places[:, frame].T
         overlap = np.abs(x - x[0]) < 0.6 * (height + height[0])
@@ -139,17 +139,17 @@ def _places(views: Views, person: Person) -> Array:
 
 
 def body_boxes(x: Array, y: Array, height: Array) -> Array:
-    """Shoulders to ankles of standing persons, shape (n, 4), the waist in the middle.
+    """Return boxes from shoulders to ankles of standing persons, shape (n, 4).
 
-    `x` and `y` are the places on the ground below the bodies' axes, `height` is that of the
-    persons, in the image [pixels].
+    The waist is in the centre. `x` and `y` are the ground points below the bodies' axes, `height`
+    is that of the persons, in the image [pixels].
     """
     return np.stack([x - 0.12 * height, y - 0.86 * height, 0.24 * height, 0.78 * height], axis=1)
 
 
 def full_boxes(x: Array, y: Array, height: Array) -> Array:
-    """Whole persons from head to sole, shape (n, 4); parameters as `body_boxes`.
+    """Return boxes of whole persons from head to sole, shape (n, 4); parameters as `body_boxes`.
 
-    They are as wide as the clothed body. The feet of a long step seen from the side lie outside.
+    They are as wide as the clothed body. The feet of a long step, seen from the side, lie outside.
     """
     return np.stack([x - 0.13 * height, y - height, 0.26 * height, height], axis=1)

@@ -1,4 +1,4 @@
-"""Where people walk: the target by his design, the others so that they hide him as designed."""
+"""Walking paths: the target follows its design, the others hide it as designed."""
 
 from collections.abc import Callable, Iterator
 from typing import TypeVar
@@ -20,40 +20,43 @@ Array = NDArray[np.float64]
 T = TypeVar("T")
 
 DIAGONAL = 1.0, 1.0
-"""First way of a target, aside and in depth: it is first seen at an angle [metres]."""
+"""First step of a target's path, sideways and in depth: it first appears at an angle [metres]."""
 
 ELBOW_ROOM = 0.5
-"""Nobody walks nearer to another [metres]."""
+"""Minimum distance between two people [metres]."""
 
 HALF_WIDTH = 0.36
-"""Of a person in mid-step, when it is asked whether one hides another [metres]."""
+"""Half width of a person in mid-step, for tests of occlusion [metres]."""
 
 HIDDEN = 22, 42
-"""Time for which something before the target overlaps him [frames]."""
+"""Minimum and maximum duration of an overlap with the target [frames]."""
 
 KERBSIDE = 9.9
-"""Where the near pavement is free of what stands at the kerb [metres]."""
+"""Maximum depth of the near pavement that is free of objects at the kerb [metres]."""
 
 OPPOSITE = 15.8, 17.2
-"""The pavement on the other side [metres]."""
+"""Depths of the pavement on the other side [metres]."""
 
 BESIDE = 1.4
-"""Distance up to which someone who overtakes the target is in view and disturbed by nobody [m]."""
+"""Distance within which an overtaking person must be visible and undisturbed [metres]."""
 
 COMPANY = 2.2
-"""Distance up to which someone who overtakes the target follows its way [metres]."""
+"""Distance within which an overtaking person follows the target's path [metres]."""
 
 CROSSING_REACH, CROSSING_TIME = 1.9, 30
-"""Who crosses is nearer to the target than this [metres] only around the crossing [frames]."""
+"""A crossing person is within this distance of the target [metres] only around the crossing,
+
+for this time before and after it [frames].
+"""
 
 UNDISTURBED = 25
-"""Nobody overlaps the target for this long at either end [frames]."""
+"""Time at the start and the end in which no one overlaps the target [frames]."""
 
 ATTEMPTS = 200
 
 
-def along_the_street(random: np.random.Generator, design: Design) -> WalkingPath:
-    """Way of a target that a camera follows: along the street, nearer and farther, and back."""
+def sample_followed_path(random: np.random.Generator, design: Design) -> WalkingPath:
+    """Sample the path of a followed target: along the street, in varying depth, and back."""
     legs = max(1, round(design.length / FRAMES_PER_SECOND * design.speed / 4.5))
     backs = {round(legs * (k + 1) / (design.turns + 1)) for k in range(design.turns)}
 
@@ -67,23 +70,23 @@ def along_the_street(random: np.random.Generator, design: Design) -> WalkingPath
             direction = -direction if leg in backs else direction
             x += direction * random.uniform(3.0, 6.5)
             near = not near if random.random() < 0.8 else near
-            yield x, _depth(random, design.depths, near)
+            yield x, _sample_depth(random, design.depths, near)
             leg += 1
 
     return walk_through_points(
-        design.length, (0.0, middle), points(), design.speed, _legs_together(random)
+        design.length, (0.0, middle), points(), design.speed, _sample_legs_together(random)
     )
 
 
-def in_view(random: np.random.Generator, design: Design, views: Views) -> WalkingPath:
-    """Way of a target before a fixed camera: from side to side, nearer and farther."""
+def sample_path_in_view(random: np.random.Generator, design: Design, views: Views) -> WalkingPath:
+    """Sample a target's path in front of a fixed camera, from side to side in varying depth."""
     still = views.still
 
     def points() -> Iterator[tuple[float, float]]:
         side, near = float(random.choice([-1, 1])), bool(random.integers(2))
         first = True
         while True:
-            z = _depth(random, design.depths, near)
+            z = _sample_depth(random, design.depths, near)
             half = SIZE[0] / 2 / float(still.scale(z))
             x = side * random.uniform(0.55, 0.85) * half
             yield x, z
@@ -93,78 +96,84 @@ def in_view(random: np.random.Generator, design: Design, views: Views) -> Walkin
 
     ways = points()
     return walk_through_points(
-        design.length, next(ways), ways, design.speed, _legs_together(random)
+        design.length, next(ways), ways, design.speed, _sample_legs_together(random)
     )
 
 
-def before_the_target(
+def sample_path_before_target(
     random: np.random.Generator,
     views: Views,
     target: WalkingPath,
     others: list[WalkingPath],
     when: float,
 ) -> WalkingPath:
-    """Way of someone who passes between the camera and the target about a frame."""
+    """Sample the path of a person who passes between camera and target around a frame."""
     frames = len(target.x)
 
     def candidate() -> WalkingPath:
-        at = round(when + random.uniform(-0.05, 0.05) * frames)
-        z = max(target.z[at] - random.uniform(0.8, 1.6), 4.4)
-        x = _abreast(views, at, target, z)
+        frame = round(when + random.uniform(-0.05, 0.05) * frames)
+        z = max(target.z[frame] - random.uniform(0.8, 1.6), 4.4)
+        x = _aligned_x(views, frame, target, z)
         velocity = random.choice([-1, 1]) * random.uniform(0.6, 1.4), random.uniform(-0.15, 0.15)
-        return straight_path(frames, at, (x, z), velocity, random.uniform())
+        return straight_path(frames, frame, (x, z), velocity, random.uniform())
 
-    def trouble(course: WalkingPath) -> int:
-        overlaps = _overlaps(views, course, target)
-        together = sum(int((overlaps & _overlaps(views, other, target)).sum()) for other in others)
-        return together + _hidden_badly(overlaps) + _crowded(course, [target, *others])
+    def cost(course: WalkingPath) -> int:
+        overlaps = _overlap_frames(views, course, target)
+        together = sum(
+            int((overlaps & _overlap_frames(views, other, target)).sum()) for other in others
+        )
+        return (
+            together + _bad_occlusion_frames(overlaps) + _crowded_frames(course, [target, *others])
+        )
 
-    return _least(candidate, trouble)
+    return _best_candidate(candidate, cost)
 
 
-def post(
+def sample_post_place(
     random: np.random.Generator, views: Views, target: WalkingPath, others: list[WalkingPath]
 ) -> WalkingPath:
-    """Place of something that stands where the target passes behind it."""
+    """Sample the place of a static object that the target passes behind."""
     frames = len(target.x)
 
     def candidate() -> WalkingPath:
-        at = int(random.integers(UNDISTURBED, frames - UNDISTURBED))
-        z = target.z[at] - random.uniform(0.6, 1.2)
-        return straight_path(frames, at, (_abreast(views, at, target, z), z), (0.0, 0.0), 0.0)
+        frame = int(random.integers(UNDISTURBED, frames - UNDISTURBED))
+        z = target.z[frame] - random.uniform(0.6, 1.2)
+        return straight_path(
+            frames, frame, (_aligned_x(views, frame, target, z), z), (0.0, 0.0), 0.0
+        )
 
-    def trouble(place: WalkingPath) -> int:
-        overlaps = _overlaps(views, place, target)
-        # He passes behind it, and never before it.
+    def cost(place: WalkingPath) -> int:
+        overlaps = _overlap_frames(views, place, target)
+        # The target passes behind it, and never in front of it.
         before = overlaps & (target.z < place.z + ELBOW_ROOM)
-        crowded = _crowded(place, [target, *others])
-        return int(before.sum()) + _hidden_badly(overlaps) + crowded
+        crowded = _crowded_frames(place, [target, *others])
+        return int(before.sum()) + _bad_occlusion_frames(overlaps) + crowded
 
-    return _least(candidate, trouble)
+    return _best_candidate(candidate, cost)
 
 
-def behind_the_target(
+def sample_path_behind_target(
     random: np.random.Generator,
     views: Views,
     target: WalkingPath,
     others: list[WalkingPath],
     nearest: float,
 ) -> WalkingPath:
-    """Way of someone who is in view at some time, no nearer than `nearest` [metres]."""
+    """Sample the path of a visible person at a minimum depth `nearest` [metres]."""
     frames = len(target.x)
 
     def candidate() -> WalkingPath:
-        at = int(random.integers(frames))
+        frame = int(random.integers(frames))
         lanes = ((nearest, KERBSIDE), OPPOSITE)
         z = random.uniform(*lanes[int(random.random() < 0.35)])
-        x = views[at].x + random.uniform(-0.45, 0.45) * SIZE[0] / float(views.still.scale(z))
+        x = views[frame].x + random.uniform(-0.45, 0.45) * SIZE[0] / float(views.still.scale(z))
         velocity = random.choice([-1, 1]) * random.uniform(0.7, 1.5), random.uniform(-0.06, 0.06)
-        return straight_path(frames, at, (x, z), velocity, random.uniform())
+        return straight_path(frames, frame, (x, z), velocity, random.uniform())
 
-    return _least(candidate, lambda course: _crowded(course, [target, *others]))
+    return _best_candidate(candidate, lambda course: _crowded_frames(course, [target, *others]))
 
 
-def overtaking(
+def sample_overtaking_path(
     random: np.random.Generator,
     views: Views,
     target: WalkingPath,
@@ -172,62 +181,67 @@ def overtaking(
     when: float,
     pace: float,
 ) -> WalkingPath:
-    """Way of someone who overtakes the target, or falls behind it, farther from the camera.
+    """Sample the path of a person who overtakes the target, or falls behind it, in greater depth.
 
     `pace` is the speed relative to the target [metres/second], `when` the frame of the meeting.
     """
     frames = len(target.x)
 
     def candidate() -> WalkingPath:
-        at = when + random.uniform(-0.1, 0.1) * frames
+        frame = when + random.uniform(-0.1, 0.1) * frames
         speed = random.choice([-1, 1]) * pace * random.uniform(0.92, 1.08)
-        ahead = speed * (np.arange(frames) - at) / FRAMES_PER_SECOND
+        ahead = speed * (np.arange(frames) - frame) / FRAMES_PER_SECOND
         together = np.flatnonzero(np.abs(ahead) <= COMPANY)
         x, z = target.x + ahead, target.z + random.uniform(0.55, 0.75)
-        return WalkingPath.through(_straight_on(x, together), _held(z, together), random.uniform())
+        return WalkingPath.through(
+            _extrapolate(x, together), _hold_depth(z, together), random.uniform()
+        )
 
-    def trouble(course: WalkingPath) -> int:
-        beside = np.abs(course.x - target.x) < BESIDE
+    def cost(course: WalkingPath) -> int:
+        close = np.abs(course.x - target.x) < BESIDE
         column = views.still.column(course.x - views.x, course.z) + views.shift_x
         hidden = np.abs(column - SIZE[0] / 2) > SIZE[0] / 2 - 25
         for other in others:
-            hidden |= _overlaps(views, other, target)
-        before = _overlaps(views, course, target) & (course.z < target.z)
-        meets_again = len(target.x) * int(np.count_nonzero(np.diff(beside)) > 2)
-        disturbed = int((hidden & beside).sum() + before.sum()) + meets_again
-        return disturbed + _crowded(course, [target, *others])
+            hidden |= _overlap_frames(views, other, target)
+        before = _overlap_frames(views, course, target) & (course.z < target.z)
+        meets_again = len(target.x) * int(np.count_nonzero(np.diff(close)) > 2)
+        disturbed = int((hidden & close).sum() + before.sum()) + meets_again
+        return disturbed + _crowded_frames(course, [target, *others])
 
-    return _least(candidate, trouble)
+    return _best_candidate(candidate, cost)
 
 
-def crossing(
+def sample_crossing_path(
     random: np.random.Generator,
     views: Views,
     target: WalkingPath,
     others: list[WalkingPath],
     parts: tuple[float, float],
 ) -> WalkingPath:
-    """Way of someone who passes before the target at a part of it, and is near for a short time."""
+    """Sample the path of a person who crosses in front of the target and is near only briefly.
+
+    `parts`: bounds of the crossing's time relative to the sequence.
+    """
     frames = len(target.x)
 
     def candidate() -> tuple[int, WalkingPath]:
-        at = round(random.uniform(*parts) * frames)
-        z = target.z[at] - random.uniform(0.55, 0.7)
+        frame = round(random.uniform(*parts) * frames)
+        z = target.z[frame] - random.uniform(0.55, 0.7)
         velocity = random.choice([-1, 1]) * random.uniform(1.1, 1.8), random.uniform(-0.1, 0.1)
-        place = _abreast(views, at, target, z), z
-        return at, straight_path(frames, at, place, velocity, random.uniform())
+        place = _aligned_x(views, frame, target, z), z
+        return frame, straight_path(frames, frame, place, velocity, random.uniform())
 
-    def trouble(candidate: tuple[int, WalkingPath]) -> int:
-        at, course = candidate
+    def cost(candidate: tuple[int, WalkingPath]) -> int:
+        frame, course = candidate
         near = np.abs(course.x - target.x) < CROSSING_REACH
-        near[at - CROSSING_TIME : at + CROSSING_TIME] = False
-        return int(near.sum()) + _crowded(course, [target, *others])
+        near[frame - CROSSING_TIME : frame + CROSSING_TIME] = False
+        return int(near.sum()) + _crowded_frames(course, [target, *others])
 
-    return _least(candidate, trouble)[1]
+    return _best_candidate(candidate, cost)[1]
 
 
-def _straight_on(x: Array, frames: NDArray[np.int64]) -> Array:
-    """Places that go on at the last velocity before and after some frames."""
+def _extrapolate(x: Array, frames: NDArray[np.int64]) -> Array:
+    """Extrapolate positions at constant velocity before and after some frames."""
     first, last = int(frames[0]), int(frames[-1])
     since, until = np.arange(len(x)) - last, np.arange(len(x)) - first
     after = x[last] + since * (x[last] - x[last - 1])
@@ -235,37 +249,37 @@ def _straight_on(x: Array, frames: NDArray[np.int64]) -> Array:
     return np.where(since > 0, after, np.where(until < 0, before, x))
 
 
-def _held(z: Array, frames: NDArray[np.int64]) -> Array:
-    """Depths that keep the first and the last value outside some frames."""
+def _hold_depth(z: Array, frames: NDArray[np.int64]) -> Array:
+    """Return depths that keep the first and the last value outside some frames."""
     return np.asarray(z[np.clip(np.arange(len(z)), frames[0], frames[-1])])
 
 
-def _legs_together(random: np.random.Generator) -> float:
-    """Phase of the gait in which one leg passes the other [cycles]."""
+def _sample_legs_together(random: np.random.Generator) -> float:
+    """Return a gait phase in which one leg passes the other [cycles]."""
     return float(random.choice([0.0, 0.5]) + random.uniform(-0.05, 0.05))
 
 
-def _depth(random: np.random.Generator, depths: tuple[float, float], near: bool) -> float:
+def _sample_depth(random: np.random.Generator, depths: tuple[float, float], near: bool) -> float:
     low, high = depths
     margin = 0.15 * (high - low)
     return random.uniform(low, low + margin) if near else random.uniform(high - margin, high)
 
 
-def _abreast(views: Views, frame: int, target: WalkingPath, z: float) -> float:
-    """Lateral place [metres] at depth z that is seen in the target's column."""
+def _aligned_x(views: Views, frame: int, target: WalkingPath, z: float) -> float:
+    """Return the lateral place [metres] at depth z that appears in the target's column."""
     camera = views[frame]
     ratio = z / float(target.z[frame])
     return camera.x + (float(target.x[frame]) - camera.x) * ratio
 
 
-def _overlaps(views: Views, course: WalkingPath, target: WalkingPath) -> NDArray[np.bool_]:
-    """Where the two bodies share columns of the image."""
+def _overlap_frames(views: Views, course: WalkingPath, target: WalkingPath) -> NDArray[np.bool_]:
+    """Return the frames in which the two bodies share image columns."""
     x = (course.x - views.x) / course.z - (target.x - views.x) / target.z
     return np.asarray(np.abs(x) < HALF_WIDTH * (1 / course.z + 1 / target.z))
 
 
-def _hidden_badly(overlaps: NDArray[np.bool_]) -> int:
-    """Frames by which the target is hidden too long or too shortly, too early or too late."""
+def _bad_occlusion_frames(overlaps: NDArray[np.bool_]) -> int:
+    """Count frames by which occlusions are too long, too short, too early or too late."""
     edges = np.flatnonzero(np.diff(overlaps, prepend=False, append=False))
     times = edges[1::2] - edges[::2]
     off = np.maximum(HIDDEN[0] - times, times - HIDDEN[1])
@@ -274,8 +288,8 @@ def _hidden_badly(overlaps: NDArray[np.bool_]) -> int:
     )
 
 
-def _crowded(course: WalkingPath, others: list[WalkingPath]) -> int:
-    """Frames in which two are nearer than they would walk."""
+def _crowded_frames(course: WalkingPath, others: list[WalkingPath]) -> int:
+    """Count the frames in which two people are too close."""
     near = np.zeros(len(course.x), np.bool_)
     for other in others:
         x, z = course.x - other.x, course.z - other.z
@@ -283,27 +297,27 @@ def _crowded(course: WalkingPath, others: list[WalkingPath]) -> int:
     return int(near.sum())
 
 
-def _least(candidate: Callable[[], T], trouble: Callable[[T], int]) -> T:
-    """First candidate without trouble; where there is none, that of the least."""
+def _best_candidate(candidate: Callable[[], T], cost: Callable[[T], int]) -> T:
+    """Return the first candidate with a cost of 0, otherwise the one with the lowest cost."""
     best = candidate()
-    least = trouble(best)
+    lowest_cost = cost(best)
     for _ in range(ATTEMPTS):
-        if least == 0:
+        if lowest_cost == 0:
             break
         other = candidate()
-        amount = trouble(other)
-        if amount < least:
-            best, least = other, amount
+        other_cost = cost(other)
+        if other_cost < lowest_cost:
+            best, lowest_cost = other, other_cost
     return best
 
 
-def beside_the_target(
+def sample_path_beside_target(
     random: np.random.Generator, views: Views, target: WalkingPath, width: Array, distance: float
 ) -> WalkingPath:
-    """Way of someone who comes as near as `distance`, in mid-sequence, and goes again.
+    """Sample the path of a person who approaches up to `distance` in mid-sequence and leaves.
 
-    `distance` is the least one of the two bodies' axes, sideways, in widths of the target's box,
-    shape (n,) [pixels].
+    `distance` is the minimum horizontal distance of the two bodies' axes, in widths of the target's
+    box, shape (n,) [pixels].
     """
     frames = len(target.x)
     since = np.arange(frames) - frames // 2

@@ -1,6 +1,6 @@
-"""Renderer and truth of `multipart/1` to `multipart/8`, `stress/pillar` and `stress/twin`.
+"""Renderer and ground truth of `multipart/1` to `multipart/8`, `stress/pillar`, `stress/twin`.
 
-Boxes are in closed form; silhouettes are drawn where they are needed.
+Boxes are in closed form; silhouettes are rendered on demand.
 """
 
 from functools import cached_property
@@ -29,11 +29,11 @@ from trackmark.datasets.synthetic.scene import (
 Array = NDArray[np.float64]
 
 TURNING = 30.0
-"""A target turns that turns by this much in a second [degrees]."""
+"""Minimum rotation within a second for the attribute `turning` [degrees]."""
 
 
 def scene(knobs: WalkingKnobs, number: str = "") -> "WalkingScene":
-    """Renderer and truth of one of the eight, with a pillar or a twin; nothing is painted yet."""
+    """Return the renderer of a walking scene with its ground truth, without rendering."""
     if isinstance(knobs, TwinKnobs):
         plan = twin_plan(knobs.scene, knobs.distance, knobs.twin == "same")
     elif isinstance(knobs, PillarKnobs):
@@ -44,13 +44,13 @@ def scene(knobs: WalkingKnobs, number: str = "") -> "WalkingScene":
 
 
 def _truth(plan: WalkPlan, shade: NDArray[np.bool_]) -> SceneTruth:
-    """Truth of all frames; `shade`, shape (n,), is where the target is in the shade of a tree.
+    """Return the ground truth; `shade`, shape (n,), marks frames with the target in tree shade.
 
-    `boxes` are the body from shoulders to ankles, the region `full` is the whole person,
-    `tight` the extents of the silhouette. Attributes are `occlusion` (less than 0.9
-    of the target is seen), `out_of_view` (a part of `full`), `scale_change` (outside 0.8 to
-    1.25 of the first size), `turning` (by more than 30 degrees in a second), `clutter`
-    (another person's axis within two of the box's widths of the target's) and `shade`.
+    `boxes` are the body from shoulders to ankles, the region `full` is the whole person, and
+    `tight` the extents of the silhouette. Attributes are `occlusion` (less than 0.9 of the target
+    is visible) and `out_of_view` (a part of `full`). Further ones are `scale_change` (outside 0.8
+    to 1.25 of the first size), `turning` (by more than 30 degrees in a second), `clutter` (another
+    person's axis within two box widths of the target's) and `shade`.
     """
     x, y, height = plan.places[0].T
     full = full_boxes(x, y, height)
@@ -72,15 +72,15 @@ def _truth(plan: WalkPlan, shade: NDArray[np.bool_]) -> SceneTruth:
 
 
 EXPOSURE = 0.4
-"""Part of the time between two frames for which the shutter is open."""
+"""Share of the frame time for which the shutter is open."""
 
 CAMERA = Camera(SIZE, noise=2.0)
 
 LIT = np.linspace(1.0, 0.0, 16)
-"""Heights over stature at which the light on a person is asked for."""
+"""Heights, relative to the stature, at which the light on a person is evaluated."""
 
 SHADE = 0.85
-"""Mean light below which the target counts as in the shade."""
+"""Mean light below which the target counts as shaded."""
 
 
 class WalkingScene(SyntheticScene):
@@ -95,14 +95,12 @@ class WalkingScene(SyntheticScene):
         self._still_pictures: dict[int, Image] = {}
 
     def truth(self) -> SceneTruth:
-        """See `SyntheticScene.truth`."""
         target = self.plan.people[0]
         x, z = target.course.x[:, None], target.course.z[:, None]
         gains = self._street.gains(x, z, LIT * target.stature)
         return _truth(self.plan, gains.mean(axis=1) < SHADE)
 
     def render(self, frame: int) -> Image:
-        """See `SyntheticScene.render`."""
         plan, camera = self.plan, self.plan.views[frame]
         travel, (right, down) = plan.views.rate(frame)
         motion = right * EXPOSURE, down * EXPOSURE
@@ -110,7 +108,7 @@ class WalkingScene(SyntheticScene):
         things: list[tuple[float, Prop | int]] = [(prop.z, prop) for prop in props]
         things += [(plan.depth(person, frame), person) for person in plan.in_picture(frame)]
         ordered = [thing for _, thing in sorted(things, key=lambda item: -item[0])]
-        # What is behind all people is the same in every frame of a camera that stands still.
+        # With a static camera, everything behind all people is the same in every frame.
         behind = next(
             (k for k, thing in enumerate(ordered) if isinstance(thing, int)), len(ordered)
         )
@@ -132,7 +130,6 @@ class WalkingScene(SyntheticScene):
         return CAMERA.exposed(canvas, plan.seed, frame, self._exposure[frame])
 
     def mask(self, frame: int) -> Mask:
-        """See `SyntheticScene.mask`."""
         return paste_window(SIZE, *self.plan.seen(frame)) >= 128
 
     def _draw_person(self, canvas: Image, person: int, frame: int) -> None:
@@ -150,10 +147,10 @@ class WalkingScene(SyntheticScene):
         )
 
     def _gains(self, person: int, frame: int) -> Array:
-        """Light on a person from head to ground."""
-        who = self.plan.people[person]
-        x, z = float(who.course.x[frame]), float(who.course.z[frame])
-        return self._street.gains(x, z, LIT * who.stature)
+        """Return the light on a person from head to ground."""
+        walker = self.plan.people[person]
+        x, z = float(walker.course.x[frame]), float(walker.course.z[frame])
+        return self._street.gains(x, z, LIT * walker.stature)
 
     @cached_property
     def _street(self) -> Street:

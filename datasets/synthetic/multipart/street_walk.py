@@ -18,101 +18,105 @@ from trackmark.datasets.synthetic.render.views import (
 from trackmark.datasets.synthetic.scene import part_generator
 
 FIRST, LAST = 0.16, 0.88
-"""Parts of a sequence between which people pass before the target."""
+"""Relative times of the first and the last passage in front of the target."""
 
 LAST_BEFORE_CROSSING = 0.74
-"""The same in a sequence with a crossing of a person in the target's clothes."""
+"""Relative time of the last passage if a person in the target's clothes crosses later."""
 
 CROSSING = 0.87, 0.9
-"""Part of a sequence at which that person crosses."""
+"""Bounds of the relative time at which that person crosses."""
 
 CLEAR = 0.6
-"""Others walk behind the target by this at least [metres]."""
+"""Minimum depth distance of other people behind the target [metres]."""
 
 POSTS, PILLARS = (0.10, 0.14), (0.35, 0.5)
-"""Thickness of a lamp post, and of the pillar that takes its place in `stress/pillar` [metres]."""
+"""Thickness of a lamp post, and of the pillar that replaces it in `stress/pillar` [metres]."""
 
 Generators = Callable[[str], np.random.Generator]
 
 
 @lru_cache(maxsize=4)
 def multipart_plan(number: str, scene: int, thickness: tuple[float, float] = POSTS) -> WalkPlan:
-    """People and camera of one of the eight sequences, in a scene; posts within a `thickness`."""
+    """Return the plan of one of the eight sequences; `thickness` bounds that of the posts."""
     design = DESIGNS[number]
 
     def generator(part: str) -> np.random.Generator:
         return part_generator(scene, f"multipart/{number} {part}")
 
     if design.follows:
-        course = routes.along_the_street(generator("target way"), design)
+        course = routes.sample_followed_path(generator("target way"), design)
         views = sample_following_views(generator("camera"), course)
     else:
         views = sample_fixed_views(generator("camera"), design.length)
-        course = routes.in_view(generator("target way"), design, views)
+        course = routes.sample_path_in_view(generator("target way"), design, views)
     target = _target(generator, design, course)
     others: list[WalkingPath] = []
     posts = []
     for i in range(design.posts):
         random = generator(f"post {i}")
-        others.append(routes.post(random, views, course, others))
+        others.append(routes.sample_post_place(random, views, course, others))
         place = float(others[-1].x[0]), float(others[-1].z[0])
         posts.append(Post(*place, random.uniform(*thickness)))
     people = [target, *_resembling(generator, design, views, target, others)]
     people += _passers(generator, design, views, target, others)
-    return WalkPlan(casting.seed(generator("street")), views, people, posts)
+    return WalkPlan(casting.sample_seed(generator("street")), views, people, posts)
 
 
 def _target(generator: Generators, design: Design, course: WalkingPath) -> Person:
     random = generator("target clothes")
     if design.two_coloured:
-        worn = wardrobe.two_coloured_clothes(random)
+        worn = wardrobe.sample_two_coloured_clothes(random)
     else:
-        worn = wardrobe.plain_clothes(random)
-    person = casting.dressed(generator("target"), course, worn, weaves=("plain", "knit"))
+        worn = wardrobe.sample_plain_clothes(random)
+    person = casting.sample_person(generator("target"), course, worn, weaves=("plain", "knit"))
     look = replace(person.look, bulk=random.uniform(1.05, 1.15), loose=random.uniform(1.25, 1.4))
     if design.jacket:
-        look = replace(look, jacket=worn[0], shirt=wardrobe.shade(worn[0], 0.6))
+        look = replace(look, jacket=worn[0], shirt=wardrobe.scale_brightness(worn[0], 0.6))
     if design.bag:
-        look = replace(look, bag=wardrobe.shade(worn[0], 0.75))
+        look = replace(look, bag=wardrobe.scale_brightness(worn[0], 0.75))
     return replace(person, look=look)
 
 
 def _resembling(
     generator: Generators, design: Design, views: Views, target: Person, others: list[WalkingPath]
 ) -> list[Person]:
-    """People with the target's colours: mixed ones that overtake it, and one that crosses."""
+    """Return people in the target's colours: striped ones overtake it, one crosses."""
     people = []
     for i in range(design.mixed):
         random = generator(f"mixed {i}")
         when = (i + random.uniform(0.4, 0.6)) / design.mixed * design.length
-        others.append(routes.overtaking(random, views, target.course, others, when, design.pace))
-        look = wardrobe.mixed(target.look)
-        people.append(Person(look, casting.seed(random), 1.06 * target.stature, others[-1]))
+        others.append(
+            routes.sample_overtaking_path(random, views, target.course, others, when, design.pace)
+        )
+        look = wardrobe.stripe_clothes(target.look)
+        people.append(Person(look, casting.sample_seed(random), 1.06 * target.stature, others[-1]))
     if design.crossing:
         random = generator("crossing")
-        others.append(routes.crossing(random, views, target.course, others, CROSSING))
-        people.append(Person(target.look, casting.seed(random), target.stature, others[-1]))
+        others.append(routes.sample_crossing_path(random, views, target.course, others, CROSSING))
+        people.append(Person(target.look, casting.sample_seed(random), target.stature, others[-1]))
     return people
 
 
 def _passers(
     generator: Generators, design: Design, views: Views, target: Person, others: list[WalkingPath]
 ) -> list[Person]:
-    """People in other clothes before and behind the target; their courses join `others`."""
+    """Return people in other clothes around the target; their paths are added to `others`."""
     start = len(others)
     last = LAST_BEFORE_CROSSING if design.crossing else LAST
     for i in range(design.before):
         random = generator(f"way before {i}")
         share = (i + random.uniform(0.25, 0.75)) / design.before
         when = (FIRST + (last - FIRST) * share) * design.length
-        others.append(routes.before_the_target(random, views, target.course, others, when))
+        others.append(routes.sample_path_before_target(random, views, target.course, others, when))
     for i in range(design.behind):
         random = generator(f"way behind {i}")
         nearest = design.depths[1] + CLEAR
-        others.append(routes.behind_the_target(random, views, target.course, others, nearest))
+        others.append(
+            routes.sample_path_behind_target(random, views, target.course, others, nearest)
+        )
     people = []
     for i, course in enumerate(others[start:]):
         random = generator(f"person {i}")
-        worn = wardrobe.passer_clothes(random, (target.look.shirt, target.look.trousers))
-        people.append(casting.dressed(random, course, worn))
+        worn = wardrobe.sample_passer_clothes(random, (target.look.shirt, target.look.trousers))
+        people.append(casting.sample_person(random, course, worn))
     return people

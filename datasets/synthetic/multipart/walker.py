@@ -1,6 +1,7 @@
-"""A clothed person who walks, drawn in any gait phase, heading and size.
+"""Renderer of a clothed walking person in any gait phase, heading and size.
 
-Lengths of the body are fractions of the standing height. Forward is the way the body faces.
+Lengths of the body are fractions of the standing height. Forward is the direction that the body
+faces.
 """
 
 from dataclasses import dataclass
@@ -27,12 +28,12 @@ PARTS = (
 
 NODES = 9
 _THIGH, _SHANK, _ANKLE = 0.245, 0.235, 0.045
-_EXPOSURE = 0.02  # gait cycles that pass while the shutter is open, at full stride
+_EXPOSURE = 0.02  # gait cycles during the exposure at full stride
 
 
 @njit(cache=True)
 def _leg_angles(phase: float, stride: float) -> tuple[float, float]:
-    """Hip angle (forward positive) and knee flexion of the left leg [radians]."""
+    """Return hip angle (forward positive) and knee flexion of the left leg [radians]."""
     turn = 2 * np.pi * phase
     hip = stride * (0.36 * np.sin(turn) + 0.09)
     swing = max(0.0, np.cos(turn + 0.2))
@@ -43,10 +44,11 @@ def _leg_angles(phase: float, stride: float) -> tuple[float, float]:
 def _skeleton(
     phase: float, stride: float, forward: float, side: float, build: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Nodes of all parts, shape (parts, nodes, 4): height, sideways, half width, place in [0, 1].
+    """Return nodes of all parts, shape (parts, nodes, 4).
 
-    `forward` and `side` are how far a step forward, and one to the body's left, move in the
-    picture to the right: cosine and sine of the heading.
+    The columns are height, sideways offset, half width and position along the part in [0, 1].
+    `forward` and `side` are the image motion to the right of a step forward, and of one to the
+    body's left: cosine and sine of the heading.
     """
     parts = np.zeros((9, NODES, 4))
     bulk, sleeve, hem, loose = build[0], build[1], build[2], build[3]
@@ -67,7 +69,7 @@ def _skeleton(
         ankle_y = knee_y - _SHANK * np.cos(lower)
         for k in range(NODES):
             t = k / (NODES - 1)
-            # A quadratic spline through thigh and shank: cloth has no hinge.
+            # A quadratic spline through thigh and shank, because cloth has no hinge.
             if t < 0.5:
                 a = 2 * t
                 x = lateral * side * (1 - a) + knee_x * a
@@ -152,11 +154,11 @@ def place_parts(
     build: NDArray[np.float64],
     motion_x: float,
 ) -> NDArray[np.int64]:
-    """Nodes of all parts in the picture, shape (parts, nodes, 5); see `look.COLUMNS`.
+    """Return the nodes of all parts in the image, shape (parts, nodes, 5); see `look.COLUMNS`.
 
-    `x` and `y` are the ground below the body's axis, `height` that of the standing person,
-    `motion_x` its way during the exposure [pixels]; phase, stride and heading are as in `GaitPose`.
-    `build` is bulk, sleeves' width, hem of the upper garment, trousers' width.
+    `x` and `y` are the ground point below the body's axis, `height` that of the standing person,
+    `motion_x` the horizontal motion during the exposure [pixels]. Phase, stride and heading are as
+    in `GaitPose`. `build` is bulk, sleeves' width, hem of the upper garment, trousers' width.
     """
     forward, side = np.cos(heading), np.sin(heading)
     now = _skeleton(phase, stride, forward, side, build)
@@ -182,15 +184,15 @@ _SHADOW = 64  # half width of the contact shadow's sprite [pixels]
 
 @dataclass(frozen=True)
 class GaitPose:
-    """How a body stands or walks."""
+    """Gait phase, stride and heading of a body."""
 
     phase: float  # gait cycles; one cycle is two steps
-    stride: float  # in [0, 1]; 0 stands
+    stride: float  # in [0, 1]; 0 is standing
     heading: float  # 0 is to the right, π/2 towards the camera, -π/2 away from it [radians]
 
 
 class Walker:
-    """A clothed person; `seed` is that of folds, strands of hair and weave."""
+    """Clothed person; `seed` initialises folds, strands of hair and weave."""
 
     def __init__(self, look: WalkerLook, seed: int) -> None:
         self.look = look
@@ -211,13 +213,13 @@ class Walker:
         gains: ArrayLike,
         motion: tuple[float, float] = (0.0, 0.0),
     ) -> None:
-        """Draw the person, with the soft shadow where he stands, over a canvas in place.
+        """Draw the person with a soft contact shadow over a canvas in place.
 
-        `x` and `y` are the ground below the body's axis, `height` that of the standing person
-        [pixels]. The pose is that of mid-exposure; the limbs' own motion blurs them. `gains` are
-        light from the head's top down to the ground, evenly spaced. `motion` is that of the whole
-        person during the exposure, right and down [pixels]; the part downwards is too small in a
-        walk to be seen, and is not drawn.
+        `x` and `y` are the ground point below the body's axis, `height` that of the standing person
+        [pixels]. The pose is that of mid-exposure; the motion of the limbs blurs them. `gains` is
+        the light from the top of the head down to the ground, evenly spaced. `motion` is that of
+        the whole person during the exposure, right and down [pixels]. The vertical part is too
+        small in a walk to be visible, so it is not drawn.
         """
         light = np.asarray(gains, np.float64)
         self._draw_shadow(canvas, x, y, height)
@@ -230,7 +232,7 @@ class Walker:
             paint_part(canvas, nodes[part], self._textures[part], front, row_gains.astype(np.int64))
 
     def coverage(self, x: float, y: float, height: float, pose: GaitPose) -> Coverage:
-        """Silhouette at mid-exposure; its window may lie outside the picture."""
+        """Return the silhouette at mid-exposure; its window can lie outside the image."""
         nodes = self._nodes(x, y, height, pose, 0.0)[self._order(pose)]
         covered: Coverage = silhouette(nodes)
         return covered
@@ -241,7 +243,8 @@ class Walker:
 
     @cached_property
     def _textures(self) -> NDArray[np.uint8]:
-        return wrap_textures(self.look, self._seed)  # a silhouette needs none
+        """Textures of the parts; silhouettes do not need them."""
+        return wrap_textures(self.look, self._seed)
 
     def _nodes(
         self, x: float, y: float, height: float, pose: GaitPose, motion: float
@@ -259,7 +262,7 @@ class Walker:
         return placed
 
     def _order(self, pose: GaitPose) -> list[int]:
-        """Parts from the farthest to the nearest."""
+        """Return the parts from the farthest to the nearest."""
         near, far = ("right", "left") if np.cos(pose.heading) > 0 else ("left", "right")
         pack = [] if self.look.bag is None else ["pack"]
         on_his_back = ["torso", "head", *pack]

@@ -1,4 +1,4 @@
-"""Clothes of the scenes, chosen by their distance from the street and from passers-by.
+"""Clothes of the scenes, selected by their colour distance from the street and from passers-by.
 
 The grey and brown houses, roads and passers-by of the street have little chroma. Targets wear
 saturated clothes. Passers-by wear clothes whose chromaticity differs from both of the target's.
@@ -53,10 +53,13 @@ SATURATED: tuple[BGR, ...] = (
 )
 
 DIFFERENT_HALVES = 90.0, 25.0
-"""Least distances of shirt and trousers of two colours: in chromaticity and in L* [CIE L*u*v*]."""
+"""Minimum distances between shirt and trousers of two colours: in chromaticity and in L*
+
+[CIE L*u*v*].
+"""
 
 UNLIKE_TARGET = 45.0
-"""Least distance of a passer-by's chromaticities from the target's [CIE u*, v*]."""
+"""Minimum distance of a passer-by's chromaticities from the target's [CIE u*, v*]."""
 
 BOTH = (
     (50, 48, 48),  # black
@@ -69,26 +72,26 @@ BOTH = (
     (62, 82, 110),  # brown
     (58, 44, 98),  # burgundy
 )
-"""Colours that people wear from top to bottom (suits, overalls, tracksuits), and of bags."""
+"""Colours of clothes worn from top to bottom (suits, overalls, tracksuits), and of bags."""
 
 TONE = np.array([0.114, 0.587, 0.299])
 """Weights of blue, green and red in the tone (Rec. 601)."""
 
 CLEAR_TONE = 55.0
-"""Tones that differ by this much differ clearly [grey levels]."""
+"""Minimum difference of clearly different tones [grey levels]."""
 
 CLEAR_COLOUR = 28.0
-"""Colours that differ by this much beside the tone differ clearly [grey levels]."""
+"""Minimum difference of clearly different colours after removing the tone [grey levels]."""
 
 
-def plain_clothes(random: np.random.Generator) -> tuple[BGR, BGR]:
-    """Shirt and trousers of nearly the same saturated colour."""
-    cloth = dyed(random, SATURATED[random.integers(len(SATURATED))], 0.04)
-    return cloth, dyed(random, cloth, 0.03)
+def sample_plain_clothes(random: np.random.Generator) -> tuple[BGR, BGR]:
+    """Sample shirt and trousers of nearly the same saturated colour."""
+    cloth = vary_dye(random, SATURATED[random.integers(len(SATURATED))], 0.04)
+    return cloth, vary_dye(random, cloth, 0.03)
 
 
-def two_coloured_clothes(random: np.random.Generator) -> tuple[BGR, BGR]:
-    """Shirt and trousers of two saturated colours that differ clearly."""
+def sample_two_coloured_clothes(random: np.random.Generator) -> tuple[BGR, BGR]:
+    """Sample shirt and trousers of two clearly different saturated colours."""
     pairs = [
         (shirt, trousers)
         for shirt in SATURATED
@@ -96,21 +99,21 @@ def two_coloured_clothes(random: np.random.Generator) -> tuple[BGR, BGR]:
         if _differ(shirt, trousers)
     ]
     shirt, trousers = pairs[random.integers(len(pairs))]
-    return dyed(random, shirt, 0.04), dyed(random, trousers, 0.04)
+    return vary_dye(random, shirt, 0.04), vary_dye(random, trousers, 0.04)
 
 
-def passer_clothes(random: np.random.Generator, target: tuple[BGR, BGR]) -> tuple[BGR, BGR]:
-    """Shirt and trousers of a passer-by, of other chromaticities than the target's."""
+def sample_passer_clothes(random: np.random.Generator, target: tuple[BGR, BGR]) -> tuple[BGR, BGR]:
+    """Sample shirt and trousers of a passer-by, with chromaticities unlike the target's."""
     shirts, trousers = (
         [c for c in colours if min(chroma_distance(c, worn) for worn in target) >= UNLIKE_TARGET]
         for colours in (SHIRTS, TROUSERS)
     )
     shirt, lower = shirts[random.integers(len(shirts))], trousers[random.integers(len(trousers))]
-    return dyed(random, shirt), dyed(random, lower)
+    return vary_dye(random, shirt), vary_dye(random, lower)
 
 
-def mixed(look: WalkerLook) -> WalkerLook:
-    """Clothes of the same build that are striped in the colours of shirt and trousers.
+def stripe_clothes(look: WalkerLook) -> WalkerLook:
+    """Return clothes of the same build with stripes in the colours of shirt and trousers.
 
     They resemble the whole of the target and neither of its halves: four fifths of each garment
     have the colour of the target's other one.
@@ -125,7 +128,7 @@ def _differ(first: BGR, second: BGR) -> bool:
 
 
 def chroma_distance(first: BGR, second: BGR) -> float:
-    """Distance of two colours in CIE u* and v*."""
+    """Return the distance of two colours in CIE u* and v*."""
     difference = _luv(first)[1:] - _luv(second)[1:]
     return float(np.hypot(*difference))
 
@@ -135,37 +138,37 @@ def _luv(colour: BGR) -> NDArray[np.float32]:
     return np.asarray(cv2.cvtColor(pixel, cv2.COLOR_BGR2Luv)[0, 0], np.float32)
 
 
-def shade(colour: BGR, gain: float) -> BGR:
-    """Darker or lighter colour of the same chromaticity."""
+def scale_brightness(colour: BGR, gain: float) -> BGR:
+    """Return a darker or lighter colour of the same chromaticity."""
     blue, green, red = np.clip(np.round(np.multiply(colour, gain)), 0, 255).astype(int).tolist()
     return blue, green, red
 
 
-def street_clothes(random: np.random.Generator) -> tuple[BGR, BGR]:
-    """Shirt and trousers at random that differ clearly, in colour and in tone."""
+def sample_street_clothes(random: np.random.Generator) -> tuple[BGR, BGR]:
+    """Sample shirt and trousers that differ clearly in colour and in tone."""
     pairs = [
         (shirt, trousers) for shirt in SHIRTS for trousers in TROUSERS if _clear(shirt, trousers)
     ]
     shirt, trousers = pairs[random.integers(len(pairs))]
-    return dyed(random, shirt, spread=0.04), dyed(random, trousers, spread=0.04)
+    return vary_dye(random, shirt, spread=0.04), vary_dye(random, trousers, spread=0.04)
 
 
-def bag(random: np.random.Generator) -> BGR:
-    """Bag in a colour that hides the dirt."""
-    return dyed(random, _one(random, BOTH))
+def sample_bag(random: np.random.Generator) -> BGR:
+    """Sample a bag in a dirt-hiding colour."""
+    return vary_dye(random, _choose(random, BOTH))
 
 
-def other_clothes(random: np.random.Generator, first: tuple[BGR, BGR]) -> tuple[BGR, BGR]:
-    """Shirt and trousers of clearly other colours than another person's shirt and trousers."""
+def sample_other_clothes(random: np.random.Generator, first: tuple[BGR, BGR]) -> tuple[BGR, BGR]:
+    """Sample shirt and trousers in colours clearly unlike another person's clothes."""
 
     def unlike(colour: BGR) -> float:
         return -min(float(np.abs(np.subtract(colour, worn)).max()) for worn in first)
 
     shirt, trousers = (
-        _one(random, tuple(sorted(colours, key=unlike)[: len(colours) // 4]))
+        _choose(random, tuple(sorted(colours, key=unlike)[: len(colours) // 4]))
         for colours in (SHIRTS, TROUSERS)
     )
-    return dyed(random, shirt), dyed(random, trousers)
+    return vary_dye(random, shirt), vary_dye(random, trousers)
 
 
 def _clear(shirt: BGR, trousers: BGR) -> bool:
@@ -175,11 +178,11 @@ def _clear(shirt: BGR, trousers: BGR) -> bool:
     return bool(abs(tone) >= CLEAR_TONE and colour >= CLEAR_COLOUR)
 
 
-def _one(random: np.random.Generator, colours: tuple[BGR, ...]) -> BGR:
+def _choose(random: np.random.Generator, colours: tuple[BGR, ...]) -> BGR:
     return colours[random.integers(len(colours))]
 
 
-def dyed(random: np.random.Generator, colour: BGR, spread: float = 0.08) -> BGR:
-    """Colour as another garment has it, in whole grey levels."""
+def vary_dye(random: np.random.Generator, colour: BGR, spread: float = 0.08) -> BGR:
+    """Return a variation of a colour, in whole grey levels."""
     blue, green, red = np.round(vary_colour(random, colour, spread)).astype(int).tolist()
     return blue, green, red

@@ -1,8 +1,8 @@
-"""The sequences of a paper on template tracking by colour-invariant pixel features.
+"""Sequences of a paper on template tracking by colour-invariant pixel features.
 
-Analogues of the paper's own recording, and of the clips that it took from an action film, drawn
-from its words alone: other videos, new in every scene. A scene of the film is a set of twenty
-clips.
+They imitate the paper's own recording and the clips that it took from an action film. They follow
+only its text: the videos differ from the originals and are new in every scene. A scene of the film
+is a set of twenty clips.
 """
 
 from pathlib import Path
@@ -19,7 +19,7 @@ LENGTHS = (
     115, 119, 143, 134, 124, 155, 180, 146, 156, 164,
     157, 166, 126, 178, 140, 148, 168, 183, 115, 183,
 )  # fmt: skip
-"""Frames of the twenty clips in the first scene, where they are drawn at random."""
+"""Number of frames of the twenty clips in the first scene, where they are random."""
 
 SUITE = Suite(
     Path(__file__).parent,

@@ -1,7 +1,7 @@
-"""The sequences of a paper on an adaptive colour-based particle filter.
+"""Sequences of a paper on an adaptive colour-based particle filter.
 
-Analogues of the five videos that the paper shows, drawn from its words alone: other videos,
-new in every scene.
+They imitate the five videos that the paper shows. They follow only its text: the videos differ from
+the originals and are new in every scene.
 """
 
 from pathlib import Path
@@ -15,7 +15,7 @@ MODULE = "trackmark.datasets.synthetic.nummiaro2003"
 
 WALKING = seeded("all that is drawn at random: place, clothes, paths, camera")
 
-DRIVING = seeded("all that is drawn at random: place, cars, ways, camera")
+DRIVING = seeded("all that is drawn at random: place, cars, paths, camera")
 
 SUITE = Suite(
     Path(__file__).parent,

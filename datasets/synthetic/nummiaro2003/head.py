@@ -1,4 +1,17 @@
-"""X."""
+"""`nummiaro2003/head`: a worker's head, seen by a fixed camera, in front of colourful machines.
+
+The paper uses 450 frames from a Siemens factory. "The tracked person carries out several operations
+on different machines", with "large out-of-plane rotations of the head and unpredictable locations
+in front of a highly textured background". All other properties are our choice, including the static
+camera: the text mentions only the person's motion.
+
+The paper does not describe the worker as fast, unlike the car in traffic ("rapid movements of the
+target and the camera"). The use is "training, on-line documentation and planning". The worker
+therefore moves at everyday speeds (see `render.figure.routine`).
+
+The wall consists of machines, switchboards, shelves, tool boards and notices, with pipes and cables
+above them. Each is painted on a piece of wall of a given width and height [metres].
+"""
 
 from dataclasses import replace
 from functools import cached_property, lru_cache
@@ -26,7 +39,7 @@ from trackmark.datasets.synthetic.render.figure.routine import (
     FRAMES,
     FRAMES_PER_SECOND,
     SIZE,
-    drawn_routine,
+    sample_routine,
 )
 from trackmark.datasets.synthetic.render.figure.worker import Worker
 from trackmark.datasets.synthetic.render.painting import Painting
@@ -52,7 +65,7 @@ BLACK = (30, 30, 32)
 def _row_of_instruments(
     wall: Painting, random: np.random.Generator, x: float, y: float, width: float, height: float
 ) -> None:
-    """Gauges, buttons, signs, displays or switches, as many as there is room for [metres]."""
+    """Paint as many gauges, buttons, signs, displays or switches as fit [metres]."""
     kind = random.integers(5)
     if random.random() < 0.5:
         wall.hole(x, y, width, height, sample_colour(random, MACHINES) * 0.8)
@@ -102,7 +115,7 @@ def _gauge(wall: Painting, random: np.random.Generator, x: float, y: float, radi
 
 
 def _warning(wall: Painting, random: np.random.Generator, x: float, y: float, size: float) -> None:
-    """Sign with a warning, or with writing."""
+    """Paint a warning sign or a written sign."""
     if random.random() < 0.6:
         middle, low = x + size / 2, y + 0.93 * size
         wall.area([(x, y + size), (middle, y), (x + size, y + size)], BLACK)
@@ -114,7 +127,7 @@ def _warning(wall: Painting, random: np.random.Generator, x: float, y: float, si
 
 
 def _controls(wall: Painting, random: np.random.Generator, width: float, height: float) -> None:
-    """Screen, keys and the button that stops it all."""
+    """Paint a screen, keys and an emergency stop button."""
     wall.plate(0, 0, width, height, sample_colour(random, MACHINES), 0.02)
     wall.plate(0.03, 0.03, width - 0.06, 0.2, DARK, 0.006)
     back, ink = sample_colour(random, SCREENS), sample_colour(random, WRITING)
@@ -128,7 +141,7 @@ def _controls(wall: Painting, random: np.random.Generator, width: float, height:
 
 
 def _stripes(wall: Painting, x: float, y: float, width: float, height: float) -> None:
-    """Band of yellow and black."""
+    """Paint a band of yellow and black."""
     wall.patch(x, y, width, height, (40, 186, 220))
     for left in np.arange(x, x + width - height, 2 * height):
         right = left + height
@@ -137,7 +150,7 @@ def _stripes(wall: Painting, x: float, y: float, width: float, height: float) ->
 
 
 def cabinet(wall: Painting, random: np.random.Generator, width: float, height: float) -> None:
-    """Control cabinet: instruments in rows on its doors."""
+    """Paint a control cabinet with rows of instruments on its doors."""
     paint = sample_colour(random, MACHINES)
     wall.plate(0, 0, width, height, paint, 0.03)
     doors = 2 if width > 0.75 else 1
@@ -158,7 +171,7 @@ def cabinet(wall: Painting, random: np.random.Generator, width: float, height: f
 
 
 def machine_tool(wall: Painting, random: np.random.Generator, width: float, height: float) -> None:
-    """Machine tool: a window with the tool behind it, a panel with a screen, hand wheels."""
+    """Paint a machine tool: a window with the tool, a panel with a screen, hand wheels."""
     paint, other = sample_colour(random, MACHINES), sample_colour(random, MACHINES)
     wall.plate(0, 0.05, width, height - 0.05, paint, 0.03)
     wall.plate(0, 0, width, 0.22, other, 0.02)
@@ -183,7 +196,7 @@ def machine_tool(wall: Painting, random: np.random.Generator, width: float, heig
         spot = 0.08 + random.uniform(0, wide - 0.09), top + deep - random.uniform(0, 0.07)
         end = spot[0] + 0.015, spot[1] + random.uniform(-0.01, 0.01)
         wall.line([spot, end], 0.006, sample_colour(random, CHIPS))
-    wall.darken(0.07, top, 0.35 * wide, deep, 1.25)  # its pane mirrors something bright
+    wall.darken(0.07, top, 0.35 * wide, deep, 1.25)  # bright reflection in the pane
     _controls(wall.part(wide + 0.06, 0.28), random, width - wide - 0.09, 0.62)
     _stripes(wall, 0, 0.97, width, 0.06)
     y = 1.06
@@ -201,7 +214,7 @@ def machine_tool(wall: Painting, random: np.random.Generator, width: float, heig
 
 
 def wiring(wall: Painting, random: np.random.Generator, width: float, height: float) -> None:
-    """Open switch cabinet: breakers in rows, ducts, and bundles of coloured wires."""
+    """Paint an open switch cabinet: rows of breakers, ducts, bundles of coloured wires."""
     wall.plate(0, 0, width, height, sample_colour(random, MACHINES), 0.03)
     wall.hole(0.03, 0.03, width - 0.06, height - 0.06, sample_colour(random, BACKS))
     rows = np.arange(0.12, height - 0.2, random.uniform(0.2, 0.27))
@@ -243,7 +256,7 @@ PAPERS = ((222, 226, 226), (222, 226, 226), (150, 214, 228), *SIGNALS)
 
 
 def _shelf(wall: Painting, random: np.random.Generator, width: float, height: float) -> None:
-    """Shelf with boxes, cans, parts and papers."""
+    """Paint a shelf with boxes, cans, parts and papers."""
     wall.hole(0, 0, width, height, sample_colour(random, MACHINES) * 0.45)
     frame = sample_colour(random, MACHINES)
     y = random.uniform(0.22, 0.32)
@@ -276,7 +289,7 @@ def _stored(
             wall.label(random, x + 0.15 * width, y + 0.25 * height, 0.6 * width, 0.4 * height)
         else:
             wall.patch(x + 0.42 * width, y, 0.16 * width, height, colour * 0.8)
-    elif choice < 0.6:  # an open bin, full of parts
+    elif choice < 0.6:  # an open bin with parts
         wall.patch(x, y + 0.2 * height, width, 0.3 * height, DARK)
         for _ in range(14):
             spot = x + random.uniform(0.1, 0.9) * width, y + random.uniform(0.15, 0.45) * height
@@ -302,7 +315,7 @@ def _stored(
 
 
 def _tools(wall: Painting, random: np.random.Generator, width: float, height: float) -> None:
-    """Board with tools that hang in rows, and drawers below it."""
+    """Paint a board with rows of hanging tools, and drawers below it."""
     board = sample_colour(random, BOARDS)
     deep = 0.62 * height
     wall.plate(0, 0, width, deep, board, 0.012)
@@ -354,7 +367,7 @@ def _tool(wall: Painting, random: np.random.Generator, x: float, y: float, lengt
 
 
 def _notices(wall: Painting, random: np.random.Generator, width: float, height: float) -> None:
-    """A piece of wall with papers, signs, pipes with valves and a fire extinguisher."""
+    """Paint a piece of wall with papers, signs, pipes with valves and a fire extinguisher."""
     for _ in range(int(14 * width)):
         x, y = random.uniform(0, width - 0.16), random.uniform(0, 0.75 * height)
         wide, high = random.uniform(0.08, 0.22), random.uniform(0.08, 0.28)
@@ -381,13 +394,13 @@ def _notices(wall: Painting, random: np.random.Generator, width: float, height: 
     wall.plate(x - 0.03, y - 0.12, 0.06, 0.06, DARK, 0.008)
 
 
-FINE = 2  # it is painted larger by this
+FINE = 2  # painted pixels per pixel and axis
 WALLS = ((176, 184, 186), (150, 178, 190), (168, 182, 160), (120, 140, 170), (150, 150, 148))
 
-FADED = 0.22  # of the colours' strength
+FADED = 0.22  # reduction of the colours' saturation
 CABLES = (DARK,) * 6 + (STEEL,) * 4
 
-# What stands along the wall, each once before any comes again.
+# Objects along the wall; all appear once before one is repeated.
 UNITS = (cabinet, machine_tool, _shelf, _tools, wiring, _notices)
 
 
@@ -414,7 +427,7 @@ def hall(random: np.random.Generator, width: int, height: int, scale: float) -> 
 
 
 def _overhead(painting: Painting, random: np.random.Generator, width: float) -> None:
-    """Pipes, a cable tray and cables that hang down, lamps."""
+    """Paint pipes, a cable tray with hanging cables, lamps."""
     painting.darken(0, 0, width, 0.10, 0.7)
     y = 0.02
     while y < 0.26:
@@ -432,12 +445,12 @@ def _overhead(painting: Painting, random: np.random.Generator, width: float) -> 
 
 
 def _used(random: np.random.Generator, picture: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Dirt, oil and uneven paint."""
+    """Add dirt, oil and uneven paint."""
     height, width = picture.shape[:2]
     broad, fine = fractal(random, 1024, 8, 64, 0.7), fractal(random, 1024, 128, 512, 0.8)
     gain = 1 + 0.09 * broad[:height, :width] + 0.06 * fine[:height, :width]
     grime = np.clip(fractal(random, 1024, 16, 256, 0.75)[:height, :width] - 0.7, 0, 1)[..., None]
-    # What is far from the worker is a little out of focus, and no paint is as bright as new.
+    # The wall is slightly out of focus, and its paint is faded.
     soft = cv2.GaussianBlur(picture, (5, 5), 0.75).astype(np.float64)
     soft += FADED * (soft.mean(axis=2, keepdims=True) - soft)
     used = soft * gain[..., None]
@@ -449,21 +462,21 @@ Array = NDArray[np.float64]
 
 WALL = 3.2  # distance of the machines from the camera [metres]
 AXIS = 235.0  # row of the camera's horizon [pixels]
-EXPOSURE = 0.4  # part of the time between two frames for which the shutter is open
+EXPOSURE = 0.4  # share of the frame time for which the shutter is open
 CAMERA = Camera(SIZE, noise=2.5)
 
-# Where the head faces away from the camera by more than this, nothing is seen of the face.
+# angle between the head's direction and the camera from which on the face is invisible
 TURNED_AWAY = np.radians(120)
-FAST = 0.1  # a head is fast that moves by this part of its width in a frame
+FAST = 0.1  # minimum motion of a fast head per frame [its width]
 
 
 def scene(knobs: SceneKnobs) -> "HeadScene":
-    """Return renderer and ground truth; nothing is drawn yet."""
+    """Return the renderer with its ground truth, without rendering."""
     return HeadScene(knobs.scene)
 
 
 class HeadScene(SyntheticScene):
-    """A worker before machines, in a bright hall."""
+    """Worker in front of machines in a bright hall."""
 
     length, size = FRAMES, SIZE
     fps = FRAMES_PER_SECOND
@@ -473,11 +486,11 @@ class HeadScene(SyntheticScene):
         self.worker = _worker(seed)
 
     def truth(self) -> SceneTruth:
-        """See `SyntheticScene.truth`.
+        """Return the ground truth of all frames without rendering.
 
-        Boxes are those of the head, from the chin to the crown, with hair and ears.
-        Attributes are `turned_away` (nothing is seen of the face), `fast` (moves by a tenth of
-        its width in a frame) and `occlusion` (less than 0.9 of it is seen: hands, shoulders).
+        Boxes are those of the head, from the chin to the crown, with hair and ears. Attributes are
+        `turned_away` (the face is invisible), `fast` (motion of a tenth of its width in a frame)
+        and `occlusion` (less than 0.9 of it is visible, because of hands or shoulders).
         """
         return _truth(self._seed)
 
@@ -509,9 +522,9 @@ def _camera(seed: int) -> Array:
 @lru_cache(maxsize=4)
 def _worker(seed: int) -> Worker:
     look = sample_figure_look(part_generator(seed, "factory look"))
-    # Front and back of the head differ in colour, so that large rotations show.
+    # Front and back of the head differ in colour, so that large rotations are visible.
     look = replace(look, beard=False, cut="short" if look.cut == "full" else look.cut)
-    routine = drawn_routine(part_generator(seed, "factory routine"))
+    routine = sample_routine(part_generator(seed, "factory routine"))
     lamp = np.array([part_generator(seed, "factory light").uniform(-0.5, 0.5), 0.8, -0.7])
     lamp /= np.sqrt((lamp * lamp).sum())
     return Worker(look, routine, _camera(seed), np.append(lamp, 0.5), seed)

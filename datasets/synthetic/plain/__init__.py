@@ -1,7 +1,7 @@
 """Plain scenes: one difficulty at a time.
 
-`plain/target` is a two-coloured target that moves over a textured ground. By default
-nothing is hard about it; each knob makes one thing hard.
+`plain/target` is a two-coloured target that moves over a textured ground. It is easy by default;
+each parameter adds one difficulty.
 """
 
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Knobs of `plain/target`: one a difficulty, all easy by default."""
+"""Parameters of `plain/target`: one per difficulty, all easy by default."""
 
 from typing import Annotated, Self
 
@@ -8,7 +8,7 @@ from trackmark.datasets.synthetic.knobs import Knobs, Seed, seed
 
 
 class TargetKnobs(Knobs):
-    """What can be asked of `plain/target`."""
+    """Parameters of `plain/target`."""
 
     scene: Seed = seed("all that is drawn at random: ground, colours, shapes, paths")
     length: Annotated[int, Field(ge=10, le=1_000_000)] = Field(

@@ -10,22 +10,22 @@ from trackmark.datasets.interface import Image, Mask
 from trackmark.datasets.synthetic.plain.knobs import TargetKnobs
 from trackmark.datasets.synthetic.render.camera import Camera
 from trackmark.datasets.synthetic.render.path import Loop, quantised, random_loop, smooth_step
-from trackmark.datasets.synthetic.render.sprite import Sprite, superellipse, window
+from trackmark.datasets.synthetic.render.sprite import Sprite, cut_window, superellipse
 from trackmark.datasets.synthetic.render.texture import fractal, grass, lerp, paving, pebbles
 from trackmark.datasets.synthetic.scene import SceneTruth, SyntheticScene, part_generator
 
 Array = NDArray[np.float64]
 
-COLUMNS = 256  # columns by which the silhouette's area is measured
+COLUMNS = 256  # columns that sample the silhouette's area
 
 
 class TargetMotion:
     """Motion, size and light of a target's scene.
 
-    `power`: The silhouette is the superellipse of this power. `half_size`: Half width and half
-    height of the target in the first frame, in pixels; shape (2,). `occlusion_frame`: When the
-    board hides the most. `board_width`: In pixels; 0 without occlusion. `pan`: Velocity of the
-    window over the ground [pixels/frame]; shape (2,). `distractors`: Paths of the distractors'
+    `power`: exponent of the superellipse that is the silhouette. `half_size`: half width and half
+    height of the target in the first frame [pixels]; shape (2,). `occlusion_frame`: frame of the
+    maximum occlusion by the board. `board_width`: [pixels]; 0 without occlusion. `pan`: velocity of
+    the window over the ground [pixels/frame]; shape (2,). `distractors`: paths of the distractors'
     centres.
     """
 
@@ -60,18 +60,18 @@ class TargetMotion:
         return random_loop(random, middle - half, middle + half, self.knobs.speed)
 
     def _set_exit(self) -> None:
-        """Edge by which the target leaves: the nearest one."""
+        """Select the edge where the target leaves: the nearest one."""
         n, absence = self.knobs.length, self.knobs.absence
         self._leaves = round(2 * n / 3 - absence / 2)
         self._returns = self._leaves + absence - 1
         self._exit_time = max(2, min(30, n // 8))
-        place = self._loop.at((self._leaves + self._returns) / 2)
+        place = self._loop.positions((self._leaves + self._returns) / 2)
         distances = np.concatenate([place, self.size - place])
         edge = int(np.argmin(distances))
         self._exit_axis, self._exit_high = edge % 2, edge >= 2
 
     def _set_board(self) -> None:
-        """Width and speed of the board: it hides `occlusion` when over the middle."""
+        """Set width and speed of the board: it hides `occlusion` when centred on the target."""
         self.occlusion_frame = round(self.knobs.length / 3)
         self.board_width = self._board_middle = self._board_velocity = 0.0
         if self.knobs.occlusion == 0:
@@ -89,14 +89,14 @@ class TargetMotion:
         self._board_middle = float(self.centre(self.occlusion_frame)[0])
 
     def scale(self, times: ArrayLike) -> Array:
-        """Size over that in the first frame."""
+        """Return the size relative to the first frame."""
         progress = np.asarray(times, np.float64) / (self.knobs.length - 1)
         return np.round(np.power(self.knobs.scale, progress) * 1024) / 1024
 
     def centre(self, times: ArrayLike) -> Array:
-        """Target's centre (x, y) [pixels], shape `times.shape + (2,)`."""
+        """Return the target's centre (x, y) [pixels], shape `times.shape + (2,)`."""
         times = np.asarray(times, np.float64)
-        place = self._loop.at(times)
+        place = self._loop.positions(times)
         if self.knobs.absence > 0:
             early = np.maximum(self._leaves - times, times - self._returns)
             out = np.clip(1 - np.maximum(early, 0) / self._exit_time, 0, 1)
@@ -106,50 +106,48 @@ class TargetMotion:
         return quantised(place)
 
     def board(self, times: ArrayLike) -> Array:
-        """Middle (x) of the board [pixels]."""
+        """Return the centre column of the board [pixels]."""
         elapsed = np.asarray(times, np.float64) - self.occlusion_frame
         return quantised(self._board_middle + self._board_velocity * elapsed)
 
-    def window(self, frame: int) -> Array:
-        """Corner (x, y) of the picture over the ground [pixels]."""
+    def window_corner(self, frame: int) -> Array:
+        """Return the corner (x, y) of the image on the ground [pixels]."""
         return quantised(self.pan * frame)
 
     def light(self, times: ArrayLike, across: ArrayLike) -> Array:
-        """Gain of the light at times and places across the picture (in [-1, 1])."""
+        """Return the light gain at times and horizontal image positions in [-1, 1]."""
         progress = np.asarray(times, np.float64) / (self.knobs.length - 1)
         cloud = _passing_cloud(progress, self._cloud_side * np.asarray(across, np.float64))
         return 1 - self.knobs.light * cloud
 
 
 def silhouette_columns(power: int) -> tuple[Array, Array]:
-    """Middles x and half chords of a unit superellipse's columns, shape (COLUMNS,) each."""
+    """Return centres x and half chords of a unit superellipse's columns, shape (COLUMNS,) each."""
     x = (np.arange(COLUMNS) + 0.5) / COLUMNS * 2 - 1
     chord = np.sqrt(1 - x * x) if power == 2 else np.sqrt(np.sqrt(1 - x * x * x * x))
     return x, chord
 
 
-def _passing_cloud(
-    progress: NDArray[np.float64], across: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """How far a cloud takes the sun, in [0, 1], after a fraction of the sequence.
+def _passing_cloud(progress: Array, across: Array) -> Array:
+    """Return the share of sunlight that a cloud removes, in [0, 1], by progress of the sequence.
 
-    The shade crosses the picture from one side, `across` which places are in [-1, 1]: none at the
-    start, everywhere in the middle, none at the end.
+    The shade crosses the image from one side; `across` is the horizontal position in [-1, 1]. There
+    is none at the start and at the end, and it covers everything in the middle.
     """
     phase = progress - 0.08 * across
     return smooth_step(phase, 0.15, 0.4) - smooth_step(phase, 0.6, 0.85)
 
 
-CHUNK = 1024  # frames measured at once: memory stays flat in the length
+CHUNK = 1024  # frames that are measured together, so that memory use does not grow with the length
 
 
 def target_truth(motion: TargetMotion) -> SceneTruth:
-    """Boxes, visibility and attributes of all frames.
+    """Return the ground truth of all frames.
 
-    Attributes are `occlusion` (the board hides some of the target), `out_of_view` (some or
-    all of it), `scale_change` (outside 0.8 to 1.25 of the first size), `light_change` (at
-    least a tenth of the light is gone in the picture's middle) and `clutter` (a
-    distractor's centre within twice the target's larger side of its centre).
+    Attributes are `occlusion` (the board hides a part of the target), `out_of_view` (a part or all
+    of it) and `scale_change` (outside 0.8 to 1.25 of the first size). Further ones are
+    `light_change` (at least a tenth of the light is missing in the image centre) and `clutter` (the
+    centre of a distractor within twice the target's larger side of its centre).
     """
     times = np.arange(motion.knobs.length)
     scale = motion.scale(times)
@@ -172,7 +170,7 @@ def target_truth(motion: TargetMotion) -> SceneTruth:
 
     near = np.zeros(len(times), np.bool_)
     for path in motion.distractors:
-        offset = np.abs(path.at(times) - centre)
+        offset = np.abs(path.positions(times) - centre)
         near |= (offset < 4 * half.max(axis=1)[:, None]).all(axis=1)
     present = in_view > 0
     return SceneTruth(
@@ -189,12 +187,9 @@ def target_truth(motion: TargetMotion) -> SceneTruth:
 
 
 def _visible_fractions(
-    motion: TargetMotion,
-    frames: NDArray[np.int64],
-    centre: NDArray[np.float64],
-    half: NDArray[np.float64],
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Fractions of the silhouette in view, and of these not behind the board; column by column."""
+    motion: TargetMotion, frames: NDArray[np.int64], centre: Array, half: Array
+) -> tuple[Array, Array]:
+    """Return the shares of the silhouette that are in view, and of it not behind the board."""
     x, chord = silhouette_columns(motion.power)
     left = centre[:, :1] + half[:, :1] * (x - 1 / COLUMNS)
     right = centre[:, :1] + half[:, :1] * (x + 1 / COLUMNS)
@@ -213,6 +208,7 @@ def _visible_fractions(
 
 
 GROUNDS = (grass, paving, pebbles)
+# colour pairs, BGR: a body and its markings
 COLOURS = np.array(
     [  # BGR pairs: a body and its markings
         [[38, 44, 186], [196, 222, 232]],
@@ -224,13 +220,13 @@ COLOURS = np.array(
     ],
     np.float64,
 )
-SKIN = 256  # side of the textures that are wrapped around things, whatever these' size [pixels]
+SKIN = 256  # side of the textures that are wrapped around objects of any size [pixels]
 SUN = np.array([-0.45, -0.55, 0.7])  # direction to the sun (x, y, up), nearly of unit length
 
 
 @dataclass(frozen=True)
 class ShadedSprite:
-    """A sprite, its shadow, and the size at which it was painted over that in frame 0."""
+    """Sprite with its shadow, and its painted size relative to that in frame 0."""
 
     sprite: Sprite
     shadow: Sprite
@@ -238,9 +234,9 @@ class ShadedSprite:
 
 
 def paint_ground(motion: TargetMotion) -> NDArray[np.uint8]:
-    """Texture that any window of the picture's size can be cut from, blurred by the pan.
+    """Return a texture from which any window of the image size can be cut, blurred by the pan.
 
-    Shape (side + height + 1, side + width + 1, 3) for a pattern that repeats after `side`.
+    The shape is (side + height + 1, side + width + 1, 3) for a pattern with the period `side`.
     """
     knobs = motion.knobs
     random = part_generator(knobs.scene, "ground")
@@ -256,20 +252,20 @@ def paint_ground(motion: TargetMotion) -> NDArray[np.uint8]:
         around = np.pad(tile, [(0, side + 1), (0, side + 1), (0, 0)], mode="wrap")
         sums = np.zeros(tile.shape, np.int64)
         for x, y in corners:
-            sums += window(around, x, y, side, side)
+            sums += cut_window(around, x, y, side, side)
         tile = ((sums + count // 2) // count).astype(np.uint8)
     return np.pad(tile, [(0, knobs.height + 1), (0, knobs.width + 1), (0, 0)], mode="wrap")
 
 
 def paint_target(motion: TargetMotion) -> ShadedSprite:
-    """The target, painted at the largest size that it takes."""
+    """Return the target, painted at its largest size."""
     random = part_generator(motion.knobs.scene, "target look")
     oversize = max(1.0, motion.knobs.scale)
     return _pebble(random, _colours(motion), motion.half_size, motion.power, oversize)
 
 
 def paint_distractors(motion: TargetMotion) -> list[ShadedSprite]:
-    """Things in the target's colours, with shapes and markings of their own."""
+    """Return objects in the target's colours, with other shapes and markings."""
     things = []
     for i in range(motion.knobs.clutter):
         random = part_generator(motion.knobs.scene, f"distractor look {i}")
@@ -279,7 +275,7 @@ def paint_distractors(motion: TargetMotion) -> list[ShadedSprite]:
 
 
 def paint_board(motion: TargetMotion) -> ShadedSprite:
-    """Upright board of the picture's height: planed wood."""
+    """Return an upright planed wooden board of the image's height."""
     random = part_generator(motion.knobs.scene, "board look")
     height = motion.knobs.height + 64
     width = int(np.ceil(motion.board_width)) + 2
@@ -309,7 +305,7 @@ def _colours(motion: TargetMotion) -> Array:
 def _pebble(
     random: np.random.Generator, colours: Array, half: Array, power: int, oversize: float
 ) -> ShadedSprite:
-    """A smooth, painted, slightly shining pebble of two colours."""
+    """Return a smooth, slightly glossy pebble painted in two colours."""
     half_width, half_height = half * oversize
     height, width = (2 * int(np.ceil(size)) + 2 for size in (half_height, half_width))
     x, y, coverage = superellipse(height, width, half_height, half_width, power)
@@ -336,16 +332,16 @@ def _pebble(
     return ShadedSprite(sprite, sprite.shadow(0.62, max(3, round(0.16 * half_height))), oversize)
 
 
-MOST_INSTANTS = 32
+MAX_INSTANTS = 32  # maximum number of instants of an exposure
 
 
 def scene(knobs: TargetKnobs) -> "TargetScene":
-    """Renderer and truth; nothing is painted yet."""
+    """Return the renderer with its ground truth, without rendering."""
     return TargetScene(knobs)
 
 
 class TargetScene(SyntheticScene):
-    """A target, what is around it and what passes over it."""
+    """Target with its background, distractors and occluding board."""
 
     def __init__(self, knobs: TargetKnobs) -> None:
         self.knobs = knobs
@@ -358,14 +354,16 @@ class TargetScene(SyntheticScene):
     def render(self, frame: int) -> Image:
         knobs, motion = self.knobs, self.motion
         side = len(self._ground) - knobs.height - 1
-        x, y = (np.round(motion.window(frame) * 64).astype(np.int64) % (side * 64)).tolist()
-        canvas: Image = window(self._ground, x, y, knobs.height, knobs.width)
+        x, y = (np.round(motion.window_corner(frame) * 64).astype(np.int64) % (side * 64)).tolist()
+        canvas: Image = cut_window(self._ground, x, y, knobs.height, knobs.width)
         for thing, path in zip(self._distractors, motion.distractors, strict=True):
-            self._place(canvas, thing, path.at(self._instants(frame, knobs.speed)), 1.0)
+            self._draw_object(
+                canvas, thing, path.positions(self._instants(frame, knobs.speed)), 1.0
+            )
         scale = float(motion.scale(frame))
-        self._place(canvas, self._target, motion.centre(self._target_instants(frame)), scale)
+        self._draw_object(canvas, self._target, motion.centre(self._target_instants(frame)), scale)
         if motion.board_width > 0:
-            self._place(canvas, self._board, self._board_centres(frame), 1.0)
+            self._draw_object(canvas, self._board, self._board_centres(frame), 1.0)
         across = (np.arange(knobs.width) + 0.5) / knobs.width * 2 - 1
         sun = motion.light(frame, across)
         return self._camera.exposed(canvas, knobs.scene, frame, sun)
@@ -380,25 +378,28 @@ class TargetScene(SyntheticScene):
             self._board_silhouette.draw(canvas, place, 1.0)
         return np.asarray(canvas[:, :, 0] >= 128)
 
-    def _place(
-        self, canvas: Image, thing: ShadedSprite, centres: NDArray[np.float64], scale: float
+    def _draw_object(
+        self, canvas: Image, thing: ShadedSprite, centres: Array, scale: float
     ) -> None:
-        """Draw a thing and, first, its shadow."""
+        """Draw an object after its shadow."""
         drop = self.motion.half_size[1] * np.array([0.16, 0.24]) * scale
         thing.shadow.draw(canvas, centres + drop, scale / thing.oversize)
         thing.sprite.draw(canvas, centres, scale / thing.oversize)
 
-    def _instants(self, frame: int, travelled: float) -> NDArray[np.float64]:
-        """Instants of the exposure [frames], a power of two of them, a pixel's way apart."""
+    def _instants(self, frame: int, travelled: float) -> Array:
+        """Return instants of the exposure [frames], about a pixel of motion apart.
+
+        Their number is a power of two.
+        """
         way = max(1.0, travelled * self.knobs.blur)
-        count = min(MOST_INSTANTS, 1 << int(np.ceil(way) - 1).bit_length())
+        count = min(MAX_INSTANTS, 1 << int(np.ceil(way) - 1).bit_length())
         return frame + self.knobs.blur * ((np.arange(count) + 0.5) / count - 0.5)
 
-    def _target_instants(self, frame: int) -> NDArray[np.float64]:
+    def _target_instants(self, frame: int) -> Array:
         way = np.abs(np.diff(self.motion.centre(np.array([frame - 0.5, frame + 0.5])), axis=0))
         return self._instants(frame, float(way.max()))
 
-    def _board_centres(self, frame: int) -> NDArray[np.float64]:
+    def _board_centres(self, frame: int) -> Array:
         way = abs(float(np.diff(self.motion.board(np.array([frame, frame + 1])))[0]))
         middles = self.motion.board(self._instants(frame, way))
         return np.stack([middles, np.full(len(middles), self.knobs.height / 2)], axis=1)

@@ -1,7 +1,8 @@
-"""What scenes are made of; none of it knows a suite.
+"""Components of the scenes, independent of any suite.
 
-Flat pictures are `sprite`s, solids are met by rays (`solids`), surfaces are `triangles`; a person
-from near is in `figure`, a street in `street`. `painting` paints in metres with the `colours` of
-the palette, on `texture`s, `prints` and `finish`es. `lamp` lights, `camera` develops; `path` and
-`views` say where things and street cameras go, `attributes` what happens to a target meanwhile.
+Flat pictures are `sprite`s, solids are ray-traced (`solids`), surfaces are `triangles`. A close
+person is in `figure`, a street in `street`. `painting` paints in metres with the `colours` of the
+palette, on `texture`s, `prints` and `finish`es. `lamp` provides light, `camera` converts it to
+images. `path` and `views` provide motion of objects and street cameras, `attributes` the attributes
+of a target.
 """

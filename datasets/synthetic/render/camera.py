@@ -1,4 +1,4 @@
-"""From a picture to a camera's image: fall of light to the corners, exposure, sensor noise."""
+"""Camera model: vignette, exposure and sensor noise."""
 
 from statistics import NormalDist
 
@@ -21,11 +21,11 @@ LENS = 0.5
 
 
 class Camera:
-    """A camera, as far as its images do not depend on what it sees.
+    """Image-independent properties of a camera.
 
-    `size` is width and height of its images [pixels], `noise` the standard deviation of the
-    sensor's noise [grey levels], `fall` the light that is lost at the middles of the upper and
-    lower border, and of the left and right.
+    `size`: width and height of its images [pixels]. `noise`: standard deviation of the sensor noise
+    [grey levels]. `fall`: share of light that is lost at the centre of the upper and lower border,
+    and of the left and right.
     """
 
     def __init__(
@@ -37,9 +37,9 @@ class Camera:
     def exposed(
         self, canvas: Image, seed: int, frame: int, gain: float | NDArray[np.float64] = 1.0
     ) -> Image:
-        """Give a picture its exposure, vignette and noise, in place.
+        """Apply exposure, vignette and noise to an image in place and return it.
 
-        The noise is a function of seed and frame alone; `gain` is that of all columns, or of each.
+        The noise depends only on seed and frame; `gain` is that of all columns, or of each.
         """
         _develop(
             canvas,
@@ -51,8 +51,8 @@ class Camera:
         return canvas
 
 
-def developed(seen: NDArray[np.float32]) -> Image:
-    """Grey levels of linear light (BGR, 1 is white) behind a lens: its square root."""
+def develop_light(seen: NDArray[np.float32]) -> Image:
+    """Convert linear light (BGR, 1 is white) behind a lens to grey levels: its square root."""
     blurred = np.asarray(cv2.GaussianBlur(seen, (0, 0), LENS))
     levels = 255 * np.sqrt(np.clip(blurred, 0, 1)) + np.float32(0.5)
     image: Image = levels.astype(np.uint8)
@@ -65,29 +65,29 @@ def slow_exposure(
     periods: tuple[float, float] = (6.0, 20.0),
     depth: float = 0.03,
 ) -> NDArray[np.float64]:
-    """Gain, frame by frame, of a camera that sets its exposure slowly.
+    """Return the gain by frame of a camera with slow automatic exposure.
 
-    Its standard deviation is `depth`; `periods` are the shortest and the longest in which it goes
-    to and fro [seconds].
+    Its standard deviation is `depth`; `periods` are the shortest and the longest period of its
+    oscillation [seconds].
     """
     return np.asarray(1 + random_wander(random, frames, periods, depth))
 
 
 def fixed_point(gains: NDArray[np.float64]) -> NDArray[np.int32]:
-    """Gains in 1 / `GAIN_STEPS`, rounded."""
+    """Return gains in units of 1 / `GAIN_STEPS`, rounded."""
     return np.round(gains * GAIN_STEPS).astype(np.int32)
 
 
 def _vignette(size: int, fall: float) -> NDArray[np.float64]:
-    """Gain of each row or column: 1 in the middle, 1 - `fall` at both ends; shape (size,)."""
+    """Return the gain of each row or column: 1 in the middle, 1 - `fall` at both ends."""
     u = (np.arange(size) + 0.5) / size * 2 - 1
     return 1 - fall * u * u
 
 
 def random_bytes(seed: int, frame: int, count: int, first: int = 0) -> NDArray[np.uint8]:
-    """Independent random bytes of a frame, from the `first` on.
+    """Return independent random bytes of a frame, from the `first` on.
 
-    Philox is counter-based: seed and frame are its key, so that no frame needs another's.
+    Philox is counter-based: seed and frame are its key, so no frame depends on another.
     """
     generator = np.random.Philox(key=np.array([seed, frame], np.uint64))
     blocks, skipped = divmod(first, 32)
@@ -96,7 +96,7 @@ def random_bytes(seed: int, frame: int, count: int, first: int = 0) -> NDArray[n
 
 
 def noise_table(deviation: float) -> NDArray[np.int32]:
-    """Gaussian quantile of each byte, in 1 / `LEVEL_STEPS` grey levels, shape (256,).
+    """Return the Gaussian quantile of each byte in units of 1 / `LEVEL_STEPS`, shape (256,).
 
     `deviation` is the standard deviation of a random byte's entry [grey levels].
     """
@@ -114,13 +114,13 @@ def _develop(
     table: NDArray[np.int32],
     random: NDArray[np.uint8],
 ) -> None:
-    """Apply light and sensor noise to a canvas, in place.
+    """Apply light and sensor noise to a canvas in place.
 
-    `row_gain` and `column_gain` are gains times 1024, whose product applies; `table` is the noise
-    of each random byte in 1/16 grey level; `random` has a byte for every value of the canvas.
+    `row_gain` and `column_gain` are gains times 1024, whose product applies. `table` is the noise
+    of each random byte in 1/16 grey level; `random` has one byte per value of the canvas.
     """
-    # Unsigned numbers of 32 bits, and the table in a loop of its own: the compiler makes vector
-    # instructions of the other one.
+    # Unsigned 32-bit numbers, and a separate loop for the table, let the compiler vectorise the
+    # other loop.
     values = canvas.shape[1] * 3
     gains, noise = np.repeat(column_gain, 3), np.empty(values, np.int32)
     for y in range(len(canvas)):

@@ -1,4 +1,4 @@
-"""The palette: colours of things in kitchens, rooms and factories, BGR in [0, 255]."""
+"""Palette of objects in kitchens, rooms and factories, BGR in [0, 255]."""
 
 from collections.abc import Sequence
 from colorsys import rgb_to_hsv
@@ -19,7 +19,7 @@ CUPS: tuple[BGR, ...] = (
     (62, 30, 164),  # crimson
     (104, 46, 150),  # magenta
 )
-"""None has the hue of skin, of wood or of a cream wall."""
+"""Colours of cups; none has the hue of skin, of wood or of a cream wall."""
 
 NEUTRALS: tuple[BGR, ...] = (
     (192, 208, 216),  # cream
@@ -79,7 +79,7 @@ SIGNALS: tuple[BGR, ...] = (
     (150, 60, 130),  # violet
     (160, 160, 40),  # cyan
 )
-"""Of buttons, lamps, signs and wires."""
+"""Colours of buttons, lamps, signs and wires."""
 
 STORED: tuple[BGR, ...] = (
     (92, 134, 170), (110, 152, 186),  # cardboard
@@ -90,11 +90,11 @@ STORED: tuple[BGR, ...] = (
 STEEL, DARK = (150, 150, 146), (44, 44, 46)
 
 APART = 0.1
-"""Part of the circle of hues by which other things differ from the cup, whites too."""
+"""Minimum hue distance of other objects, also white ones, from the cup, on a circle of length 1."""
 
 
 def sample_other_hue(random: np.random.Generator, colours: Sequence[BGR], cup: Array) -> Array:
-    """One of some colours, varied a little, whose hue isn't near the cup's."""
+    """Sample a slightly varied colour whose hue differs from the cup's."""
     fit = [colour for colour in colours if APART < abs(_hue(colour) - _hue(cup)) < 1 - APART]
     return sample_similar(random, fit, 0.05)
 
@@ -102,23 +102,23 @@ def sample_other_hue(random: np.random.Generator, colours: Sequence[BGR], cup: A
 def sample_colour(
     random: np.random.Generator, colours: Sequence[BGR], spread: float = 0.10
 ) -> Array:
-    """One of some colours, `vary_colour`."""
+    """Sample one of some colours and vary it by `vary_colour`."""
     return vary_colour(random, colours[int(random.integers(len(colours)))], spread)
 
 
 def vary_colour(random: np.random.Generator, colour: ArrayLike, spread: float = 0.10) -> Array:
-    """No two things are painted quite alike: tone and each channel vary a little."""
+    """Vary brightness and channels of a colour slightly."""
     gains = (1 + spread * random.uniform(-1, 1)) * (1 + spread / 2 * random.uniform(-1, 1, 3))
     return np.asarray(np.clip(np.asarray(colour, np.float64) * gains, 0, 255))
 
 
 def sample_similar(random: np.random.Generator, colours: Sequence[BGR], spread: float) -> Array:
-    """One of some colours, as another thing of it has it; see `vary_slightly`."""
+    """Sample one of some colours and vary it by `vary_slightly`."""
     return vary_slightly(random, colours[int(random.integers(len(colours)))], spread)
 
 
 def vary_slightly(random: np.random.Generator, colour: ArrayLike, spread: float = 0.03) -> Array:
-    """A colour as another thing of that colour has it: a little lighter or darker, above all."""
+    """Vary mainly the brightness of a colour."""
     gains = (1 + spread * random.uniform(-1, 1)) * (1 + 0.4 * spread * random.uniform(-1, 1, 3))
     return np.asarray(np.clip(np.asarray(colour, np.float64) * gains, 0, 255))
 

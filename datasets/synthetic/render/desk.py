@@ -1,7 +1,7 @@
-"""What stands still: a wall with a shelf and a picture, a desk and what lies on it.
+"""Static room: a wall with a shelf and a picture, a desk with objects.
 
-x is counted from the middle of the picture, y from the desk's top, z from the plane in which
-the object moves: the wall is at `WALL`.
+x is relative to the image centre, y to the desk's top, z to the plane in which the target moves;
+the wall is at `WALL`.
 """
 
 import itertools
@@ -29,13 +29,13 @@ from trackmark.datasets.synthetic.render.finish import (
     staggered,
     tiles,
 )
-from trackmark.datasets.synthetic.render.prints import printed
+from trackmark.datasets.synthetic.render.prints import print_picture
 from trackmark.datasets.synthetic.render.solids import bowl, box, half_space, limb
 
 Array = NDArray[np.float64]
 
 WALL = -140.0
-"""How far the wall is from the plane in which the object moves, towards the camera [pixels]."""
+"""Depth of the wall relative to the plane in which the target moves [pixels towards the camera]."""
 
 WALLS = (
     (176, 186, 190), (150, 176, 190), (186, 180, 160), (150, 172, 156), (168, 164, 182),
@@ -44,13 +44,13 @@ WALLS = (
 BACKS = (*ACCENTS, *CLOTHES)
 
 
-def seen_room(
+def render_room(
     random: np.random.Generator, size: tuple[int, int], horizon: float, fine: int
 ) -> SurfaceBuffer:
-    """A room, drawn at random, as it is seen; left and right change places at random, too.
+    """Render a random room; left and right are exchanged at random.
 
-    `size` is the picture's and `horizon` the row in which the wall meets the desk [pixels]; there
-    are `fine` samples a pixel, in either direction.
+    `size` is the image size and `horizon` the row in which the wall meets the desk [pixels]; there
+    are `fine` samples per pixel and axis.
     """
     side = float(random.choice([-1, 1]))
     things = [
@@ -66,27 +66,30 @@ def seen_room(
     return render_surfaces(things, corner, size, fine)
 
 
-def _any(random: np.random.Generator, colours: tuple[tuple[int, int, int], ...]) -> Array:
+def _sample_colour(random: np.random.Generator, colours: tuple[tuple[int, int, int], ...]) -> Array:
     return sample_similar(random, colours, 0.08)
 
 
 def _bare(random: np.random.Generator) -> list[SceneObject]:
     paper = [_striped, _sprigged, _plastered][int(random.integers(3))](random)
-    wood = _any(random, COUNTERS)
+    wood = _sample_colour(random, COUNTERS)
     return [
-        SceneObject(Finish(_any(random, WALLS), 0.0, paper), [half_space((0, 0, 1), WALL)]),
+        SceneObject(
+            Finish(_sample_colour(random, WALLS), 0.0, paper), [half_space((0, 0, 1), WALL)]
+        ),
         SceneObject(
             Finish(wood, 0.04, grain(random, 0.10, (0.10, 1.0, 1.1), 16)),
             [half_space((0, 1, 0), 0)],
         ),
         SceneObject(
-            Finish(_any(random, NEUTRALS), 0.03), [box((0, 4, WALL + 2), (400, 7, 2), 0.8)]
+            Finish(_sample_colour(random, NEUTRALS), 0.03),
+            [box((0, 4, WALL + 2), (400, 7, 2), 0.8)],
         ),
     ]
 
 
 def _striped(random: np.random.Generator) -> Pattern:
-    """Wallpaper in stripes."""
+    """Return striped wallpaper."""
     pitch, share = random.uniform(14, 30), random.uniform(0.3, 0.6)
     tone = 1 - random.uniform(0.08, 0.16) * random.uniform(0.4, 1, 3)
     uneven = grain(random, 0.02)
@@ -100,7 +103,7 @@ def _striped(random: np.random.Generator) -> Pattern:
 
 
 def _sprigged(random: np.random.Generator) -> Pattern:
-    """Wallpaper with sprigs."""
+    """Return wallpaper with sprigs."""
     pitch = random.uniform(20, 30)
     tone, heart = random.uniform(0.62, 0.9, 3), random.uniform(0.5, 1.15, 3)
     uneven = grain(random, 0.02)
@@ -117,16 +120,16 @@ def _sprigged(random: np.random.Generator) -> Pattern:
 
 
 def _plastered(random: np.random.Generator) -> Pattern:
-    """Paint on brick, or on plaster."""
+    """Return paint on brick or on plaster."""
     if random.random() < 0.5:
         return tiles(random, random.uniform(26, 32), random.uniform(10, 12), np.full(3, 0.82))
     return grain(random, 0.05, coarsest=4)
 
 
 def _shelf(random: np.random.Generator, x: float) -> list[SceneObject]:
-    """A board with books between two ends."""
+    """Return a board with books between two ends."""
     wide, y = random.uniform(66, 76), random.uniform(92, 104)
-    wood = Finish(_any(random, COUNTERS[:3]), 0.03, grain(random, 0.09, (0.12, 1, 1), 16))
+    wood = Finish(_sample_colour(random, COUNTERS[:3]), 0.03, grain(random, 0.09, (0.12, 1, 1), 16))
     z = WALL + 22
     board = [box((x, y, z), (wide, 2.6, 22), 0.8)]
     board += [box((x + s * (wide - 14), y - 10, WALL + 9), (1.6, 9, 9), 0.6) for s in (-1, 1)]
@@ -145,27 +148,29 @@ def _shelf(random: np.random.Generator, x: float) -> list[SceneObject]:
 
 
 def _spine(random: np.random.Generator, foot: float, high: float) -> Finish:
-    colour = _any(random, BACKS)
+    colour = _sample_colour(random, BACKS)
     bands = [
         (random.uniform(0.2, 0.4), 0.06),
         (random.uniform(1.3, 1.6), random.uniform(0.08, 0.3)),
     ]
-    ink = _any(random, (*ACCENTS, (200, 216, 222))) / np.maximum(colour, 1)
+    ink = _sample_colour(random, (*ACCENTS, (200, 216, 222))) / np.maximum(colour, 1)
     uneven = grain(random, 0.04)
 
     def gain(places: Array) -> Array:
         v = (places[:, 1] - foot) / high
-        on = np.any([np.abs(v - at) < half for at, half in bands], axis=0)
+        on = np.any([np.abs(v - centre) < half for centre, half in bands], axis=0)
         return np.asarray(np.where(on[:, None], ink, 1.0) * uneven(places))
 
     return Finish(colour, 0.03, gain)
 
 
 def _poster(random: np.random.Generator, x: float) -> list[SceneObject]:
-    """A framed picture."""
+    """Return a framed picture."""
     wide, high, y = random.uniform(30, 38), random.uniform(34, 42), random.uniform(104, 122)
-    frame, rim = _any(random, (*COUNTERS[:3], (60, 56, 54), (190, 200, 204))), 4.0
-    picture = printed(random, "book", round(6 * wide), round(6 * high * 1.25))[-round(6 * high) :]
+    frame, rim = _sample_colour(random, (*COUNTERS[:3], (60, 56, 54), (190, 200, 204))), 4.0
+    picture = print_picture(random, "book", round(6 * wide), round(6 * high * 1.25))[
+        -round(6 * high) :
+    ]
     muted = 0.55 * picture + 0.45 * picture.mean(axis=2, keepdims=True)
 
     gain = picture_on(muted, (x, y), (wide, high))
@@ -183,14 +188,14 @@ def _poster(random: np.random.Generator, x: float) -> list[SceneObject]:
 
 
 def _pile(random: np.random.Generator, x: float) -> list[SceneObject]:
-    """Books that lie on one another."""
+    """Return a pile of books."""
     things, y = [], 0.0
     z = WALL + random.uniform(42, 56)
     for _ in range(int(random.integers(2, 5))):
         thick = random.uniform(3.2, 6.0)
         half = random.uniform(28, 36), thick, random.uniform(20, 26)
         middle = x + random.uniform(-4, 4), y + thick, z
-        finish = Finish(_any(random, BACKS), 0.04, grain(random, 0.04))
+        finish = Finish(_sample_colour(random, BACKS), 0.04, grain(random, 0.04))
         things.append(
             SceneObject(finish, [box(middle, half, 0.9, turn=random.uniform(-0.25, 0.25))])
         )
@@ -199,11 +204,11 @@ def _pile(random: np.random.Generator, x: float) -> list[SceneObject]:
 
 
 def _pot(random: np.random.Generator, x: float) -> list[SceneObject]:
-    """Pencils in a pot."""
+    """Return pencils in a pot."""
     z, wide, high = WALL + random.uniform(34, 60), random.uniform(10, 13), random.uniform(27, 34)
     things = [
         SceneObject(
-            Finish(_any(random, ACCENTS), 0.25, grain(random, 0.03)),
+            Finish(_sample_colour(random, ACCENTS), 0.25, grain(random, 0.03)),
             [bowl((x, 0.6, z), high, (0.92 * wide, wide), 1.2)],
         )
     ]
@@ -212,7 +217,9 @@ def _pot(random: np.random.Generator, x: float) -> list[SceneObject]:
         way = np.array([random.uniform(-0.22, 0.22), 1.0, random.uniform(-0.15, 0.1)])
         tip = foot + random.uniform(42, 56) * way
         things.append(
-            SceneObject(Finish(_any(random, ACCENTS), 0.05), [limb(foot, tip, (1.5, 1.4))])
+            SceneObject(
+                Finish(_sample_colour(random, ACCENTS), 0.05), [limb(foot, tip, (1.5, 1.4))]
+            )
         )
     return things
 
@@ -233,19 +240,19 @@ def _mug(random: np.random.Generator, x: float) -> list[SceneObject]:
 
     return [
         SceneObject(
-            Finish(_any(random, (*ACCENTS, *NEUTRALS)), 0.35, gain),
+            Finish(_sample_colour(random, (*ACCENTS, *NEUTRALS)), 0.35, gain),
             [bowl((x, 1, z), high, (0.94 * wide, wide), 2.0), *handle],
         )
     ]
 
 
 def _plant(random: np.random.Generator, x: float) -> list[SceneObject]:
-    """Leaves in a flower pot."""
+    """Return leaves in a flower pot."""
     z, wide, high = WALL + random.uniform(36, 48), random.uniform(17, 21), random.uniform(26, 32)
     clay = Finish(vary_slightly(random, (70, 106, 170), 0.08), 0.03, grain(random, 0.05))
     things = [SceneObject(clay, [bowl((x, 1, z), high, (0.72 * wide, wide), 2.0, closed=True)])]
     for _ in range(16):
-        green = Finish(_any(random, ((52, 104, 60), (60, 128, 84), (44, 82, 56))), 0.08)
+        green = Finish(_sample_colour(random, ((52, 104, 60), (60, 128, 84), (44, 82, 56))), 0.08)
         way = np.array([random.uniform(-1, 1), random.uniform(0.7, 1.6), random.uniform(-0.4, 0.8)])
         root = np.array([x, high, z]) + 0.3 * wide * way * [1, 0, 1]
         bend = root + random.uniform(14, 24) * way
@@ -260,9 +267,9 @@ def _plant(random: np.random.Generator, x: float) -> list[SceneObject]:
 
 
 def _tins(random: np.random.Generator, x: float) -> list[SceneObject]:
-    """Tins with labels."""
+    """Return tins with labels."""
     things = []
-    for k, at in enumerate((x - 17, x + 19)):
+    for k, tin_x in enumerate((x - 17, x + 19)):
         z, wide, high = WALL + 30 + 22 * k, random.uniform(13, 17), random.uniform(30, 44)
         label, tone = random.uniform(0.25, 0.4) * high, random.uniform(0.5, 1.25, 3)
 
@@ -275,8 +282,8 @@ def _tins(random: np.random.Generator, x: float) -> list[SceneObject]:
 
         things.append(
             SceneObject(
-                Finish(_any(random, ACCENTS), 0.2, gain),
-                [bowl((at, 0.8, z), high, (wide, wide), 1.4, closed=True)],
+                Finish(_sample_colour(random, ACCENTS), 0.2, gain),
+                [bowl((tin_x, 0.8, z), high, (wide, wide), 1.4, closed=True)],
             )
         )
     return things

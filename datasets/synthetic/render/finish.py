@@ -1,4 +1,4 @@
-"""What surfaces look like: colours, patterns and gloss, before and under the light on them."""
+"""Surface finishes: colours, patterns and gloss, and their shading under light."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -15,27 +15,27 @@ Array = NDArray[np.float64]
 Pattern: TypeAlias = Callable[[Array], Array]
 
 GAMMA = 2.2
-"""Of the camera: light is its grey level to this power."""
+"""Exponent of the camera: light is its grey level to this power."""
 
 
 def uniform(places: Array) -> Array:
-    """No pattern: gain 1 at every place."""
+    """Return a gain of 1 for every place: no pattern."""
     return np.ones((len(places), 1))
 
 
 @dataclass(frozen=True)
 class Finish:
-    """How a surface takes light: its colour, gloss and pattern."""
+    """Colour, gloss and pattern of a surface."""
 
-    colour: ArrayLike  # (3,), BGR in [0, 255], as it is seen in full light
-    gloss: float = 0.0  # how much of the lamp it reflects
-    # from places, shape (k, 3) [pixels], to the gain of the colour there, (k, 1) or (k, 3)
+    colour: ArrayLike  # (3,), BGR in [0, 255], in full light
+    gloss: float = 0.0  # share of the lamp's light that it reflects
+    # maps places, shape (k, 3) [pixels], to the gain of the colour there, (k, 1) or (k, 3)
     pattern: Pattern = uniform
 
 
 @dataclass(frozen=True)
 class SceneObject:
-    """What is seen as one: solids (see `solids`) with a finish."""
+    """Solids (see `solids`) with one finish."""
 
     finish: Finish
     solids: list[Array] = field(default_factory=list)
@@ -44,15 +44,15 @@ class SceneObject:
 def shade_objects(
     finishes: Sequence[Finish], owners: NDArray[np.int64], places: Array, lights: Array
 ) -> NDArray[np.uint8]:
-    """Picture of what `cast_rays` found, shape (h, w, 4): BGR, and 255 where a thing is."""
+    """Return the image of a `cast_rays` result, shape (h, w, 4): BGR, and 255 on objects."""
     picture = np.zeros((*owners.shape, 4), np.uint8)
     for k, finish in enumerate(finishes):
-        there = owners == k
-        bright, shine = np.split(lights[there], 2, axis=1)
-        surface = np.asarray(finish.colour, np.float64) * finish.pattern(places[there])
+        covered = owners == k
+        bright, shine = np.split(lights[covered], 2, axis=1)
+        surface = np.asarray(finish.colour, np.float64) * finish.pattern(places[covered])
         light = np.clip(surface / 255, 0, 1) ** GAMMA * bright + finish.gloss * shine
-        picture[there, :3] = np.round(255 * np.clip(light, 0, 1) ** (1 / GAMMA))
-        picture[there, 3] = 255
+        picture[covered, :3] = np.round(255 * np.clip(light, 0, 1) ** (1 / GAMMA))
+        picture[covered, 3] = 255
     return picture
 
 
@@ -62,7 +62,7 @@ def grain(
     stretch: tuple[float, float, float] = (1.0, 1.0, 1.0),
     coarsest: int = 8,
 ) -> Pattern:
-    """Uneven tone; it runs along the axes whose `stretch` is small."""
+    """Return uneven brightness; it runs along the axes with a small `stretch`."""
     texture = fractal(random, 256, coarsest, 128, 0.75)
     weights = np.array(stretch) * 2.0
 
@@ -76,7 +76,7 @@ def grain(
 
 
 def tiles(random: np.random.Generator, width: float, height: float, joint: ArrayLike) -> Pattern:
-    """Tiles on a wall, no two quite alike; `joint` is the joints' gain, shape (3,)."""
+    """Return wall tiles of slightly different tones; `joint` is the joints' gain, shape (3,)."""
     tones = random.normal(1, 0.025, (64, 64))
     shift = random.uniform(0, 64, 2)
     bond = 0.5 * random.integers(2)
@@ -96,10 +96,10 @@ def tiles(random: np.random.Generator, width: float, height: float, joint: Array
 def picture_on(
     picture: NDArray[np.generic], middle: tuple[float, float], half: ArrayLike, lean: float = 0.0
 ) -> Pattern:
-    """A picture in [0, 255] on an upright face.
+    """Return a picture in [0, 255] as the pattern of an upright face.
 
-    `middle` is the face's and `half` its half width and height [pixels]; it leans backwards by
-    `lean` [radians]. Beyond its borders their colours run on.
+    `middle` is the face's centre and `half` its half width and height [pixels]; it leans back by
+    `lean` [radians]. The colours of the picture's borders continue beyond them.
     """
     (x, y), (wide, high) = middle, np.asarray(half).tolist()
 
@@ -114,7 +114,10 @@ def picture_on(
 
 
 def staggered(places: Array, pitch: float) -> tuple[Array, Array]:
-    """Where places are in the cells of a pattern, in [-0.5, 0.5]: every other row is shifted."""
+    """Return the positions of places in the cells of a pattern, in [-0.5, 0.5].
+
+    Every other row is shifted by half a cell.
+    """
     row = np.floor(places[:, 1] / pitch)
     y = places[:, 1] / pitch - row - 0.5
     x = places[:, 0] / pitch + 0.5 * (row % 2)
@@ -122,36 +125,35 @@ def staggered(places: Array, pitch: float) -> tuple[Array, Array]:
 
 
 PITCH = 0.27
-"""How far the camera looks down [radians]."""
+"""Downward angle of the camera [radians]."""
 
 EDGE = 0.5
-"""How far slopes on two sides of a sample differ where there is an edge [pixels/sample]."""
+"""Minimum difference of the slopes on both sides of a sample at an edge [pixels/sample]."""
 
 BEYOND = 1e9
-"""Stands for the rise to another thing [pixels]."""
+"""Placeholder for the depth difference to another object [pixels]."""
 
 VIEW = ParallelView(PITCH, (0.0, 0.0, 1.0))
 
 
 @dataclass(frozen=True)
 class SurfaceBuffer:
-    """Surfaces, sample by sample."""
+    """Visible surfaces, sample by sample."""
 
-    owners: NDArray[np.int64]  # (h, w), index of the thing that is seen, or `NOTHING`
-    # (h, w, 3), part of the light that comes back, BGR; zeros where there is nothing, as in
-    # `gloss`
-    colour: Array
+    owners: NDArray[np.int64]  # (h, w), index of the visible object, or `NOTHING`
+    colour: Array  # (h, w, 3), reflected share of the light, BGR; 0 without an object, like `gloss`
     normal: Array  # (h, w, 3), outwards: to the right, down, towards the camera
-    depth: Array  # (h, w), how far it is from the origin towards the camera [pixels]
-    gloss: Array  # (h, w), how much of a lamp it mirrors
+    depth: Array  # (h, w), distance from the origin towards the camera [pixels]
+    gloss: Array  # (h, w), share of a lamp's light that it mirrors
 
     def reduced(self, fine: int) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        """Colour with coverage, and normal with gloss: means over blocks of samples, `fine` wide.
+        """Return block means of colour with coverage, and of normal with gloss.
 
-        Shapes are (h // fine, w // fine, 4); both are premultiplied by the coverage.
+        Blocks have `fine` x `fine` samples, so the shapes are (h // fine, w // fine, 4). Both are
+        premultiplied by the coverage.
         """
-        there = (self.owners != NOTHING)[..., None]
-        sheets = (self.colour, there), (self.normal * there, self.gloss[..., None])
+        covered = (self.owners != NOTHING)[..., None]
+        sheets = (self.colour, covered), (self.normal * covered, self.gloss[..., None])
         size = self.owners.shape[1] // fine, self.owners.shape[0] // fine
         colour, normal = (
             np.asarray(
@@ -166,28 +168,28 @@ class SurfaceBuffer:
 def render_surfaces(
     things: Sequence[SceneObject], corner: tuple[float, float], size: tuple[int, int], fine: int
 ) -> SurfaceBuffer:
-    """Look at things; arguments as of `solids.cast_rays`."""
+    """Render objects without light; parameters as in `solids.cast_rays`."""
     solids = [thing.solids for thing in things]
     owners, places, _ = cast_rays(solids, VIEW, corner, size, fine, shaded=False)
     colour, gloss = np.zeros((*owners.shape, 3)), np.zeros(owners.shape)
     for k, thing in enumerate(things):
-        there = owners == k
-        shade_objects = np.asarray(thing.finish.colour) * thing.finish.pattern(places[there])
-        colour[there] = np.clip(shade_objects / 255, 0, 1) ** GAMMA
-        gloss[there] = thing.finish.gloss
+        covered = owners == k
+        shade_objects = np.asarray(thing.finish.colour) * thing.finish.pattern(places[covered])
+        colour[covered] = np.clip(shade_objects / 255, 0, 1) ** GAMMA
+        gloss[covered] = thing.finish.gloss
     depth = places[..., 1] * np.sin(PITCH) + places[..., 2] * np.cos(PITCH)
     return SurfaceBuffer(owners, colour, _normals(owners, depth, 1 / fine), depth, gloss)
 
 
 def _normals(owners: NDArray[np.int64], depth: Array, step: float) -> Array:
-    """From the slopes of the depth, across the gentler side of an edge."""
+    """Return normals from the slopes of the depth, using the gentler side of an edge."""
     slopes = [_slope(owners, depth, axis) / step for axis in (1, 0)]
     normal = np.stack([-slopes[0], -slopes[1], np.ones(depth.shape)], axis=2)
     return np.asarray(normal / np.sqrt((normal * normal).sum(axis=2, keepdims=True)))
 
 
 def _slope(owners: NDArray[np.int64], depth: Array, axis: int) -> Array:
-    """Rise of the depth from sample to sample: both sides' mean, but for edges."""
+    """Return the depth slope between samples: the mean of both sides, except at edges."""
     rise = np.diff(depth, axis=axis)
     rise[np.diff(owners, axis=axis) != 0] = BEYOND
     end = np.full_like(np.take(depth, [0], axis=axis), BEYOND)

@@ -1,7 +1,7 @@
-"""Lamps: their light on surfaces, what is in its way, soft shadows.
+"""Lamps: light on surfaces, occlusion of light, soft shadows.
 
-Places are as the camera has them: column and row in the picture, and towards the camera, all in
-pixels. Light is linear.
+Places are in camera coordinates: image column and row, and depth towards the camera, all in pixels.
+Light is linear.
 """
 
 from dataclasses import dataclass
@@ -15,35 +15,35 @@ Array = NDArray[np.float64]
 Floats = NDArray[np.floating]
 
 REACH = 400.0
-"""Distance at which a lamp of power 1 lights a surface that faces it with 1 [pixels]."""
+"""Distance at which a lamp of power 1 gives a facing surface a light of 1 [pixels]."""
 
 RADIUS = 22.0
-"""Of a lamp's shade [pixels]."""
+"""Radius of a lamp's shade [pixels]."""
 
 AMBIENT = 0.16
-"""Part of a lamp's light that comes back from the room's other walls."""
+"""Share of a lamp's light that the room's other walls reflect."""
 
 FAINT = 1e-4
-"""Coverage that is not seen; its direction would be rounding errors."""
+"""Coverage that is invisible and too small to determine a direction."""
 
 SPOTS, STRIDE = 10, 1.8
-"""Points of a lamp from which rays are sent, and how far they go at a time [pixels]."""
+"""Number of points of a lamp from which rays start, and step length of a ray [pixels]."""
 
 
 @dataclass(frozen=True)
 class Lamp:
-    """A lamp with a shade."""
+    """Lamp with a shade."""
 
     place: Array  # (3,)
     colour: Array  # (3,), power in blue, green and red
 
 
 @njit(cache=True)
-def lit(place: Array, point: Array, normal: Array) -> tuple[float, float]:
-    """Light of a lamp on a surface, and what of it a mirror would show.
+def lamp_light(place: Array, point: Array, normal: Array) -> tuple[float, float]:
+    """Return the light of a lamp on a surface, and its mirror reflection.
 
-    Both are 1 for a lamp of power 1 straight before the surface at the distance `REACH`. `normal`
-    has length 1.
+    Both are 1 for a lamp of power 1 directly in front of the surface at the distance `REACH`.
+    `normal` has length 1.
     """
     u, v, w = place[0] - point[0], place[1] - point[1], place[2] - point[2]
     far = np.sqrt(u * u + v * v + w * w)
@@ -56,10 +56,10 @@ def lit(place: Array, point: Array, normal: Array) -> tuple[float, float]:
     return facing * power, max(half, 0.0) ** 40 * power
 
 
-def crossing(lamp: Lamp, points: Floats, depth: float) -> Floats:
-    """Columns and rows [pixels] where a lamp's light on points comes through a plane before them.
+def plane_crossings(lamp: Lamp, points: Floats, depth: float) -> Floats:
+    """Return columns and rows [pixels] where a lamp's rays to points cross a plane.
 
-    `depth` is the plane's [pixels]; far away where it is behind the point.
+    `depth` is the plane's [pixels]. The result is far away if the plane is behind the point.
     """
     place = lamp.place.astype(points.dtype)
     share = (depth - points[..., 2:]) / (place[2] - points[..., 2:])
@@ -67,42 +67,42 @@ def crossing(lamp: Lamp, points: Floats, depth: float) -> Floats:
     return np.where(share > 0, through, -1e4).astype(points.dtype)
 
 
-def softness(lamp: Lamp, depth: float, behind: float) -> float:
-    """How blurred in its own plane is what shades something behind it [pixels]."""
+def shadow_softness(lamp: Lamp, depth: float, behind: float) -> float:
+    """Return the blur, in its own plane, of an object that shades a surface [pixels]."""
     return float(RADIUS / 2 * (depth - behind) / (lamp.place[2] - behind))
 
 
-def unshaded(depths: Array, place: Array, fine: int) -> Array:
-    """Part of a lamp that is seen from every point of what stands still, shape (h, w, 1).
+def lamp_visibility(depths: Array, place: Array, fine: int) -> Array:
+    """Return the share of a lamp that is visible from every point of a depth map, shape (h, w, 1).
 
-    `depths`, shape (h, w), is how far towards the camera each sample is [pixels], with `fine`
-    samples a pixel in either direction; all behind it is solid.
+    `depths`, shape (h, w), is the depth of each sample towards the camera [pixels], with `fine`
+    samples per pixel and axis; everything behind it is solid.
     """
     turns = np.arange(SPOTS) * 2.399963  # the golden angle
     spread = RADIUS * np.sqrt((np.arange(SPOTS) + 0.5) / SPOTS)
     spots = np.stack([spread * np.cos(turns), spread * np.sin(turns)], axis=1)
-    return np.asarray(_unshaded(depths, place, fine, spots))[..., None]
+    return np.asarray(_lamp_visibility(depths, place, fine, spots))[..., None]
 
 
 @njit(cache=True)
-def _unshaded(depths: Array, place: Array, fine: int, spots: Array) -> Array:
+def _lamp_visibility(depths: Array, place: Array, fine: int, spots: Array) -> Array:
     height, width = depths.shape
     highest = depths.max()
-    # What is highest from a sample on, up or down and to the left or right: rays go no other way.
+    # Maximum height in each of the four quadrants from a sample: a ray stays in one of them.
     farther = np.empty((2, 2, height, width))
     for down in range(2):
         for right in range(2):
-            here = farther[down, right]
+            maximum = farther[down, right]
             for j in range(height):
                 row = height - 1 - j if down else j
                 for i in range(width):
                     column = width - 1 - i if right else i
                     most = depths[row, column]
                     if i > 0:
-                        most = max(most, here[row, column + 1 if right else column - 1])
+                        most = max(most, maximum[row, column + 1 if right else column - 1])
                     if j > 0:
-                        most = max(most, here[row + 1 if down else row - 1, column])
-                    here[row, column] = most
+                        most = max(most, maximum[row + 1 if down else row - 1, column])
+                    maximum[row, column] = most
     seen = np.zeros((height, width))
     for row in range(height):
         for column in range(width):
@@ -128,24 +128,24 @@ def _unshaded(depths: Array, place: Array, fine: int, spots: Array) -> Array:
 
 
 @njit(cache=True)
-def light_on(place: Array, depth: Array, normal: Array, fine: int) -> tuple[Array, Array]:
-    """Light of a lamp on what stands still, and its reflection, sample by sample."""
+def surface_light(place: Array, depth: Array, normal: Array, fine: int) -> tuple[Array, Array]:
+    """Return the light of a lamp on a static surface, and its reflection, sample by sample."""
     light, shine = np.empty(depth.shape), np.empty(depth.shape)
     point = np.empty(3)
     for row in range(depth.shape[0]):
         for column in range(depth.shape[1]):
             point[0], point[1] = (column + 0.5) / fine, (row + 0.5) / fine
             point[2] = depth[row, column]
-            light[row, column], shine[row, column] = lit(place, point, normal[row, column])
+            light[row, column], shine[row, column] = lamp_light(place, point, normal[row, column])
     return light, shine
 
 
 @njit(cache=True)
-def lay_lit(
+def blend_lit_card(
     picture: Floats, colour: Floats, normal: Floats, depth: float, turn: Array,
     places: Array, powers: Array, left: Floats,
 ) -> None:  # fmt: skip
-    """Lay a lit card over a picture, in place."""
+    """Blend a lit card over an image in place."""
     point, facing = np.empty(3), np.empty(3)
     for row in range(picture.shape[0]):
         for column in range(picture.shape[1]):
@@ -162,7 +162,7 @@ def lay_lit(
                 facing[c] /= length
             point[0], point[1], point[2] = column + 0.5, row + 0.5, depth
             for k in range(len(places)):
-                light, shine = lit(places[k], point, facing)
+                light, shine = lamp_light(places[k], point, facing)
                 light = AMBIENT + light * left[k, row, column]
                 shine *= normal[row, column, 3] * left[k, row, column]
                 for c in range(3):
@@ -171,22 +171,22 @@ def lay_lit(
 
 
 COARSE = 4
-"""Pixels a sample of a shadow, in either direction."""
+"""Pixels per sample and axis of a shadow."""
 
 
-def light_left(
-    coverage: NDArray[np.float32], shift: Array, softness: float, darkness: float
+def remaining_light(
+    coverage: NDArray[np.float32], shift: Array, shadow_softness: float, darkness: float
 ) -> NDArray[np.float32]:
-    """Light that is left behind something, shape (height, width, 3) in [0, 1].
+    """Return the light that an object leaves behind it, shape (height, width, 3) in [0, 1].
 
-    `coverage` is what it covers of each pixel; its sides are multiples of `COARSE`. `shift` is from
-    the thing to its shadow, `softness` the standard deviation of the shadow's blur [pixels],
-    `darkness` the part of the light that is missing in its middle.
+    `coverage` is the share of each pixel that the object covers; its sides are multiples of
+    `COARSE`. `shift` is from the object to its shadow. `softness` is the standard deviation of the
+    shadow's blur [pixels], `darkness` the share of light that is missing in its centre.
     """
     size = coverage.shape[1], coverage.shape[0]
     coarse = size[0] // COARSE, size[1] // COARSE
     small = cv2.resize(coverage, coarse, interpolation=cv2.INTER_AREA)
     matrix = np.column_stack([np.eye(2), shift / COARSE])
     moved = np.asarray(cv2.warpAffine(small, matrix, coarse))
-    left = 1 - np.float32(darkness) * cv2.GaussianBlur(moved, (0, 0), softness / COARSE)
+    left = 1 - np.float32(darkness) * cv2.GaussianBlur(moved, (0, 0), shadow_softness / COARSE)
     return np.asarray(cv2.resize(cv2.merge([left] * 3), size, interpolation=cv2.INTER_LINEAR))

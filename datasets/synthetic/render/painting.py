@@ -1,4 +1,4 @@
-"""A picture painted in metres: plates, discs, wires, labels."""
+"""Canvas with painting operations in metres: plates, discs, wires, labels."""
 
 from collections.abc import Sequence
 
@@ -12,10 +12,10 @@ Point = tuple[float, float]
 
 
 class Painting:
-    """A picture whose places and sizes are in metres from its left upper corner.
+    """Canvas whose places and sizes are in metres from its left top corner.
 
-    `scale` is in pixels/metre; `left` and `top` say where the corner lies in the picture [metres],
-    which is painted on in place.
+    `picture`: painted on in place. `scale`: pixels/metre. `left`, `top`: position of the corner in
+    the picture [metres].
     """
 
     def __init__(
@@ -26,12 +26,12 @@ class Painting:
         self.left, self.top = left, top
 
     def part(self, x: float, y: float) -> "Painting":
-        """The same picture, with places counted from a point."""
+        """Return the same canvas with its origin moved to a point."""
         return Painting(self.picture, self.scale, self.left + x, self.top + y)
 
     def patch(self, x: float, y: float, width: float, height: float, colour: ArrayLike) -> None:
-        """Flat rectangle."""
-        (x0, y0), (x1, y1) = self._at((x, y)), self._at((x + width, y + height))
+        """Paint a flat rectangle."""
+        (x0, y0), (x1, y1) = self._to_pixel((x, y)), self._to_pixel((x + width, y + height))
         cv2.rectangle(self.picture, (x0, y0), (max(x1 - 1, x0), max(y1 - 1, y0)), _bgr(colour), -1)
 
     def plate(
@@ -43,7 +43,7 @@ class Painting:
         colour: ArrayLike,
         depth: float = 0.012,
     ) -> None:
-        """Rectangle that stands out: lit from the left top, with a shadow on the right below."""
+        """Paint a raised rectangle, lit from the left top, with a shadow on the right below."""
         paint = np.asarray(colour, np.float64)
         self.darken(x + depth, y + depth, width, height, 0.62)
         self.patch(x, y, width, height, paint)
@@ -54,26 +54,31 @@ class Painting:
         self.patch(x + width - rim, y, rim, height, paint * 0.70)
 
     def hole(self, x: float, y: float, width: float, height: float, colour: ArrayLike) -> None:
-        """Rectangle that lies deeper, with the shadow of its upper left rim."""
+        """Paint a recessed rectangle with the shadow of its left upper rim."""
         self.patch(x, y, width, height, colour)
         rim = min(0.03, 0.25 * width, 0.25 * height)
         self.darken(x, y, width, rim, 0.55)
         self.darken(x, y + rim, rim, height - rim, 0.65)
 
     def darken(self, x: float, y: float, width: float, height: float, gain: float) -> None:
-        """Take light from a rectangle, or give it some."""
-        (x0, y0), (x1, y1) = self._at((x, y)), self._at((x + width, y + height))
+        """Multiply a rectangle by a light gain."""
+        (x0, y0), (x1, y1) = self._to_pixel((x, y)), self._to_pixel((x + width, y + height))
         area = self.picture[max(y0, 0) : max(y1, 0), max(x0, 0) : max(x1, 0)]
         area[:] = np.clip(np.round(area * gain), 0, 255).astype(np.uint8)
 
     def disc(self, x: float, y: float, radius: float, colour: ArrayLike) -> None:
-        """Filled circle."""
+        """Paint a filled circle."""
         cv2.circle(
-            self.picture, self._at((x, y)), self._wide(radius), _bgr(colour), -1, cv2.LINE_AA
+            self.picture,
+            self._to_pixel((x, y)),
+            self._to_pixels(radius),
+            _bgr(colour),
+            -1,
+            cv2.LINE_AA,
         )
 
     def knob(self, x: float, y: float, radius: float, colour: ArrayLike) -> None:
-        """Round thing that stands out, with its shadow and a highlight."""
+        """Paint a raised disc with a shadow and a highlight."""
         paint = np.asarray(colour, np.float64)
         self.disc(x + 0.3 * radius, y + 0.35 * radius, radius, (38, 38, 40))
         self.disc(x, y, radius, paint * 0.8)
@@ -81,18 +86,18 @@ class Painting:
         self.disc(x - 0.3 * radius, y - 0.35 * radius, 0.25 * radius, paint * 0.5 + 110)
 
     def line(self, points: Sequence[Point], width: float, colour: ArrayLike) -> None:
-        """Open line through points."""
-        placed = np.array([self._at(point) for point in points], np.int32)
+        """Paint an open polyline."""
+        placed = np.array([self._to_pixel(point) for point in points], np.int32)
         thick = max(1, round(width * self.scale))
         cv2.polylines(self.picture, [placed], False, _bgr(colour), thick, cv2.LINE_AA)
 
     def area(self, points: Sequence[Point], colour: ArrayLike) -> None:
-        """Filled polygon."""
-        placed = np.array([self._at(point) for point in points], np.int32)
+        """Paint a filled polygon."""
+        placed = np.array([self._to_pixel(point) for point in points], np.int32)
         cv2.fillPoly(self.picture, [placed], _bgr(colour), cv2.LINE_AA)
 
     def pipe(self, start: Point, end: Point, radius: float, colour: ArrayLike) -> None:
-        """Round pipe, lit from the left top, with its shadow."""
+        """Paint a round pipe with a shadow, lit from the left top."""
         paint = np.asarray(colour, np.float64)
         off = 0.7 * radius
         self.line(
@@ -106,15 +111,15 @@ class Painting:
             (-0.3, 0.9, 1.1),
             (-0.4, 0.35, 1.4),
         ):
-            by = shift * radius
+            offset = shift * radius
             self.line(
-                [(start[0] + by, start[1] + by), (end[0] + by, end[1] + by)],
+                [(start[0] + offset, start[1] + offset), (end[0] + offset, end[1] + offset)],
                 wide * radius,
                 paint * gain,
             )
 
     def wire(self, start: Point, end: Point, sag: float, width: float, colour: ArrayLike) -> None:
-        """Cable that hangs between two points."""
+        """Paint a cable that hangs between two points."""
         t = np.linspace(0, 1, 14)
         x = start[0] + (end[0] - start[0]) * t
         y = start[1] + (end[1] - start[1]) * t + 4 * sag * t * (1 - t)
@@ -124,7 +129,7 @@ class Painting:
         self, random: np.random.Generator, x: float, y: float, width: float, height: float,
         paper: ArrayLike = (214, 218, 220), ink: ArrayLike = (60, 56, 54),
     ) -> None:  # fmt: skip
-        """Small plate with lines of writing, too small to be read."""
+        """Paint a small plate with lines of illegible writing."""
         self.patch(x, y, width, height, paper)
         rows = max(1, int(height / 0.022))
         for row in range(rows):
@@ -135,10 +140,10 @@ class Painting:
                 self.line([(place, middle), (place + word, middle)], 0.35 * height / rows, ink)
                 place += word + 0.06 * width
 
-    def _at(self, point: Point) -> tuple[int, int]:
+    def _to_pixel(self, point: Point) -> tuple[int, int]:
         return round((self.left + point[0]) * self.scale), round((self.top + point[1]) * self.scale)
 
-    def _wide(self, length: float) -> int:
+    def _to_pixels(self, length: float) -> int:
         return max(1, round(length * self.scale))
 
 

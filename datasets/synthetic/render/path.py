@@ -6,18 +6,18 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 POSITION_STEP = 1 / 64
-"""Positions are multiples of it [pixels]: truth and image agree to the bit everywhere."""
+"""Positions are multiples of this step [pixels], so that ground truth and images agree exactly."""
 
 SAMPLES_PER_SPAN = 64
 
 
 def quantised(positions: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Positions rounded to multiples of `POSITION_STEP`."""
+    """Round positions to multiples of `POSITION_STEP`."""
     return np.round(positions / POSITION_STEP) * POSITION_STEP
 
 
 class Loop:
-    """A closed smooth curve, travelled at a constant speed [pixels/frame] for ever.
+    """Closed smooth curve with a constant speed along it [pixels/frame].
 
     `points`, shape (k, 2) [pixels], control the uniform cubic B-spline, which stays in their convex
     hull.
@@ -40,8 +40,8 @@ class Loop:
         self._travelled = np.concatenate([[0.0], np.cumsum(chords)])
         self._speed = speed
 
-    def at(self, times: ArrayLike) -> NDArray[np.float64]:
-        """Positions (x, y) [pixels] at times [frames], shape `times.shape + (2,)`."""
+    def positions(self, times: ArrayLike) -> NDArray[np.float64]:
+        """Return positions (x, y) [pixels] at times [frames], shape `times.shape + (2,)`."""
         travelled = np.mod(np.asarray(times, np.float64) * self._speed, self._travelled[-1])
         coordinates = [
             np.interp(travelled, self._travelled, self._curve[:, axis]) for axis in range(2)
@@ -52,10 +52,10 @@ class Loop:
 def random_loop(
     generator: np.random.Generator, low: ArrayLike, high: ArrayLike, speed: float, corners: int = 7
 ) -> Loop:
-    """Loop around the middle of a rectangle, within it, in either direction.
+    """Return a random loop around the centre of a rectangle, within it, in either direction.
 
-    `low` and `high` are the rectangle's corners (x, y) [pixels], the speed is in pixels/frame,
-    `corners` counts the control points.
+    `low` and `high` are the rectangle's corners (x, y) [pixels], the speed is in pixels/frame, and
+    `corners` is the number of control points.
     """
     angles = (np.arange(corners) + generator.uniform(-0.3, 0.3, corners)) * (2 * np.pi / corners)
     angles = generator.choice([-1.0, 1.0]) * angles + generator.uniform(0, 2 * np.pi)
@@ -66,15 +66,15 @@ def random_loop(
 
 
 def smooth_step(values: NDArray[np.float64], start: float, end: float) -> NDArray[np.float64]:
-    """Cubic transition from 0 (at `start` and before) to 1 (at `end` and after)."""
+    """Return a cubic transition from 0 (up to `start`) to 1 (from `end` on)."""
     u = np.clip((values - start) / (end - start), 0.0, 1.0)
     return u * u * (3 - 2 * u)
 
 
-def spaced(
+def random_positions(
     random: np.random.Generator, start: float, end: float, gaps: tuple[float, float]
 ) -> Iterator[float]:
-    """Places from a start on, before an end; each gap is drawn after its place was used."""
+    """Yield places from `start` up to `end`; each gap is sampled after its place was used."""
     while start < end:
         yield start
         start += random.uniform(*gaps)

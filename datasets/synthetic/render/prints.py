@@ -1,4 +1,4 @@
-"""What is printed on the object: a book's cover, a packet of tea, a toy's box."""
+"""Prints on objects: a book's cover, a tea packet, a toy's box."""
 
 from collections.abc import Sequence
 
@@ -29,8 +29,8 @@ PAPER, BLACK = (206, 222, 228), (48, 42, 40)
 Place = tuple[float, float]
 
 
-def printed(random: np.random.Generator, kind: str, width: int, height: int) -> Image:
-    """A print of one of `KINDS`, BGR."""
+def print_picture(random: np.random.Generator, kind: str, width: int, height: int) -> Image:
+    """Return a print of one of `KINDS`, BGR."""
     picture = np.empty((height, width, 3), np.uint8)
     inks = [vary_colour(random, ink, 0.06) for ink in random.permutation(INKS)[:6]]
     painting = Painting(picture, float(width))
@@ -42,7 +42,7 @@ def printed(random: np.random.Generator, kind: str, width: int, height: int) -> 
 def _book(
     cover: Painting, random: np.random.Generator, inks: Sequence[Colour], high: float
 ) -> None:
-    """A landscape under a title, by somebody."""
+    """Paint a landscape below a title, with an author's name."""
     cover.patch(0, 0, 1, high, inks[0])
     cover.patch(0, 0, 0.07, high, inks[0] * 0.7)
     left, top, wide, tall = 0.15, random.uniform(0.36, 0.44), 0.77, 0.62
@@ -60,7 +60,7 @@ def _landscape(
     where: tuple[float, float, float, float],
     inks: Sequence[Colour],
 ) -> None:
-    """Sky with a sun, hills, fields, a house with a roof."""
+    """Paint sky with a sun, hills, fields, a house with a roof."""
     x, y, wide, tall = where
     scale = cover.scale
     rows, columns = round(tall * scale), round(wide * scale)
@@ -83,7 +83,7 @@ def _landscape(
 
 
 def _tea(cover: Painting, random: np.random.Generator, inks: Sequence[Colour], high: float) -> None:
-    """Leaves in a medallion, between bands of ornament."""
+    """Paint leaves in a medallion, between ornamental bands."""
     cover.patch(0, 0, 1, high, inks[0])
     for y in (0.0, high - 0.24):
         cover.patch(0, y, 1, 0.24, inks[1])
@@ -125,7 +125,7 @@ def _leaf(cover: Painting, foot: Place, angle: float, length: float, ink: Colour
 
 
 def _toy(cover: Painting, random: np.random.Generator, inks: Sequence[Colour], high: float) -> None:
-    """A robot before rays of two colours, under a name in many."""
+    """Paint a robot in front of two-coloured rays, below a multi-coloured name."""
     cover.patch(0, 0, 1, high, inks[0])
     middle = high * 0.6
     for k in range(0, 24, 2):
@@ -173,7 +173,7 @@ def _letters(
     count: int,
     inks: Sequence[Sequence[float] | NDArray[np.float64]],
 ) -> None:
-    """Letters of an alphabet that nobody reads, as tall as `size`."""
+    """Paint letters of a fictitious alphabet with the height `size`."""
     for k in range(count):
         chosen = random.permutation(len(STROKES))[: int(random.integers(2, 5))].tolist()
         for index in chosen:

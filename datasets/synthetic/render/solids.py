@@ -1,7 +1,7 @@
-"""Solids, things made of them, and what a far camera sees of these: its rays are parallel.
+"""Solids and objects made of them, ray-traced for a distant camera with parallel rays.
 
-Lengths are in pixels of the picture: x to the right, y up, z towards the camera. A row of
-numbers is a solid; a thing is a list of solids, which can run together smoothly.
+Lengths are in pixels of the image: x to the right, y up, z towards the camera. A row of numbers is
+a solid. An object is a list of solids, which can merge smoothly.
 """
 
 from collections.abc import Sequence
@@ -18,18 +18,18 @@ HALF_SPACE, LIMB, BOX, BOWL = range(4)
 
 
 def half_space(normal: Sequence[float], reach: float) -> Array:
-    """All that lies behind a plane, `reach` beyond the origin."""
+    """Return the space behind a plane at the distance `reach` from the origin."""
     return _solid(HALF_SPACE, 0.0, *normal, reach)
 
 
 def limb(start: ArrayLike, end: ArrayLike, radii: tuple[float, float], blend: float = 0.0) -> Array:
-    """Ball at either end and all between them; `blend` is how far it runs into its thing."""
+    """Return the hull of two balls; `blend` is the distance over which it merges with others."""
     a, b = np.asarray(start, np.float64), np.asarray(end, np.float64)
     return _solid(LIMB, blend, *a, *b, *radii)
 
 
 def chain(points: ArrayLike, radii: ArrayLike, blend: float) -> list[Array]:
-    """Limbs from each of some points to the next, with a radius at each point."""
+    """Return limbs between consecutive points, with a radius at each point."""
     joints, wide = np.asarray(points, np.float64), np.asarray(radii, np.float64).tolist()
     return [
         limb(joints[k], joints[k + 1], (wide[k], wide[k + 1]), blend)
@@ -37,8 +37,8 @@ def chain(points: ArrayLike, radii: ArrayLike, blend: float) -> list[Array]:
     ]
 
 
-def mirrored(limbs: Sequence[Array], side: float) -> list[Array]:
-    """Limbs changed in place to those of the other hand, if `side` is -1."""
+def mirror_limbs(limbs: Sequence[Array], side: float) -> list[Array]:
+    """Convert limbs in place to those of the other hand if `side` is -1."""
     for solid in limbs:
         solid[[3, 6]] *= side
     return list(limbs)
@@ -52,10 +52,10 @@ def box(
     lean: float = 0.0,
     folds: tuple[float, float] = (0.0, 0.0),
 ) -> Array:
-    """Box with round edges, its middle, half sizes and the edges' radius in pixels.
+    """Return a box with rounded edges; centre, half size and edge radius are in pixels.
 
-    It is turned about the upright axis, then leant backwards [radians]. `folds` are the depth of
-    upright folds in it [pixels], and how fast they follow one another [radians/pixel].
+    It is turned about the vertical axis, then leant backwards [radians]. `folds` are the depth of
+    vertical folds in it [pixels] and their angular frequency [radians/pixel].
     """
     centre, size = np.asarray(middle, np.float64), np.asarray(half, np.float64) - rounding
     turned = np.cos(turn), np.sin(turn), np.cos(lean), np.sin(lean)
@@ -65,7 +65,10 @@ def box(
 def bowl(
     foot: ArrayLike, height: float, radii: tuple[float, float], wall: float, closed: bool = False
 ) -> Array:
-    """Round vessel, its radii below and above to the middle of the wall; a lid closes it."""
+    """Return a round vessel; a lid closes it if `closed`.
+
+    `radii`: below and above, to the middle of the wall.
+    """
     base = np.asarray(foot, np.float64)
     return _solid(BOWL, 0.0, *base, height, *radii, wall / 2, float(closed))
 
@@ -77,11 +80,11 @@ def _solid(kind: int, blend: float, *numbers: float) -> Array:
     return row
 
 
-def packed(things: Sequence[Sequence[Array]]) -> tuple[Array, Array]:
-    """Things as rays meet them: their solids, shape (s, 16), and a ball around each, shape (t, 6).
+def pack_objects(things: Sequence[Sequence[Array]]) -> tuple[Array, Array]:
+    """Return the solids of objects, shape (s, 16), and a bounding ball per object, shape (t, 6).
 
-    A row of the balls is middle and radius [pixels], the number of the thing's first solid, and
-    that after its last.
+    A row of the balls is centre and radius [pixels], and the range of the object's solids: first
+    index and index after the last.
     """
     counts = np.array([len(thing) for thing in things])
     ends = np.cumsum(counts)
@@ -90,14 +93,14 @@ def packed(things: Sequence[Sequence[Array]]) -> tuple[Array, Array]:
 
 
 def _ball(thing: Sequence[Array]) -> Array:
-    """Middle and radius of a ball that holds a thing, shape (4,) [pixels]."""
+    """Return centre and radius of a ball around an object, shape (4,) [pixels]."""
     lows, highs = zip(*(_bounds(solid) for solid in thing), strict=True)
     low, high = np.min(lows, axis=0), np.max(highs, axis=0)
     return np.append((low + high) / 2, np.sqrt(np.sum((high - low) ** 2)) / 2)
 
 
 def _bounds(solid: Array) -> tuple[Array, Array]:
-    """Corners of an upright box that holds a solid, its blends and folds [pixels]."""
+    """Return the corners of an upright box around a solid with its blends and folds [pixels]."""
     middle = solid[3:6]
     if solid[0] == HALF_SPACE:
         return np.full(3, -1e4), np.full(3, 1e4)
@@ -114,20 +117,20 @@ def _bounds(solid: Array) -> tuple[Array, Array]:
 
 
 NOTHING = -1
-"""Index of the thing where there is none."""
+"""Index of a sample without an object."""
 
-_START, _END = 150.0, 420.0  # of a ray, from the plane of the picture [pixels]
+_START, _END = 150.0, 420.0  # start and end of a ray, relative to the image plane [pixels]
 
 
 @dataclass(frozen=True)
 class ParallelView:
-    """From where it is looked at, and from where light falls."""
+    """Viewing direction and direction of light."""
 
-    pitch: float  # how far the camera looks down [radians]
+    pitch: float  # downward angle of the camera [radians]
     light: tuple[float, float, float]  # direction to the lamp, of length 1
 
     def row(self, y: ArrayLike, z: ArrayLike) -> Array:
-        """How far below the origin a point is seen [pixels]."""
+        """Return the row of a point relative to the origin [pixels]."""
         height, depth = np.asarray(y, np.float64), np.asarray(z, np.float64)
         return np.asarray(depth * np.sin(self.pitch) - height * np.cos(self.pitch))
 
@@ -143,7 +146,7 @@ def _to_segment(x: float, y: float, x0: float, y0: float, x1: float, y1: float) 
 
 @njit(cache=True, error_model="numpy")
 def _distance_to(s: Array, i: int, x: float, y: float, z: float) -> float:
-    """Distance of a point to one of the solids [pixels]; negative inside."""
+    """Return the signed distance of a point to a solid [pixels]; it is negative inside."""
     if s[i, 0] == HALF_SPACE:
         return float(s[i, 3] * x + s[i, 4] * y + s[i, 5] * z - s[i, 6])
     x, y, z = x - s[i, 3], y - s[i, 4], z - s[i, 5]
@@ -172,29 +175,32 @@ def _distance_to(s: Array, i: int, x: float, y: float, z: float) -> float:
 
 @njit(cache=True, error_model="numpy")
 def _distance(solids: Array, balls: Array, x: float, y: float, z: float) -> tuple[float, int]:
-    """Distance of a point to the nearest thing [pixels], and which it is; see `packed`."""
+    """Return the distance of a point to the nearest object [pixels] and its index.
+
+    `solids` and `balls`: see `pack_objects`.
+    """
     nearest, owner = 1e9, NOTHING
     for thing in range(len(balls)):
         u, v, w = x - balls[thing, 0], y - balls[thing, 1], z - balls[thing, 2]
         reach = nearest + balls[thing, 3]
         if reach <= 0 or u * u + v * v + w * w > reach * reach:
-            continue  # all of it is farther than another
-        own = 1e9
+            continue  # the whole object is farther than another
+        object_distance = 1e9
         for i in range(int(balls[thing, 4]), int(balls[thing, 5])):
-            here = _distance_to(solids, i, x, y, z)
+            solid_distance = _distance_to(solids, i, x, y, z)
             blend = solids[i, 2]
-            near = blend - abs(own - here)
-            own = min(own, here)
+            near = blend - abs(object_distance - solid_distance)
+            object_distance = min(object_distance, solid_distance)
             if near > 0:
-                own -= near * near / (4 * blend)
-        if own < nearest:
-            nearest, owner = own, thing
+                object_distance -= near * near / (4 * blend)
+        if object_distance < nearest:
+            nearest, owner = object_distance, thing
     return nearest, owner
 
 
 @njit(cache=True, error_model="numpy")
-def _steepest(solid: Array) -> float:
-    """How much `_distance_to` of a solid changes at most on a way of length 1, and a bit more."""
+def _max_slope(solid: Array) -> float:
+    """Return an upper bound of the slope of `_distance_to` for a solid."""
     slope = 0.0
     if solid[0] == LIMB:
         length = np.sqrt(np.sum((solid[6:9] - solid[3:6]) ** 2))
@@ -206,7 +212,7 @@ def _steepest(solid: Array) -> float:
 
 @njit(cache=True, error_model="numpy")
 def _facing_planes(solids: Array, balls: Array, up: float, on: float) -> NDArray[np.int64]:
-    """Return the numbers of half-spaces, things of their own, that come nearer along all rays."""
+    """Return the indices of half-space objects to which every ray gets nearer."""
     numbers, count = np.empty(len(balls), np.int64), 0
     for thing in range(len(balls)):
         i = int(balls[thing, 4])
@@ -218,11 +224,14 @@ def _facing_planes(solids: Array, balls: Array, up: float, on: float) -> NDArray
 
 
 @njit(cache=True, error_model="numpy")
-def _nearer(
+def _select_near_objects(
     balls: Array, things: NDArray[np.int64], n: int,
     x: float, below: float, up: float, on: float, limit: float,
 ) -> int:  # fmt: skip
-    """Move things to the front that a ray may come nearer to than a limit; return their number."""
+    """Move objects that a ray may approach within `limit` to the front.
+
+    Returns their number.
+    """
     count = 0
     for k in range(n):
         thing = things[k]
@@ -240,10 +249,10 @@ def _distance_along(
     x: float, y: float, z: float, way: float, hint: int,
     bounds: Array, steepest: Array, solid_bounds: Array, solid_steepest: Array,
 ) -> tuple[float, int]:  # fmt: skip
-    """`_distance` at a point of a ray, with the bounds that its earlier points left.
+    """Return `_distance` at a point of a ray, using the bounds from its earlier points.
 
-    The first `n` of `things` are those that may be nearest, `hint` the one that was before:
-    measured first, it excludes most others.
+    The first `n` of `things` are candidates for the nearest object. `hint` is the nearest one
+    before: it is measured first because it excludes most others.
     """
     nearest, owner = 1e9, NOTHING
     for turn in range(-1, n):
@@ -255,29 +264,29 @@ def _distance_along(
         u, v, w = x - balls[thing, 0], y - balls[thing, 1], z - balls[thing, 2]
         reach = nearest + balls[thing, 3]
         if reach <= 0 or u * u + v * v + w * w > reach * reach:
-            continue  # all of it is farther than another
-        own = 1e9
+            continue  # the whole object is farther than another
+        object_distance = 1e9
         for i in range(int(balls[thing, 4]), int(balls[thing, 5])):
             blend = solids[i, 2]
-            if solid_bounds[i] - solid_steepest[i] * way > own + blend:
+            if solid_bounds[i] - solid_steepest[i] * way > object_distance + blend:
                 continue
-            here = _distance_to(solids, i, x, y, z)
-            solid_bounds[i] = here + solid_steepest[i] * way - 1e-6
-            near = blend - abs(own - here)
-            own = min(own, here)
+            solid_distance = _distance_to(solids, i, x, y, z)
+            solid_bounds[i] = solid_distance + solid_steepest[i] * way - 1e-6
+            near = blend - abs(object_distance - solid_distance)
+            object_distance = min(object_distance, solid_distance)
             if near > 0:
-                own -= near * near / (4 * blend)
-        bounds[thing] = own + steepest[thing] * way - 1e-6
-        if own < nearest or (own == nearest and thing < owner):
-            nearest, owner = own, thing
+                object_distance -= near * near / (4 * blend)
+        bounds[thing] = object_distance + steepest[thing] * way - 1e-6
+        if object_distance < nearest or (object_distance == nearest and thing < owner):
+            nearest, owner = object_distance, thing
     return nearest, owner
 
 
 @njit(cache=True, error_model="numpy")
-def _facing(
+def _surface_normal(
     solids: Array, balls: Array, x: float, y: float, z: float
 ) -> tuple[float, float, float]:
-    """Outward direction of the surface at a point."""
+    """Return the outward normal of the surface at a point."""
     near = 0.05
     u = _distance(solids, balls, x + near, y, z)[0] - _distance(solids, balls, x - near, y, z)[0]
     v = _distance(solids, balls, x, y + near, z)[0] - _distance(solids, balls, x, y - near, z)[0]
@@ -287,14 +296,17 @@ def _facing(
 
 
 @njit(cache=True, error_model="numpy")
-def _lit(
+def _surface_light(
     solids: Array, balls: Array, x: float, y: float, z: float, light: Array, on: float
 ) -> tuple[float, float]:
-    """Light on a surface point, and the lamp's reflection in it; the camera is `on`wards."""
-    u, v, w = _facing(solids, balls, x, y, z)
+    """Return the light on a surface point and the lamp's reflection.
+
+    `on`: component of the viewing direction along z.
+    """
+    u, v, w = _surface_normal(solids, balls, x, y, z)
     x, y, z = x + 0.15 * u, y + 0.15 * v, z + 0.15 * w
     sky, reach, weight = 1.0, 0.9, 0.36
-    for _ in range(4):  # what is near keeps light off
+    for _ in range(4):  # near surfaces block ambient light
         gap = _distance(solids, balls, x + reach * u, y + reach * v, z + reach * w)[0]
         sky -= weight * max(reach - gap, 0.0) / reach
         reach, weight = 1.9 * reach, 0.72 * weight
@@ -304,7 +316,8 @@ def _lit(
         gap = _distance(solids, balls, x + way * light[0], y + way * light[1], z + way * light[2])[
             0
         ]
-        sun = min(sun, max(0.5 + 4.5 * gap / way, 0.0))  # the lamp is no point
+        # The lamp is extended, so its shadow is soft.
+        sun = min(sun, max(0.5 + 4.5 * gap / way, 0.0))
         way += min(max(gap, 0.35), 6.0)
     half_x, half_z = light[0], light[2] + on  # the lamp is as tall as a window
     shine = (u * half_x + w * half_z) / np.sqrt(half_x * half_x + half_z * half_z)
@@ -313,8 +326,8 @@ def _lit(
 
 
 @njit(cache=True, error_model="numpy")
-def _passes(balls: Array, x: float, below: float, up: float, on: float) -> bool:
-    """Whether a ray comes near anything."""
+def _meets_ball(balls: Array, x: float, below: float, up: float, on: float) -> bool:
+    """Return whether a ray meets the bounding ball of any object."""
     for thing in range(len(balls)):
         u, v = x - balls[thing, 0], below - balls[thing, 2] * up + balls[thing, 1] * on
         if u * u + v * v < balls[thing, 3] * balls[thing, 3]:
@@ -328,23 +341,23 @@ def _cast(
     pitch: float, light: Array, shaded: bool,
 ) -> tuple[NDArray[np.int64], Array, Array]:  # fmt: skip
     owners = np.full((height, width), NOTHING)
-    solid_steepest = np.array([_steepest(solid) for solid in solids])
+    solid_steepest = np.array([_max_slope(solid) for solid in solids])
     steepest = np.zeros(len(balls))
     for thing in range(len(balls)):
         steepest[thing] = solid_steepest[int(balls[thing, 4]) : int(balls[thing, 5])].max()
-    # Along a ray: a thing's, and a solid's, distance at last, plus that by which it can have
-    # fallen at most since the ray's start; what is surely too far is not measured again.
+    # Lower bounds of distances along a ray: the last measured distance of an object or solid plus
+    # its maximum decrease since the start of the ray. Far candidates are not measured again.
     bounds, solid_bounds = np.empty(len(balls)), np.empty(len(solids))
     near_things = np.empty(len(balls), np.int64)
     places = np.zeros((height, width, 3))
     lights = np.zeros((height, width, 2))
-    up, on = np.sin(pitch), np.cos(pitch)  # from a point to the camera
+    up, on = np.sin(pitch), np.cos(pitch)  # direction from a point to the camera
     facing = _facing_planes(solids, balls, up, on)
     for row in range(height):
         below = corner[1] + (row + 0.5) * step
         for column in range(width):
             x = corner[0] + (column + 0.5) * step
-            if not _passes(balls, x, below, up, on):
+            if not _meets_ball(balls, x, below, up, on):
                 continue
             y, z = _START * up - below * on, _START * on + below * up
             way, owner = 0.0, NOTHING
@@ -359,7 +372,9 @@ def _cast(
                         plane = min(plane, _distance_to(solids, i, x, y, z))
                     if plane < last_plane / 2:
                         last_plane = plane
-                        count = _nearer(balls, near_things, count, x, below, up, on, plane)
+                        count = _select_near_objects(
+                            balls, near_things, count, x, below, up, on, plane
+                        )
                 gap, owner = _distance_along(
                     solids, balls, near_things, count, x, y, z, way, owner,
                     bounds, steepest, solid_bounds, solid_steepest,
@@ -376,7 +391,7 @@ def _cast(
             places[row, column, 1] = y
             places[row, column, 2] = z
             if shaded:
-                lights[row, column] = _lit(solids, balls, x, y, z, light, on)
+                lights[row, column] = _surface_light(solids, balls, x, y, z, light, on)
     return owners, places, lights
 
 
@@ -388,15 +403,14 @@ def cast_rays(
     fine: int,
     shaded: bool = True,
 ) -> tuple[NDArray[np.int64], Array, Array]:
-    """Look at things, each a list of solids: which are seen where, and their light.
+    """Return the visible objects and their light, sample by sample.
 
-    `corner` is the left top of the picture from the origin, `size` its width and height [pixels],
-    `fine` the samples a pixel in either direction. The answer is, sample by sample, the index of
-    the thing that is shown, or `NOTHING`; the place (3) where its surface is met [pixels]; light on
-    it and the lamp's reflection in it (2), 1 for a mirror. Light takes most of the time: it is 0
-    unless `shaded`.
+    `things`: lists of solids. `corner`: left top corner of the image from the origin, `size`: its
+    width and height [pixels], `fine`: samples per pixel and axis. Returns the index of the visible
+    object or `NOTHING`; the place (3) on its surface [pixels]; light on it and the lamp's
+    reflection (2), 1 for a mirror. Light takes most of the time: it is 0 unless `shaded`.
     """
-    solids, balls = packed(things)
+    solids, balls = pack_objects(things)
     seen: tuple[NDArray[np.int64], Array, Array] = _cast(
         solids, balls, np.asarray(corner, np.float64), 1 / fine, fine * size[0], fine * size[1],
         view.pitch, np.asarray(view.light), shaded,

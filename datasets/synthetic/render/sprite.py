@@ -1,6 +1,6 @@
-"""What lies over the ground: colour with coverage, drawn at any place and size; and what is behind.
+"""Sprites: colour with coverage, drawn at any place and size, and scrolling backgrounds.
 
-All arithmetic on pixels is on integers, so that every platform gives the same bytes.
+All arithmetic on pixels is on integers, so every platform gives the same bytes.
 """
 
 from functools import cached_property
@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 
 
 class Sprite:
-    """Colour with coverage, in a pyramid so that it can be drawn smaller without aliasing.
+    """Colour with coverage, in a pyramid for drawing at smaller sizes without aliasing.
 
-    `colour`, shape (h, w, 3), is BGR in [0, 255]; what it says where nothing is covered does not
-    matter. `coverage`, shape (h, w), is in [0, 1].
+    `colour`, shape (h, w, 3), is BGR in [0, 255]; uncovered pixels have no effect. `coverage`,
+    shape (h, w), is in [0, 1].
     """
 
     def __init__(self, colour: NDArray[np.float64], coverage: NDArray[np.float64]) -> None:
@@ -26,7 +26,7 @@ class Sprite:
 
     @cached_property
     def levels(self) -> list[NDArray[np.uint8]]:
-        """Premultiplied images with a transparent border, each at half the resolution."""
+        """Premultiplied images with a transparent border, each at half the previous resolution."""
         depth = max(1, min(self.height, self.width).bit_length() - 2)
         padding = [(0, -size % (1 << depth)) for size in (self.height, self.width)]
         image = np.pad(self._image, [*padding, (0, 0)])
@@ -39,23 +39,23 @@ class Sprite:
         return levels
 
     def silhouette(self, level: float) -> Self:
-        """The same coverage in one grey level."""
+        """Return the same coverage in one grey level."""
         return type(self)(np.full((*self._coverage.shape, 3), level), self._coverage)
 
     def shadow(self, darkness: float, softness: int) -> Self:
-        """What the sprite keeps of the light: black, soft, wider by `softness` on each side.
+        """Return the shadow of the sprite: black, soft, wider by `softness` on each side.
 
-        `darkness` is the coverage under the middle, in [0, 1], `softness` half the width of the
-        soft edge, in the sprite's pixels.
+        `darkness` is the coverage in the centre, in [0, 1], `softness` half the width of the soft
+        edge, in the sprite's pixels.
         """
-        coverage = blurred(np.pad(self._coverage, softness), max(1, softness // 3)) * darkness
+        coverage = box_blur(np.pad(self._coverage, softness), max(1, softness // 3)) * darkness
         return type(self)(np.zeros((*coverage.shape, 3)), coverage)
 
     def draw(self, canvas: NDArray[np.uint8], centres: NDArray[np.float64], scale: float) -> None:
-        """Lay the sprite over a canvas in place, averaged over instants of the exposure.
+        """Blend the sprite over a canvas in place, averaged over instants of the exposure.
 
-        `centres`, shape (2**k, 2), is where the sprite's middle is at each [pixels], `scale` counts
-        canvas pixels per pixel of the sprite.
+        `centres`, shape (2**k, 2), is the position of the sprite's centre at each instant [pixels].
+        `scale` is in canvas pixels per pixel of the sprite.
         """
         level = 0
         while scale <= 0.7 and level + 1 < len(self.levels):
@@ -68,11 +68,11 @@ class Sprite:
 def superellipse(
     height: int, width: int, half_height: float, half_width: float, power: int
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Coordinates in half axes, and coverage, of a superellipse in the middle of an image.
+    """Return coordinates in half axes, and coverage, of a superellipse in the image centre.
 
     Sizes are in pixels. The outline is ``|x|**power + |y|**power = 1``: 2 is an ellipse, 4 a
-    rectangle with rounded corners. `x`, `y` and the covered part of each pixel, from 4 x 4 samples,
-    have the shape (height, width).
+    rectangle with rounded corners. `x`, `y` and the covered share of each pixel, from 4 x 4
+    samples, have the shape (height, width).
     """
     fine = 4
     rows = ((np.arange(height * fine) + 0.5) / fine - height / 2) / half_height
@@ -87,8 +87,8 @@ def superellipse(
     return x_middle, y_middle, samples / (fine * fine)
 
 
-def blurred(values: NDArray[np.float64], radius: int) -> NDArray[np.float64]:
-    """Three passes of a box of 2 `radius` + 1 pixels, nearly Gaussian; zero outside."""
+def box_blur(values: NDArray[np.float64], radius: int) -> NDArray[np.float64]:
+    """Blur by three passes of a box of 2 `radius` + 1 pixels, nearly Gaussian; zero outside."""
     for _ in range(3):
         for axis in range(2):
             padding = [(0, 0), (0, 0)]
@@ -100,13 +100,13 @@ def blurred(values: NDArray[np.float64], radius: int) -> NDArray[np.float64]:
     return values
 
 
-def window(
+def cut_window(
     texture: NDArray[np.uint8], x: int, y: int, height: int, width: int
 ) -> NDArray[np.uint8]:
-    """Cut a picture out of a texture at a sub-pixel place, bilinear.
+    """Cut an image out of a texture at a sub-pixel position, bilinear.
 
-    `x` and `y` are its left top corner in 1/64 pixel; the picture, whose size is in pixels, plus
-    one pixel lies within the texture.
+    `x` and `y` are its left top corner in 1/64 pixel. The image plus one pixel lies within the
+    texture.
     """
     picture = np.empty((height, width, 3), np.uint8)
     draw_rows(picture, texture, -y, np.full((1, len(texture)), x), 0, height)
@@ -115,9 +115,9 @@ def window(
 
 @njit(cache=True)
 def _span(lowest: int, highest: int, size: int, step: int, limit: int) -> tuple[int, int]:
-    """First pixel and the one after the last within `limit` that a sprite of `size` touches.
+    """Return the range of pixels within `limit` that a sprite of `size` touches.
 
-    Its corner lies between `lowest` and `highest`; where nothing is touched both are equal.
+    Its corner lies between `lowest` and `highest`. Both ends are equal if it touches nothing.
     """
     first = -(-(lowest - 32 - (32768 << 6) // step) // 64)
     last = (highest - 32 + ((((size << 16) + 32768) << 6) - 1) // step) // 64 + 1
@@ -133,11 +133,11 @@ def blend_sprite(
     top: NDArray[np.int64],
     step: int,
 ) -> None:
-    """Lay a sprite over a canvas in place, averaged over its places during the exposure.
+    """Blend a sprite over a canvas in place, averaged over its positions during the exposure.
 
     `sprite`, shape (h + 2, w + 2, 4), is premultiplied by its last channel, coverage; its border of
     one pixel is transparent. `left` and `top`, shape (2**k,), are its corner within the border at
-    each instant, in 1/64 canvas pixel; `step` counts its pixels per canvas pixel, times 65536.
+    each instant, in 1/64 canvas pixel. `step` is its pixels per canvas pixel, times 65536.
     """
     height, width = canvas.shape[:2]
     h, w = sprite.shape[0] - 2, sprite.shape[1] - 2
@@ -157,7 +157,7 @@ def blend_sprite(
             v = ((((y << 6) + 32 - top[k]) * step) >> 6) + 32768
             if v < 0 or v >= (h + 1) << 16:
                 continue
-            if v != mixed_row:  # without motion down, all instants share it
+            if v != mixed_row:  # without vertical motion, all instants share the row
                 mixed_row = v
                 above, below = sprite[v >> 16].ravel(), sprite[(v >> 16) + 1].ravel()
                 lower = np.uint32((v >> 8) & 255)
@@ -173,7 +173,7 @@ def blend_sprite(
             if begin == end:
                 continue
             first, last = _span(left[k], left[k], w, step, width)
-            if step == 65536:  # the same weights for all pixels: several at once
+            if step == 65536:  # equal weights for all pixels allow vector instructions
                 u = ((((first << 6) + 32 - left[k]) * step) >> 6) + 32768
                 column = u >> 16
                 skipped = max(begin - 1 - column, 0)
@@ -201,12 +201,12 @@ def blend_sprite(
             touched_first, touched_last = min(touched_first, first), max(touched_last, last)
         if touched_first < touched_last:
             laid = sums[4 * (touched_first - first_x) :]
-            _lay(canvas[y, touched_first:touched_last], laid, np.uint32(shift))
+            _blend_row(canvas[y, touched_first:touched_last], laid, np.uint32(shift))
 
 
 @njit(cache=True)
 def _opaque(above: NDArray[np.uint8], below: NDArray[np.uint8]) -> tuple[int, int]:
-    """Return the columns from which on, and before which, one of two rows (4 n,) is not 0."""
+    """Return the range of columns outside which both rows (4 n,) are 0."""
     first, last = 0, len(above) // 4
     while last > 0 and _clear(above, below, last - 1):
         last -= 1
@@ -217,6 +217,7 @@ def _opaque(above: NDArray[np.uint8], below: NDArray[np.uint8]) -> tuple[int, in
 
 @njit(cache=True)
 def _clear(above: NDArray[np.uint8], below: NDArray[np.uint8], column: int) -> bool:
+    """Return whether a column is 0 in both rows."""
     total = np.uint8(0)
     for i in range(4 * column, 4 * column + 4):
         total |= above[i] | below[i]
@@ -226,22 +227,22 @@ def _clear(above: NDArray[np.uint8], below: NDArray[np.uint8], column: int) -> b
 @njit(cache=True)
 def _add(
     sums: NDArray[np.uint32],
-    one: NDArray[np.unsignedinteger],
+    first_row: NDArray[np.unsignedinteger],
     weight: np.uint32,
-    other: NDArray[np.unsignedinteger],
+    second_row: NDArray[np.unsignedinteger],
     other_weight: np.uint32,
 ) -> None:
-    """Add two weighted rows to sums, in place.
+    """Add two weighted rows to sums in place.
 
-    The compiler makes vector instructions of it because all numbers are unsigned and of 32 bits.
+    The compiler vectorises the loop because all numbers are unsigned and of 32 bits.
     """
     for i in range(len(sums)):
-        sums[i] += weight * np.uint32(one[i]) + other_weight * np.uint32(other[i])
+        sums[i] += weight * np.uint32(first_row[i]) + other_weight * np.uint32(second_row[i])
 
 
 @njit(cache=True)
-def _lay(row: NDArray[np.uint8], sums: NDArray[np.uint32], shift: np.uint32) -> None:
-    """Lay premultiplied sums, shape (4 n,), times 2**`shift`, over a row (n, 3), in place."""
+def _blend_row(row: NDArray[np.uint8], sums: NDArray[np.uint32], shift: np.uint32) -> None:
+    """Blend premultiplied sums, shape (4 n,), times 2**`shift`, over a row (n, 3) in place."""
     opaque = np.uint32(65280)
     for x in range(len(row)):
         left = np.uint32(opaque - (sums[4 * x + 3] >> shift))
@@ -252,10 +253,10 @@ def _lay(row: NDArray[np.uint8], sums: NDArray[np.uint32], shift: np.uint32) -> 
 
 
 def instants(displacement: float) -> NDArray[np.float64]:
-    """Moments of the exposure to average, in [-0.5, 0.5]; their number is a power of two.
+    """Return moments of the exposure to average, in [-0.5, 0.5]; a power of two of them.
 
-    The farther a picture moves [pixels], the more: between two of them it moves at most
-    about two pixels, which the bilinear sampling bridges.
+    Their number grows with the displacement [pixels]: between two of them it is at most about two
+    pixels, which bilinear sampling bridges.
     """
     count = 1
     while count < 8 and abs(displacement) > 2 * count - 1.4:
@@ -274,9 +275,9 @@ def draw_rows(
 ) -> None:
     """Fill rows of a canvas from a panorama in place, bilinear, averaged over instants.
 
-    `top` is the place of the panorama's first row in the canvas, `lefts`, shape (2**k, rows), the
-    panorama's column at the canvas' left border by instant and row, both in 1/64 pixel. Rows from
-    `first` to `last`, which is excluded, are filled; the panorama is at least as wide everywhere.
+    `top` is the position of the panorama's first row in the canvas. `lefts`, shape (2**k, rows), is
+    the panorama's column at the canvas' left border by instant and row. Both are in 1/64 pixel.
+    Rows from `first` to `last`, which is excluded, are filled; the panorama covers the whole width.
     """
     width = canvas.shape[1]
     shift = 12
@@ -301,7 +302,7 @@ def draw_rows(
                 _add(
                     averaged, source, np.uint32(64 - (left & 63)), source[3:], np.uint32(left & 63)
                 )
-        _mix(
+        _write_row(
             canvas[y].ravel(),
             lines[row & 1],
             np.uint32(64 - v),
@@ -312,15 +313,15 @@ def draw_rows(
 
 
 @njit(cache=True)
-def _mix(
+def _write_row(
     out: NDArray[np.uint8],
-    one: NDArray[np.uint32],
+    first_row: NDArray[np.uint32],
     weight: np.uint32,
-    other: NDArray[np.uint32],
+    second_row: NDArray[np.uint32],
     other_weight: np.uint32,
     shift: np.uint32,
 ) -> None:
     """Write two weighted rows, over 2**`shift` and rounded, to a row of a canvas."""
     half = np.uint32(1) << np.uint32(shift - np.uint32(1))
     for i in range(len(out)):
-        out[i] = np.uint32(half + weight * one[i] + other_weight * other[i]) >> shift
+        out[i] = np.uint32(half + weight * first_row[i] + other_weight * second_row[i]) >> shift

@@ -1,7 +1,7 @@
 """Textures that repeat seamlessly in both directions.
 
-Only sums, products and square roots of random numbers: the same bytes on every platform.
-Sizes are powers of two, of 256 pixels or more for the grounds.
+They use only sums, products and square roots of random numbers, so every platform gives the same
+bytes. Sizes are powers of two, of 256 pixels or more for the grounds.
 """
 
 import numpy as np
@@ -12,9 +12,9 @@ Array = NDArray[np.float64]
 
 
 def noise(generator: np.random.Generator, size: int, cells: int) -> Array:
-    """Smooth periodic noise, about in [-1, 1], shape (size, size).
+    """Return smooth periodic noise, about in [-1, 1], shape (size, size).
 
-    A lattice of `cells` x `cells` random values, interpolated by cubic B-splines.
+    A lattice of `cells` x `cells` random values is interpolated by cubic B-splines.
     """
     lattice = generator.uniform(-1.7, 1.7, (cells, cells))
     place = np.arange(size) * (cells / size)
@@ -34,9 +34,9 @@ def noise(generator: np.random.Generator, size: int, cells: int) -> Array:
 
 @njit(cache=True)
 def _interpolated(lattice: Array, near: NDArray[np.int64], weights: Array) -> Array:
-    """Weighted sums of a lattice, shape (n, n), down and then across: shape (size, size).
+    """Return weighted sums of a lattice, shape (n, n), down and then across: shape (size, size).
 
-    `near`, shape (size, 4), are the rows, or columns, of the lattice that `weights` belong to.
+    `near`, shape (size, 4), are the rows, or columns, of the lattice that `weights` refer to.
     """
     size, cells = len(near), len(lattice)
     result = np.zeros((size, size))
@@ -54,7 +54,7 @@ def _interpolated(lattice: Array, near: NDArray[np.int64], weights: Array) -> Ar
 def fractal(
     generator: np.random.Generator, size: int, coarsest: int, finest: int, fall: float = 0.55
 ) -> Array:
-    """Sum of noise of `coarsest`, twice that, … `finest` cells, about in [-1, 1].
+    """Return the sum of noise of `coarsest`, twice that, … `finest` cells, about in [-1, 1].
 
     `fall` is the ratio of the amplitudes of one octave and the coarser one before.
     """
@@ -75,27 +75,27 @@ def lerp(a: Array, b: Array, share: Array) -> Array:
 
 
 def ramp(values: Array, colours: Array) -> Array:
-    """Colours (k, 3) spread evenly over values in [-1, 1], linear between them."""
+    """Map values in [-1, 1] to evenly spaced colours (k, 3), linear between them."""
     place = np.clip((values + 1) / 2, 0, 1) * (len(colours) - 1)
     index = np.minimum(place.astype(np.int64), len(colours) - 2)
     return lerp(colours[index], colours[index + 1], place - index)
 
 
 def relief(height: Array, strength: float) -> Array:
-    """Gain of light that falls from the left top on a height map, around 1."""
+    """Return the gain of light from the left top on a height map, around 1."""
     slope = height - np.roll(height, (1, 1), axis=(0, 1))
     return np.asarray(np.clip(1 - strength * slope, 0.35, 1.6))
 
 
 def creases(generator: np.random.Generator, size: int) -> tuple[Array, Array]:
-    """Folds of cloth: broad ones about in [-1, 1], and the slope of steep ones, down a texture."""
+    """Return folds of cloth: broad ones about in [-1, 1], and the vertical slope of steep ones."""
     broad = fractal(generator, size, 4, 16, 0.6)
     steep = fractal(generator, size, 8, 32, 0.7)
     return broad, steep - np.roll(steep, 2, axis=0)
 
 
 def grass(generator: np.random.Generator, size: int) -> Array:
-    """Short grass with blades that bend together, worn to earth in places."""
+    """Return short grass with blades that bend together, worn to earth in places."""
     lean = generator.uniform(-0.7, 0.7)
     bend_x, bend_y = noise(generator, size, 32) + lean, 0.6 * noise(generator, size, 32) + 1.1
     length = np.sqrt(bend_x * bend_x + bend_y * bend_y) + 1e-3
@@ -117,7 +117,7 @@ def grass(generator: np.random.Generator, size: int) -> Array:
 
 
 def pebbles(generator: np.random.Generator, size: int) -> Array:
-    """Rounded stones of many tones, close together."""
+    """Return rounded stones of many tones, close together."""
     cells = 32
     cell = size / cells
     shift = generator.uniform(-0.38, 0.38, (cells, cells, 2)) + 0.5
@@ -153,7 +153,7 @@ def pebbles(generator: np.random.Generator, size: int) -> Array:
 
 
 def paving(generator: np.random.Generator, size: int) -> Array:
-    """Setts in running bond, worn, with dirt and moss in the joints."""
+    """Return worn setts in running bond, with dirt and moss in the joints."""
     courses, setts = 16, 10
     rows, columns = np.indices((size, size)).astype(np.float64)
     rows = rows / size * courses + 0.05 * fractal(generator, size, 16, size // 8)

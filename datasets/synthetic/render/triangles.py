@@ -1,7 +1,7 @@
-"""Triangles in space, seen by a camera far in front of them.
+"""Triangles in space, rendered for a distant camera.
 
-Points are column and row in the picture and nearness to the camera, all in pixels. Only sums,
-products and quotients: the same bytes on every platform.
+Points are image column, image row and nearness to the camera, all in pixels. The renderer uses only
+sums, products and quotients, so every platform gives the same bytes.
 """
 
 from dataclasses import dataclass
@@ -15,10 +15,10 @@ Floats = NDArray[np.float32]
 Indices = NDArray[np.int64]
 
 FINE = 4
-"""Samples a pixel, in either direction."""
+"""Samples per pixel and axis."""
 
 NOTHING = -1
-"""What is seen at a sample that no triangle covers."""
+"""Owner of a sample that no triangle covers."""
 
 
 @dataclass(frozen=True)
@@ -26,34 +26,33 @@ class Mesh:
     """Triangles with a texture."""
 
     triangles: Indices  # (t, 3), vertices of each
-    # (v, 2), column and row of each vertex in the texture, which ends there; texel i spans [i, i
-    # + 1)
-    texels: Array
-    texture: Floats  # (h, w, 3), part of the light that comes back, BGR
-    # whether it is the surface of a solid: then a triangle is seen only where its vertices follow
-    # one another clockwise in the picture. Otherwise both of its sides are.
+    texels: Array  # (v, 2), column and row of each vertex in the texture; texel i spans [i, i + 1)
+    texture: Floats  # (h, w, 3), reflected share of the light, BGR
+    # True for the surface of a solid: a triangle is visible only if its vertices are clockwise in
+    # the image. Otherwise both sides are visible.
     closed: bool
 
 
 @dataclass(frozen=True)
 class RenderedMesh:
-    """What is seen of a mesh, in a window of the picture."""
+    """Rendered mesh in a window of the image."""
 
-    window: tuple[slice, slice]  # rows and columns of the picture
-    # (h, w, 4), light that comes back, BGR, premultiplied by the last channel, coverage in [0, 1]
+    window: tuple[slice, slice]  # rows and columns of the image
+    # (h, w, 4), reflected light, BGR, premultiplied by the last channel, coverage in [0, 1]
     sheet: Floats
 
     def coverage(self, size: tuple[int, int]) -> Floats:
-        """Covered part of each pixel of a picture of a width and height, in [0, 1]."""
+        """Return the covered share of each pixel of an image of a width and height, in [0, 1]."""
         whole = np.zeros(size[::-1], np.float32)
         whole[self.window] = self.sheet[..., 3]
         return whole
 
 
 def rotation_axes(tilt: float, yaw: float, pitch: float) -> Array:
-    """Directions of a thing's axes (columns), turned in the picture, to the right and down.
+    """Return the directions of an object's axes (columns) after rotation.
 
-    Angles are in radians; the axes are to the right, down and towards the camera where all are 0.
+    The rotations are in the image plane, to the right and downwards [radians]. Without them the
+    axes point to the right, down and towards the camera.
     """
     (a, b, c), (d, e, f) = np.cos([tilt, yaw, pitch]), np.sin([tilt, yaw, pitch])
     in_picture = np.array([[a, -d, 0], [d, a, 0], [0, 0, 1]])
@@ -63,15 +62,15 @@ def rotation_axes(tilt: float, yaw: float, pitch: float) -> Array:
 
 
 def bounding_box(points: Array) -> Array:
-    """Extents (x, y, width, height) in the picture of points, columns and rows first [pixels]."""
+    """Return the extents (x, y, width, height) of points (column, row, …) [pixels]."""
     low, high = points[:, :2].min(axis=0), points[:, :2].max(axis=0)
     return np.concatenate([low, high - low])
 
 
 def grid_triangles(rows: int, columns: int) -> Indices:
-    """Triangles between the vertices of a grid, which count row by row; shape (t, 3).
+    """Return the triangles of a vertex grid in row order; shape (t, 3).
 
-    Each is clockwise in the picture where rows go down and columns to the right.
+    Each is clockwise in the image if rows go down and columns to the right.
     """
     corner = (np.arange(rows - 1)[:, None] * columns + np.arange(columns - 1)).ravel()
     upper = np.stack([corner, corner + 1, corner + columns], axis=1)
@@ -80,10 +79,9 @@ def grid_triangles(rows: int, columns: int) -> Indices:
 
 
 def render_mesh(mesh: Mesh, points: Array, lights: Array, size: tuple[int, int]) -> RenderedMesh:
-    """Look at a mesh whose vertices are at `points` [pixels], in a picture of a size.
+    """Render a mesh with its vertices at `points` [pixels] in an image of a size.
 
-    `lights`, shape (v, 3), is the light that falls on each, BGR; the size is width and height
-    [pixels].
+    `lights`, shape (v, 3), is the light on each vertex, BGR; the size is width and height [pixels].
     """
     low = np.clip(np.floor(points[:, :2].min(axis=0)), 0, size).astype(np.int64)
     high = np.clip(np.ceil(points[:, :2].max(axis=0)), low, size).astype(np.int64)
@@ -91,13 +89,13 @@ def render_mesh(mesh: Mesh, points: Array, lights: Array, size: tuple[int, int])
     placed = points.copy()
     placed[:, :2] = (placed[:, :2] - low) * FINE - 0.5
     owners = _owners(placed, mesh.triangles, mesh.closed, bottom - top, right - left)
-    sheet = _lit(owners, placed, mesh.triangles, mesh.texels, lights, mesh.texture)
+    sheet = _shade_samples(owners, placed, mesh.triangles, mesh.texels, lights, mesh.texture)
     return RenderedMesh((slice(top, bottom), slice(left, right)), sheet)
 
 
 @njit(cache=True, error_model="numpy")
 def composite(picture: Floats, sheet: Floats) -> None:
-    """Lay a sheet, see `RenderedMesh`, over a picture or another sheet of its size, in place."""
+    """Blend a sheet, see `RenderedMesh`, over an image or another sheet of its size in place."""
     for row in range(picture.shape[0]):
         for column in range(picture.shape[1]):
             rest = np.float32(1) - sheet[row, column, 3]
@@ -112,36 +110,36 @@ def composite(picture: Floats, sheet: Floats) -> None:
 def _owners(
     points: Array, triangles: Indices, closed: bool, height: int, width: int
 ) -> NDArray[np.int32]:
-    """Triangle that is nearest at each sample of a window, or `NOTHING`.
+    """Return the nearest triangle at each sample of a window, or `NOTHING`.
 
-    Columns and rows of the points count samples, from the middle of the first.
+    Columns and rows of the points are in samples, relative to the middle of the first.
     """
     owners = np.full((height * FINE, width * FINE), NOTHING, np.int32)
     nearest = np.full(owners.shape, -1e30, np.float32)
     for t in range(len(triangles)):
         a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
-        ax, ay, az = points[a, 0], points[a, 1], points[a, 2]
-        bx, by, bz = points[b, 0], points[b, 1], points[b, 2]
-        cx, cy, cz = points[c, 0], points[c, 1], points[c, 2]
-        area = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
+        a_x, a_y, a_z = points[a, 0], points[a, 1], points[a, 2]
+        b_x, b_y, b_z = points[b, 0], points[b, 1], points[b, 2]
+        c_x, c_y, c_z = points[c, 0], points[c, 1], points[c, 2]
+        area = (b_x - a_x) * (c_y - a_y) - (b_y - a_y) * (c_x - a_x)
         if area == 0.0 or (closed and area < 0.0):
             continue
         if area < 0.0:
-            bx, by, bz, cx, cy, cz = cx, cy, cz, bx, by, bz
+            b_x, b_y, b_z, c_x, c_y, c_z = c_x, c_y, c_z, b_x, b_y, b_z
             area = -area
-        slope_x = ((bz - az) * (cy - ay) - (cz - az) * (by - ay)) / area
-        slope_y = ((cz - az) * (bx - ax) - (bz - az) * (cx - ax)) / area
-        first_x = max(int(np.ceil(min(ax, bx, cx))), 0)
-        last_x = min(int(np.floor(max(ax, bx, cx))), owners.shape[1] - 1)
-        first_y = max(int(np.ceil(min(ay, by, cy))), 0)
-        last_y = min(int(np.floor(max(ay, by, cy))), owners.shape[0] - 1)
+        slope_x = ((b_z - a_z) * (c_y - a_y) - (c_z - a_z) * (b_y - a_y)) / area
+        slope_y = ((c_z - a_z) * (b_x - a_x) - (b_z - a_z) * (c_x - a_x)) / area
+        first_x = max(int(np.ceil(min(a_x, b_x, c_x))), 0)
+        last_x = min(int(np.floor(max(a_x, b_x, c_x))), owners.shape[1] - 1)
+        first_y = max(int(np.ceil(min(a_y, b_y, c_y))), 0)
+        last_y = min(int(np.floor(max(a_y, b_y, c_y))), owners.shape[0] - 1)
         for y in range(first_y, last_y + 1):
-            near = az + slope_y * (y - ay) - slope_x * ax
+            near = a_z + slope_y * (y - a_y) - slope_x * a_x
             for x in range(first_x, last_x + 1):
                 if (
-                    (cx - bx) * (y - by) >= (cy - by) * (x - bx)
-                    and (ax - cx) * (y - cy) >= (ay - cy) * (x - cx)
-                    and (bx - ax) * (y - ay) >= (by - ay) * (x - ax)
+                    (c_x - b_x) * (y - b_y) >= (c_y - b_y) * (x - b_x)
+                    and (a_x - c_x) * (y - c_y) >= (a_y - c_y) * (x - c_x)
+                    and (b_x - a_x) * (y - a_y) >= (b_y - a_y) * (x - a_x)
                 ):
                     depth = np.float32(near + slope_x * x)
                     if depth > nearest[y, x]:
@@ -151,7 +149,7 @@ def _owners(
 
 
 @njit(cache=True, error_model="numpy")
-def _lit(
+def _shade_samples(
     owners: NDArray[np.int32],
     points: Array,
     triangles: Indices,
@@ -159,9 +157,9 @@ def _lit(
     lights: Array,
     texture: Floats,
 ) -> Floats:
-    """Means over the samples of each pixel: light that comes back, and coverage.
+    """Return means over the samples of each pixel: reflected light, and coverage.
 
-    Light is taken at one of the samples of each quarter of a pixel.
+    Light is evaluated at one sample per quarter of a pixel.
     """
     half = FINE // 2
     picture = np.zeros((owners.shape[0] // FINE, owners.shape[1] // FINE, 4), np.float32)
@@ -176,12 +174,12 @@ def _lit(
             if covered == 0:
                 continue
             i, j, k = triangles[owners[y, x]]
-            ax, ay = points[i, 0], points[i, 1]
-            bx, by = points[j, 0] - ax, points[j, 1] - ay
-            cx, cy = points[k, 0] - ax, points[k, 1] - ay
-            area = bx * cy - by * cx
-            b = ((x - ax) * cy - (y - ay) * cx) / area
-            c = (bx * (y - ay) - by * (x - ax)) / area
+            a_x, a_y = points[i, 0], points[i, 1]
+            b_x, b_y = points[j, 0] - a_x, points[j, 1] - a_y
+            c_x, c_y = points[k, 0] - a_x, points[k, 1] - a_y
+            area = b_x * c_y - b_y * c_x
+            b = ((x - a_x) * c_y - (y - a_y) * c_x) / area
+            c = (b_x * (y - a_y) - b_y * (x - a_x)) / area
             a = 1.0 - b - c
             column = int(a * texels[i, 0] + b * texels[j, 0] + c * texels[k, 0])
             row = int(a * texels[i, 1] + b * texels[j, 1] + c * texels[k, 1])

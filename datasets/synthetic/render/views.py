@@ -1,4 +1,4 @@
-"""A street as a camera sees it: where people walk, and how it stands or follows one of them.
+"""Street cameras and walking paths: a camera is static or follows a person.
 
 World: x to the right, height up from the ground, depth z away from the camera; metres.
 """
@@ -17,71 +17,70 @@ from trackmark.datasets.synthetic.render.path import quantised, smooth_step
 Array = NDArray[np.float64]
 
 SIZE = 640, 480
-"""Width and height of its images [pixels]."""
+"""Width and height of the images [pixels]."""
 
 FRAMES_PER_SECOND = 25.0
 
-Number = TypeVar("Number", float, NDArray[np.float64])
+Number = TypeVar("Number", float, Array)
 
 
 @dataclass(frozen=True)
 class Viewpoint:
-    """Where a camera is and looks at one instant, and what it makes of places in the world."""
+    """Position and orientation of a camera at one instant, with its projection."""
 
     focal: float  # focal length [pixels]
     eye: float  # height above the ground [metres]
     horizon: float  # row of the horizon without shift [pixels]
     centre: float  # column of the optical axis without shift [pixels]
     x: float = 0.0  # lateral place [metres]
-    # shift_x, shift_y: shift of the whole picture by turning and shaking, to the right and down
-    # [pixels]
+    # horizontal shift of the whole image by turning and shaking, to the right [pixels]
     shift_x: float = 0.0
+    # vertical shift of the whole image by turning and shaking, downwards [pixels]
     shift_y: float = 0.0
 
     def scale(self, z: Number) -> Number:
-        """Pixels per metre at a depth [metres]."""
+        """Return the pixels per metre at a depth [metres]."""
         return self.focal / z
 
     def column(self, x: Number, z: Number) -> Number:
-        """Image column of a place at a depth, both in metres."""
+        """Return the image column of a lateral place at a depth, both in metres."""
         return self.centre + self.shift_x + (x - self.x) * self.scale(z)
 
     def row(self, height: Number, z: Number) -> Number:
-        """Image row of a height above the ground at a depth, both in metres."""
+        """Return the image row of a height above the ground at a depth, both in metres."""
         return self.horizon + self.shift_y + (self.eye - height) * self.scale(z)
 
 
 CYCLE = 1.42
-"""Way walked in two steps at an ordinary pace [metres]."""
+"""Distance of two steps at an ordinary pace [metres]."""
 
 ORDINARY = 1.3
-"""Speed at which the steps are as long as they get [metres/second]."""
+"""Speed at which steps have their maximum length [metres/second]."""
 
 REACHED = 0.8
-"""A walker turns to his next point this near to the last one [metres]."""
+"""A walker turns to the next point at this distance from the last one [metres]."""
 
 FASTEST_TURN = math.radians(130) / FRAMES_PER_SECOND
-"""[radians/frame]."""
+"""Maximum turning speed of a walker [radians/frame]."""
 
 
 @dataclass(frozen=True)
 class WalkingPath:
-    """Where someone is, how he is turned and in which phase of his gait, in every frame."""
+    """Position, heading and gait phase of a person in every frame."""
 
-    # x, z: (n,), place on the ground: to the right, and away from the camera [metres]
-    x: Array
-    z: Array
+    x: Array  # (n,), place on the ground to the right [metres]
+    z: Array  # (n,), place on the ground away from the camera [metres]
     heading: Array  # (n,), 0 is to the right, pi / 2 towards the camera; continuous [radians]
-    phase: Array  # (n,), gait cycles of two steps since some beginning
+    phase: Array  # (n,), gait cycles of two steps since an arbitrary start
     stride: Array  # (n,), length of the steps, in [0, 1]
 
     @classmethod
     def through(cls, x: Array, z: Array, phase: float) -> Self:
-        """Course through places that are given for every frame; it starts in a phase."""
+        """Return the path through places of every frame, starting with a gait phase."""
         dx, dz = np.gradient(x), np.gradient(z)
         step = np.sqrt(dx * dx + dz * dz)
         stride = np.clip(step * FRAMES_PER_SECOND / ORDINARY, 0, 1)
-        # Slow walkers make shorter steps, and not quite so many.
+        # Slow walkers make shorter and slightly fewer steps.
         cycles = step / (CYCLE * (0.35 + 0.65 * stride))
         return cls(
             x,
@@ -92,16 +91,19 @@ class WalkingPath:
         )
 
     def __getitem__(self, frames: slice | NDArray[np.int64]) -> Self:
-        """The course in some of its frames, or in frames of some numbers."""
+        """Return the path in some of its frames."""
         columns = (self.x, self.z, self.heading, self.phase, self.stride)
         return type(self)(*(column[frames] for column in columns))
 
 
 def straight_path(
-    frames: int, at: int, place: tuple[float, float], velocity: tuple[float, float], phase: float
+    frames: int, frame: int, place: tuple[float, float], velocity: tuple[float, float], phase: float
 ) -> WalkingPath:
-    """Course that passes a place (x, z) [metres] in frame `at`; velocity in metres/second."""
-    elapsed = (np.arange(frames) - at) / FRAMES_PER_SECOND
+    """Return a path that passes a place (x, z) [metres] in the frame `frame`.
+
+    The velocity is in metres/second.
+    """
+    elapsed = (np.arange(frames) - frame) / FRAMES_PER_SECOND
     x, z = (start + way * elapsed for start, way in zip(place, velocity, strict=True))
     return WalkingPath.through(x, z, phase)
 
@@ -113,10 +115,10 @@ def walk_through_points(
     speed: float,
     phase: float,
 ) -> WalkingPath:
-    """Course from point to point (x, z) [metres], as people walk: in arcs, slower in bends.
+    """Return a path from point to point (x, z) [metres], in arcs, slower in bends.
 
-    `start` is the place in the first frame; he turns to the `points` one after the other and need
-    not come nearer to them than 0.8 m. `speed` is where he walks straight on [metres/second],
+    `start` is the place in the first frame. The walker heads for the `points` one after the other
+    and turns to the next one within 0.8 m of each. `speed` is that without bends [metres/second],
     `phase` that of the gait in the first frame [cycles].
     """
     x, z = start
@@ -137,40 +139,39 @@ def walk_through_points(
 
 
 SLOW = (2.5, 9.0)
-"""Periods in which a hand and an eye wander [seconds]."""
+"""Periods of slow wandering of hand and gaze [seconds]."""
 
 QUICK = (0.28, 1.1)
-"""Periods in which a hand shakes [seconds]."""
+"""Periods of a shaking hand [seconds]."""
 
 
 @dataclass(frozen=True)
 class Views:
-    """The camera in every frame."""
+    """Camera in every frame."""
 
-    still: Viewpoint  # what does not change
+    still: Viewpoint  # constant properties
     x: Array  # (n,), lateral place [metres]
-    # shift_x, shift_y: (n,), shift of the picture by turning and shaking [pixels]
-    shift_x: Array
-    shift_y: Array
+    shift_x: Array  # (n,), horizontal shift of the image by turning and shaking [pixels]
+    shift_y: Array  # (n,), vertical shift of the image by turning and shaking [pixels]
 
     @classmethod
     def standing(cls, still: Viewpoint, frames: int) -> Self:
-        """A camera that stands still in some frames."""
+        """Return a static camera for a number of frames."""
         nothing = np.zeros(frames)
         return cls(still, nothing, nothing, nothing)
 
     def __getitem__(self, frame: int) -> Viewpoint:
-        """Viewpoint in a frame."""
+        """Return the viewpoint in a frame."""
         x, right, down = (float(a[frame]) for a in (self.x, self.shift_x, self.shift_y))
         return replace(self.still, x=x, shift_x=right, shift_y=down)
 
     @cached_property
     def stands_still(self) -> bool:
-        """Whether all frames have one viewpoint."""
+        """True if all frames have one viewpoint."""
         return not any(np.ptp(v) for v in (self.x, self.shift_x, self.shift_y))
 
     def rate(self, frame: int) -> tuple[float, tuple[float, float]]:
-        """Travel [metres/frame] and the picture's shift [pixels/frame] around a frame."""
+        """Return travel [metres/frame] and image shift [pixels/frame] around a frame."""
         last = len(self.x) - 1
         around = [max(frame - 1, 0), min(frame + 1, last)]
         travel, right, down = (
@@ -181,7 +182,7 @@ class Views:
 
 
 def sample_fixed_views(random: np.random.Generator, frames: int) -> Views:
-    """Camera that stands somewhat above the heads."""
+    """Sample a static camera slightly above the heads."""
     still = Viewpoint(
         focal=700.0,
         eye=random.uniform(2.9, 3.3),
@@ -192,10 +193,10 @@ def sample_fixed_views(random: np.random.Generator, frames: int) -> Views:
 
 
 def sample_following_views(random: np.random.Generator, course: WalkingPath) -> Views:
-    """Camera in the hand of someone who walks along and keeps a walker in view, not well.
+    """Sample a hand-held camera that follows a walker imperfectly.
 
-    He lags by half a second and wanders; he turns the camera slowly about, with a quick turn
-    off the target and back now and then; his hand shakes and his steps are seen.
+    Its carrier lags by half a second and wanders. The camera turns slowly, with quick turns off the
+    target and back now and then. Hand shake and steps are visible.
     """
     frames = len(course.x)
     still = Viewpoint(
@@ -216,7 +217,7 @@ def sample_following_views(random: np.random.Generator, course: WalkingPath) -> 
     nod = random_wander(random, frames, SLOW, 9) + random_wander(random, frames, QUICK, 2.5)
     beat = random.uniform(1.7, 2.0) / FRAMES_PER_SECOND
     nod += 2.2 * np.sin(2 * np.pi * (beat * time + random.uniform()))
-    # The target stays in the picture: the further off he is, the more the turn gives way.
+    # The target stays in the image: the turn is reduced as the target's distance grows.
     aim = still.column(course.x - x, course.z) - still.centre
     room = 0.30 * SIZE[0]
     shift_x = room * np.tanh((aim + turn) / room) - aim
@@ -224,7 +225,7 @@ def sample_following_views(random: np.random.Generator, course: WalkingPath) -> 
 
 
 def _smoothed(values: Array, lag: int) -> Array:
-    """Weighted mean of the last 2 `lag` + 1 values: late by `lag` frames, and smooth."""
+    """Return the weighted mean of the last 2 `lag` + 1 values: delayed by `lag` frames, smooth."""
     weights = np.hanning(2 * lag + 3)[1:-1]
     before = np.full(2 * lag, values[0])
     return np.convolve(np.concatenate([before, values]), weights / weights.sum(), "valid")
@@ -233,7 +234,7 @@ def _smoothed(values: Array, lag: int) -> Array:
 def random_wander(
     random: np.random.Generator, frames: int, periods: Sequence[float], deviation: float
 ) -> Array:
-    """Sum of five waves of random periods [seconds] with a standard deviation."""
+    """Return the sum of five waves of random periods [seconds] with a standard deviation."""
     time = np.arange(frames) / FRAMES_PER_SECOND
     low, high = (float(np.log(period)) for period in periods)
     total = np.zeros(frames)

@@ -51,7 +51,7 @@ from trackmark.datasets.synthetic.render.solids import (
     chain,
     half_space,
     limb,
-    mirrored,
+    mirror_limbs,
 )
 from trackmark.datasets.synthetic.scene import SceneTruth, SyntheticScene, part_generator
 
@@ -383,7 +383,7 @@ def _hand(cup: Cup, grip: float, slope: float) -> list[Array]:
     solids += chain([wrist, ball, joint, tip], (3.2, 2.7, 1.9, 1.45), 1.6)
     arm = wrist + np.array([9.0, 9.0 * slope, 1.0])
     solids += chain([wrist, arm], (3.8, 4.6), 2.0)
-    return mirrored(solids, cup.hand)
+    return mirror_limbs(solids, cup.hand)
 
 
 def _sleeve(cup: Cup, grip: float, slope: float) -> list[Array]:
@@ -391,7 +391,7 @@ def _sleeve(cup: Cup, grip: float, slope: float) -> list[Array]:
     way = np.array([1.0, slope, 0.10])
     cuff = chain([start, start + 2.6 * way], (5.4, 5.5), 0.0)
     arm = chain([start + 1.5 * way, start + 30 * way, start + 110 * way], (5.0, 6.6, 9.5), 1.0)
-    return mirrored([*cuff, *arm], cup.hand)
+    return mirror_limbs([*cuff, *arm], cup.hand)
 
 
 def _knitted(random: np.random.Generator, slope: float) -> Pattern:
@@ -418,7 +418,7 @@ class PlacedLayer:
         self._picture = picture
         self._anchor = np.asarray(anchor, np.float64)
 
-    def render_at(self, place: ArrayLike, tilt: float) -> NDArray[np.float64]:
+    def render_at(self, place: ArrayLike, tilt: float) -> Array:
         """Render the layer with its anchor at a place [pixels], tilted to the right [radians].
 
         Returns values in [0, 1], shape (height, width) or (height, width, channels) of the whole
@@ -432,9 +432,7 @@ class PlacedLayer:
         matrix = np.column_stack([turn, shift])
         return downsample(cv2.warpAffine(self._picture, matrix, canvas, flags=flags))
 
-    def extents(
-        self, places: NDArray[np.float64], tilts: NDArray[np.float64]
-    ) -> NDArray[np.float64]:
+    def extents(self, places: Array, tilts: Array) -> Array:
         """Return tight boxes around the layer for several placements, shape (n, 4) [pixels]."""
         rows, columns = np.nonzero(self._picture)
         ends = [(columns + u, rows + v) for u in (0, 1) for v in (0, 1)]
@@ -447,7 +445,7 @@ class PlacedLayer:
         return np.stack([left, top, x.max(axis=1) - left, y.max(axis=1) - top], axis=1)
 
 
-def downsample(picture: NDArray[Any], fine: int = FINE) -> NDArray[np.float64]:
+def downsample(picture: NDArray[Any], fine: int = FINE) -> Array:
     """Return the means over the samples of each pixel, in [0, 1]."""
     height, width = picture.shape[0] // fine, picture.shape[1] // fine
     means = cv2.resize(picture.astype(np.float64), (width, height), interpolation=cv2.INTER_AREA)

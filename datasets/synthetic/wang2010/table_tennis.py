@@ -232,13 +232,7 @@ class Player:
         self._blend(canvas, self._shadow, self._bat + SOFT, bat + away, rest + away[1], tip)
 
     def _blend(
-        self,
-        canvas: Picture,
-        picture: Picture,
-        origin: Array,
-        bat: Array,
-        rest: float,
-        tip: Array,
+        self, canvas: Picture, picture: Picture, origin: Array, bat: Array, rest: float, tip: Array
     ) -> None:
         columns = np.arange(picture.shape[1]) - 0.5
         away = (columns - origin[0]) / self._reach

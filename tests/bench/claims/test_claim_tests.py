@@ -77,10 +77,10 @@ def test_measure_that_is_a_difference_needs_no_sides() -> None:
 
 
 def test_share_counts_scenes_in_which_all_sequences_succeed() -> None:
-    kept = claim(of="A", sequences=["x", "y"], test="share")
+    share_claim = claim(of="A", sequences=["x", "y"], test="share")
     x = [1.0] * 24
     y = [1.0] * 20 + [1 / 3] * 4  # a third of the repetitions is no success
-    verdict = judge(kept, Evidence(pd.concat([table({"A": x}, "x"), table({"A": y}, "y")])))
+    verdict = judge(share_claim, Evidence(pd.concat([table({"A": x}, "x"), table({"A": y}, "y")])))
     expected = share([1.0] * 20 + [0.0] * 4, np.ones(24))
     assert (verdict.verdict, verdict.interval) == (expected.verdict, expected.interval)
     assert verdict.statistic == 20 / 24
@@ -139,8 +139,8 @@ def test_claim_without_runs_is_inconclusive() -> None:
 
 def test_notes_name_lost_targets_and_failed_runs() -> None:
     assert notes(Evidence(lost_before=0.4)) == []
-    found = notes(Evidence(lost_before=0.6, failed="1 of 72 runs failed"))
-    assert found == ["lost before the event in 60 % of the scenes", "1 of 72 runs failed"]
+    remarks = notes(Evidence(lost_before=0.6, failed="1 of 72 runs failed"))
+    assert remarks == ["lost before the event in 60 % of the scenes", "1 of 72 runs failed"]
 
 
 def test_row_shows_both_settings_with_reason_and_notes() -> None:

@@ -1,6 +1,7 @@
 """Copies of benchmarks as users have them: one path gives a table."""
 
 import csv
+import json
 import shutil
 
 import cv2
@@ -116,11 +117,13 @@ def test_masks_of_vot_are_scored_from_stored_ground_truth(scores, vot2020):
     assert by_measure["robustness"] == 1
 
 
-@pytest.mark.parametrize("path", ["GOT-10k/val", "GOT-10k", "GOT-10k/val/GOT-10k_Val_00000?"])
-def test_copy_of_got10k_is_a_table_by_one_path(scores, got10k, path):
-    text, by_measure = scores(path, "native,got10k", "got10k")
+def test_copy_of_got10k_is_a_table_by_one_path(trackmark, scores, got10k):
+    text, by_measure = scores("GOT-10k", "native,got10k", "got10k")
     assert "GOT-10k_Val_000002" in text
     assert by_measure == {"ao": 1, "sr50": 1, "sr75": 1}
+    for path in ("GOT-10k/val", "GOT-10k/val/GOT-10k_Val_00000?"):
+        described = json.loads(trackmark("describe", path, "--json").stdout)
+        assert [name[-1] for name in described["of them"]] == ["1", "2"]
 
 
 def test_copy_of_otb_is_a_table_with_both_targets_of_a_folder(scores, otb100):
@@ -136,10 +139,10 @@ def test_incomplete_copy_is_one_message(trackmark, one_line, vot2016, got10k):
 
     for image in (vot2016 / "bolt").glob("*.jpg"):
         image.unlink()
-    assert "there is 'groundtruth.txt, occlusion.label'" in message("vot2016/bolt")
+    assert "It contains 'groundtruth.txt, occlusion.label'" in message("vot2016/bolt")
     assert "(VOT)" in message("vot2016/bolt")
     (got10k / "GOT-10k_Val_000001" / "groundtruth.txt").unlink()
     assert "there is no ground truth" in message("GOT-10k/val/GOT-10k_Val_000001")
     (vot2016 / "racing" / "groundtruth.txt").rename(vot2016 / "racing" / "truth.txt")
-    assert "truth.txt is of a format that isn't read" in message("vot2016/racing")
+    assert "truth.txt is not read" in message("vot2016/racing")
     assert "Did you mean 'GOT-10k/val'?" in message("GOT-10k/vale")

@@ -1,4 +1,4 @@
-"""`trackmark check --time`, as a user types it; times are made up, however busy the machine is."""
+"""`trackmark check --time` with invented times, which do not depend on the load."""
 
 import json
 import subprocess
@@ -32,16 +32,18 @@ AGAINST = ("--time", "--against", "HEAD")
 @pytest.fixture
 def git(workspace):
     def call(*arguments):
-        who = ("-c", "user.name=a", "-c", "user.email=a@b")
-        subprocess.run(["git", *who, *map(str, arguments)], cwd=workspace, check=True, timeout=300)
+        author = ("-c", "user.name=a", "-c", "user.email=a@b")
+        subprocess.run(
+            ["git", *author, *map(str, arguments)], cwd=workspace, check=True, timeout=300
+        )
 
     return call
 
 
 @pytest.fixture
-def clocked(monkeypatch):
-    """Setups that were clocked, by times that their files say; see `SLOW`."""
-    seen, generator = [], np.random.default_rng(0)
+def timed_setups(monkeypatch):
+    """Invent times, longer for files that contain `SLOW`; return the timed setups."""
+    setups_seen, generator = [], np.random.default_rng(0)
 
     def ratio(setup):
         file = Path(setup.home, "trackers", f"{setup.name}.py") if setup.home else Path(setup.name)
@@ -49,21 +51,21 @@ def clocked(monkeypatch):
 
     def in_turns(setups, clips):
         assert [clip.frames for clip in clips] == [4]
-        seen.append(setups)
+        setups_seen.append(setups)
         ratios = np.array([ratio(setup) for setup in setups])
         return ratios[:, None, None] * generator.normal(1, 0.01, (2, 5, 4))
 
     monkeypatch.setattr("trackmark.bench.comparing.speed_check.in_turns", in_turns)
-    return seen
+    return setups_seen
 
 
 @pytest.fixture
-def kept(trackmark, workspace, clocked, git, monkeypatch):
-    """A baseline of two trackers, which are committed."""
-    own = workspace / "trackers"
-    own.mkdir()
-    (own / "static.py").write_text("# as it was\n")
-    monkeypatch.setattr("trackmark.bench.comparing.speed_check._PACKAGE", own)
+def committed_baseline(trackmark, workspace, timed_setups, git, monkeypatch):
+    """Create a baseline of two trackers and commit their files."""
+    package = workspace / "trackers"
+    package.mkdir()
+    (package / "static.py").write_text("# as it was\n")
+    monkeypatch.setattr("trackmark.bench.comparing.speed_check._PACKAGE", package)
     git("init", "--quiet")
     git("add", "knob.py", "trackers")
     git("commit", "--quiet", "--message", "before")
@@ -73,21 +75,21 @@ def kept(trackmark, workspace, clocked, git, monkeypatch):
 
 
 @pytest.fixture
-def written(workspace):
-    """A baseline of which nothing is run."""
+def baseline_without_runs(workspace):
+    """Write a baseline whose trackers need not run."""
     path = workspace / "baselines" / "own.toml"
     path.parent.mkdir()
     path.write_text(WRITTEN)
     return path
 
 
-def slowed(file):
+def slow_down(file):
     file.write_text(file.read_text() + SLOW)
 
 
-def test_slower_tracker_is_reported(trackmark, workspace, kept):
+def test_slower_tracker_is_reported(trackmark, workspace, committed_baseline):
     assert trackmark("check", "own", *AGAINST).stdout.count("as fast") == 2
-    slowed(workspace / "knob.py")
+    slow_down(workspace / "knob.py")
     files = ("--markdown", "pull.md", "--junit", "check.xml")
     printed = trackmark("check", "own", *AGAINST, *files, status=1).stdout
     assert "mine" in next(line for line in printed.splitlines() if "slower" in line)
@@ -102,15 +104,17 @@ def test_slower_tracker_is_reported(trackmark, workspace, kept):
     assert first["low"] < first["change"] < first["high"]
 
 
-def test_old_trackers_come_from_the_revision(trackmark, workspace, kept, git, clocked):
-    slowed(workspace / "knob.py")
-    slowed(workspace / "trackers" / "static.py")
-    clocked.clear()
+def test_old_trackers_come_from_the_revision(
+    trackmark, workspace, committed_baseline, git, timed_setups
+):
+    slow_down(workspace / "knob.py")
+    slow_down(workspace / "trackers" / "static.py")
+    timed_setups.clear()
     printed = trackmark("check", "own", *AGAINST, "--json", status=1).stdout
     states = {entry["tracker"]: entry["state"] for entry in json.loads(printed)["times"]}
     assert states == {"mine": "slower", "static": "as fast"}  # today's is not from that folder
-    assert [old.home != "" for old, _ in clocked[:: speed.MIN_SESSIONS]] == [True, False]
-    assert all((old.options, now.home) == (now.options, "") for old, now in clocked)
+    assert [old.home != "" for old, _ in timed_setups[:: speed.MIN_SESSIONS]] == [True, False]
+    assert all((old.options, now.home) == (now.options, "") for old, now in timed_setups)
     git("commit", "--quiet", "--all", "--message", "after")
     assert "slower" not in trackmark("check", "own", *AGAINST).stdout
     git("mv", "knob.py", "other.py")
@@ -120,7 +124,7 @@ def test_old_trackers_come_from_the_revision(trackmark, workspace, kept, git, cl
     assert "HEAD has no knob.py" in message
 
 
-def test_tracker_that_cannot_be_timed_is_inconclusive(trackmark, kept, monkeypatch):
+def test_tracker_that_cannot_be_timed_is_inconclusive(trackmark, committed_baseline, monkeypatch):
     def in_turns(setups, clips):
         raise TurnError("its process ended")
 
@@ -142,7 +146,7 @@ def test_tracker_that_cannot_be_timed_is_inconclusive(trackmark, kept, monkeypat
         ((*AGAINST, "--accept", "mine", "--because", "x"), "does not go with --time"),
     ],
 )
-def test_wrong_usage_of_time_exits_with_2(trackmark, written, git, arguments, words):
+def test_wrong_usage_of_time_exits_with_2(trackmark, baseline_without_runs, git, arguments, words):
     if arguments[-1] in ("nowhere", "--all"):
         git("init", "--quiet")
     message = trackmark("check", "own", *arguments, status=2).stderr
@@ -150,7 +154,7 @@ def test_wrong_usage_of_time_exits_with_2(trackmark, written, git, arguments, wo
     assert len(message.strip().splitlines()) <= 4
 
 
-def test_missing_git_is_reported(trackmark, written, monkeypatch):
+def test_missing_git_is_reported(trackmark, baseline_without_runs, monkeypatch):
     monkeypatch.setenv("PATH", "")
     message = trackmark("check", "own", "--trackers", "mine", *AGAINST, status=2).stderr
-    assert "needs git" in message
+    assert "cannot run git" in message

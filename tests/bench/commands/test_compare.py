@@ -1,4 +1,4 @@
-"""`trackmark compare`, as a user types it."""
+"""Tests of the command `trackmark compare`."""
 
 import json
 
@@ -47,8 +47,7 @@ def test_pair_is_the_same_without_a_tracker_that_is_not_named(trackmark, workspa
 
 
 def test_single_sequence_has_a_difference_without_interval(trackmark):
-    one = ("--sequences", TINY)
-    printed = trackmark("compare", "static", "camshift", *one).stdout
+    printed = trackmark("compare", "static", "camshift", "--sequences", TINY).stdout
     assert "1 sequence: too few for intervals (6 needed)" in printed
     assert "Differences of mean overlap by sequence" in printed
 
@@ -76,9 +75,9 @@ def test_failed_runs_are_counted_and_named(trackmark, workspace, otb):
 def test_missing_run_is_executed_or_refused_in_results(trackmark, workspace):
     trackmark("compare", "static", "camshift", "--sequences", SCENES, "--name", "gap")
     results = Results(workspace / "results/gap")
-    asked = results.asked()
-    results.remove([next(cell for cell in results.cells() if cell[0] == "camshift")])
-    results.prepare(asked)
+    requested = results.manifest()
+    results.remove([next(key for key in results.list_keys() if key[0] == "camshift")])
+    results.prepare(requested)
     results = ("compare", "--results", "results/gap")
     message = trackmark(*results, status=2).stderr
     assert "tracker camshift, sequence plain/target:height=64:length=12" in message
@@ -139,21 +138,21 @@ def test_sequences_with_the_same_boxes_are_counted(trackmark, workspace, otb):
 
 
 def test_differently_averaged_score_is_named_mean_of_sequences(trackmark, workspace):
-    asked = ("compare", "static", "camshift", "--sequences", SCENES, "--metrics")
-    said = trackmark(*asked, "got10k", "--folder", "paper").stdout
+    compare = ("compare", "static", "camshift", "--sequences", SCENES, "--metrics")
+    printed = trackmark(*compare, "got10k", "--folder", "paper").stdout
     title = "mean of sequences' AO (got10k)"
-    assert title in said
+    assert title in printed
     assert title in (workspace / "paper/paragraph.txt").read_text()
-    assert json.loads(trackmark(*asked, "got10k", "--json").stdout)["title"] == title
-    assert json.loads(trackmark(*asked, "otb", "--json").stdout)["title"] == "success AUC (otb)"
+    assert json.loads(trackmark(*compare, "got10k", "--json").stdout)["title"] == title
+    assert json.loads(trackmark(*compare, "otb", "--json").stdout)["title"] == "success AUC (otb)"
 
 
 def test_preset_that_refuses_runs_prevents_all_output(trackmark):
     longer = SCENES.replace("length=12", "length=40")  # in which a tracker fails
-    asked = ("--sequences", longer, "--metrics", "otb,got10k,vot")
-    said = trackmark("compare", "static", "camshift", *asked, status=2)
-    assert said.stdout == ""
-    assert "supervised" in said.stderr
+    where = ("--sequences", longer, "--metrics", "otb,got10k,vot")
+    done = trackmark("compare", "static", "camshift", *where, status=2)
+    assert done.stdout == ""
+    assert "supervised" in done.stderr
 
 
 def test_stored_runs_of_another_tracker_version_are_named(trackmark, monkeypatch):

@@ -29,13 +29,13 @@ def test_runs_by_several_protocols_are_stored_and_tabled_apart(both, trackmark, 
     assert "metrics preset vot-supervised" in supervised
     assert "metrics preset native" not in supervised
     folder = workspace / "results" / "trial"
-    stored = {(cell[0], cell[3]) for cell in Results(folder).cells()}
+    stored = {(cell[0], cell[3]) for cell in Results(folder).list_keys()}
     assert stored == {
         (tracker, protocol)
         for tracker in ("static", "knob.py:Knob")
         for protocol in ("accuracy", "supervised:skip=2")
     }
-    text = unwrapped(trackmark("report", folder, "--metrics", "native,otb").stdout)
+    text = unwrapped(trackmark("report", folder, "--metrics", "native,otb", "--no-pictures").stdout)
     assert text.count("metrics preset") == 4
     assert text.count("trial, protocol one-pass") == 2
     assert text.count("trial, protocol supervised:skip=2") == 2

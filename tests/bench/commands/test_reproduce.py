@@ -1,4 +1,4 @@
-"""`trackmark reproduce` as a user types it."""
+"""Tests of the command `trackmark reproduce`."""
 
 import json
 import shutil
@@ -26,17 +26,17 @@ def test_quick_runs_are_part_of_all_runs(paper):
 @pytest.mark.slow
 def test_quick_report_is_the_same_the_second_time(trackmark, workspace):
     arguments = ["reproduce", "wang2010", "--quick", "--json"]
-    found = json.loads(trackmark(*arguments).stdout)
-    assert found["paper"] == "wang2010"
-    assert found["claims"] == []
-    row = found["main"][0]["rows"][0]
+    report = json.loads(trackmark(*arguments).stdout)
+    assert report["paper"] == "wang2010"
+    assert report["claims"] == []
+    row = report["main"][0]["rows"][0]
     assert row["tracker"] == "proposed, N = 60"
     assert {"paper", "as written", "recommended"} <= row.keys()
     folder = workspace / "results" / "wang2010"
     for name in ("report.html", "report.md", "report.json", "main.csv", "figure-3.png"):
         assert (folder / name).stat().st_size > 0, name
     shutil.rmtree(next((workspace / "results" / "wang2010-hand").glob("camshift*")))
-    assert json.loads(trackmark(*arguments).stdout)["main"] == found["main"]
+    assert json.loads(trackmark(*arguments).stdout)["main"] == report["main"]
     text = trackmark("reproduce", "wang2010", "--quick").stdout
     assert "off at 12, back at 16" in text
     assert "not run" not in text

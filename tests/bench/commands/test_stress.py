@@ -1,4 +1,4 @@
-"""`trackmark stress`, as a user types it."""
+"""Tests of the command `trackmark stress`."""
 
 import json
 
@@ -19,7 +19,7 @@ def test_breaking_points_are_found_and_no_run_is_repeated(trackmark, workspace, 
     command = ("stress", "static", "--against", "camshift", *STRESS, "noise")
     text = trackmark(*command, "--folder", "out").stdout
     assert "Breaking points" in text
-    assert "ten visible frames" in text
+    assert "ten consecutive visible" in text
     assert max(map(len, text.splitlines())) <= 100
     for name in ("breaking-points.tex", "severity.csv", "runs.csv", "curve-noise.png"):
         assert (workspace / "out" / name).is_file()

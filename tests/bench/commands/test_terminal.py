@@ -9,7 +9,7 @@ import pytest
 from trackmark.bench.commands import _progress
 from trackmark.bench.commands._progress import patience, progress_bar
 from trackmark.bench.commands._terminal import Outlet, complain, outlets
-from trackmark.reports.printable import WIDTH, wrapped
+from trackmark.reports.printable import MAX_WIDTH, wrap
 
 
 class Screen(io.StringIO):
@@ -37,18 +37,18 @@ def test_long_message_is_wrapped_in_a_terminal_only(terminal, monkeypatch):
     with outlets():
         complain(message)
     lines = screen.getvalue().splitlines()
-    assert (max(map(len, lines)) <= WIDTH) == terminal
+    assert (max(map(len, lines)) <= MAX_WIDTH) == terminal
     assert (len(lines) == 1) != terminal
     assert " ".join(lines).split() == f"trackmark: {message}".split()
 
 
 @pytest.mark.parametrize("command", [("list",), ("describe", "camshift"), ("doctor",)])
 def test_listed_texts_fit_a_terminal(trackmark, command):
-    assert max(map(len, trackmark(*command).stdout.splitlines())) <= WIDTH
+    assert max(map(len, trackmark(*command).stdout.splitlines())) <= MAX_WIDTH
 
 
 def test_wrapped_text_is_indented_like_its_first_line():
-    first, *others = wrapped("  window=fixed   " + "what it means " * 20).splitlines()
+    first, *others = wrap("  window=fixed   " + "what it means " * 20).splitlines()
     assert first.startswith("  window=fixed   what")
     assert others
     assert {len(line) - len(line.lstrip()) for line in others} == {17}

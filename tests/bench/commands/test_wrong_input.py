@@ -25,10 +25,10 @@ run --trackers camshift:hue_bins=0 {SMALL} | hue_bins=0
 run --trackers camshift:hue_bins=many {SMALL} | hue_bins=many
 run --trackers static --sequences samples/fce | 'samples/face'
 run --trackers static --sequences samples/*,nothing/* | 'nothing/*' matches no sequence
-run --trackers , {SMALL} | a tracker and a sequence
-run --trackers static --sequences , | a tracker and a sequence
+run --trackers , {SMALL} | no tracker or no sequence
+run --trackers static --sequences , | no tracker or no sequence
 {STATIC} data/Small/img | data/Small/img is not an experiment.
-run --trackers static --sequences data data/Small knob.py | quotes, so that your shell
+run --trackers static --sequences data data/Small knob.py | quotes, so that the shell
 run demo demo | Give one experiment
 run --trackers static --sequences plain/target:sped=3 | 'speed'
 run --trackers static --sequences nowhere | nowhere
@@ -39,7 +39,7 @@ run --trackers static --sequences nowhere | nowhere
 {STATIC} --memory-limit much | 'much' is not a valid size
 {STATIC} --protocol supervise | Did you mean 'supervised'?
 {STATIC} --protocol tre:starts=none | parameter starts=none
-{STATIC} --protocol sre --timing | timing runs are in one pass
+{STATIC} --protocol sre --timing | timing runs are one-pass
 {STATIC} --output file/results | --output
 run nonsense | unknown experiment 'nonsense'
 run missing.toml | missing.toml
@@ -66,30 +66,30 @@ report data --format pdf | --folder
 report data --json --frames | --folder
 report data --no-pictures --frames | --folder
 results list nowhere | nowhere
-compare static camshift | Give --sequences or --results
-compare --sequences {SCENES} | Name the trackers
+compare static camshift | Give either --sequences or --results
+compare --sequences {SCENES} | at least two trackers
 compare static static --sequences {SCENES} | twice
 compare --results nowhere | no results here
-compare --results nowhere --margin nan | a finite number
+compare --results nowhere --margin nan | not a finite number
 {COMPARE} --metric nonsense | is not one of mean_overlap
-{COMPARE} --metrics otb --metric centre_error | otb has no 'centre_error'
+{COMPARE} --metrics otb --metric centre_error | otb has no score 'centre_error'
 {COMPARE} --metrics vot --metric failures | --margin
-{COMPARE} --results-of MINE=theirs | names MINE twice
-{SUPERVISED} --metric eao | eao is of all sequences together
-{SUPERVISED} --metric eao | compared by accuracy, failures, robustness, accuracy_exact
-{STRESS}=0..9,noise | names one twice
-{STRESS} --knob '' | names none
+{COMPARE} --results-of MINE=theirs | the name MINE is given twice
+{SUPERVISED} --metric eao | eao is a score of all sequences together
+{SUPERVISED} --metric eao | Choose one of accuracy, failures, robustness, accuracy_exact
+{STRESS}=0..9,noise | a name is given twice
+{STRESS} --knob '' | the list is empty
 {STRESS} --knob nois | Did you mean 'noise'
 {STRESS} --sequences nowhere | nowhere
-{STRESS} --knob occlusion | is too long for it
-{STRESS}=0..900 | give a number from 0 to 255
+{STRESS} --knob occlusion | is too long
+{STRESS}=0..900 | Expected: a number from 0 to 255
 {STRESS} --runs 3 | 20
 reproduce multi-part | Did you mean 'multipart'?
 reproduce | Give one PAPER (moreno2005,
 reproduce multipart --all-papers | Give one PAPER
-reproduce --all-papers --page page.md | --page needs one PAPER
-reproduce multipart --quick --page page.md | a report with verdicts
-reproduce multipart --quick --all | --quick or --all
+reproduce --all-papers --page page.md | --page requires one PAPER
+reproduce multipart --quick --page page.md | requires one PAPER and verdicts
+reproduce multipart --quick --all | either --quick or --all
 {ANNOTATE} --box 0:1,2,3 | FRAME:X,Y,WIDTH,HEIGHT
 {ANNOTATE} --box x | FRAME:X,Y,WIDTH,HEIGHT
 {ANNOTATE} --box 0:1,2,3,4 | two frames or more
@@ -106,7 +106,7 @@ show data/Small --output a.gif | neither .png nor .mp4
 show data/Small --output a.png --first 9 | not among 0 to 4
 show data/Small --output a.png --trace revised | give both
 show data/Small --live static --first 1 | exclude each other
-check nowhere | there is no such baseline
+check nowhere | baseline not found
 """.strip().splitlines()
 
 TOML = 'version = 1\ntrackers = ["{}"]\nsequences = ["{}"]\n'

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from trackmark import trackers
 from trackmark.bench.comparing.baseline import (
     Baseline,
-    BaselineCell,
+    BaselineEntry,
     BaselineError,
     baseline_path,
     box_digest,
@@ -26,14 +26,14 @@ SEEDS = 6
 MADE_WITH = {"platform": "Linux x86_64", "numpy": "2.1"}
 
 
-def cell(overlap=(0.5,) * SEEDS, path="s0", **options):
+def entry(overlap=(0.5,) * SEEDS, path="s0", **options):
     boxes = tuple(f"{seed:08x}" for seed in range(len(overlap)))
-    return BaselineCell(SequenceSource(path, **options), "9f31c2aa", tuple(overlap), boxes)
+    return BaselineEntry(SequenceSource(path, **options), "9f31c2aa", tuple(overlap), boxes)
 
 
-def baseline(**cells):
+def baseline(**entries):
     return Baseline(
-        {"mine": {"s0": cell(), **cells}, "static": {"s0": cell((0.25,))}},
+        {"mine": {"s0": entry(), **entries}, "static": {"s0": entry((0.25,))}},
         {"mine": "a.py:as=mine", "static": "static"},
         SEEDS,
         0.05,
@@ -42,13 +42,13 @@ def baseline(**cells):
 
 
 def test_written_baseline_is_read_as_it_was(tmp_path):
-    video = cell((0.81234, 0.0, 1.0, 1e-05, 0.3, 0.4), "clips/cup.mp4", truth=Path("cup.csv"))
-    kept = baseline(**{"cup.mp4": video, "tracker": cell()})
-    kept = kept.moved_on("mine", kept.cells, 'a "better" update', "2026-11-22")
-    write_baseline(kept, tmp_path / "own.toml")
+    video = entry((0.81234, 0.0, 1.0, 1e-05, 0.3, 0.4), "clips/cup.mp4", truth=Path("cup.csv"))
+    stored = baseline(**{"cup.mp4": video, "tracker": entry()})
+    stored = stored.moved_on("mine", stored.entries, 'a "better" update', "2026-11-22")
+    write_baseline(stored, tmp_path / "own.toml")
     read = read_baseline(tmp_path / "own.toml")
-    assert read.cells == kept.cells
-    assert (read.texts, read.seeds, read.detect) == (kept.texts, kept.seeds, kept.detect)
+    assert read.entries == stored.entries
+    assert (read.texts, read.seeds, read.detect) == (stored.texts, stored.seeds, stored.detect)
     assert read.made_with == MADE_WITH
     assert read.accepted[0]["because"] == 'a "better" update'
     write_baseline(read, tmp_path / "again.toml")
@@ -58,18 +58,18 @@ def test_written_baseline_is_read_as_it_was(tmp_path):
 @pytest.mark.parametrize("sign", ["\x7f", "\x00", "\x1b", "\x85", "\n", "\u2028", '"', "\\"])
 def test_control_character_in_a_text_is_read_back(tmp_path, sign):
     name = f"cup{sign}"
-    kept = baseline(**{name: cell(path=f"data/{name}")})
-    kept = kept.moved_on("mine", kept.cells, f"because {sign}", "2026-11-22")
-    write_baseline(kept, tmp_path / "own.toml")
+    stored = baseline(**{name: entry(path=f"data/{name}")})
+    stored = stored.moved_on("mine", stored.entries, f"because {sign}", "2026-11-22")
+    write_baseline(stored, tmp_path / "own.toml")
     read = read_baseline(tmp_path / "own.toml")
-    assert read.cells["mine"][name].source.text == f"data/{name}"
+    assert read.entries["mine"][name].source.text == f"data/{name}"
     assert read.accepted[0]["because"] == f"because {sign}"
 
 
 def test_text_that_is_not_utf8_is_refused(tmp_path):
-    kept = baseline(s1=cell(path="data/\udcff"))
+    stored = baseline(s1=entry(path="data/\udcff"))
     with pytest.raises(BaselineError, match=r"own\.toml: .*udcff.* is not valid UTF-8\. Rename"):
-        write_baseline(kept, tmp_path / "own.toml")
+        write_baseline(stored, tmp_path / "own.toml")
     assert not list(tmp_path.iterdir())
 
 
@@ -116,8 +116,8 @@ REFUSED = [
 @pytest.mark.parametrize(("old", "new", "words"), REFUSED)
 def test_damaged_baseline_is_refused_in_one_line(tmp_path, old, new, words):
     file = tmp_path / "own.toml"
-    kept = baseline()
-    write_baseline(kept.moved_on("mine", kept.cells, "x", "2026-11-22"), file)
+    stored = baseline()
+    write_baseline(stored.moved_on("mine", stored.entries, "x", "2026-11-22"), file)
     text = file.read_text().replace(old, new, 1)
     file.write_text(text, errors="surrogateescape")
     with pytest.raises(BaselineError) as error:
@@ -140,8 +140,8 @@ def test_missing_baseline_is_named():
 @pytest.fixture(scope="module")
 def valid(tmp_path_factory):
     file = tmp_path_factory.mktemp("baseline") / "own.toml"
-    kept = baseline(s1=cell(path="data/s1", truth=Path("s1.csv")))
-    write_baseline(kept.moved_on("mine", kept.cells, "x", "2026-11-22"), file)
+    stored = baseline(s1=entry(path="data/s1", truth=Path("s1.csv")))
+    write_baseline(stored.moved_on("mine", stored.entries, "x", "2026-11-22"), file)
     return file.read_bytes(), file.with_name("mutated.toml")
 
 
@@ -153,9 +153,9 @@ def assert_read_as_written_or_refused(file):
     table = tomllib.loads(file.read_bytes().decode("utf-8-sig"))
     assert (read.seeds, read.detect) == (table["seeds"], table["detect"])
     assert list(read.accepted) == table.get("accepted", [])
-    for tracker, cells in table["trackers"].items():
-        for name, entry in cells.items():
-            stored = read.cells[tracker][name]
+    for tracker, entries in table["trackers"].items():
+        for name, entry in entries.items():
+            stored = read.entries[tracker][name]
             assert list(stored.overlap) == entry["overlap"]
             assert list(stored.boxes) == entry["boxes"]
             assert stored.sequence == entry["sequence"]
@@ -184,7 +184,7 @@ def test_box_digest_equals_slow_definition():
 
 def test_project_baseline_has_all_distinct_presets():
     """A preset whose parameters equal those of an earlier one is left out: it gives equal runs."""
-    kept = read_baseline(Path(__file__).parents[2] / "baseline.toml")
+    stored = read_baseline(Path(__file__).parents[2] / "baseline.toml")
     labels = {"opencv-camshift", "opencv-mil"}
     for name in trackers.names():
         if not name.startswith("opencv-"):
@@ -195,5 +195,5 @@ def test_project_baseline_has_all_distinct_presets():
                     repr(trackers.resolve(name, preset=preset).parameters), label
                 )
             labels |= set(by_parameters.values())
-    assert set(kept.cells) == labels
-    assert len({tuple(cells) for cells in kept.cells.values()}) == 1
+    assert set(stored.entries) == labels
+    assert len({tuple(entries) for entries in stored.entries.values()}) == 1

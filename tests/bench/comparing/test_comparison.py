@@ -19,7 +19,7 @@ from trackmark.bench.reporting.tables import SUMMARY
 from trackmark.bench.statistics.intervals import mean_interval
 from trackmark.bench.statistics.rules import decide
 from trackmark.reports.comparison import (
-    Breaks,
+    SurvivalCurve,
     breaking_plot,
     difference_plot,
 )
@@ -32,7 +32,7 @@ ERROR = next(measure for measure in SUMMARY if measure.name == "centre_error")
 
 
 def around(means, spread=0.01, repetitions=4, seed=0):
-    """Scores (sequences, repetitions) about a mean a sequence."""
+    """Return random scores, shape (n_sequences, repetitions), around a mean per sequence."""
     generator = np.random.default_rng(seed)
     return np.asarray(means)[:, None] + generator.normal(0, spread, (len(means), repetitions))
 
@@ -41,7 +41,7 @@ HARDNESS = np.linspace(0.3, 0.8, 10)
 
 
 def ladder(names="abc", step=0.1, n=10):
-    """Scores of trackers, each better than the one before."""
+    """Return scores of trackers, each better than the one before."""
     return {name: around(HARDNESS[:n] + step * k, seed=k) for k, name in enumerate(names)}
 
 
@@ -54,9 +54,9 @@ def test_compare_pairs_by_sequence_after_averaging_repetitions(make_runs):
     assert pair.interval == pytest.approx(mean_interval(differences))
     assert (pair.answer.label, pair.wins) == ("better", 10)
     assert [standing.contender for standing in comparison.standings] == [True, False]
-    own = comparison.standings[0]
-    assert own.interval == pytest.approx(mean_interval(scores["a"].mean(axis=1)))
-    assert (own.milliseconds, own.timed) == (pytest.approx(2.0), False)
+    first = comparison.standings[0]
+    assert first.interval == pytest.approx(mean_interval(scores["a"].mean(axis=1)))
+    assert (first.milliseconds, first.timed) == (pytest.approx(2.0), False)
 
 
 def test_compare_takes_lower_as_better_if_the_measure_does(make_runs):
@@ -345,13 +345,15 @@ def test_published_file_of_wrong_content_is_refused(make_runs, tmp_path, text, w
 def test_breaking_plot_gives_each_of_many_trackers_a_panel(n, panels):
     levels = np.array([1.0, 10.0])
     curves = {
-        f"t{k}": Breaks(levels, np.array([1.0, k / n]), levels, levels / 10, levels, 2.0, 3.0)
+        f"t{k}": SurvivalCurve(
+            levels, np.array([1.0, k / n]), levels, levels / 10, levels, 2.0, 3.0
+        )
         for k in range(n)
     }
     figure = breaking_plot(curves, "noise", "T", logarithmic=True)
-    shown = [axes for axes in figure.axes if axes.get_visible()]
-    assert len(shown) == panels
-    for number, axes in enumerate(shown if panels > 1 else ()):
+    visible = [axes for axes in figure.axes if axes.get_visible()]
+    assert len(visible) == panels
+    for number, axes in enumerate(visible if panels > 1 else ()):
         assert axes.get_title() == f"t{number}"
         coloured = [line for line in axes.get_lines() if line.get_color() == colour(number)]
         assert coloured[0].get_ydata()[-1] == number / n

@@ -1,4 +1,4 @@
-"""Checks of cells against a baseline: labels, lines, data and test cases."""
+"""Checks of entries against a baseline: labels, lines, data and test cases."""
 
 from dataclasses import replace
 from xml.etree import ElementTree
@@ -6,7 +6,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from trackmark.bench.comparing.baseline import Baseline, BaselineCell
+from trackmark.bench.comparing.baseline import Baseline, BaselineEntry
 from trackmark.bench.comparing.regression_check import (
     as_data,
     as_junit,
@@ -24,19 +24,19 @@ GENERATOR = np.random.default_rng(0)
 NOISE = GENERATOR.normal(0, 0.05, (3, SEEDS)).round(5)
 
 
-def cell(overlap, version="0", same=(), failures=()):
-    """Make a cell whose boxes depend on the version, except for the seeds in `same`."""
+def entry(overlap, version="0", same=(), failures=()):
+    """Make a entry whose boxes depend on the version, except for the seeds in `same`."""
     boxes = [f"{seed:06x}{'00' if seed in same else version:>02}" for seed in range(len(overlap))]
     for seed in failures:
         boxes[seed] = ""
     reasons = dict.fromkeys(failures, "IndexError: index 64 is out of bounds")
     numbers = tuple(float(value) for value in np.round(overlap, 5))
-    return BaselineCell(SequenceSource("s"), "9f31c2aa", numbers, tuple(boxes), reasons)
+    return BaselineEntry(SequenceSource("s"), "9f31c2aa", numbers, tuple(boxes), reasons)
 
 
-def baseline(cells):
-    texts = {label: label for label in cells}
-    return Baseline(cells, texts, SEEDS, 0.05, MADE_WITH)
+def baseline(entries):
+    texts = {label: label for label in entries}
+    return Baseline(entries, texts, SEEDS, 0.05, MADE_WITH)
 
 
 def labels(result):
@@ -44,8 +44,8 @@ def labels(result):
 
 
 BEFORE = {
-    "mine": {f"s{i}": cell(0.6 + NOISE[i]) for i in range(3)},
-    "static": {"s0": cell([0.4]), "s1": cell([0.5])},
+    "mine": {f"s{i}": entry(0.6 + NOISE[i]) for i in range(3)},
+    "static": {"s0": entry([0.4]), "s1": entry([0.5])},
 }
 
 
@@ -59,7 +59,7 @@ def test_equal_digests_are_identical_whatever_the_libraries():
 def test_drop_in_a_part_of_the_seeds_is_found_in_the_mean():
     """Six of twenty runs lose .3 on one sequence; the other runs keep their boxes."""
     lost = np.where(np.arange(SEEDS) < 6, 0.3, 0.0)
-    changed = cell(0.6 + NOISE[0] - lost, "1", same=range(6, SEEDS))
+    changed = entry(0.6 + NOISE[0] - lost, "1", same=range(6, SEEDS))
     now = {**BEFORE, "mine": {**BEFORE["mine"], "s0": changed}}
     result = check(baseline(BEFORE), now, MADE_WITH)
     assert labels(result)["mine", "s0"] == "worse"
@@ -78,9 +78,9 @@ def test_intervals_are_corrected_for_changed_random_trackers():
     before = {**BEFORE, "other": BEFORE["mine"]}
     shifts = {("mine", "s0"): NOISE[1], ("mine", "s1"): NOISE[2], ("other", "s2"): NOISE[0]}
     now = {tracker: dict(row) for tracker, row in before.items()}
-    now["static"]["s0"] = cell([0.35], "1")
+    now["static"]["s0"] = entry([0.35], "1")
     for (tracker, name), shift in shifts.items():
-        now[tracker][name] = cell(np.array(before[tracker][name].overlap) + shift, "1")
+        now[tracker][name] = entry(np.array(before[tracker][name].overlap) + shift, "1")
     result = check(baseline(before), now, MADE_WITH)
     rows = {(row["tracker"], row["sequence"]): row for row in as_data(result)["cells"]}
     rows |= {(row["tracker"], "mean"): row for row in as_data(result)["means"]}
@@ -106,7 +106,7 @@ def test_intervals_are_corrected_for_changed_random_trackers():
     ],
 )
 def test_fact_has_a_larger_margin_with_other_libraries(score, numpy, label):
-    now = {**BEFORE, "static": {**BEFORE["static"], "s0": cell([score], "1")}}
+    now = {**BEFORE, "static": {**BEFORE["static"], "s0": entry([score], "1")}}
     result = check(baseline(BEFORE), now, {**MADE_WITH, "numpy": numpy})
     assert labels(result)["static", "s0"] == label
     notes = "\n".join(table(result).notes)
@@ -114,7 +114,7 @@ def test_fact_has_a_larger_margin_with_other_libraries(score, numpy, label):
 
 
 def test_fact_that_is_not_repeatable_is_inconclusive():
-    now = {**BEFORE, "static": {**BEFORE["static"], "s0": cell([0.1], "1")}}
+    now = {**BEFORE, "static": {**BEFORE["static"], "s0": entry([0.1], "1")}}
     assert changed_facts(BEFORE, now) == {"static": ["s0"]}
     result = check(baseline(BEFORE), now, MADE_WITH, [("static", "s0")])
     assert result.verdict == "inconclusive"
@@ -123,7 +123,7 @@ def test_fact_that_is_not_repeatable_is_inconclusive():
 
 def test_tracker_with_new_randomness_is_judged_over_all_seeds():
     """One run before stands for all seeds: its boxes did not depend on them."""
-    now = {**BEFORE, "static": {"s0": cell(0.4 + NOISE[0], "1"), "s1": cell(0.5 + NOISE[1], "1")}}
+    now = {**BEFORE, "static": {"s0": entry(0.4 + NOISE[0], "1"), "s1": entry(0.5 + NOISE[1], "1")}}
     result = check(baseline(BEFORE), now, MADE_WITH)
     row = next(row for row in result.sequences if (row.tracker, row.sequence) == ("static", "s0"))
     assert row.change.label == "not worse"
@@ -135,7 +135,7 @@ def test_tracker_with_new_randomness_is_judged_over_all_seeds():
 def test_failed_run_is_a_regression_whatever_the_score():
     scores = 0.6 + NOISE[0]
     scores[17] = 0.0
-    changed = cell(scores, same=set(range(SEEDS)) - {17}, failures=[17])
+    changed = entry(scores, same=set(range(SEEDS)) - {17}, failures=[17])
     now = {**BEFORE, "mine": {**BEFORE["mine"], "s0": changed}}
     result = check(baseline(BEFORE), now, MADE_WITH)
     assert labels(result)["mine", "s0"] != "worse"
@@ -153,8 +153,8 @@ def test_failed_run_is_a_regression_whatever_the_score():
 
 
 def test_inconclusive_change_names_seeds_and_is_skipped_in_junit():
-    noisy = {"mine": {"s0": cell(np.linspace(0.4, 0.7, SEEDS))}}
-    now = {"mine": {"s0": cell(np.linspace(0.7, 0.4, SEEDS), "1")}}
+    noisy = {"mine": {"s0": entry(np.linspace(0.4, 0.7, SEEDS))}}
+    now = {"mine": {"s0": entry(np.linspace(0.7, 0.4, SEEDS), "1")}}
     result = check(baseline(noisy), now, MADE_WITH)
     assert result.verdict == "inconclusive"
     assert any(note.startswith("inconclusive: mine, s0: about ") for note in table(result).notes)
@@ -167,10 +167,10 @@ def test_rows_start_with_the_worst_in_every_format():
     now = {
         "mine": {
             **BEFORE["mine"],
-            "s1": cell(0.3 + NOISE[1], "1"),
-            "s2": cell(0.9 + NOISE[2], "1"),
+            "s1": entry(0.3 + NOISE[1], "1"),
+            "s2": entry(0.9 + NOISE[2], "1"),
         },
-        "static": {**BEFORE["static"], "s0": cell([0.399], "1")},
+        "static": {**BEFORE["static"], "s0": entry([0.399], "1")},
     }
     result = check(baseline(BEFORE), now, MADE_WITH)
     states = [row["state"] for row in as_data(result)["cells"]]
@@ -184,9 +184,9 @@ def test_rows_start_with_the_worst_in_every_format():
 
 def test_first_seeds_of_a_baseline_are_compared():
     before = baseline(BEFORE).with_seeds(6)
-    assert {len(c.overlap) for c in before.cells["mine"].values()} == {6}
-    assert len(before.cells["static"]["s0"].boxes) == 1
-    now = {**before.cells, "mine": {**before.cells["mine"], "s0": cell([0.1] * 6, "1")}}
+    assert {len(c.overlap) for c in before.entries["mine"].values()} == {6}
+    assert len(before.entries["static"]["s0"].boxes) == 1
+    now = {**before.entries, "mine": {**before.entries["mine"], "s0": entry([0.1] * 6, "1")}}
     result = check(before, now, MADE_WITH)
     assert labels(result)["mine", "s0"] == "worse"
     assert "0 of 6 runs" in to_text(table(result))

@@ -129,7 +129,7 @@ def contents():
     def of(folder):
         results = Results(folder)
         found = {}
-        for cell in results.cells():
+        for cell in results.list_keys():
             run = results.read(cell)
             columns = {name: values.tobytes() for name, values in run_columns(run).items()}
             found[cell] = (run.identity, run.failure, columns)

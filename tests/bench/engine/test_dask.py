@@ -60,7 +60,7 @@ def start(data, begin):
 
 def stored_runs(data, name):
     results = Results(data / "results" / name)
-    return [results.read(file) for file in results.cells()]
+    return [results.read(file) for file in results.list_keys()]
 
 
 @pytest.mark.weekly

@@ -90,7 +90,7 @@ def start(ground, begin):
 def stamps(folder):
     """Return the circumstances of every finished run, with date and times."""
     results = Results(folder)
-    return {cell: dict(results.read(cell).circumstances) for cell in results.cells()}
+    return {cell: dict(results.read(cell).circumstances) for cell in results.list_keys()}
 
 
 @pytest.fixture(scope="module")
@@ -129,7 +129,7 @@ def test_work_continues_after_ctrl_c_and_a_kill(
     """Workers end with the command, even within a frame."""
     folder = ground / "results" / "stopped"
     command = start("stopped", TRACKER_WAITS=str(ground / "first"))
-    wait_until(lambda: (ground / "first").exists() and Results(folder).cells())
+    wait_until(lambda: (ground / "first").exists() and Results(folder).list_keys())
     os.killpg(command.process.pid, signal.SIGINT)
     assert command.wait() == 130
     kept = stamps(folder)
@@ -195,7 +195,7 @@ def test_paused_command_overwrites_nothing(
     assert slow.workers()
     for number in reversed(stopped):
         send(number, signal.SIGSTOP)
-    assert Results(folder).cells() == []
+    assert Results(folder).list_keys() == []
     assert run_here("paused") == folder
     before = stamps(folder)
     assert len(before) == RUNS

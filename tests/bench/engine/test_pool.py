@@ -21,10 +21,10 @@ from trackmark.bench.execution.scheduling import left_of
 from trackmark.bench.experiments.experiment import Experiment, ExperimentError, SequenceSource
 from trackmark.bench.experiments.tracker_files import resolve_trackers
 from trackmark.bench.store.files import ResultsError
-from trackmark.bench.store.index import read_index
-from trackmark.bench.store.layout import cell_of
+from trackmark.bench.store.layout import run_key
 from trackmark.bench.store.log import read_logs
 from trackmark.bench.store.results import Results
+from trackmark.bench.store.run_rows import list_scored_runs
 from trackmark.datasets import SequenceError, readers
 
 FRAMES = 12
@@ -75,7 +75,7 @@ def failures(folder):
     """Return the failures by tracker class, sequence and repetition; empty for finished runs."""
     return {
         (row["tracker"].rpartition(":")[2], row["sequence"], row["repetition"]): row["failure"]
-        for row in read_index(Results(folder))
+        for row in list_scored_runs(Results(folder))
     }
 
 
@@ -120,8 +120,8 @@ def test_one_process_or_two_make_the_results_of_evaluate(
     assert 0 <= min(seen) <= max(seen) <= execution.work
     assert 0 < execution.overhead < 0.01
     results = Results(one)
-    for row in read_index(results):
-        stored = results.read(cell_of(row))
+    for row in list_scored_runs(results):
+        stored = results.read(run_key(row))
         tracker = row["tracker"].replace("knob.py", f"{data}/knob.py")
         alone = bench.evaluate(tracker, str(data / "data" / row["sequence"]), row["repetition"])
         assert alone.identity == stored.identity
@@ -140,8 +140,8 @@ def test_run_of_a_worker_equals_that_of_this_process(data, without_processes, op
     there = run(asked, data / "results", jobs=1)
     with without_processes():
         here = run(replace(asked, name="here"), data / "results", jobs=1)
-    (row,) = read_index(Results(there))
-    a, b = (Results(folder).read(cell_of(row)) for folder in (there, here))
+    (row,) = list_scored_runs(Results(there))
+    a, b = (Results(folder).read(run_key(row)) for folder in (there, here))
     assert a.identity == b.identity
     assert a.arrays.keys() == b.arrays.keys()
     for frame, named in a.arrays.items():
@@ -238,7 +238,7 @@ def running(command):
 def test_tracker_whose_file_changes_while_it_runs_leaves_nothing(data):
     with pytest.raises(SequenceError, match="changed while it ran"):
         run(experiment(data, "ChangesItsFile", sequences="A"), data / "results", jobs=1)
-    assert Results(data / "results" / "trial").cells() == []
+    assert Results(data / "results" / "trial").list_keys() == []
 
 
 def test_output_of_a_worker_is_cut_to_its_end(data, monkeypatch):

@@ -8,7 +8,7 @@ from trackmark.bench.evaluation.loop import run_protocol
 from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.bench.pages.player_runs import read_runs
 from trackmark.bench.protocols import TIMING
-from trackmark.bench.store.loading import load_results
+from trackmark.bench.store.data_frames import load_results
 from trackmark.bench.store.results import Results
 from trackmark.bench.store.truth import write_truth
 from trackmark.datasets import Sequence, SequenceError
@@ -72,11 +72,11 @@ def test_a_timing_run_starts_from_the_region_too(sequence):
 
 
 def test_stored_runs_are_scored_and_plotted_by_their_region(sequence, tmp_path):
-    from trackmark.bench.store.asked import Asked
+    from trackmark.bench.store.manifest import Manifest
 
     results = Results(tmp_path / "trial")
     runs = [bench.evaluate(text, sequence) for text in ("static", "static:init=full")]
-    results.prepare(Asked("trial", {}))
+    results.prepare(Manifest("trial", {}))
     write_truth(results.folder, sequence)
     for run in runs:
         results.write(run)

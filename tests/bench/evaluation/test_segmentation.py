@@ -18,8 +18,8 @@ from trackmark.bench.metrics.regions import (
 )
 from trackmark.bench.protocols import TIMING
 from trackmark.bench.reporting.tables import tables
-from trackmark.bench.store.layout import cell_of
-from trackmark.bench.store.loading import load_results
+from trackmark.bench.store.data_frames import load_results
+from trackmark.bench.store.layout import run_key
 from trackmark.bench.store.results import Results
 from trackmark.trackers import Estimate
 
@@ -157,7 +157,7 @@ def test_segmentation_is_stored_with_the_run(make, tmp_path):
     for name, stored in (("with", run), ("without", replace(run, segmentation=None))):
         results = Results(tmp_path / name)
         assert results.write(stored)
-        back = results.read(cell_of(run.identity)).segmentation
+        back = results.read(run_key(run.identity)).segmentation
         if stored.segmentation is None:
             assert back is None
         else:

@@ -39,7 +39,7 @@ def import_boxes(folder, boxes, kind="otb", truth=TRUTH, **header):
         [ImportedTracker("theirs", kind, theirs)], [on], folder / "results", messages.append
     )
     results = Results(folder / "results")
-    (run,) = map(results.read, results.cells())
+    (run,) = map(results.read, results.list_keys())
     return run, messages
 
 

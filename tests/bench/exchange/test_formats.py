@@ -41,7 +41,7 @@ def import_tracker(kind, folder, truth, target, messages=None):
     sequence = ResultSequence(name, f"fingerprint {name}", truth, f"/data/{name}")
     import_results([ImportedTracker("theirs", kind, folder)], [sequence], target, on_message)
     results = Results(target)
-    return [results.read(path) for path in results.cells()]
+    return [results.read(path) for path in results.list_keys()]
 
 
 every_format = pytest.mark.parametrize("kind", exchange.format_names())

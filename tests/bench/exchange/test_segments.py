@@ -22,7 +22,7 @@ from trackmark.bench.exchange.importing import (
 )
 from trackmark.bench.exchange.result_format import ExchangeError
 from trackmark.bench.metrics.preset import GroundTruthArrays, RunEstimates
-from trackmark.bench.store.asked import Asked
+from trackmark.bench.store.manifest import Manifest
 from trackmark.bench.store.results import Results
 from trackmark.bench.store.truth import write_truth
 
@@ -42,7 +42,7 @@ def store_run(run, sequence, folder):
     key = run.identity
     results = Results(folder)
     cell = key.tracker, key.sequence, key.repetition, key.protocol
-    results.prepare(Asked("", {cell: key.version}))
+    results.prepare(Manifest("", {cell: key.version}))
     write_truth(folder, sequence)
     results.write(run)
 
@@ -52,7 +52,7 @@ def import_run(kind, theirs, sequence, folder, messages=None):
     on_message = [].append if messages is None else messages.append
     import_results([ImportedTracker("theirs", kind, theirs)], [on], folder, on_message)
     results = Results(folder)
-    (run,) = map(results.read, results.cells())
+    (run,) = map(results.read, results.list_keys())
     return run
 
 
@@ -186,7 +186,7 @@ def import_bag(folder, truth, source="bag"):
     target = folder.parent / "results"
     import_results([ImportedTracker("theirs", "vot", folder)], [on], target, pytest.fail)
     results = Results(target)
-    (run,) = map(results.read, results.cells())
+    (run,) = map(results.read, results.list_keys())
     return run
 
 

@@ -25,7 +25,7 @@ def approximately(scores):
 def judge_runs(folder, preset, origin=None):
     """Judge stored runs by sequence, with pixels counted from `origin` if it is given."""
     runs, results = {}, Results(folder)
-    for path in sorted(results.cells()):
+    for path in sorted(results.list_keys()):
         run = results.read(path)
         key = run.identity
         truth = read_truth(folder, key.sequence, key.fingerprint)

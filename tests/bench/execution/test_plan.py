@@ -35,7 +35,7 @@ def experiment(workspace, **changes):
 def states(workspace, **changes):
     chosen = experiment(workspace, **changes)
     plan = make_plan(chosen, Results(workspace / "results" / chosen.name))
-    found = zip(plan.asked().cells, plan.states.ravel(), strict=True)
+    found = zip(plan.manifest().versions, plan.states.ravel(), strict=True)
     return {
         (tracker, repetition): State(state).name.lower()
         for (tracker, _, repetition, _), state in found
@@ -269,10 +269,10 @@ def test_versions_and_cells_are_those_of_the_runs(finished):
     results = Results(finished / "results" / "trial")
     plan = make_plan(experiment(finished), results)
     stored = {}
-    for file in results.cells():
+    for file in results.list_keys():
         key = results.read(file).identity
         stored[key.tracker, key.sequence, key.repetition, key.protocol] = key.version
-    assert dict(plan.asked().cells) == stored
+    assert dict(plan.manifest().versions) == stored
     assert plan.counts().tolist() == [[0, 0, 0, 1], [0, 0, 0, 3]]
 
 

@@ -74,32 +74,32 @@ ENDS = {
 
 @pytest.fixture
 def calm(tmp_path):
-    """Make a file with a tracker, with something before the class and something in or after it."""
+    """Write a file with a tracker: code before the class, and code within or after the class."""
 
-    def made(name, before="", after=""):
+    def write(name, before="", after=""):
         file = tmp_path / f"{name.replace(' ', '-')}.py"
         file.write_text(f"{before}\n{CALM}\n{after}\n")
         return file
 
-    return made
+    return write
 
 
 def test_error_of_an_import_is_one_line_with_the_file(calm):
     files = {str(calm(name, *rest)): words for name, (*rest, words) in REFUSED.items()}
-    _, lines = tracker_files._child(json.dumps(["settle", list(files)]))
-    told = {text: error for text, error, _ in map(json.loads, lines)}
-    assert told.keys() == files.keys()
+    _, lines = tracker_files._child(json.dumps(["parse", list(files)]))
+    errors = {text: error for text, error, _ in map(json.loads, lines)}
+    assert errors.keys() == files.keys()
     for file, words in files.items():
-        assert words in told[file]
-        assert Path(file).name in told[file]
-        assert "\n" not in told[file]
+        assert words in errors[file]
+        assert Path(file).name in errors[file]
+        assert "\n" not in errors[file]
 
 
 def test_import_changes_nothing_in_this_process(calm, capfd):
     threads, folder = threading.active_count(), Path.cwd()
     files = [str(calm(name, before)) for name, before in TAKEN.items()]
-    found = resolve_trackers(["static", *files])
-    assert list(found) == ["static", *files]
+    specs = resolve_trackers(["static", *files])
+    assert list(specs) == ["static", *files]
     assert capfd.readouterr() == ("", "")
     assert (threading.active_count(), Path.cwd()) == (threads, folder)
 
@@ -123,13 +123,13 @@ def test_import_that_never_ends_is_stopped(calm, monkeypatch):
 def test_tracker_from_the_child_equals_an_imported_one(calm):
     file = calm("file", after="    presets = {'a': {}}\n    name = 'mine'")
     texts = [f"{file}:Calm:preset=a", f"{file}:as=other:init=full", "camshift:window=adaptive"]
-    for text, told in resolve_trackers(texts).items():
-        own = parse_tracker(text)
-        assert told.label == own.label
-        assert told.version == own.version
+    for text, spec in resolve_trackers(texts).items():
+        imported = parse_tracker(text)
+        assert spec.label == imported.label
+        assert spec.version == imported.version
         for name in ("name", "preset", "parameters", "randomness", "file", "init"):
-            assert getattr(told, name) == getattr(own, name)
-        assert type(told.make(0)).__name__ == type(own.make(0)).__name__
+            assert getattr(spec, name) == getattr(imported, name)
+        assert type(spec.make(0)).__name__ == type(imported.make(0)).__name__
     assert describe_tracker(str(file)) == trackers.describe(str(file))
 
 
@@ -137,10 +137,10 @@ def test_command_survives_files_that_exit_or_print(
     trackmark_process, trackmark, workspace, one_line
 ):
     (workspace / "exits.py").write_text("import sys; sys.exit(0)")
-    asked = ("--sequences", "data/Small", "--json")
-    done = trackmark("run", "--trackers", "exits.py", *asked, status=2)
+    options = ("--sequences", "data/Small", "--json")
+    done = trackmark("run", "--trackers", "exits.py", *options, status=2)
     assert done.stdout == ""
     assert one_line(done) == "trackmark: exits.py: it can't be imported: SystemExit: 0 (line 1)"
     (workspace / "prints.py").write_text(f"import os\nprint('hello')\nos.chdir('/')\n{CALM}")
-    done = trackmark_process("run", "--trackers", "prints.py:as=mine", *asked)
+    done = trackmark_process("run", "--trackers", "prints.py:as=mine", *options)
     assert [json.loads(line)["tracker"] for line in done.stdout.splitlines()] == ["mine"]

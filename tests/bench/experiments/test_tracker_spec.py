@@ -47,7 +47,7 @@ class Data:
 
 
 @pytest.fixture
-def own(tmp_path):
+def tracker_file(tmp_path):
     """Write a file with one tracker."""
     (tmp_path / "a.python").mkdir()
     file = tmp_path / "a.python" / "own.py"
@@ -113,27 +113,32 @@ def test_seed_depends_on_names_and_repetition_only():
         (":Own:as=mine:step=2", "mine:step=2"),
     ],
 )
-def test_tracker_in_a_file_has_a_label_of_file_class_and_name(own, options, label):
-    spec = parse_tracker(f"{own}{options}")
+def test_tracker_in_a_file_has_a_label_of_file_class_and_name(tracker_file, options, label):
+    spec = parse_tracker(f"{tracker_file}{options}")
     assert spec.label == label
     assert spec.name == label.partition(":init")[0].partition(":step")[0]
-    assert spec.file == own
+    assert spec.file == tracker_file
 
 
-def test_classes_of_one_file_have_different_versions(own):
-    own.write_text(PLUGIN + PLUGIN.replace("class Own", "class Other"))
-    first, second = parse_trackers([f"{own}:Own:as=mine", f"{own}:Other:as=mine"]).values()
+def test_classes_of_one_file_have_different_versions(tracker_file):
+    tracker_file.write_text(PLUGIN + PLUGIN.replace("class Own", "class Other"))
+    first, second = parse_trackers(
+        [f"{tracker_file}:Own:as=mine", f"{tracker_file}:Other:as=mine"]
+    ).values()
     assert first.label == second.label == "mine"
     assert first.version != second.version
-    assert parse_tracker(f"{own}:Own").version["source"] == source_digest(own, PACKAGE)[0]
+    assert (
+        parse_tracker(f"{tracker_file}:Own").version["source"]
+        == source_digest(tracker_file, PACKAGE)[0]
+    )
 
 
-def test_version_changes_with_the_source_of_the_tracker(own):
-    before = parse_tracker(f"{own}:Own").version
-    own.write_text(PLUGIN + "\n# a comment\n")
-    assert parse_tracker(f"{own}:Own").version == before
-    own.write_text(PLUGIN + "\nchanged = True\n")
-    after = parse_tracker(f"{own}:Own").version
+def test_version_changes_with_the_source_of_the_tracker(tracker_file):
+    before = parse_tracker(f"{tracker_file}:Own").version
+    tracker_file.write_text(PLUGIN + "\n# a comment\n")
+    assert parse_tracker(f"{tracker_file}:Own").version == before
+    tracker_file.write_text(PLUGIN + "\nchanged = True\n")
+    after = parse_tracker(f"{tracker_file}:Own").version
     assert before["source"] != after["source"]
     assert before["libraries"] == after["libraries"]
     assert "numpy" in before["libraries"]
@@ -155,8 +160,8 @@ def test_built_in_digest_is_that_of_the_imported_tracker():
     assert built_in_digest("knob.py:Knob") is None
 
 
-def test_tracker_in_a_file_has_no_seal_under_a_built_in_name(own):
-    file = own.rename(own.with_name("static.py"))
+def test_tracker_in_a_file_has_no_seal_under_a_built_in_name(tracker_file):
+    file = tracker_file.rename(tracker_file.with_name("static.py"))
     version = parse_tracker(f"{file}:Own").version["source"]
     assert version == source_digest(file, PACKAGE)[0]
 

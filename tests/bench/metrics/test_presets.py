@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from tests.bench.metrics.made import SIZE, answer_of, noisy, truth_of, walk
 from trackmark.bench import metrics
 from trackmark.bench.metrics.preset import RunEstimates
-from trackmark.bench.store.index import SCORED_BY
+from trackmark.bench.store.run_rows import SCORED_BY
 
 N = 400
 TRUTH = walk(N)

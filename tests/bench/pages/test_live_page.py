@@ -131,7 +131,7 @@ def test_player_shows_layers_maps_and_numbers(player):
     player.wait("!state.has('map') && paintedMap === null")
     assert player.run("byId('whose').textContent") == ""
     player.key("o")
-    assert "No run workspace was revised" in player.run("byId('said').textContent")
+    assert "No run here was revised" in player.run("byId('said').textContent")
     player.run("choose({show: 'none', hide: 'boxes'}); 0")
     drawn = player.run(pixels)
     player.key("k")  # the mask of the ground truth
@@ -182,7 +182,7 @@ def test_show_live_runs_the_requested_repetition(trackmark, workspace):
         assert ("repetition=2" in data_of(text)["start"]) == bool(repetition)
     trackmark("show", "--live", "static", "data/Small", "--repetition", 2)
     text = (workspace / "live.html").read_text()
-    assert "No tracker workspace draws random numbers: every repetition is the same." in text
+    assert "No tracker here draws random numbers: every repetition is the same." in text
 
 
 def test_show_live_writes_a_page_of_a_failed_run(trackmark, break_tracker, workspace):

@@ -71,12 +71,12 @@ def test_a_player_is_a_page_of_one_sequence_in_a_frame_of_its_own(results, tmp_p
     assert (tmp_path / "page.html").read_text() == made.page
 
 
-def test_what_is_not_there_is_named_with_what_is(results):
-    for given, words in (
-        (("gone",), "no run on 'gone'; there are .*Small"),
-        (("Small", "camshift"), "no run of 'camshift'.*static"),
-        (("Small", None, 0, 5), "frames 0 to 4, and no 5"),
+def test_player_lists_valid_names_in_errors(results):
+    for arguments, words in (
+        (("gone",), "no run on 'gone'. Expected one of: .*Small"),
+        (("Small", "camshift"), "No run of 'camshift'.*static"),
+        (("Small", None, 0, 5), "no frame 5. Expected: 0 to 4"),
     ):
         with pytest.raises(ValueError, match=words):
-            bench.player(results, *given)
-    assert "frame=0" in bench.player(results, "data/Small").page  # as it was asked for
+            bench.player(results, *arguments)
+    assert "frame=0" in bench.player(results, "data/Small").page

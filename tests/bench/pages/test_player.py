@@ -331,7 +331,7 @@ def test_curve_of_overlaps_has_the_line_of_success(shown):
 
 
 def test_frames_beside_the_page_are_loaded_when_needed(chromium, results, tmp_path, monkeypatch):
-    monkeypatch.setattr(pages, "INSIDE", 0)
+    monkeypatch.setattr(pages, "MAX_INLINE_FRAMES", 0)
     beside = written(results, tmp_path, full=True)
     assert len(list((tmp_path / "report-frames").glob("thumbnails-*.js"))) >= 6
     chromium.console.clear()

@@ -15,7 +15,7 @@ from trackmark.bench.evaluation.loop import run_protocol
 from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.bench.papers import Effort, description, plan, reproduction, scene_check
 from trackmark.bench.papers.measures import find_measure
-from trackmark.bench.store.asked import Asked
+from trackmark.bench.store.manifest import Manifest
 from trackmark.bench.store.results import Results
 from trackmark.bench.store.truth import write_truth
 
@@ -172,7 +172,7 @@ def stored_runs(folder, trackers, sequences):
             assert results.write(run)
             key = run.identity
             versions[key.tracker, key.sequence, key.repetition, key.protocol] = key.version
-    results.prepare(Asked(folder.name, versions))
+    results.prepare(Manifest(folder.name, versions))
     return set(versions)
 
 
@@ -191,23 +191,25 @@ class Tiny:
 
     @cached_property
     def paper(self):
-        """Its `Reproduction`."""
+        """`Reproduction` of the tiny paper."""
         return reproduction.Reproduction("tiny")
 
     @cached_property
-    def asked(self):
-        """Cells of all its experiments, by name."""
+    def requested(self):
+        """Keys of the runs of all experiments, by experiment."""
         return {
-            one.name: stored_runs(
-                self.results / one.name, one.trackers, [source.text for source in one.sequences]
+            experiment.name: stored_runs(
+                self.results / experiment.name,
+                experiment.trackers,
+                [source.text for source in experiment.sequences],
             )
-            for one in self.paper.experiments(Effort(everything=True))
+            for experiment in self.paper.experiments(Effort(everything=True))
         }
 
     def report(self, **effort):
         """Return a report; its figures lie in `results / "tiny"`."""
         effort = Effort(jobs=1, **effort)
-        return self.paper.report(self.results, self.results / "tiny", effort, self.asked)
+        return self.paper.report(self.results, self.results / "tiny", effort, self.requested)
 
 
 @pytest.fixture(scope="module")

@@ -20,9 +20,9 @@ def redraw(report, tmp_path):
     """`redraw(NAME=updates)` draws the figures again, the named entry with other fields."""
 
     def redraw(name, **updates):
-        known = report.context.description
-        figure = {name: known.figure[name].model_copy(update=updates)}
-        description = known.model_copy(update={"figure": figure})
+        tiny_paper = report.context.description
+        figure = {name: tiny_paper.figure[name].model_copy(update=updates)}
+        description = tiny_paper.model_copy(update={"figure": figure})
         return draw_figures(replace(report.context, description=description, folder=tmp_path))
 
     return redraw
@@ -43,32 +43,32 @@ def test_label_is_the_papers_name(name, label):
 
 def test_figures_are_drawn_in_order_of_the_entries(report):
     names = ["figure-1", "figure-2", "figure-10", "figure-10-later"]
-    assert [one.name for one in report.figures] == names
-    for one in report.figures:
-        assert cv2.imread(str(one.path)) is not None
+    assert [drawing.name for drawing in report.figures] == names
+    for drawing in report.figures:
+        assert cv2.imread(str(drawing.path)) is not None
     assert report.figures[0].caption == "Frames 1, 10 and 20 with both trackers."
 
 
 def test_quick_report_has_strips_and_quick_hooks(tiny):
-    names = [one.name for one in tiny.report(quick=True).figures]
+    names = [drawing.name for drawing in tiny.report(quick=True).figures]
     assert names == ["figure-1", "figure-10", "figure-10-later"]
 
 
 def test_strip_shows_the_scene_of_median_error(report):
     errors = {
-        scene: report.context.runs.courses(ADAPTIVE, scene)[0].error.mean() for scene in SCENES
+        scene: report.context.runs.judged_runs(ADAPTIVE, scene)[0].error.mean() for scene in SCENES
     }
     middle = sorted(errors, key=errors.__getitem__)[5]  # the lower one of twelve
     assert f"Frames 1, 10, 20 of {middle}, the scene" in report.figures[0].words
 
 
 def test_strip_has_a_row_per_tracker_and_setting(report, redraw, monkeypatch):
-    titles, shown = [], []
+    titles, numbering = [], []
     draw = figures.film_strip
 
     def film_strip(image_of, numbers, boxes, title, *arguments, **options):
         titles.append(title)
-        shown.append((numbers, options["count_from"]))
+        numbering.append((numbers, options["count_from"]))
         return draw(image_of, numbers, boxes, title, *arguments, **options)
 
     monkeypatch.setattr(figures, "film_strip", film_strip)
@@ -76,10 +76,10 @@ def test_strip_has_a_row_per_tracker_and_setting(report, redraw, monkeypatch):
     assert [title.partition(":")[0] for title in titles] == [
         "camshift, as written", "camshift, recommended", "static, both settings",
     ]  # fmt: skip
-    assert shown == [([0, 9, 19], 1)] * 3
+    assert numbering == [([0, 9, 19], 1)] * 3
     assert titles[0].endswith("like this in 12 of 12 scenes")
-    courses = [report.context.runs.courses(ADAPTIVE, scene)[0] for scene in SCENES]
-    patterns = [tuple(course.on_target[[0, 9, 19]].tolist()) for course in courses]
+    judged_runs = [report.context.runs.judged_runs(ADAPTIVE, scene)[0] for scene in SCENES]
+    patterns = [tuple(judged.on_target[[0, 9, 19]].tolist()) for judged in judged_runs]
     scene = report.figures[0].words.split(" of ")[1].partition(",")[0]
     same = patterns.count(patterns[SCENES.index(scene)])
     assert titles[1].endswith(f"like this in {same} of 12 scenes")
@@ -95,10 +95,10 @@ def test_series_has_scenes_in_a_panel_per_setting(report, redraw, monkeypatch):
     monkeypatch.setattr(figures, "series_plot", lambda *a: panels.append(a[0]) or draw(*a))
     (drawing,) = redraw("figure-2", of="overlap", quantity="overlap [share]")
     assert "overlap [share]: median and quartiles over 12 scenes of target" in drawing.words
-    (shown,) = panels
-    assert list(shown) == ["as written", "recommended"]
-    expected = [report.context.runs.courses(ADAPTIVE, scene)[0].overlap for scene in SCENES]
-    np.testing.assert_allclose(shown["recommended"]["camshift"], expected)
+    (panel,) = panels
+    assert list(panel) == ["as written", "recommended"]
+    expected = [report.context.runs.judged_runs(ADAPTIVE, scene)[0].overlap for scene in SCENES]
+    np.testing.assert_allclose(panel["recommended"]["camshift"], expected)
 
 
 def test_hook_gives_several_images(report):

@@ -68,7 +68,7 @@ def test_page_counts_verdicts_in_both_settings(page, report):
 def test_scenes_of_a_claim_are_sorted_worst_first(report):
     row = report.verdicts[0]
     for setting in ("as-written", "recommended"):
-        ahead = [one.numbers[0] for one in claim_scenes(row, setting, report.context)]
+        ahead = [scene_row.numbers[0] for scene_row in claim_scenes(row, setting, report.context)]
         assert ahead == sorted(ahead)
         first, second = row.evidence[setting].first, row.evidence[setting].second
         worst = min(second["value"].to_numpy() - first["value"].to_numpy())
@@ -77,9 +77,9 @@ def test_scenes_of_a_claim_are_sorted_worst_first(report):
 
 def test_scenes_of_a_share_are_those_that_fail_first(report):
     (_, row, timed) = report.verdicts
-    found = claim_scenes(row, "recommended", report.context)
-    assert [one.runs[1].tracker for one in found] == ["static"] * 6
-    assert {one.numbers[1] for one in found} == {0.0}
+    scene_rows = claim_scenes(row, "recommended", report.context)
+    assert [scene_row.runs[1].tracker for scene_row in scene_rows] == ["static"] * 6
+    assert {scene_row.numbers[1] for scene_row in scene_rows} == {0.0}
     assert claim_scenes(timed, "recommended", report.context) == []
 
 
@@ -87,16 +87,16 @@ def test_scenes_without_runs_have_values_alone(report):
     places = {"sequence": "target", "rank": range(8), "scene": "a", "tracker": ""}
     values = {**places, "value": range(8)}
     row = replace(report.verdicts[1], evidence={"recommended": Evidence(pd.DataFrame(values))})
-    found = claim_scenes(row, "recommended", report.context)
-    assert [one.numbers[1] for one in found] == [0, 1, 2, 3, 4, 5]
-    assert {run for one in found for run in one.runs} == {None}
+    scene_rows = claim_scenes(row, "recommended", report.context)
+    assert [scene_row.numbers[1] for scene_row in scene_rows] == [0, 1, 2, 3, 4, 5]
+    assert {run for scene_row in scene_rows for run in scene_row.runs} == {None}
 
 
 def test_cell_of_main_table_opens_its_worst_run(page, report):
     *_, cell = opened(sections(page)["The paper&#39;s numbers and ours"])
-    courses = report.context.runs.courses
+    judged_runs = report.context.runs.judged_runs
     scenes = report.verdicts[0].evidence["recommended"].first["scene"]
-    frames = {(text, s): courses(text, s)[0].on_target.sum() for text in TEXTS for s in scenes}
+    frames = {(text, s): judged_runs(text, s)[0].on_target.sum() for text in TEXTS for s in scenes}
     assert frames[cell["tracker"], cell["sequence"]] == min(frames.values())
 
 
@@ -106,12 +106,12 @@ def test_numbers_open_frames_that_are_in_the_page(tiny, report, monkeypatch, mos
     path = tiny.results / "tiny" / "few.html"
     text = write_html_page(path, report)[0].read_text()
     data = json.loads(re.search(r'id="data">(.*?)</script>', text, re.S)[1])
-    kept = {scene["name"]: scene["kept"] for scene in data["scenes"]}
-    assert any(kept.values()) == (most == 0)
+    stored_frames = {scene["name"]: scene["kept"] for scene in data["scenes"]}
+    assert any(stored_frames.values()) == (most == 0)
     places = opened(text)
     assert len(places) > 20
     for place in places:
-        frames = kept[place["sequence"]]
+        frames = stored_frames[place["sequence"]]
         assert frames is None or int(place["frame"]) in frames
 
 
@@ -141,19 +141,19 @@ def test_front_page_names_a_report_that_cannot_be_read(tiny):
 
 @browser.needs_browser
 def test_click_on_verdict_opens_scenes_and_player(page, tmp_path):
-    shown = browser.Browser(tmp_path)
+    player = browser.Browser(tmp_path)
     try:
-        shown.size(400, 800, mobile=True)
-        shown.open(page.as_uri())
-        shown.run("document.documentElement.style.scrollBehavior = 'auto'")  # a click hits
-        shown.click("#verdicts tbody tr:nth-child(1) td:nth-child(3)")
-        shown.wait("byId('claim-TI-1').open")
-        assert not shown.run("byId('claim-TI-2').open")
-        assert shown.run("document.documentElement.scrollWidth") <= 400
-        shown.click("#scenes-TI-1-recommended tbody tr:nth-child(1) td:nth-child(2) a")
-        shown.wait("byId('player').open && !!painted")
-        assert shown.run("state.get('tracker')") == "camshift:window=adaptive"
-        assert shown.run("byId('legend').querySelectorAll('[aria-pressed=true]').length") == 2
-        assert shown.console == []
+        player.size(400, 800, mobile=True)
+        player.open(page.as_uri())
+        player.run("document.documentElement.style.scrollBehavior = 'auto'")  # a click hits
+        player.click("#verdicts tbody tr:nth-child(1) td:nth-child(3)")
+        player.wait("byId('claim-TI-1').open")
+        assert not player.run("byId('claim-TI-2').open")
+        assert player.run("document.documentElement.scrollWidth") <= 400
+        player.click("#scenes-TI-1-recommended tbody tr:nth-child(1) td:nth-child(2) a")
+        player.wait("byId('player').open && !!painted")
+        assert player.run("state.get('tracker')") == "camshift:window=adaptive"
+        assert player.run("byId('legend').querySelectorAll('[aria-pressed=true]').length") == 2
+        assert player.console == []
     finally:
-        shown.close()
+        player.close()

@@ -1,25 +1,25 @@
-"""Measures of runs that all papers share, on painted courses with known answers."""
+"""Measures of runs that all papers share, on runs with known results."""
 
 from typing import Any
 
 import numpy as np
 import pytest
 
-from tests.bench.papers import courses
-from tests.bench.papers.courses import value
+from tests.bench.papers import judged_runs
+from tests.bench.papers.judged_runs import value
 from trackmark.bench.claims.claims_file import read_claims
 from trackmark.bench.experiments.experiment import ExperimentError
 from trackmark.bench.papers import paper_names
 from trackmark.bench.papers.description import read_sensitivity
-from trackmark.bench.papers.measures import Course, at_frames, check_measure, find_measure
+from trackmark.bench.papers.measures import JudgedRun, at_frames, check_measure, find_measure
 
 N = 20
 
 
-def course(
+def judged(
     shifts: Any = 0.0, *, visibility: Any = 1.0, failure: str = "", absent: Any = ()
-) -> Course:
-    """Return a course of wang2010 whose estimate is `shifts` pixels off a box of 10 x 10.
+) -> JudgedRun:
+    """Return a run on wang2010 whose estimate is `shifts` pixels off a box of 10 x 10.
 
     Its frames are counted from 1, and it is on target within the tolerance.
     """
@@ -27,7 +27,7 @@ def course(
     estimates = boxes.copy()
     estimates[:, 0] += shifts
     boxes[list(absent)] = np.nan
-    return courses.course("wang2010", boxes, estimates, visibility, run={"failure": failure})
+    return judged_runs.judged("wang2010", boxes, estimates, visibility, run={"failure": failure})
 
 
 def off_at(*frames: int) -> np.ndarray:
@@ -47,24 +47,24 @@ def off_at(*frames: int) -> np.ndarray:
     ],
 )
 def test_kept_needs_nine_of_ten_frames_and_the_last_ten(shifts: Any, expected: float) -> None:
-    assert value("kept", course(shifts)) == expected
+    assert value("kept", judged(shifts)) == expected
 
 
 def test_frames_that_show_little_of_the_target_do_not_count() -> None:
     visibility = np.ones(N)
     visibility[4:8] = 0.29
-    assert value("kept", course(off_at(5, 6, 7, 8), visibility=visibility)) == 1.0
-    assert value("on_target", course(off_at(5, 6, 7), visibility=visibility)) == 1.0
+    assert value("kept", judged(off_at(5, 6, 7, 8), visibility=visibility)) == 1.0
+    assert value("on_target", judged(off_at(5, 6, 7), visibility=visibility)) == 1.0
 
 
 def test_windows_are_counted_as_in_the_paper() -> None:
-    shifted = course(off_at(3))
+    shifted = judged(off_at(3))
     assert value("mean_error:first=3:last=4", shifted) == 4.0
     assert value("mean_error", shifted) == pytest.approx(8 / N)
     assert value("all_on_target:first=4:last=20", shifted) == 1.0
     assert value("all_on_target:first=2:last=3", shifted) == 0.0
     assert value("mean_overlap:first=3:last=3", shifted) == pytest.approx(20 / 180)
-    assert value("first_loss", course(off_at(*range(8, 21)))) == 7
+    assert value("first_loss", judged(off_at(*range(8, 21)))) == 7
     assert value("frames_on_target", shifted) == N - 1
 
 
@@ -80,27 +80,27 @@ def test_windows_are_counted_as_in_the_paper() -> None:
 )
 def test_pattern_and_its_floor(shifts: Any, holds: float, lost_before: float) -> None:
     measure = find_measure("pattern:on=11+16:once_off=12-15", "wang2010")
-    assert measure(course(shifts)) == holds
+    assert measure(judged(shifts)) == holds
     assert measure.lost_before is not None
-    assert measure.lost_before(course(shifts)) == lost_before
+    assert measure.lost_before(judged(shifts)) == lost_before
 
 
 def test_pattern_with_frames_off_and_a_mean_error() -> None:
-    assert value("pattern:on=10:off=12+14", course(off_at(12, 14))) == 1.0
-    assert value("pattern:on=10:off=12+14", course(off_at(12))) == 0.0
-    assert value("pattern:on=1:mean_off=11-14", course(off_at(11, 12, 13))) == 1.0
-    assert value("pattern:on=1:mean_off=11-14", course(off_at(11, 12))) == 0.0
+    assert value("pattern:on=10:off=12+14", judged(off_at(12, 14))) == 1.0
+    assert value("pattern:on=10:off=12+14", judged(off_at(12))) == 0.0
+    assert value("pattern:on=1:mean_off=11-14", judged(off_at(11, 12, 13))) == 1.0
+    assert value("pattern:on=1:mean_off=11-14", judged(off_at(11, 12))) == 0.0
 
 
 def test_failed_run_counts_as_one_without_boxes() -> None:
-    failed = course(failure="frame 1: no")
+    failed = judged(failure="frame 1: no")
     assert value("kept", failed) == 0.0
     assert value("mean_error:first=2", failed) == 100.0  # diagonal of 60 x 80
     assert value("mean_overlap:first=2", failed) == 0.0
 
 
 def test_absent_frames_have_no_error() -> None:
-    assert value("mean_error", course(off_at(1), absent=range(10, 20))) == pytest.approx(0.8)
+    assert value("mean_error", judged(off_at(1), absent=range(10, 20))) == pytest.approx(0.8)
 
 
 def test_frames_may_be_listed_and_ranged() -> None:

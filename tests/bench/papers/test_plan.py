@@ -1,4 +1,4 @@
-"""Which runs a paper needs: scenes that meet the criteria, settings, experiments."""
+"""Runs that a paper needs: scenes that meet the criteria, settings, experiments."""
 
 from pathlib import Path
 
@@ -85,7 +85,7 @@ def test_scenes_that_fail_the_criteria_are_skipped(description: Description) -> 
         ["wang2010/hand:background=face:scene=200"],
         ["wang2010/hand:background=face:scene=202"],
     ]
-    with pytest.raises(ExperimentError, match="40 scenes of hand are asked for, and 39 meet"):
+    with pytest.raises(ExperimentError, match="40 scenes of hand are requested, but only 39 meet"):
         scene_names(description, "hand", 40)
 
 

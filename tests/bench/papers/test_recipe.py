@@ -32,12 +32,12 @@ def test_claim_is_judged_from_its_toml_alone(recipe: str, tmp_path: Path) -> Non
     description = read_description("wang2010")
     main = description.main.model_copy(update={"rows": ()})
     description = description.model_copy(update={"figure": {}, "main": main})
-    asked = {}
+    requested = {}
     for experiment in experiments(description, requests(description, claims, Effort(seeds=1))):
         execution = Execution(experiment, tmp_path, jobs=1)
         assert list(execution.rows()) is not None
-        asked[experiment.name] = execution.plan.asked().cells
-    runs = StoredRuns(tmp_path, asked, description)
+        requested[experiment.name] = execution.plan.manifest().versions
+    runs = StoredRuns(tmp_path, requested, description)
     context = Context(description, claims, runs, tmp_path, Effort())
     (claim,) = claims.values()
     settings = ("as-written", "recommended")

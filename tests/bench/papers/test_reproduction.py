@@ -42,7 +42,7 @@ def test_page_begins_with_the_result_and_ends_with_history(report, tmp_path):
     write_page(tmp_path / "tiny.md", report)
     text = (tmp_path / "tiny.md").read_text("utf-8")
     assert text == page(report, tmp_path)
-    (file, *_) = (one.path for one in report.figures)
+    (file, *_) = (drawing.path for drawing in report.figures)
     assert f"[{file.name}]({file.name}): " in page(report, file.parent)
     assert f"`{file.name}`: " in text  # the figures lie in another folder
     places = [
@@ -66,8 +66,8 @@ def test_page_begins_with_the_result_and_ends_with_history(report, tmp_path):
         "## 9 History",
         "- One scene was replaced.",
     ]
-    found = [text.index(one) for one in places]
-    assert found == sorted(found)
+    positions = [text.index(part) for part in places]
+    assert positions == sorted(positions)
 
 
 def test_terminal_shows_the_main_table_before_the_verdicts(report, tmp_path):
@@ -90,12 +90,14 @@ def test_quick_report_has_no_verdicts(tiny, tmp_path):
 
 def test_failed_run_counts_as_lost_and_is_named(tiny, report, monkeypatch):
     runs, scene = report.context.runs, report.verdicts[1].evidence["recommended"].first["scene"][0]
-    courses, (course,) = runs.courses, runs.courses("static", scene)
-    failed = replace(course, run=replace(course.run, failure="frame 3: ValueError: no"))
+    judged_runs, (judged,) = runs.judged_runs, runs.judged_runs("static", scene)
+    failed = replace(judged, run=replace(judged.run, failure="frame 3: ValueError: no"))
     monkeypatch.setattr(
-        runs, "courses", lambda *run: [failed] if run == ("static", scene) else courses(*run)
+        runs,
+        "judged_runs",
+        lambda *run: [failed] if run == ("static", scene) else judged_runs(*run),
     )
-    found = evidence(tiny.paper.claims["TI-2"], "recommended", report.context)
-    assert found.first["value"].iloc[0] == 0
-    assert found.failed.startswith("1 of 12 runs failed and count as lost, the first on plain/")
-    assert found.failed.endswith("frame 3: ValueError: no")
+    values = evidence(tiny.paper.claims["TI-2"], "recommended", report.context)
+    assert values.first["value"].iloc[0] == 0
+    assert values.failed.startswith("1 of 12 runs failed and count as lost, the first on plain/")
+    assert values.failed.endswith("frame 3: ValueError: no")

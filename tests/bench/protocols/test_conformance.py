@@ -12,7 +12,7 @@ from trackmark.bench import metrics, protocols
 from trackmark.bench.engine.work_unit import Failure
 from trackmark.bench.engine.worker import record_failure
 from trackmark.bench.evaluation.loop import run_protocol
-from trackmark.bench.evaluation.recorder import frames_of_segments
+from trackmark.bench.evaluation.recorder import segment_frames
 from trackmark.bench.evaluation.scoring import can_judge, judge
 from trackmark.bench.execution.plan import State, make_plan
 from trackmark.bench.execution.scheduling import left_of
@@ -20,10 +20,10 @@ from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.bench.protocols import STORED_ONE_PASS, ProtocolError, parse_protocol
 from trackmark.bench.reporting.by_preset import preset_report
-from trackmark.bench.store.asked import Asked
-from trackmark.bench.store.index import read_index
-from trackmark.bench.store.layout import cell_of
+from trackmark.bench.store.layout import run_key
+from trackmark.bench.store.manifest import Manifest
 from trackmark.bench.store.results import Results
+from trackmark.bench.store.run_rows import list_scored_runs
 from trackmark.bench.store.truth import write_truth
 from trackmark.trackers import Estimate
 
@@ -115,7 +115,7 @@ def test_parameters_are_parsed_and_checked():
 def test_rows_follow_segments_and_start_with_init_boxes(name, sequence):
     (run,) = runs_by(name, sequence, Confident)
     assert run.status == "finished"
-    segments = frames_of_segments(parse_protocol(text_of(name)).text, sequence, "boxes")
+    segments = segment_frames(parse_protocol(text_of(name)).text, sequence, "boxes")
     assert [frames.tolist() for frames in run.segments] == [frames.tolist() for frames in segments]
     assert len(run.boxes) == (sum(map(len, segments)) or len(sequence))
     row = 0
@@ -144,9 +144,9 @@ def test_run_is_repeatable_alone_and_next_to_others(name, sequence):
 def test_stored_run_is_read_back_unchanged(name, sequence, tmp_path):
     (run,) = runs_by(name, sequence, Confident)
     results = Results(tmp_path / "trial")
-    results.prepare(Asked("", {}))
+    results.prepare(Manifest("", {}))
     assert results.write(run)
-    read = results.read(cell_of(run.identity))
+    read = results.read(run_key(run.identity))
     for frames, expected in zip(read.segments, run.segments, strict=True):
         np.testing.assert_array_equal(frames, expected)
     for column in ("boxes", "visible", "confidence", "states", "answered"):
@@ -190,10 +190,10 @@ def test_runs_by_unknown_protocol_are_read_but_not_judged(sequence, tmp_path):
     (run,) = runs_by("one-pass", sequence, Walker)
     unknown = replace(run, identity=replace(run.identity, protocol="of-tomorrow:knob=1"))
     results = Results(tmp_path / "trial")
-    results.prepare(Asked("", {}))
+    results.prepare(Manifest("", {}))
     write_truth(results.folder, sequence)
     results.write(unknown)
-    (row,) = read_index(results)
+    (row,) = list_scored_runs(results)
     assert (row["protocol"], row["scores"]) == ("of-tomorrow:knob=1", {})
     (table,) = preset_report(results.folder, ["native"]).tables
     assert any("native judges no runs by the protocol of-tomorrow" in note for note in table.notes)
@@ -203,7 +203,7 @@ def test_one_pass_keeps_its_first_identity_and_stored_name(sequence, tmp_path):
     (run,) = runs_by("one-pass", sequence, Walker)
     assert run.identity.protocol == "accuracy"
     assert run.identity == bench.evaluate(Walker, sequence).identity
-    assert cell_of(run.identity) == ("Walker", "line", 0, "accuracy")
+    assert run_key(run.identity) == ("Walker", "line", 0, "accuracy")
     others = {runs_by(name, sequence, Confident)[0].identity.version for name in protocols.names()}
     assert len(others) == len(protocols.names())
 

@@ -13,10 +13,10 @@ from trackmark.bench import metrics
 from trackmark.bench.evaluation.scoring import judge
 from trackmark.bench.metrics.preset import GroundTruthArrays, RunEstimates
 from trackmark.bench.protocols import Segment, parse_protocol
-from trackmark.bench.store.asked import Asked
 from trackmark.bench.store.files import ResultsError
-from trackmark.bench.store.index import read_index
+from trackmark.bench.store.manifest import Manifest
 from trackmark.bench.store.results import Results
+from trackmark.bench.store.run_rows import list_scored_runs
 from trackmark.bench.store.truth import write_truth
 
 presences = st.lists(st.booleans(), min_size=1, max_size=120).filter(any).map(np.array)
@@ -192,13 +192,13 @@ def test_forged_segments_are_reported_as_damage(make_sequence, tmp_path, forge):
     with pytest.raises(ValueError, match="has a segment that is not from a frame to an end of 30"):
         judge(forged, sequence)
     results = Results(tmp_path / "trial")
-    results.prepare(Asked("", {}))
+    results.prepare(Manifest("", {}))
     write_truth(results.folder, sequence)
     n = sum(map(len, forged.segments))
     columns = {name: getattr(run, name)[:n] for name in ("boxes", "visible", "confidence")}
     assert results.write(replace(forged, details={}, **columns))
     with pytest.raises(ResultsError, match=r"runs\.db: .* is damaged"):
-        read_index(results)
+        list_scored_runs(results)
 
 
 @pytest.mark.parametrize(("text", "count"), [("tre:starts=3:least=5", 3), ("sre", 12)])

@@ -9,13 +9,18 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.stats import spearmanr
 
-from trackmark.bench.reporting.by_attribute import against, attribute_table, bins_of, write_plot
+from trackmark.bench.reporting.by_attribute import (
+    attribute_curves,
+    attribute_table,
+    bins_of,
+    write_plot,
+)
 from trackmark.bench.reporting.tables import SUMMARY
 from trackmark.bench.statistics.correlation import rank_correlation
 from trackmark.bench.statistics.intervals import mean_interval
 from trackmark.bench.statistics.rules import MIN_UNITS
 from trackmark.datasets import attributes
-from trackmark.reports.attributes import Against, attribute_plot
+from trackmark.reports.attributes import AttributeScores, attribute_plot
 from trackmark.reports.renderers import to_text
 from trackmark.reports.table_width import on_terminal
 
@@ -47,7 +52,7 @@ def test_there_are_as_many_bins_as_have_six_sequences(n, count):
 def test_a_bin_has_the_mean_and_the_interval_of_its_sequences():
     generator = np.random.default_rng(1)
     places, scores = generator.random(24), generator.random(24)
-    (curve,) = against({"a": scores}, {"blur": places})
+    (curve,) = attribute_curves({"a": scores}, {"blur": places})
     order = np.argsort(places)
     for one, chosen in zip(curve.bins, order.reshape(4, 6), strict=True):
         assert one.mean == pytest.approx(scores[chosen].mean())
@@ -60,7 +65,7 @@ def test_what_rises_with_an_attribute_is_seen_and_the_others_are_not():
     generator = np.random.default_rng(2)
     measured = {f"a{k}": generator.random(30) for k in range(10)}
     differences = measured["a3"] ** 2 + generator.normal(0, 0.05, 30)
-    curves = against({"x - y": differences}, measured)
+    curves = attribute_curves({"x - y": differences}, measured)
     (found,) = (curve for curve in curves if curve.interval.low > 0)
     assert found.attribute == "a3"
     assert all(curve.interval.high > 0 for curve in curves)
@@ -71,11 +76,11 @@ def test_what_rises_with_an_attribute_is_seen_and_the_others_are_not():
 
 def test_sequences_without_the_attribute_are_left_out():
     measured = {"visibility": [np.nan] * 5, "size": [1, 2, np.nan, 4, 5], "one": [1] + [np.nan] * 4}
-    (curve,) = against({"a": [0.1, 0.2, 0.3, 0.4, np.nan]}, measured)
+    (curve,) = attribute_curves({"a": [0.1, 0.2, 0.3, 0.4, np.nan]}, measured)
     assert curve.attribute == "size"
     assert curve.places.tolist() == [1, 2, 4]
     assert curve.interval == (-1, 1)
-    (curve,) = against({"a": [0.5] * 12}, {"size": np.arange(12)})
+    (curve,) = attribute_curves({"a": [0.5] * 12}, {"size": np.arange(12)})
     assert isnan(curve.correlation)  # all scores are equal
     assert "—" in to_text(attribute_table([curve], OVERLAP))
 
@@ -85,7 +90,7 @@ def made(n, trackers=("camshift:window=adaptive", "opencv-mil")):
     scores = {name: generator.random(n) for name in trackers}
     names = ("brightness_change", "border", "size")
     measured = {name: generator.normal(-1.1, 3, n) for name in names}
-    return against(scores, measured)
+    return attribute_curves(scores, measured)
 
 
 def test_table_has_both_ends_and_a_row_of_data_per_bin():
@@ -120,7 +125,9 @@ def test_plot_has_a_panel_per_attribute(n, tmp_path, monkeypatch):
 @pytest.mark.parametrize(("n", "shown"), [(7, [7]), (8, [4, 4]), (15, [5, 5, 5])])
 def test_a_panel_has_at_most_seven_labels(n, shown):
     ends = np.array([0.1, 0.9])
-    panels = {"size": [Against(f"t{k}", ends, ends, np.tile(ends[:, None], 4)) for k in range(n)]}
+    panels = {
+        "size": [AttributeScores(f"t{k}", ends, ends, np.tile(ends[:, None], 4)) for k in range(n)]
+    }
     axes = [one for one in attribute_plot(panels, "overlap", "T").axes if one.get_visible()]
     assert [len(one.collections) - len(one.containers) for one in axes] == shown  # of dots
     assert [len(one.containers) for one in axes] == shown

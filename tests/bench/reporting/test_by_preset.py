@@ -12,7 +12,7 @@ from trackmark.bench.metrics.preset import RunEstimates
 from trackmark.bench.pages.report_figures import preset_curves
 from trackmark.bench.reporting.by_preset import LATE, MEANS, TOGETHER, preset_report, score_runs
 from trackmark.bench.reporting.tables import SUMMARY
-from trackmark.bench.store.loading import load_results
+from trackmark.bench.store.data_frames import load_results
 from trackmark.reports.renderers import to_latex, to_markdown, to_text
 
 SOURCES = tuple(SequenceSource(f"plain/target:length={15 + n}:scene={n}") for n in (0, 1))

@@ -13,7 +13,7 @@ from trackmark.bench import metrics
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 from trackmark.bench.reporting.by_preset import preset_report
 from trackmark.bench.reporting.failed_runs import failed_runs, judge_failed, with_worst_scores
-from trackmark.bench.store.loading import load_results
+from trackmark.bench.store.data_frames import load_results
 from trackmark.bench.store.results import Results
 from trackmark.bench.store.truth import read_truth
 

@@ -10,7 +10,7 @@ from trackmark.bench.evaluation.scoring import REVISED, score_both
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 from trackmark.bench.reporting.film_strips import write_strips
 from trackmark.bench.reporting.tables import tables
-from trackmark.bench.store.loading import as_revised, load_results
+from trackmark.bench.store.data_frames import load_results, with_revised_scores
 from trackmark.reports.film_strip import film_strip
 from trackmark.reports.overlay import TRUTH
 from trackmark.reports.palette import colour
@@ -67,11 +67,11 @@ def test_a_score_of_the_revised_trace_is_that_of_the_revised_boxes(stored, make_
 
 def test_runs_without_revision_keep_their_scores(stored):
     runs = load_results(stored)
-    revised = as_revised(runs)
+    revised = with_revised_scores(runs)
     still = runs["tracker_name"] == "static"
     pd.testing.assert_frame_equal(revised[still], runs[still])
     assert list(revised["mean_overlap"][~still]) == list(runs[f"{REVISED}mean_overlap"][~still])
-    assert as_revised(runs[still]) is None
+    assert with_revised_scores(runs[still]) is None
 
 
 def test_tables_say_which_trace_they_show_where_a_tracker_revised(

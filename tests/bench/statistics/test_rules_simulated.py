@@ -9,7 +9,7 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from trackmark.bench.comparing.baseline import DECIMALS, Baseline, BaselineCell
+from trackmark.bench.comparing.baseline import DECIMALS, Baseline, BaselineEntry
 from trackmark.bench.comparing.regression_check import check
 from trackmark.bench.experiments.experiment import SequenceSource
 from trackmark.bench.statistics import verdict_rules
@@ -341,12 +341,12 @@ def test_check_finds_a_change_of_some_runs(part, expected):
 
 
 def scored_cells(scores, version):
-    """Return the cells of one tracker with these scores, shape (sequences, R)."""
+    """Return the entries of one tracker with these scores, shape (sequences, R)."""
     boxes = tuple(f"{version}{seed:07x}" for seed in range(scores.shape[1]))
     source = SequenceSource("s")
     return {
         "mine": {
-            f"s{i}": BaselineCell(source, "9f31c2aa", tuple(row), boxes)
+            f"s{i}": BaselineEntry(source, "9f31c2aa", tuple(row), boxes)
             for i, row in enumerate(scores)
         }
     }

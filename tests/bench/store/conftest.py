@@ -9,9 +9,9 @@ from trackmark import bench
 from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.experiments.tracker_spec import parse_tracker, run_identity
 from trackmark.bench.metrics.times import Times
-from trackmark.bench.store.asked import Asked
-from trackmark.bench.store.layout import cell_of
+from trackmark.bench.store.layout import run_key
 from trackmark.bench.store.log import RunLog
+from trackmark.bench.store.manifest import Manifest
 from trackmark.bench.store.results import Results
 from trackmark.bench.store.truth import write_truth
 
@@ -48,14 +48,14 @@ def full_run(sequence, repetition=2):
 
 def request(results, *runs, title="Trial"):
     """Request runs in their versions."""
-    results.prepare(Asked(title, {cell_of(r.identity): r.identity.version for r in runs}))
+    results.prepare(Manifest(title, {run_key(r.identity): r.identity.version for r in runs}))
 
 
 @pytest.fixture
 def results(tmp_path):
     """Results of an experiment without runs."""
     results = Results(tmp_path / "trial")
-    results.prepare(Asked("Trial", {}))
+    results.prepare(Manifest("Trial", {}))
     return results
 
 

@@ -18,13 +18,13 @@ from trackmark import bench
 from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.experiments.tracker_spec import Identity
 from trackmark.bench.store import database as module
-from trackmark.bench.store.asked import Asked
 from trackmark.bench.store.files import ResultsError
-from trackmark.bench.store.index import read_index
 from trackmark.bench.store.log import RunLog, read_logs
+from trackmark.bench.store.maintenance import find_damage
+from trackmark.bench.store.manifest import Manifest
 from trackmark.bench.store.results import Results
+from trackmark.bench.store.run_rows import list_scored_runs
 from trackmark.bench.store.truth import read_truth
-from trackmark.bench.store.upkeep import damages
 
 WRITER = """
 import sys
@@ -49,7 +49,7 @@ def made(number):
 def assert_whole(results, numbers):
     """Check that the runs of these numbers are stored, and at most one more per writer."""
     assert damages_without_truth(results.folder) == []
-    stored = {cell[2] for cell in results.cells()}
+    stored = {cell[2] for cell in results.list_keys()}
     assert set(numbers) <= stored
     for number in stored:
         run = results.read(("t", "s", number, "accuracy"))
@@ -58,9 +58,9 @@ def assert_whole(results, numbers):
 
 
 def damages_without_truth(folder):
-    """Return damages of the file itself: the runs of these tests have no ground truth."""
-    with module.connected(folder) as database:
-        return database.damages()
+    """Return the damage of the file itself: the runs of these tests have no ground truth."""
+    with module.open_database(folder) as database:
+        return database.find_damage()
 
 
 def killed_round(folder, first, delay):
@@ -110,9 +110,9 @@ def test_a_transaction_that_was_killed_in_the_middle_is_undone_by_the_next_reade
 def contents(results):
     """Return everything that is stored, as text."""
     folder = results.folder
-    asked = results.asked()
-    runs = {cell: results.read(cell) for cell in results.cells()}
-    said = [asked.title, list(asked.cells.items()), read_index(results), read_logs(folder)]
+    asked = results.manifest()
+    runs = {cell: results.read(cell) for cell in results.list_keys()}
+    said = [asked.title, list(asked.versions.items()), list_scored_runs(results), read_logs(folder)]
     for cell, run in runs.items():
         arrays = [run.boxes, run.visible, run.confidence, *run.details.values()]
         arrays += [one for named in run.arrays.values() for one in named.values()]
@@ -128,13 +128,13 @@ def flip_bits(results, bits):
     """Flip bits one by one; return the numbers of reported flips, and of those without effect."""
     file = results.folder / "runs.db"
     whole, expected = file.read_bytes(), contents(results)
-    assert damages(results.folder) == []
+    assert find_damage(results.folder) == []
     counts = {"reported": 0, "no effect": 0}
     for bit in bits:
         changed = bytearray(whole)
         changed[bit // 8] ^= 1 << bit % 8
         file.write_bytes(bytes(changed))
-        said = damages(results.folder)
+        said = find_damage(results.folder)
         assert all(str(file) in one and "\n" not in one for one in said)
         try:
             same = contents(results) == expected
@@ -175,7 +175,7 @@ def test_no_flipped_bit_is_silent(several, number, evidence):
 )
 def test_changes_in_any_table_are_reported_by_check_and_readers(several, change, reason):
     edit(several, change)
-    (said, *_) = damages(several.folder)
+    (said, *_) = find_damage(several.folder)
     assert reason in said
     with pytest.raises(ResultsError, match=r"runs\.db is damaged"):
         contents(several)
@@ -200,10 +200,10 @@ def edit(results, change):
 )
 def test_damaged_runs_can_be_removed(several, change):
     edit(several, change)
-    assert damages(several.folder)
-    several.remove(several.cells())
-    assert damages(several.folder) == []
-    assert several.cells() == []
+    assert find_damage(several.folder)
+    several.remove(several.list_keys())
+    assert find_damage(several.folder) == []
+    assert several.list_keys() == []
 
 
 def test_a_file_cut_anywhere_is_reported(several):
@@ -213,7 +213,7 @@ def test_a_file_cut_anywhere_is_reported(several):
         file.write_bytes(whole[:length])
         with pytest.raises(ResultsError, match=r"runs\.db"):
             contents(several)
-        assert damages(several.folder)
+        assert find_damage(several.folder)
     file.write_bytes(whole)
     assert contents(several) == expected
 
@@ -235,7 +235,7 @@ def test_a_full_disk_leaves_everything_readable_and_writing_goes_on(tmp_path, mo
         connection.execute("PRAGMA max_page_count = 60")
         return connection
 
-    results.prepare(Asked("", {}))
+    results.prepare(Manifest("", {}))
     with monkeypatch.context() as patch:
         patch.setattr(module, "_open", limit)
         stored = 0
@@ -265,7 +265,9 @@ def test_a_size_limit_of_files_leaves_everything_readable(tmp_path):
 def write_some(folder, first):
     results = Results(folder)
     for number in range(first, first + 20):
-        results.prepare(Asked("", {("t", "s", number, "accuracy"): made(number).identity.version}))
+        results.prepare(
+            Manifest("", {("t", "s", number, "accuracy"): made(number).identity.version})
+        )
         assert results.write(made(number))
         RunLog(folder).write("unit", number=number)
     return first
@@ -277,11 +279,11 @@ def test_two_commands_in_one_folder_lose_nothing(tmp_path):
         work = [executor.submit(write_some, folder, first) for first in (0, 100)]
         while not all(one.done() for one in work):
             if folder.exists():
-                Results(folder).cells()  # a reader among them
+                Results(folder).list_keys()  # a reader among them
         assert [one.result() for one in work] == [0, 100]
     numbers = [*range(20), *range(100, 120)]
     assert assert_whole(Results(folder), numbers) == 40
-    assert {cell[2] for cell in Results(folder).asked().cells} == set(numbers)
+    assert {cell[2] for cell in Results(folder).manifest().versions} == set(numbers)
     assert sum(map(len, read_logs(folder).values())) == 40
 
 
@@ -289,7 +291,7 @@ def test_a_lock_that_is_never_released_is_named(several, monkeypatch):
     monkeypatch.setattr(module, "_BUSY_SECONDS", 0.05)
     other = sqlite3.connect(several.folder / "runs.db", isolation_level=None)
     other.execute("BEGIN IMMEDIATE")
-    assert len(several.cells()) == 4, "readers go on"
+    assert len(several.list_keys()) == 4, "readers go on"
     with pytest.raises(ResultsError, match=r"runs\.db: another process has locked this file"):
         several.write(made(0))
     other.close()
@@ -307,7 +309,7 @@ def test_a_folder_that_can_only_be_read_is_read(several, monkeypatch):
     edit(several, "UPDATE score SET scorer = 'old'")
     edit(several, "DELETE FROM score")
     database = several.folder / "runs.db"
-    with module.connected(several.folder, write=True) as opened:
+    with module.open_database(several.folder, write=True) as opened:
         opened.recount()
     before = database.read_bytes()
     monkeypatch.setattr(module, "_open", read_only)
@@ -333,6 +335,6 @@ def test_results_of_an_older_layout_are_refused_with_the_command_that_converts_t
     folder = tmp_path / "trial"
     folder.mkdir()
     (folder / "plan.json").write_text("{}")
-    for read in (Results(folder).asked, lambda: bench.load_results(tmp_path)):
+    for read in (Results(folder).manifest, lambda: bench.load_results(tmp_path)):
         with pytest.raises(ResultsError, match=f"trackmark results convert {folder}"):
             read()

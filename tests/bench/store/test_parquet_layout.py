@@ -14,10 +14,10 @@ from tests.bench.store.test_results import assert_same
 from trackmark import bench
 from trackmark.bench.store.files import ResultsError
 from trackmark.bench.store.log import read_logs
+from trackmark.bench.store.maintenance import find_damage
 from trackmark.bench.store.parquet_layout import convert_results
 from trackmark.bench.store.results import Results
 from trackmark.bench.store.truth import read_truth
-from trackmark.bench.store.upkeep import damages
 from trackmark.datasets.shapes import EncodedMask, Shapes
 
 N = 12
@@ -54,8 +54,8 @@ def test_converted_results_are_equal_to_the_bit(old, written, trackmark):
     pytest.importorskip("pyarrow")
     assert "converted 2 runs" in trackmark("results", "convert", old).stdout
     results = Results(old)
-    assert damages(old) == []
-    runs = [results.read(cell) for cell in results.cells()]
+    assert find_damage(old) == []
+    runs = [results.read(cell) for cell in results.list_keys()]
     expected = [bench.evaluate("static", written), full_run(written)]
     for run, other in zip(runs, expected, strict=True):
         for field in fields(run):
@@ -66,8 +66,8 @@ def test_converted_results_are_equal_to_the_bit(old, written, trackmark):
             written.fingerprint,
         )
     assert runs[1].output == "several\nlines"
-    asked = results.asked()
-    assert (asked.title, len(asked.cells)) == ("Older", 3)
+    asked = results.manifest()
+    assert (asked.title, len(asked.versions)) == ("Older", 3)
     frame = bench.load_results(old)
     assert frame["status"].tolist() == ["failed", "finished", "missing"]
     truth = read_truth(old, written.name, written.fingerprint)

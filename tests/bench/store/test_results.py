@@ -11,16 +11,16 @@ from hypothesis.extra.numpy import array_shapes, arrays, scalar_dtypes
 
 from tests.bench.store.conftest import full_run, of_version, request
 from trackmark import bench
-from trackmark.bench.store import index
-from trackmark.bench.store.asked import Asked
+from trackmark.bench.store import run_rows
 from trackmark.bench.store.files import ResultsError, write_atomically
-from trackmark.bench.store.index import add_scores, index_row, list_runs, read_index
-from trackmark.bench.store.layout import cell_of
+from trackmark.bench.store.layout import run_key
 from trackmark.bench.store.log import RunLog, read_logs
+from trackmark.bench.store.maintenance import find_damage, merge_results
+from trackmark.bench.store.manifest import Manifest
 from trackmark.bench.store.packing import pack, unpack
-from trackmark.bench.store.results import KeptRuns, Results, kept_runs
+from trackmark.bench.store.results import Results, RunCache, run_cache
+from trackmark.bench.store.run_rows import add_scores, list_runs, list_scored_runs, run_row
 from trackmark.bench.store.truth import read_truth, write_truth
-from trackmark.bench.store.upkeep import damages, merge_results
 from trackmark.datasets.shapes import EncodedMask, Shapes
 
 CELL = st.tuples(
@@ -56,7 +56,7 @@ def assert_same(a, b):
 def test_a_run_comes_back_as_it_was_written(results, sequence, change):
     run = replace(full_run(sequence), **change)
     assert results.write(run)
-    back = results.read(cell_of(run.identity))
+    back = results.read(run_key(run.identity))
     for field in fields(run):
         if field.name not in ("circumstances", "output"):
             assert_same(getattr(run, field.name), getattr(back, field.name))
@@ -110,23 +110,23 @@ def test_requests_are_kept_in_order_with_the_later_version_of_a_series(
     tmp_path_factory, first, second, gone
 ):
     results = Results(tmp_path_factory.mktemp("asked"))
-    results.prepare(Asked("First", dict.fromkeys(first, "1")))
-    results.prepare(Asked("", dict.fromkeys(second, "2")))
+    results.prepare(Manifest("First", dict.fromkeys(first, "1")))
+    results.prepare(Manifest("", dict.fromkeys(second, "2")))
     series = {(t, s, p) for t, s, _, p in second}
     expected = {
         (t, s, r, p): "2" if (t, s, p) in series else "1"
         for t, s, r, p in dict.fromkeys([*first, *second])
     }
-    asked = results.asked()
-    assert (asked.title, list(asked.cells.items())) == ("First", list(expected.items()))
+    asked = results.manifest()
+    assert (asked.title, list(asked.versions.items())) == ("First", list(expected.items()))
     results.remove(gone)
-    assert list(results.asked().cells) == [cell for cell in expected if cell not in gone]
-    assert damages(results.folder) == []
+    assert list(results.manifest().versions) == [cell for cell in expected if cell not in gone]
+    assert find_damage(results.folder) == []
 
 
 def test_a_repeated_request_does_not_write(several):
     before = (several.folder / "runs.db").read_bytes()
-    several.prepare(several.asked())
+    several.prepare(several.manifest())
     assert (several.folder / "runs.db").read_bytes() == before
 
 
@@ -134,13 +134,13 @@ def test_too_many_requests_are_refused(results, monkeypatch):
     monkeypatch.setattr("trackmark.bench.store.results.MAX_RUNS", 3)
     cells = {("a", "s", i, "accuracy"): "1" for i in range(4)}
     with pytest.raises(ResultsError, match=r"4 runs are requested .* at most 3\. .* --name"):
-        results.prepare(Asked("", cells))
+        results.prepare(Manifest("", cells))
 
 
 def test_a_late_run_never_replaces_what_another_process_finished(results, sequence):
     run = replace(full_run(sequence), failure="")
     a, b, c = (of_version(run, source) for source in "ABC")
-    cell = cell_of(run.identity)
+    cell = run_key(run.identity)
     assert results.write(a)
     assert not results.write(a), "planned when nothing was stored, and late"
     assert not results.write(b)
@@ -157,7 +157,7 @@ def test_a_failed_run_gives_way_to_a_planned_repetition_and_to_a_finished_run(re
     assert not results.write(failed)
     assert results.write(failed, replaces=failed.identity.version)
     assert results.write(replace(failed, failure=""))
-    assert results.read(cell_of(failed.identity)).status == "finished"
+    assert results.read(run_key(failed.identity)).status == "finished"
     assert not results.write(failed, replaces=failed.identity.version)
 
 
@@ -166,18 +166,18 @@ def test_runs_of_one_transaction_are_stored_together_or_not_at_all(results, sequ
     broken = replace(bench.evaluate("static", sequence, 1), circumstances={"host": object()})
     with pytest.raises(TypeError):
         results.write_all([(run, ""), (broken, "")])
-    assert results.cells() == []
+    assert results.list_keys() == []
 
 
 def test_rows_have_the_scores_of_their_runs_and_are_ordered(results, sequence, store):
     keys = [("static", 10), ("static", 2), ("camshift", 0), ("static", 0)]
     runs = {key: store(results, sequence, *key) for key in keys}
-    rows = read_index(results)
+    rows = list_scored_runs(results)
     assert [(row["tracker"], row["repetition"]) for row in rows] == sorted(keys)
     for row in rows:
         run = runs[row["tracker"], row["repetition"]]
         truth = read_truth(results.folder, sequence.name, sequence.fingerprint)
-        assert repr(row) == repr(index_row(results.read(cell_of(row)), truth))
+        assert repr(row) == repr(run_row(results.read(run_key(row)), truth))
         expected = bench.score(run, sequence)
         assert {k: v for k, v in row["scores"].items() if v == v} == {
             k: v for k, v in expected.items() if v == v
@@ -186,17 +186,17 @@ def test_rows_have_the_scores_of_their_runs_and_are_ordered(results, sequence, s
 
 def test_a_run_is_scored_once_for_each_version_of_the_scores(results, sequence, store, monkeypatch):
     run = store(results, sequence)
-    rows = read_index(results)
+    rows = list_scored_runs(results)
     with monkeypatch.context() as patch:
         patch.setattr(Results, "read", lambda *a: pytest.fail("a run was opened"))
-        assert repr(read_index(results)) == repr(rows)
-    monkeypatch.setattr(index, "_scorer_version", lambda: "another")
-    monkeypatch.setattr(index, "score_both", lambda run, truth: {"new": 1.0})
-    assert [row["scores"] for row in read_index(results)] == [{"new": 1.0}]
+        assert repr(list_scored_runs(results)) == repr(rows)
+    monkeypatch.setattr(run_rows, "_scorer_version", lambda: "another")
+    monkeypatch.setattr(run_rows, "score_both", lambda run, truth: {"new": 1.0})
+    assert [row["scores"] for row in list_scored_runs(results)] == [{"new": 1.0}]
     newer = of_version(run, "newer")
     assert results.write(newer, run.identity.version)
     add_scores(results, [{**rows[0], "scores": {"late": 1.0}}])  # of the run that was replaced
-    assert [row["scores"] for row in read_index(results)] == [{"new": 1.0}]
+    assert [row["scores"] for row in list_scored_runs(results)] == [{"new": 1.0}]
 
 
 def test_the_data_frame_shows_stored_missing_and_stale_runs(results, sequence, store):
@@ -212,29 +212,29 @@ def test_the_data_frame_shows_stored_missing_and_stale_runs(results, sequence, s
     for column in ("tracker", "sequence", "status", "failure", "parameters"):
         assert frame[column].dtype == "category", column
     assert frame["mean_overlap"].notna().tolist() == [True, True, False]
-    chosen = bench.load_results(results.folder, [cell_of(run.identity)])
+    chosen = bench.load_results(results.folder, [run_key(run.identity)])
     assert chosen["repetition"].tolist() == [0]
 
 
 def test_removed_runs_are_neither_stored_nor_missing(several, sequence):
-    several.remove([cell for cell in several.cells() if cell[2] != 1])
+    several.remove([cell for cell in several.list_keys() if cell[2] != 1])
     assert bench.load_results(several.folder)["repetition"].tolist() == [1]
-    assert damages(several.folder) == []
-    several.remove(several.cells())
+    assert find_damage(several.folder) == []
+    several.remove(several.list_keys())
     with pytest.raises(ResultsError, match="no ground truth of line"):
         read_truth(several.folder, sequence.name, sequence.fingerprint)
     assert len(bench.load_results(several.folder)) == 0
 
 
 def test_runs_are_read_once_within_kept_runs(several, monkeypatch):
-    token = kept_runs.set(KeptRuns())
+    token = run_cache.set(RunCache())
     try:
-        cell = several.cells()[0]
+        cell = several.list_keys()[0]
         assert several.read(cell) is several.read(cell)
-        monkeypatch.setattr(kept_runs.get(), "free", 0)
-        assert several.read(several.cells()[1]) is not several.read(several.cells()[1])
+        monkeypatch.setattr(run_cache.get(), "free", 0)
+        assert several.read(several.list_keys()[1]) is not several.read(several.list_keys()[1])
     finally:
-        kept_runs.reset(token)
+        run_cache.reset(token)
 
 
 def test_merged_results_are_those_of_all_sources(several, sequence, store, tmp_path):
@@ -244,9 +244,9 @@ def test_merged_results_are_those_of_all_sources(several, sequence, store, tmp_p
     target = tmp_path / "deep" / "target"
     assert merge_results([several.folder, other.folder], target) == (5, [])
     assert merge_results([other.folder], target) == (0, [])
-    assert Results(target).cells() == sorted([*other.cells(), *several.cells()])
-    assert Results(target).asked().title == "Trial"
-    assert damages(target) == []
+    assert Results(target).list_keys() == sorted([*other.list_keys(), *several.list_keys()])
+    assert Results(target).manifest().title == "Trial"
+    assert find_damage(target) == []
     newer = Results(tmp_path / "newer")
     write_truth(newer.folder, sequence)
     newer.write(of_version(run, "newer"))
@@ -280,7 +280,7 @@ def test_missing_things_are_named(several, sequence, tmp_path):
         several.read(("static", "line", 9, "accuracy"))
     (tmp_path / "file").write_text("")
     with pytest.raises(ResultsError, match=r"file/trial/runs\.db cannot be written"):
-        Results(tmp_path / "file" / "trial").prepare(Asked("", {}))
+        Results(tmp_path / "file" / "trial").prepare(Manifest("", {}))
     assert list_runs(Results(tmp_path / "new")) == []
     assert not (tmp_path / "new").exists()
     with pytest.raises(ResultsError, match="file/x cannot be written"):

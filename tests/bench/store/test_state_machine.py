@@ -26,9 +26,9 @@ from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 from trackmark.bench.experiments.tracker_spec import parse_tracker, run_identity
 from trackmark.bench.reporting.tables import tables
 from trackmark.bench.store.database import Database
-from trackmark.bench.store.layout import cell_of
+from trackmark.bench.store.layout import run_key
+from trackmark.bench.store.maintenance import find_damage
 from trackmark.bench.store.results import Results
-from trackmark.bench.store.upkeep import damages
 from trackmark.datasets import load
 from trackmark.reports.tables import MISSING
 from trackmark.trackers.base import catalogue
@@ -154,7 +154,7 @@ class Experimenter(RuleBasedStateMachine):
     @rule(tracker=st.sampled_from(TRACKERS), killed_at=st.none() | st.integers(0, 20))
     def remove(self, tracker, killed_at):
         label = parse_tracker(self._text(tracker)).label
-        cells = [cell for cell in self.results.cells() if cell[0] == label]
+        cells = [cell for cell in self.results.list_keys() if cell[0] == label]
         goal = {cell: run for cell, run in self.runs.items() if cell not in cells}
         asked = {cell: version for cell, version in self.asked.items() if cell not in cells}
         if cells:
@@ -169,12 +169,12 @@ class Experimenter(RuleBasedStateMachine):
     @invariant()
     def what_lies_there_is_what_should(self):
         assert self._found() == self.runs
-        assert dict(self.results.asked().cells) == self.asked
+        assert dict(self.results.manifest().versions) == self.asked
 
     @invariant()
     def nothing_is_damaged(self):
         if self.results.folder.exists() and self.asked:
-            assert damages(self.results.folder) == []
+            assert find_damage(self.results.folder) == []
 
     @invariant()
     def each_run_is_said_to_be_what_it_is(self):
@@ -243,10 +243,10 @@ class Experimenter(RuleBasedStateMachine):
                 for repetition in range(chosen.repetitions if entry.name != "static" else 1):
                     key = run_identity(entry, sequence, repetition)
                     asked[key.tracker, key.sequence, repetition, "accuracy"] = key.version
-                    version, status, _ = self.runs.get(cell_of(key), ("", "", ""))
+                    version, status, _ = self.runs.get(run_key(key), ("", "", ""))
                     if version != key.version or (retry_failed and status == "failed"):
                         run = bench.evaluate(text, sequence, repetition)
-                        goal[cell_of(key)] = run.identity.version, run.status, said(run)
+                        goal[run_key(key)] = run.identity.version, run.status, said(run)
                 for cell in asked:  # one version counts for all repetitions
                     if cell[:2] == (key.tracker, key.sequence):
                         asked[cell] = key.version
@@ -264,7 +264,7 @@ class Experimenter(RuleBasedStateMachine):
                 found = self._found()
                 for cell in found.keys() | goal.keys() | self.runs.keys():
                     assert found.get(cell) in (self.runs.get(cell), goal.get(cell))
-                noted = dict(self.results.asked().cells)
+                noted = dict(self.results.manifest().versions)
                 assert noted in (self.asked, asked)
                 self.runs, self.asked = found, noted
                 return
@@ -274,7 +274,7 @@ class Experimenter(RuleBasedStateMachine):
 
     def _found(self):
         """Version, status and digest of the stored runs."""
-        runs = {cell: self.results.read(cell) for cell in self.results.cells()}
+        runs = {cell: self.results.read(cell) for cell in self.results.list_keys()}
         return {cell: (run.identity.version, run.status, said(run)) for cell, run in runs.items()}
 
 

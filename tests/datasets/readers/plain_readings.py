@@ -1,8 +1,8 @@
-"""What truths say, read a second time: slowly, plainly, by other means than the readers.
+"""Independent readings of ground truth: slow, plain, and by other means than the readers.
 
-Each takes the folder that a maker of `test_mutations` wrote into, and the number of images, and
-gives boxes by frame, None where there is no target. They take more than the readers do: whatever a
-reader takes must be what is said here.
+Each takes the folder that a function of `layouts` wrote into, and the number of images. It returns
+one box per frame, or None without target. These readings accept more than the readers do: if a
+reader accepts a file, the boxes must be equal.
 """
 
 import csv
@@ -28,25 +28,25 @@ def rows_of(path):
     return [row_of(line) for line in lines_of(path)]
 
 
-def there(row, first=False):
-    """Whether a row x, y, width, height is of a target that is there."""
+def is_present(row, first=False):
+    """Return whether the target of a row x, y, width, height is present."""
     return not any(map(isnan, row)) and (first or min(row[2:]) > 0)
 
 
 def boxes_from(rows, origin):
     return [
-        [row[0] - origin, row[1] - origin, *row[2:]] if there(row, i == 0) else None
+        [row[0] - origin, row[1] - origin, *row[2:]] if is_present(row, i == 0) else None
         for i, row in enumerate(rows)
     ]
 
 
-def without(boxes, flags):
-    """The same without a target where a flag says so."""
+def without_flagged(boxes, flags):
+    """Return the boxes with None in frames with a flag."""
     return [None if flag else box for box, flag in zip(boxes, flags, strict=True)]
 
 
 def flags_of(path, n):
-    """Flags of n frames, whatever empty lines are between them; none is set without the file."""
+    """Read the flags of n frames, also between empty lines; without the file, none is set."""
     if not path.is_file():
         return [0] * n
     lines = filter(str.strip, lines_of(path))
@@ -64,35 +64,35 @@ def truth_csv(path):
     return boxes
 
 
-def images(walk, n):
-    return truth_csv(walk / "truth.csv")
+def images(data, n):
+    return truth_csv(data / "walk" / "truth.csv")
 
 
-def otb(walk, n):
-    return boxes_from(rows_of(walk / "groundtruth_rect.txt"), 1)
+def otb(data, n):
+    return boxes_from(rows_of(data / "walk" / "groundtruth_rect.txt"), 1)
 
 
-def davis(walk, n):
-    folder = walk / "Annotations" / "480p" / "walk"
+def davis(data, n):
+    folder = data / "Annotations" / "480p" / "walk"
     masks = [np.asarray(Image.open(file)) for file in sorted(folder.glob("*.png"))]
-    others = sorted({int(value) for mask in masks for value in np.unique(mask)} - {0})
-    value = others[0] if others == [255] else min(set(others) - {255})
+    values = sorted({int(value) for mask in masks for value in np.unique(mask)} - {0})
+    value = values[0] if values == [255] else min(set(values) - {255})
     return [around(np.argwhere(mask == value)[:, ::-1]) for mask in masks]
 
 
 def around(points):
-    """Box of whole pixels (x, y)."""
+    """Return the box around whole pixels (x, y)."""
     if not len(points):
         return None
     low, high = points.min(axis=0), points.max(axis=0)
     return [*low.tolist(), *(high - low + 1).tolist()]
 
 
-def mp4(walk, n):
-    return truth_csv(walk / "walk.csv")
+def video(data, n):
+    return truth_csv(data / "walk.csv")
 
 
-def avi(walk, n):
+def avi(data, n):
     return [None] * n
 
 
@@ -101,9 +101,9 @@ def vot_region(line, first):
         x, y, width, _, *runs = map(int, row_of(line.strip()[1:]))
         ends = np.cumsum(runs).tolist()
         inside = [
-            (x + at % width, y + at // width)
+            (x + offset % width, y + offset // width)
             for start, end in zip(ends[::2], ends[1::2], strict=False)
-            for at in range(start, end)
+            for offset in range(start, end)
         ]
         return around(np.array(inside))
     row = row_of(line)
@@ -112,63 +112,66 @@ def vot_region(line, first):
             return None
         xs, ys = row[::2], row[1::2]
         row = [min(xs), min(ys), max(xs) - min(xs), max(ys) - min(ys)]
-    return row if len(row) == 4 and there(row, first) else None
+    return row if len(row) == 4 and is_present(row, first) else None
 
 
-def vot_classic(walk, n):
-    return [vot_region(line, i == 0) for i, line in enumerate(lines_of(walk / "groundtruth.txt"))]
+def vot_classic(data, n):
+    lines = lines_of(data / "walk" / "groundtruth.txt")
+    return [vot_region(line, i == 0) for i, line in enumerate(lines)]
 
 
 vot_current = vot_classic
 
 
-def got10k(walk, n):
+def got10k(data, n):
+    walk = data / "walk"
     boxes = boxes_from(rows_of(walk / "groundtruth.txt"), 1)
     boxes += [None] * (n - 1 if len(boxes) == 1 else 0)
-    return without(boxes, flags_of(walk / "absence.label", len(boxes)))
+    return without_flagged(boxes, flags_of(walk / "absence.label", len(boxes)))
 
 
-def lasot(walk, n):
+def lasot(data, n):
+    walk = data / "walk"
     boxes = boxes_from(rows_of(walk / "groundtruth.txt"), 1)
     hidden, away = (
         flags_of(walk / f"{name}.txt", len(boxes)) for name in ("full_occlusion", "out_of_view")
     )
-    return without(without(boxes, hidden), away)
+    return without_flagged(without_flagged(boxes, hidden), away)
 
 
-def trackingnet(walk, n):
-    boxes = boxes_from(rows_of(walk.parent / "TRAIN_0" / "anno" / "walk.txt"), 0)
+def trackingnet(data, n):
+    boxes = boxes_from(rows_of(data / "TRAIN_0" / "anno" / "walk.txt"), 0)
     return boxes + [None] * (n - 1 if len(boxes) == 1 else 0)
 
 
-def uav123(walk, n):
-    return boxes_from(rows_of(walk.parent / "anno" / "UAV123" / "walk.txt"), 1)
+def uav123(data, n):
+    return boxes_from(rows_of(data / "anno" / "UAV123" / "walk.txt"), 1)
 
 
-def nfs(walk, n):
+def nfs(data, n):
     rows = [
         [float(word) for word in line.replace(",", " ").split()[1:7]]
-        for line in lines_of(walk / "30" / "walk.txt")
+        for line in lines_of(data / "walk" / "30" / "walk.txt")
     ]
     rows = rows[::8][:n] if 8 * n - 8 < len(rows) < 8 * n + 8 else rows
     sides = [[left, top, right - left, bottom - top] for left, top, right, bottom, *_ in rows]
-    return without(boxes_from(sides, 0), [row[5] for row in rows])
+    return without_flagged(boxes_from(sides, 0), [row[5] for row in rows])
 
 
-def tcolor128(walk, n):
-    return boxes_from(rows_of(walk / "walk_gt.txt"), 1)
+def tcolor128(data, n):
+    return boxes_from(rows_of(data / "walk" / "walk_gt.txt"), 1)
 
 
-def tlp(walk, n):
-    rows = rows_of(walk / "groundtruth_rect.txt")
-    if len(rows[0]) == 4:  # nothing but six columns tells such a folder from one of OTB's
-        return otb(walk, n)
-    return without(boxes_from([row[1:5] for row in rows], 0), [row[5] for row in rows])
+def tlp(data, n):
+    rows = rows_of(data / "walk" / "groundtruth_rect.txt")
+    if len(rows[0]) == 4:  # only six columns distinguish TLP from OTB
+        return otb(data, n)
+    return without_flagged(boxes_from([row[1:5] for row in rows], 0), [row[5] for row in rows])
 
 
-def mot(walk, n):
+def mot(data, n):
     targets = {}
-    for frame, target, x, y, width, height, counts, *_ in rows_of(walk / "gt" / "gt.txt"):
+    for frame, target, x, y, width, height, counts, *_ in rows_of(data / "walk" / "gt" / "gt.txt"):
         if counts > 0:
             targets.setdefault(target, {})[int(frame) - 1] = [x - 1, y - 1, width, height]
     longest = max(sorted(targets), key=lambda target: len(targets[target]))

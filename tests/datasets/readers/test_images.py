@@ -1,4 +1,4 @@
-"""A folder of images."""
+"""Folders of images."""
 
 import numpy as np
 import pytest
@@ -6,7 +6,8 @@ import pytest
 from trackmark import datasets
 from trackmark.datasets import SequenceError
 
-TRUTH = "frame,x,y,width,height\n0,1,2,3,4\n2,5,6,7,8\n"
+HEADER = "frame,x,y,width,height"
+TRUTH = f"{HEADER}\n0,1,2,3,4\n2,5,6,7,8\n"
 
 
 @pytest.fixture
@@ -15,7 +16,18 @@ def folder(tmp_path, write_images):
     return tmp_path / "walk"
 
 
-def test_without_truth_it_opens_and_shows(folder):
+@pytest.fixture
+def fingerprint(folder):
+    """Return the fingerprint of the folder with a ground truth."""
+
+    def read(text=TRUTH):
+        (folder / "truth.csv").write_text(text)
+        return datasets.load(folder).fingerprint
+
+    return read
+
+
+def test_folder_without_ground_truth_opens(folder):
     sequence = datasets.load(folder)
     assert (sequence.name, len(sequence), sequence.fps) == ("walk", 4, None)
     assert np.isnan(sequence.boxes).all()
@@ -25,72 +37,45 @@ def test_without_truth_it_opens_and_shows(folder):
         sequence.check_runnable()
 
 
-def test_its_own_truth_is_taken(folder):
-    (folder / "truth.csv").write_text(TRUTH)
+def test_truth_csv_of_the_folder_is_read(folder):
+    (folder / "truth.csv").write_text(f"{HEADER},visibility\n0,1,2,3,4,0.25\n2,5,6,7,8,\n")
     sequence = datasets.load(folder)
     assert sequence.present.tolist() == [True, False, True]
     assert sequence.images_beyond_truth == 1
-
-
-def test_more_truth_than_images_names_the_truth_file(folder):
+    assert sequence.visibility[0] == 0.25
+    assert np.isnan(sequence.visibility[1:]).all()
     (folder / "truth.csv").write_text(TRUTH + "9,5,6,7,8\n")
     with pytest.raises(
-        SequenceError, match=r"truth\.csv: 10 ground-truth rows for 4 images of walk"
+        SequenceError, match=r"truth\.csv: 10 ground-truth rows for 4 images of wal"
     ):
         datasets.load(folder)
 
 
-def test_visibility_of_the_truth_file_arrives(folder):
-    (folder / "truth.csv").write_text(
-        "frame,x,y,width,height,visibility\n0,1,2,3,4,0.25\n1,1,2,3,4,\n"
-    )
-    sequence = datasets.load(folder)
-    assert sequence.visibility[0] == 0.25
-    assert np.isnan(sequence.visibility[1])
+@pytest.mark.parametrize(
+    ("first", "second"),
+    [
+        (TRUTH, f"# by me\n{HEADER}\n0,1.0,2.0,3,4\n1,,,,\n2,5,6.00,7,8\n"),
+        (f"{HEADER}\n0,0,2,3,4\n", f"{HEADER}\n0,-0.0,2,3,4\n"),
+    ],
+)
+def test_fingerprint_is_equal_for_equal_values(fingerprint, first, second):
+    assert fingerprint(first) == fingerprint(second)
 
 
-class TestFingerprint:
-    @pytest.fixture(autouse=True)
-    def own_truth(self, folder):
-        (folder / "truth.csv").write_text(TRUTH)
-
-    def test_another_way_to_write_the_same_truth_leaves_it(self, folder):
-        before = datasets.load(folder).fingerprint
-        (folder / "truth.csv").write_text(
-            "# by me\nframe,x,y,width,height\n0,1.0,2.0,3,4\n1,,,,\n2,5,6.00,7,8\n"
-        )
-        assert datasets.load(folder).fingerprint == before
-
-    @pytest.mark.parametrize(
-        "truth",
-        [
-            TRUTH + "3,1,1,1,1\n",
-            "frame,x,y,width,height,visibility\n0,1,2,3,4,1\n2,5,6,7,8,1\n",
-        ],
-    )
-    def test_another_truth_changes_it(self, folder, truth):
-        before = datasets.load(folder).fingerprint
-        (folder / "truth.csv").write_text(truth)
-        assert datasets.load(folder).fingerprint != before
-
-    def test_a_zero_has_no_sign(self, folder):
-        (folder / "truth.csv").write_text("frame,x,y,width,height\n0,0,2,3,4\n")
-        before = datasets.load(folder).fingerprint
-        (folder / "truth.csv").write_text("frame,x,y,width,height\n0,-0.0,2,3,4\n")
-        assert datasets.load(folder).fingerprint == before
-
-    def test_another_order_of_the_images_changes_it(self, folder):
-        before = datasets.load(folder).fingerprint
-        (folder / "f1.png").rename(folder / "f3.png")
-        assert datasets.load(folder).fingerprint != before
-
-    def test_images_beyond_the_truth_do_not_count(self, folder):
-        before = datasets.load(folder).fingerprint
-        (folder / "f11.png").write_bytes(b"anything")
-        assert datasets.load(folder).fingerprint == before
+def test_fingerprint_changes_with_ground_truth(fingerprint):
+    with_visibility = f"{HEADER},visibility\n0,1,2,3,4,1\n2,5,6,7,8,1\n"
+    assert len(set(map(fingerprint, [TRUTH, TRUTH + "3,1,1,1,1\n", with_visibility]))) == 3
 
 
-def test_real_images_open(recorded):
+def test_fingerprint_changes_with_the_order_of_images(folder, fingerprint):
+    before = fingerprint()
+    (folder / "f11.png").write_bytes(b"not part of the sequence")
+    assert fingerprint() == before
+    (folder / "f1.png").rename(folder / "f3.png")
+    assert fingerprint() != before
+
+
+def test_recorded_images_open(recorded):
     sequence = datasets.load(recorded / "vot" / "bag")
     assert len(sequence) == 196
     assert sequence[195].shape == (360, 480, 3)

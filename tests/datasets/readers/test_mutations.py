@@ -1,206 +1,155 @@
-"""Damaged files and copies that are not whole.
+"""Damaged files and incomplete copies of datasets.
 
-Each is read as it stands, each frame with its own row of the truth, or refused by an error that
-names the file; there is never another traceback.
+Each is refused by an error that names the file, or read with boxes that an independent reading
+confirms. Any other exception is a failure.
 """
 
 import resource
 import shutil
 from collections import Counter
-from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from tests.datasets.readers import plain_readings
-from tests.datasets.readers.layouts import LAYOUTS
+from tests.datasets.readers.layouts import LAYOUTS, Recording
 from trackmark import datasets
 from trackmark.datasets import SequenceError
 from trackmark.datasets.image_files import SUFFIXES
+from trackmark.datasets.interface import MAX_COORDINATE
 
-EVERYDAY, ALL, LARGEST = 50, 10_000, 1e7
-BOXES = "frame,x,y,width,height,visibility,source\n0,1,2,8,9,0.5,marked\n1,2,2,8,9,,\n2,,,,,,\n"
+N_DAMAGED_FILES = {"everyday": 50, "weekly": 10_000}
+N_COPIES = {"everyday": 40, "weekly": 1000}
 STRAY = [
-    b"\0",
-    b"\xff",
-    b"\xe9",
-    b"-",
-    b"9",
-    b"1e300",
-    b"nan",
-    b",",
-    b"\n",
-    b"\r",
-    b'"',
-    b"\xc2\xb2",
+    *(b"\0", b"\xff", b"\xe9", b"-", b"9", b"1e300", b"nan", b",", b"\n", b"\r", b'"'),
+    b"\xc2\xb2",  # superscript two: a digit for Python
 ]
 
-
-def images(folder, write_images, write_video):
-    write_images(folder, ["1.png", "2.jpg", "3.bmp", "4.tif", "5.ppm"], size=(24, 16))
-    (folder / "truth.csv").write_text(BOXES)
-    return folder
-
-
-def otb(folder, write_images, write_video):
-    write_images(folder / "img", ["0001.png", "0002.jpg", "0003.png"], size=(24, 16))
-    (folder / "groundtruth_rect.txt").write_text("2,3,8,9\n3\t3\t8\t9\n4 3 8 9\n")
-    (folder / "attrs.txt").write_text("OCC, SV\n")
-    return folder
-
-
-def davis(folder, write_images, write_video):
-    shown, masks = (folder / kind / "480p" / "walk" for kind in ("JPEGImages", "Annotations"))
-    write_images(shown, ["00000.jpg", "00001.jpg"], size=(24, 16))
-    masks.mkdir(parents=True)
-    from PIL import Image
-
-    for i in range(2):
-        mask = np.zeros((16, 24), np.uint8)
-        mask[4:9, 3 + i : 8 + i] = 1
-        image = Image.fromarray(mask, "P")
-        image.putpalette([0, 0, 0, 128, 0, 0])
-        image.save(masks / f"{i:05}.png")
-    return shown
-
-
-def mp4(folder, write_images, write_video):
-    folder.mkdir(parents=True)
-    (folder / "walk.csv").write_text(BOXES)
-    return write_video(folder / "walk.mp4", n=3, b_frames=0)
+FIRST_NUMBERS = {"trackingnet": 0, "tcolor128": 4} | dict.fromkeys(
+    ("images", "davis", "video", "avi")
+)
+"""Number of the image of the first row: None if images are not numbered, 1 in other layouts."""
 
 
 def avi(folder, write_images, write_video):
     folder.mkdir(parents=True)
-    return write_video(folder / "walk.avi", "mpeg4", n=4, b_frames=1)
+    file = write_video(folder / "walk.avi", "mpeg4", n=4, b_frames=1)
+    return Recording(file, None, file)
 
 
-def small(layout):
-    def make(folder, write_images, write_video):
-        return layout(folder.parent, write_images, write_video, size=(24, 16))[0]
-
-    make.__name__ = layout.__name__
-    return make
-
-
-READERS = [images, otb, davis, mp4, avi, *map(small, LAYOUTS)]
+@pytest.fixture(params=[*LAYOUTS, avi], ids=lambda layout: layout.__name__)
+def damageable(request, tmp_path, write_images, write_video):
+    """Layout, folder of the data, path to open, and function that returns the expected boxes."""
+    data, layout = tmp_path / "data", request.param
+    plain = getattr(plain_readings, layout.__name__)
+    path = layout(data, write_images, write_video).path
+    return layout, data, path, lambda n: [box or [np.nan] * 4 for box in plain(data, n)]
 
 
-def mutated(data, random):
-    """The bytes with one to three things wrong."""
+def parametrize_numbers(counts):
+    """Parametrize a test with seeds: the first ones every day, all others every week."""
+    weekly = range(counts["everyday"], counts["weekly"])
+    seeds = [range(counts["everyday"]), pytest.param(weekly, marks=pytest.mark.weekly)]
+    return pytest.mark.parametrize("numbers", seeds, ids=["everyday", "all"])
+
+
+def generator(layout, number):
+    return np.random.default_rng([[*LAYOUTS, avi].index(layout), number])
+
+
+def mutate(data, random):
+    """Return the bytes with one to three random changes."""
     data = bytearray(data)
     for _ in range(random.integers(1, 4)):
-        # Half of the hits are in the head, where sizes and counts stand.
-        at = int(
-            random.integers(0, len(data) + 1 if random.random() < 0.5 else 80) % (len(data) + 1)
-        )
+        # Half of the changes are in the first 80 bytes, which contain sizes and counts.
+        end = len(data) + 1 if random.random() < 0.5 else 80
+        offset = int(random.integers(0, end) % (len(data) + 1))
         kind = random.integers(0, 7)
         if kind == 0:
-            data[at : at + 1] = bytes([random.integers(0, 256)])
-        elif kind == 1 and at < len(data):
-            data[at] ^= 1 << int(random.integers(0, 8))
+            data[offset : offset + 1] = bytes([random.integers(0, 256)])
+        elif kind == 1 and offset < len(data):
+            data[offset] ^= 1 << int(random.integers(0, 8))
         elif kind == 2:
-            del data[at:]
+            del data[offset:]
         elif kind == 3:
-            data[at:at] = STRAY[random.integers(0, len(STRAY))]
+            data[offset:offset] = STRAY[random.integers(0, len(STRAY))]
         elif kind == 4:
-            del data[at : at + int(random.integers(1, 9))]
+            del data[offset : offset + int(random.integers(1, 9))]
         elif kind == 5:
-            data[at : at + 4] = bytes(random.choice([0, 127, 255], 4).tolist())
+            data[offset : offset + 4] = bytes(random.choice([0, 127, 255], 4).tolist())
         else:
-            other = int(random.integers(0, len(data) + 1))
-            data[at : at + 8] = data[other : other + 8]
+            source = int(random.integers(0, len(data) + 1))
+            data[offset : offset + 8] = data[source : source + 8]
     return bytes(data)
 
 
-def check_all(path, plain):
-    """Read everything there is of a sequence; what is told must be so, and well-formed.
-
-    `plain`: gives the boxes of so many images. Returns what was told of the target.
-    """
+def read_all(path, expected_boxes):
+    """Read images, masks and ground truth, check them, and return the ground truth as bytes."""
     sequence = datasets.load(path)
     assert sequence.fingerprint
     datasets.options(str(path))
     boxes = sequence.boxes[sequence.present]
     assert np.isfinite(boxes).all()
-    assert (np.abs(boxes) <= LARGEST).all()
-    said = plain(len(sequence) + sequence.images_beyond_truth)
-    absent = [np.nan] * 4
-    said = [absent if box is None else box for box in said]
-    np.testing.assert_allclose(sequence.boxes, np.reshape(said, (-1, 4)), rtol=1e-12, atol=1e-9)
+    assert (np.abs(boxes) <= MAX_COORDINATE).all()
+    expected = expected_boxes(len(sequence) + sequence.images_beyond_truth)
+    np.testing.assert_allclose(sequence.boxes, np.reshape(expected, (-1, 4)), rtol=1e-12, atol=1e-9)
     if sequence.present.any():
         sequence.check_runnable()
     shapes = set()
     for i in range(len(sequence)):
-        image = sequence[i]
+        image, mask = sequence[i], sequence.mask(i)
         assert image.dtype == np.uint8
-        shapes.add(image.shape)
-        mask = sequence.mask(i)
         assert mask is None or mask.shape == image.shape[:2]
+        shapes.add(image.shape)
     assert len(shapes) == 1
     assert len(shapes.pop()) == 3
     return sequence.boxes.tobytes(), sequence.visibility.tobytes(), *sequence.attributes
 
 
-@pytest.mark.parametrize("make", READERS, ids=lambda make: make.__name__)
-@pytest.mark.parametrize(
-    "numbers",
-    [range(EVERYDAY), pytest.param(range(EVERYDAY, ALL), marks=pytest.mark.weekly)],
-    ids=["everyday", "all"],
-)
-def test_damaged_files_are_told_in_their_name_or_read_as_they_stand(
-    make, numbers, tmp_path, write_images, write_video, evidence
-):
-    walk = tmp_path / "data" / "walk"
-    path = make(walk, write_images, write_video)
-    plain = partial(getattr(plain_readings, make.__name__), walk)
-    files = sorted(file for file in (tmp_path / "data").rglob("*") if file.is_file())
-    whole = {file: file.read_bytes() for file in files}
-    before = check_all(path, plain)
+def check_message(error, names, number, max_length=2000):
+    """Check that an error is one line that contains one of the names."""
+    message = str(error)
+    assert len(message) < max_length, (number, message)
+    assert any(name in message for name in names), (number, message)
+    assert "\n" not in message, (number, message)
+
+
+@parametrize_numbers(N_DAMAGED_FILES)
+def test_damaged_file_is_refused_or_read_correctly(damageable, numbers, evidence):
+    layout, data, path, expected_boxes = damageable
+    files = sorted(file for file in data.rglob("*") if file.is_file())
+    contents = {file: file.read_bytes() for file in files}
+    before = read_all(path, expected_boxes)
     outcomes = Counter()
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     for number in numbers:
-        random = np.random.default_rng([READERS.index(make), number])
         file = files[number % len(files)]
-        file.write_bytes(mutated(whole[file], random))
+        file.write_bytes(mutate(contents[file], generator(layout, number)))
         try:
-            same = check_all(path, plain) == before
-            outcomes["the same" if same else "other numbers, as they stand"] += 1
+            same = read_all(path, expected_boxes) == before
+            outcomes["equal" if same else "read with other numbers"] += 1
         except SequenceError as error:
             outcomes["refused"] += 1
-            said = str(error)
-            assert file.name in said or str(tmp_path / "data") in said, (number, said)
-            assert len(said) < 1000, (number, said)
-            assert "\n" not in said, (number, said)
+            check_message(error, [file.name, str(data)], number, 1000)
         except BaseException as error:
-            error.add_note(f"mutation {number} of {make.__name__}, of {file.name}")
+            error.add_note(f"mutation {number} of {layout.__name__}, of {file.name}")
             raise
         finally:
-            file.write_bytes(whole[file])
+            file.write_bytes(contents[file])
     assert 0 < outcomes["refused"] < len(numbers)
-    grown = (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - memory) / 2**20  # of KiB
-    assert grown < 1, "GiB"
-    counts = ", ".join(f"{count} {what}" for what, count in sorted(outcomes.items()))
-    evidence(f"{make.__name__}, {len(numbers)} mutations: {counts}; at most {grown:.2f} GiB more")
-
-
-COPIES, ALL_COPIES = 40, 1000
-
-# Numbers of the images that the truth begins with, where it goes by numbers.
-FIRSTS = {"trackingnet": 0, "tcolor128": 4, "images": None, "davis": None, "mp4": None, "avi": None}
+    grown = (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - memory) / 2**20  # KiB to GiB
+    assert grown < 1
+    counts = ", ".join(f"{count} {outcome}" for outcome, count in sorted(outcomes.items()))
+    evidence(f"{layout.__name__}, {len(numbers)} mutations: {counts}; {grown:.2f} GiB more")
 
 
 def entries(data, *, folders):
     return sorted(path for path in data.rglob("*") if path.is_dir() == folders)
 
 
-def images_in(data):
-    return [file for file in entries(data, folders=False) if file.suffix in SUFFIXES]
-
-
-def otherwise_called(path, random):
-    """A name that something else might have: the next number, another spelling, another kind."""
+def other_name(path, random):
+    """Return a path with a similar name: the next number, another spelling or another suffix."""
     stem = path.stem
     names = [f"{stem}-copy", f"_{stem}"]
     if stem.isdecimal():
@@ -208,112 +157,107 @@ def otherwise_called(path, random):
     return path.with_name(random.choice(names) + random.choice([path.suffix, ".bak", ".png"]))
 
 
-def one_of(paths, random):
+def select(paths, random):
     return paths[random.integers(0, len(paths))]
 
 
-def without_file(data, random):
-    one_of(entries(data, folders=False), random).unlink()
+def remove_file(data, random):
+    select(entries(data, folders=False), random).unlink()
 
 
-def without_folder(data, random):
-    shutil.rmtree(one_of(entries(data, folders=True), random))
+def remove_folder(data, random):
+    shutil.rmtree(select(entries(data, folders=True) or [data], random))
 
 
-def without_image(data, random):
-    """At the beginning, between others, or at the end."""
-    files = images_in(data)
+def remove_image(data, random):
+    """Remove the first image, one in the middle, or the last one."""
+    files = [file for file in entries(data, folders=False) if file.suffix in SUFFIXES]
     if files:
         files[[0, len(files) // 2, -1][random.integers(0, 3)]].unlink()
 
 
-def renamed(data, random):
-    path = one_of(entries(data, folders=bool(random.random() < 0.3)), random)
-    path.rename(otherwise_called(path, random))
-
-
-def doubled(data, random):
-    path = one_of(entries(data, folders=False), random)
-    shutil.copy(path, otherwise_called(path, random).with_suffix(path.suffix))
-
-
-def swapped(data, random):
-    """Two files or folders under each other's names."""
+def rename(data, random):
     paths = entries(data, folders=bool(random.random() < 0.3))
-    one, other = one_of(paths, random), one_of(paths, random)
-    if one not in (other, *other.parents) and other not in one.parents:
-        aside = data / "aside"
-        one.rename(aside)
-        other.rename(one)
-        aside.rename(other)
+    if paths:
+        path = select(paths, random)
+        path.rename(other_name(path, random))
 
 
-def other_rows(data, random):
-    """A row of a text less or more."""
+def copy(data, random):
+    path = select(entries(data, folders=False), random)
+    shutil.copy(path, other_name(path, random).with_suffix(path.suffix))
+
+
+def swap(data, random):
+    """Exchange the names of two files or folders."""
+    paths = entries(data, folders=bool(random.random() < 0.3))
+    if not paths:
+        return
+    first, second = select(paths, random), select(paths, random)
+    if first not in (second, *second.parents) and second not in first.parents:
+        spare = data / "spare"
+        first.rename(spare)
+        second.rename(first)
+        spare.rename(second)
+
+
+def change_rows(data, random):
+    """Remove or repeat a row of a text file."""
     texts = [file for file in entries(data, folders=False) if file.suffix in (".txt", ".csv")]
     if texts:
-        file = one_of(texts, random)
+        file = select(texts, random)
         lines = file.read_bytes().splitlines(keepends=True)
-        at = int(random.integers(0, len(lines) + 1))
-        lines[at : at + 1] = lines[at : at + 1] * random.choice([0, 2])
+        index = int(random.integers(0, len(lines) + 1))
+        lines[index : index + 1] = lines[index : index + 1] * random.choice([0, 2])
         file.write_bytes(b"".join(lines))
 
 
-KINDS = [without_file, without_folder, without_image, renamed, doubled, swapped, other_rows]
+CHANGES = [remove_file, remove_folder, remove_image, rename, copy, swap, change_rows]
 
 
-def check_frames(path, plain, first):
-    """Each frame's box is what the truth that lies there says of its image; gives how many."""
+def check_frames(path, expected_boxes, first_number):
+    """Check each frame's box against the row of its image number, and return the outcome."""
     sequence = datasets.load(path)
     if not sequence.present.any():
         with pytest.raises(SequenceError):
             sequence.check_runnable()
-        return "without truth"
-    said = plain(len(sequence) + sequence.images_beyond_truth)
+        return "without ground truth"
+    expected = expected_boxes(len(sequence) + sequence.images_beyond_truth)
     for frame, box in enumerate(sequence.boxes):
-        number = frame if first is None else int(Path(sequence.frame_name(frame)).stem) - first
-        assert number >= 0
-        expected = said[number]
-        np.testing.assert_allclose(box, [np.nan] * 4 if expected is None else expected, atol=1e-9)
-    return "right"
+        row = frame
+        if first_number is not None:
+            row = int(Path(sequence.frame_name(frame)).stem) - first_number
+        assert row >= 0
+        np.testing.assert_allclose(box, expected[row], atol=1e-9)
+    return "correct"
 
 
-@pytest.mark.parametrize("make", READERS, ids=lambda make: make.__name__)
-@pytest.mark.parametrize(
-    "numbers",
-    [range(COPIES), pytest.param(range(COPIES, ALL_COPIES), marks=pytest.mark.weekly)],
-    ids=["everyday", "all"],
-)
-def test_a_copy_that_is_not_whole_is_told_or_read_as_it_stands(
-    make, numbers, tmp_path, write_images, write_video, evidence
-):
-    data, whole = tmp_path / "data", tmp_path / "whole"
-    path = make(data / "walk", write_images, write_video)
-    plain = partial(getattr(plain_readings, make.__name__), data / "walk")
-    first = FIRSTS.get(make.__name__, 1)
-    shutil.copytree(data, whole)
-    check_frames(path, plain, first)
+@parametrize_numbers(N_COPIES)
+def test_incomplete_copy_is_refused_or_read_correctly(damageable, numbers, tmp_path, evidence):
+    layout, data, path, expected_boxes = damageable
+    complete = tmp_path / "complete"
+    first_number = FIRST_NUMBERS.get(layout.__name__, 1)
+    shutil.copytree(data, complete)
+    check_frames(path, expected_boxes, first_number)
     outcomes = Counter()
     for number in numbers:
-        random = np.random.default_rng([READERS.index(make), number])
-        kinds = random.choice(KINDS, random.integers(1, 3))
+        random = generator(layout, number)
+        changes = random.choice(CHANGES, random.integers(1, 3))
         try:
-            for kind in kinds:
-                if entries(data, folders=False):
-                    kind(data, random)
-            outcomes[check_frames(path, plain, first)] += 1
+            for change in changes:
+                if data.exists() and entries(data, folders=False):
+                    change(data, random)
+            outcomes[check_frames(path, expected_boxes, first_number)] += 1
         except SequenceError as error:
             outcomes["refused"] += 1
-            said = str(error)
-            names = {file.name for root in (data, whole) for file in root.rglob("*")}
-            assert any(name in said for name in names), (number, said)
-            assert "\n" not in said, (number, said)
+            names = {file.name for root in (data, complete) for file in root.rglob("*")}
+            check_message(error, names, number)
         except BaseException as error:
-            error.add_note(f"mutation {number} of {make.__name__}: {kinds}")
+            error.add_note(f"mutation {number} of {layout.__name__}: {changes}")
             raise
         finally:
-            shutil.rmtree(data)
-            shutil.copytree(whole, data)
+            shutil.rmtree(data, ignore_errors=True)
+            shutil.copytree(complete, data)
     assert outcomes["refused"]
-    counts = ", ".join(f"{count} {what}" for what, count in sorted(outcomes.items()))
-    evidence(f"{make.__name__}, {len(numbers)} copies: {counts}")
+    counts = ", ".join(f"{count} {outcome}" for outcome, count in sorted(outcomes.items()))
+    evidence(f"{layout.__name__}, {len(numbers)} copies: {counts}")

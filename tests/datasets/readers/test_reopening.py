@@ -1,4 +1,4 @@
-"""Recorded sequences that are opened again: their files are read once while they do not change."""
+"""Cache of opened recordings: files are read once while they do not change."""
 
 import os
 from contextlib import suppress
@@ -11,18 +11,18 @@ from trackmark.datasets import truth_file, video_frames
 from trackmark.datasets.readers import otb
 
 OLD_NS = 10**18
-"""Time of change of files that were written long ago [ns]; recent ones are always read again."""
+"""Modification time of old files [ns]; recent files are not cached."""
 
 
 def age(folder):
-    """Make a folder and all in it old."""
-    for place in (folder, *folder.rglob("*")):
-        os.utime(place, ns=(OLD_NS, OLD_NS))
+    """Set old modification times for a folder and its content."""
+    for path in (folder, *folder.rglob("*")):
+        os.utime(path, ns=(OLD_NS, OLD_NS))
 
 
 @pytest.fixture
 def openings(monkeypatch):
-    """Collect the paths that are opened by the OTB reader, and the videos that are indexed."""
+    """Record the folders that the OTB reader opens, and the videos that are indexed."""
     opened = []
 
     def count(owner, name):
@@ -45,7 +45,7 @@ def test_folder_is_read_once(tmp_path, write_otb, openings):
     assert first.fingerprint == second.fingerprint
 
 
-def test_video_is_indexed_once_and_positions_are_apart(tmp_path, write_video, openings):
+def test_video_is_indexed_once_with_separate_positions(tmp_path, write_video, openings):
     file = write_video(tmp_path / "clip.mp4", n=20)
     age(tmp_path)
     first, second = (datasets.load(file) for _ in range(2))
@@ -86,7 +86,7 @@ def test_recent_files_are_read_again(tmp_path, write_otb, openings):
     assert len(openings) == 2
 
 
-def test_truth_given_later_is_read(tmp_path, write_otb, write_video):
+def test_ground_truth_added_later_is_read(tmp_path, write_otb, write_video):
     file = write_video(tmp_path / "clip.mp4", n=3)
     age(tmp_path)
     assert np.isnan(datasets.load(file).boxes).all()

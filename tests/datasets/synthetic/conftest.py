@@ -1,4 +1,4 @@
-"""Opens `plain/target` with some knobs set."""
+"""Fixture that opens `plain/target` with some parameters."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""What tests of scenes share: scenes and images made once, stretches of frames, grown masks."""
+"""Shared helpers of scene tests: cached scenes and images, runs of flags, dilated masks."""
 
 from functools import lru_cache
 
@@ -14,13 +14,13 @@ SEEDS = st.integers(0, 2**32 - 1)
 
 
 def scenes_of(name):
-    """Make functions of a seed (and a frame) and knobs: the scene itself, and its images."""
+    """Return functions of a seed (and a frame) and parameters: the scene, and its images."""
     (entry,) = (suite.entries[name] for suite in suites() if name in suite.names())
 
     @lru_cache(maxsize=32)
     def opened(seed, **knobs):
-        made, module = entry.opened({"scene": str(seed), **knobs})
-        return module.scene(made, *entry.which)
+        parameters, module = entry.opened({"scene": str(seed), **knobs})
+        return module.scene(parameters, *entry.which)
 
     @lru_cache(maxsize=64)
     def image(seed, frame, **knobs):
@@ -30,9 +30,9 @@ def scenes_of(name):
 
 
 def unless_sealed(name):
-    """Return marks of tests of a scene: slow while its source is the one that was sealed.
+    """Return the mark `slow` for tests of a scene whose source is unchanged.
 
-    Its pixels and truth are then those for which the tests passed (`datasets.versioning`).
+    Its output is then the one for which the tests passed (`datasets.versioning`).
     """
     (suite,) = (suite for suite in suites() if name in suite.names())
     seal = find_version(name, suite.golden)
@@ -41,10 +41,10 @@ def unless_sealed(name):
 
 
 def runs(flags):
-    """First frames, and those after the last, of every stretch that is true."""
+    """Return first frame and end of every run of True."""
     return np.flatnonzero(np.diff(np.concatenate([[0], flags.astype(int), [0]]))).reshape(-1, 2)
 
 
-def grown(mask, by):
-    """A mask with all pixels that are so near in either direction."""
-    return cv2.dilate(mask.astype(np.uint8), np.ones((2 * by + 1, 2 * by + 1))) > 0
+def grown(mask, pixels):
+    """Return a mask dilated by some pixels."""
+    return cv2.dilate(mask.astype(np.uint8), np.ones((2 * pixels + 1, 2 * pixels + 1))) > 0

@@ -1,8 +1,7 @@
-"""Frames and truth of variants and their identities equal the golden ones.
+"""Frames, ground truth and identities of variants, compared with the golden digests.
 
-See `datasets.versioning`.
-
-As they are by default, sequences are held to their seals in `tests/datasets/test_conformance.py`.
+Sequences with default parameters are compared in `tests/datasets/test_conformance.py`. See
+`datasets.versioning`.
 """
 
 import itertools
@@ -26,19 +25,19 @@ FIRST_VERSIONS = {
     "plain/target:light=0.5": "dee7681874ecf9db",
     "plain/target:occlusion=0.4": "4b7b297cb698fb47",
 }
-"""Fingerprints of when they were digests of the source's bytes and the libraries' versions."""
+"""Fingerprints of first versions: digests of the source's bytes and the libraries' versions."""
 
 
 @pytest.mark.parametrize(
     "text", [pytest.param(text, marks=unless_sealed(text.partition(":")[0])) for text in VARIANTS]
 )
-def test_variants_are_the_sealed_ones(text):
-    sealed, found = GOLDEN[text], golden_digests(datasets.load(text))
-    assert look_difference(sealed["look"], found["look"]) <= 1, "the pictures changed"
-    assert (found["truth"], found["images"]) == (sealed["truth"], sealed["images"])
+def test_variants_equal_the_golden_digests(text):
+    sealed, digests = GOLDEN[text], golden_digests(datasets.load(text))
+    assert look_difference(sealed["look"], digests["look"]) <= 1, "the pictures changed"
+    assert (digests["truth"], digests["images"]) == (sealed["truth"], sealed["images"])
 
 
-def test_a_description_opens_no_rendered_sequence_while_its_source_is_the_sealed_one(monkeypatch):
+def test_describe_opens_no_unchanged_rendered_sequence(monkeypatch):
     opened = sequence_metadata(datasets.load("plain/target"))
     monkeypatch.setattr(Suite, "load", lambda *_: pytest.fail("it was opened"))
     assert datasets.describe("plain/target") == opened
@@ -47,15 +46,17 @@ def test_a_description_opens_no_rendered_sequence_while_its_source_is_the_sealed
         datasets.describe("plain/target")
 
 
-def asked(text):
-    """Suite, entry and knobs of a text; nothing is opened, which would compute the truth."""
+def parse_specification(text):
+    """Return suite, entry and parameters of a text without computing the ground truth."""
     name, options = parse_text(text)
     (suite,) = (suite for suite in SUITES if name in suite.names())
     return suite, suite.entries[name], suite.entries[name].knobs.checked(name, options)
 
 
-def test_the_texts_are_canonical():
-    names = [knobs.canonical_name(entry.name) for _, entry, knobs in map(asked, GOLDEN)]
+def test_golden_keys_are_canonical():
+    names = [
+        knobs.canonical_name(entry.name) for _, entry, knobs in map(parse_specification, GOLDEN)
+    ]
     assert names == list(GOLDEN)
 
 
@@ -64,23 +65,23 @@ def test_the_texts_are_canonical():
     [seal for seal in SEALS if len(seal.golden) > 1],
     ids=lambda seal: next(iter(seal.golden)),
 )
-def test_another_scene_is_another_picture_and_another_truth(seal):
-    scenes = {text: asked(text)[2].scene for text in seal.golden}
-    for one, other in itertools.combinations(seal.golden, 2):
-        if scenes[one] != scenes[other]:
-            assert look_difference(*(seal.golden[text]["look"] for text in (one, other))) > 20
-            assert seal.golden[one]["truth"] != seal.golden[other]["truth"]
+def test_scenes_differ_in_image_and_ground_truth(seal):
+    scenes = {text: parse_specification(text)[2].scene for text in seal.golden}
+    for first, second in itertools.combinations(seal.golden, 2):
+        if scenes[first] != scenes[second]:
+            assert look_difference(*(seal.golden[text]["look"] for text in (first, second))) > 20
+            assert seal.golden[first]["truth"] != seal.golden[second]["truth"]
     assert len(set(scenes.values())) > 1
 
 
 @pytest.mark.parametrize("suite", SUITES, ids=lambda suite: suite.golden.parent.name)
-def test_every_sequence_has_a_seal(suite):
+def test_every_sequence_has_a_version(suite):
     seals = [find_version(name, suite.golden) for name in suite.names()]
     assert all(seal is not None and seal.golden for seal in seals)
 
 
 class TestFingerprint:
-    """What tells variants and versions of a scene apart, and nothing else."""
+    """Fingerprint: identifies variants and versions of a scene."""
 
     @pytest.fixture
     def edited(self, monkeypatch):
@@ -93,20 +94,22 @@ class TestFingerprint:
 
         return edit
 
-    def test_it_differs_between_variants_and_sequences(self):
+    def test_fingerprint_differs_between_variants(self):
         texts = [*FIRST_VERSIONS, "multipart/2", "multipart/1:scene=1"]
-        found = {suite._fingerprint(*which) for suite, *which in map(asked, texts)}
-        assert len(found) == len(texts)
+        fingerprints = {
+            suite._fingerprint(*which) for suite, *which in map(parse_specification, texts)
+        }
+        assert len(fingerprints) == len(texts)
 
-    def test_an_edited_source_never_mixes_with_the_sealed_one(self, edited):
-        found = [datasets.load("plain/target").fingerprint]
+    def test_fingerprint_changes_with_an_edited_source(self, edited):
+        fingerprints = [datasets.load("plain/target").fingerprint]
         for digest in ("edited", "edited again"):
             edited(digest)
-            found.append(datasets.load("plain/target").fingerprint)
-        assert len(set(found)) == 3
+            fingerprints.append(datasets.load("plain/target").fingerprint)
+        assert len(set(fingerprints)) == 3
 
-    def test_the_version_alone_names_a_sealed_source(self, edited, monkeypatch):
-        found = []
+    def test_fingerprint_of_unchanged_source_is_its_version(self, edited, monkeypatch):
+        fingerprints = []
         for tree in ("one", "other"):
             edited(tree)
             seal = VersionEntry([2], tree)
@@ -114,11 +117,11 @@ class TestFingerprint:
                 "trackmark.datasets.synthetic.suite.find_version",
                 lambda name, file, seal=seal: seal,
             )
-            found.append(datasets.load("plain/target").fingerprint)
-        assert found[0] == found[1]
+            fingerprints.append(datasets.load("plain/target").fingerprint)
+        assert fingerprints[0] == fingerprints[1]
 
     @pytest.mark.parametrize(("text", "stored"), FIRST_VERSIONS.items())
-    def test_a_first_version_has_the_one_that_results_were_stored_under(self, edited, text, stored):
-        suite, entry, knobs = asked(text)
+    def test_fingerprint_of_first_version_is_stored_one(self, edited, text, stored):
+        suite, entry, knobs = parse_specification(text)
         edited(find_version(entry.name, suite.golden).tree)
         assert suite._fingerprint(entry, knobs) == stored

@@ -1,4 +1,4 @@
-"""Knobs: what is accepted, what is refused, and how it is named."""
+"""Parameters: accepted and rejected values, canonical names."""
 
 import pytest
 from hypothesis import given
@@ -12,7 +12,7 @@ from trackmark.datasets.synthetic.plain.knobs import TargetKnobs
 from trackmark.datasets.synthetic.suite import Entry, Suite
 
 
-def test_the_canonical_name_has_only_the_knobs_off_their_default_sorted(target):
+def test_canonical_name_lists_sorted_non_default_parameters(target):
     assert (
         target(scene=2, occlusion="0.60", length=120).name == "plain/target:occlusion=0.6:scene=2"
     )
@@ -25,13 +25,13 @@ def test_the_canonical_name_has_only_the_knobs_off_their_default_sorted(target):
     light=st.floats(0, 0.9),
     clutter=st.integers(0, 20),
 )
-def test_a_canonical_name_opens_the_same_knobs_again(scene, speed, light, clutter):
+def test_canonical_name_round_trips(scene, speed, light, clutter):
     knobs = TargetKnobs(scene=scene, speed=speed, light=light, clutter=clutter)
     name, options = parse_text(knobs.canonical_name("plain/target"))
     assert TargetKnobs.checked(name, options) == knobs
 
 
-def test_an_unknown_knob_is_refused_with_the_closest_and_all_that_are_known(target):
+def test_unknown_parameter_error_lists_valid_names(target):
     with pytest.raises(
         SequenceError, match=r"plain/target: unknown knob 'oclusion'.*'occlusion'"
     ) as e:
@@ -44,12 +44,12 @@ OUT_OF_BOUNDS += [("speed", -1), ("scale", 0), ("light", 1), ("noise", "much"), 
 
 
 @pytest.mark.parametrize(("knob", "value"), OUT_OF_BOUNDS)
-def test_a_value_out_of_bounds_is_refused_by_name(target, knob, value):
+def test_value_out_of_bounds_is_rejected_by_name(target, knob, value):
     with pytest.raises(SequenceError, match=f"^plain/target: knob {knob}={value}: [^\n]+$"):
         target(**{knob: value})
 
 
-def test_an_absence_longer_than_a_third_says_what_fits(target):
+def test_too_long_absence_error_names_the_maximum(target):
     with pytest.raises(SequenceError, match=r"absence=31 is more than a third of length=90; .* 30"):
         target(absence=31, length=90)
 
@@ -66,13 +66,13 @@ class Unmarked(Before):
     pace: int = Field(3)
 
 
-def test_a_knob_marked_later_counts_in_the_identity_only_off_its_default(tmp_path):
-    def known(kind, **options):
+def test_later_parameter_changes_identity_only_off_default(tmp_path):
+    def fingerprint(kind, **options):
         module = "trackmark.datasets.synthetic.plain.scene"
         entry = Entry("plain/target", kind, module, 90, (320, 240))
         suite = Suite(tmp_path, [entry])
         return suite._fingerprint(entry, kind(**options))
 
-    assert known(Marked, scene=2) == known(Before, scene=2)
-    assert known(Marked, scene=2, pace=4) != known(Before, scene=2)
-    assert known(Unmarked, scene=2) != known(Before, scene=2)
+    assert fingerprint(Marked, scene=2) == fingerprint(Before, scene=2)
+    assert fingerprint(Marked, scene=2, pace=4) != fingerprint(Before, scene=2)
+    assert fingerprint(Unmarked, scene=2) != fingerprint(Before, scene=2)

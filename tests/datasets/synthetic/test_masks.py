@@ -1,6 +1,6 @@
-"""Masks, boxes and visibility against pictures: what is drawn otherwise is where truth says.
+"""Masks, boxes and visibility, compared with images in which the target is repainted.
 
-Scenes with other knobs share all of the truth that doesn't tell of what they change.
+Variants that change one property share the rest of the ground truth.
 """
 
 from contextlib import contextmanager
@@ -24,8 +24,8 @@ def opened(name):
 
 
 @contextmanager
-def kept(array):
-    """An array that is as it was afterwards."""
+def restored(array):
+    """Yield an array and restore its content afterwards."""
     before = array.copy()
     try:
         yield array
@@ -35,37 +35,37 @@ def kept(array):
 
 @contextmanager
 def other_ellipse(scene, frame):
-    with kept(scene.plan.colour) as colour:
+    with restored(scene.plan.colour) as colour:
         colour[frame] = (colour[frame] + 0.5) % 1
         yield
 
 
 @contextmanager
 def other_skin(scene, frame):
-    with kept(scene._skin._looks) as looks:
+    with restored(scene._skin._looks) as looks:
         looks[:] = 1.5 - looks
         yield
 
 
 @contextmanager
 def other_print(scene, frame):
-    with kept(scene.setting._mesh.texture) as texture:
+    with restored(scene.setting._mesh.texture) as texture:
         texture[:] = 1 - texture
         yield
 
 
 @contextmanager
 def other_leaf(scene, frame):
-    with kept(scene.setting._blade.mesh.texture) as texture:
+    with restored(scene.setting._blade.mesh.texture) as texture:
         texture[:] = (0.9, 0.1, 0.8)
         yield
 
 
 @contextmanager
 def other_target(scene, frame):
-    """A green one, where it is opaque."""
+    """Repaint the target green where it is opaque."""
     first, second = scene._target._looks
-    with kept(first), kept(second):
+    with restored(first), restored(second):
         for look in (first, second):
             look[..., :3] = np.round(look[..., 3:] / 255 * (40, 250, 40))
         yield
@@ -81,7 +81,7 @@ def other_ball(scene, frame):
 
 @contextmanager
 def other_palm(scene, frame):
-    with kept(scene.hand.cones) as painted:
+    with restored(scene.hand.cones) as painted:
         painted[painted[..., MATERIAL] == SKIN, BLUE : BLUE + 3] = (220, 60, 20)
         yield
 
@@ -99,7 +99,7 @@ def other_glaze(scene, frame):
 
 @contextmanager
 def other_clothes(scene, frame):
-    with kept(scene.plan.walkers[0]._textures) as textures:
+    with restored(scene.plan.walkers[0]._textures) as textures:
         textures[:] = (40, 250, 40)
         yield
 
@@ -107,14 +107,14 @@ def other_clothes(scene, frame):
 @contextmanager
 def other_paint(scene, frame):
     pictures = scene.plan.cars[0][0].pictures
-    with kept(pictures.pixels[: pictures.starts[SHADOW, 0]]) as pixels:
+    with restored(pictures.pixels[: pictures.starts[SHADOW, 0]]) as pixels:
         pixels[:] = 0xF014F0
         yield
 
 
 @contextmanager
 def other_head(scene, frame):
-    with kept(scene.worker._atlas[:ROWS]) as atlas:
+    with restored(scene.worker._atlas[:ROWS]) as atlas:
         atlas[:] = 255 - atlas
         yield
 
@@ -149,7 +149,7 @@ PAINTED = [
         for row in PAINTED
     ],
 )
-def test_what_changes_with_the_targets_paint_is_the_mask(name, frame, paint, least, share, beyond):
+def test_mask_marks_the_pixels_of_the_target_paint(name, frame, paint, least, share, beyond):
     _, scene = opened(name)
     before, mask = scene.render(frame).astype(int), scene.mask(frame)
     with paint(scene, frame):
@@ -178,34 +178,34 @@ TIGHT = [
     ("name", "pixels"),
     [pytest.param(*row, marks=unless_sealed(row[0].partition(":")[0])) for row in TIGHT],
 )
-def test_a_box_is_as_tight_as_pixels_allow(name, pixels):
+def test_boxes_are_tight_around_masks(name, pixels):
     sequence, _ = opened(name)
     clear = np.flatnonzero(sequence.visibility > 0.94)
     for frame in clear[:: len(clear) // 9]:
         rows, columns = np.nonzero(sequence.mask(frame))
         x, y, width, height = sequence.boxes[frame]
-        found = [columns.min(), rows.min(), columns.max() + 1, rows.max() + 1]
-        assert found == pytest.approx([x, y, x + width, y + height], abs=pixels)
+        mask_edges = [columns.min(), rows.min(), columns.max() + 1, rows.max() + 1]
+        assert mask_edges == pytest.approx([x, y, x + width, y + height], abs=pixels)
 
 
 @pytest.mark.parametrize(
-    ("name", "options", "told"),
+    ("name", "options", "affected"),
     [
         ("multipart/8", "light=dappled", "shade"),
         ("stress/twin", "light=dappled", ""),
     ],
 )
-def test_knobs_of_the_light_change_nothing_else_of_the_truth(name, options, told):
-    one, other = (opened(text)[0] for text in (name, f"{name}:{options}"))
-    assert np.array_equal(one.boxes, other.boxes, equal_nan=True)
-    assert (one.visibility == other.visibility).all()
-    assert (one.mask(60) == other.mask(60)).all()
-    for key, flags in one.attributes.items():
-        assert np.array_equal(flags, other.attributes[key]) == (key != told)
-    assert one.fingerprint != other.fingerprint
+def test_light_parameter_changes_only_shade(name, options, affected):
+    plain, variant = (opened(text)[0] for text in (name, f"{name}:{options}"))
+    assert np.array_equal(plain.boxes, variant.boxes, equal_nan=True)
+    assert (plain.visibility == variant.visibility).all()
+    assert (plain.mask(60) == variant.mask(60)).all()
+    for key, flags in plain.attributes.items():
+        assert np.array_equal(flags, variant.attributes[key]) == (key != affected)
+    assert plain.fingerprint != variant.fingerprint
 
 
-def test_dappled_light_takes_light_from_the_ground_and_not_from_the_sky():
+def test_dappled_light_darkens_the_ground_only():
     even, dappled = (
         datasets.load(f"multipart/8:light={light}")[100] for light in ("even", "dappled")
     )

@@ -1,4 +1,4 @@
-"""What the papers tell of their sequences, and what we promise of ours: ranges of quantities."""
+"""Ranges of quantities that the papers state for their sequences, and that we guarantee."""
 
 import numpy as np
 import pytest
@@ -224,7 +224,7 @@ FACTS = {
 
 
 def violations(sequence, facts):
-    """Yield the facts that do not hold, with the values that were found."""
+    """Yield the facts that do not hold, with the measured range."""
     for name, frames, least, most in facts:
         summary, _, quantity = name.partition(" ")
         summarise = SUMMARIES.get(summary)
@@ -233,12 +233,13 @@ def violations(sequence, facts):
             values = QUANTITIES[quantity](sequence)[frames].astype(float)
         else:
             values = sequence.attributes[quantity][frames].astype(float)
-        found = values if summarise is None else np.array([summarise(values)])
-        if not (found.min() >= least - 1e-9 and found.max() <= most + 1e-9):
-            yield name, frames, (least, most), (found.min(), found.max())
+        measured = values if summarise is None else np.array([summarise(values)])
+        if not (measured.min() >= least - 1e-9 and measured.max() <= most + 1e-9):
+            yield name, frames, (least, most), (measured.min(), measured.max())
 
 
 @pytest.mark.parametrize("seed", SEEDS)
 @pytest.mark.parametrize("name", [pytest.param(name, marks=unless_sealed(name)) for name in FACTS])
 def test_scene_has_the_promised_quantities(name, seed):
+    """"""
     assert not list(violations(datasets.load(f"{name}:scene={seed}"), FACTS[name]))

@@ -1,1 +1,1 @@
-"""An action film: rigid targets that the setting's things pass over, clip by clip."""
+"""Clips of an action film: targets, occluders and six settings."""

@@ -1,7 +1,7 @@
-"""Things that stand about in a clip, and what holds a target and moves with it.
+"""Static objects of a clip, and carriers that hold a target and move with it.
 
-A camera that moves along passes what stands at its depth; a carrier is no part of the target that
-is painted over it.
+A moving camera passes static objects at the speed of their depth. A carrier is not a part of the
+target that is painted over it.
 """
 
 from collections.abc import Callable
@@ -16,26 +16,26 @@ from trackmark.datasets.synthetic.nguyen2002.film.sheet import (
     UNIT,
     WOODS,
     PaintedSheet,
-    joined,
-    runs,
+    adjacent_spans,
+    point_list,
 )
 from trackmark.datasets.synthetic.render.colours import sample_colour
 from trackmark.datasets.synthetic.render.prop import Prop
 
 
 def _prop(sheet: PaintedSheet, x: float, z: float, random: np.random.Generator) -> Prop:
-    """What stands on its sheet's lower border."""
+    """Return a prop that stands on the lower border of its sheet."""
     sheet.wear(random, 0.08, 4, 32, side=128)
     colour, coverage = sheet.reduced()
     return Prop(x, z, colour, coverage, float(len(coverage)))
 
 
 def goods(random: np.random.Generator, x: float, z: float, scale: float) -> Prop:
-    """Boxes and drums on a heap."""
+    """Return a heap of boxes and drums."""
     width, height = random.uniform(1.4, 2.6), random.uniform(0.8, 1.7)
     sheet = PaintedSheet(width, height, scale, sample_colour(random, WOODS))
     p = sheet.painting
-    for left, wide in runs(random, width, (0.5, 0.9), gap=0.02, rest=0.05):
+    for left, wide in adjacent_spans(random, width, (0.5, 0.9), gap=0.02, rest=0.05):
         tall = random.uniform(0.5, 1) * height
         paint = sample_colour(random, WOODS + PAINTS)
         p.plate(left, height - tall, wide, tall, paint, 0.03)
@@ -47,7 +47,7 @@ def goods(random: np.random.Generator, x: float, z: float, scale: float) -> Prop
 
 
 def bollard(random: np.random.Generator, x: float, z: float, scale: float) -> Prop:
-    """Iron bollard, or a mooring post with rings."""
+    """Return an iron bollard, or a mooring post with rings."""
     tall = random.uniform(0.6, 1.5)
     sheet = PaintedSheet(
         0.5, tall, scale, sample_colour(random, ((52, 54, 58), (60, 84, 104), (46, 50, 120)))
@@ -61,7 +61,7 @@ def bollard(random: np.random.Generator, x: float, z: float, scale: float) -> Pr
 
 
 def boat(random: np.random.Generator, x: float, z: float, scale: float) -> Prop:
-    """A small boat with a mast."""
+    """Return a small boat with a mast."""
     paint = sample_colour(random, PAINTS)
     sheet = PaintedSheet(3.4, 3.6, scale, paint)
     p = sheet.painting
@@ -78,7 +78,7 @@ def boat(random: np.random.Generator, x: float, z: float, scale: float) -> Prop:
 
 
 def column(random: np.random.Generator, x: float, z: float, scale: float) -> Prop:
-    """Iron column of a hall's roof, higher than the picture."""
+    """Return an iron column of a hall's roof, taller than the image."""
     wide, tall = random.uniform(0.24, 0.36), 8.0
     sheet = PaintedSheet(
         2 * wide, tall, scale, sample_colour(random, ((84, 104, 70), (92, 86, 80), PAINTS[0]))
@@ -92,7 +92,7 @@ def column(random: np.random.Generator, x: float, z: float, scale: float) -> Pro
 
 
 def trolley(random: np.random.Generator, x: float, z: float, scale: float) -> Prop:
-    """Cases on a trolley."""
+    """Return cases on a trolley."""
     width, height = 1.7, 1.5
     sheet = PaintedSheet(width, height, scale, (70, 74, 80))
     p, top = sheet.painting, height - 0.35
@@ -107,14 +107,14 @@ def trolley(random: np.random.Generator, x: float, z: float, scale: float) -> Pr
         p.patch(left + 0.7 * wide, top, 0.08, tall, paint * 0.5)
         sheet.cover_box(left, top, wide, tall)
     sheet.cover_box(0.1, height - 0.35, 1.5, 0.1)
-    for at in (0.4, 1.3):
-        p.disc(at, height - 0.14, 0.14, (40, 40, 42))
-        sheet.cover_round(at, height - 0.14, 0.14, 0.14)
+    for wheel_x in (0.4, 1.3):
+        p.disc(wheel_x, height - 0.14, 0.14, (40, 40, 42))
+        sheet.cover_round(wheel_x, height - 0.14, 0.14, 0.14)
     return _prop(sheet, x, z, random)
 
 
 def stall(random: np.random.Generator, x: float, z: float, scale: float) -> Prop:
-    """A market stall: striped awning, lamps, heaps of fruit."""
+    """Return a market stall: striped awning, lamps, heaps of fruit."""
     width, height = random.uniform(2.4, 3.4), 2.7
     sheet = PaintedSheet(width, height, scale, (70, 84, 100))
     p = sheet.painting
@@ -124,24 +124,24 @@ def stall(random: np.random.Generator, x: float, z: float, scale: float) -> Prop
         p.patch(k * width / stripes, 0, width / stripes, 0.75, first if k % 2 else second)
     p.darken(0, 0.62, width, 0.13, 0.75)
     p.patch(0, 0.75, width, 1.0, (48, 58, 70))
-    for at in np.arange(0.2, width, 0.4):
-        p.patch(at, 0.8, 0.22, random.uniform(0.2, 0.7), sample_colour(random, PAINTS))
+    for lamp_x in np.arange(0.2, width, 0.4):
+        p.patch(lamp_x, 0.8, 0.22, random.uniform(0.2, 0.7), sample_colour(random, PAINTS))
     counter = 1.72
-    for left, wide in runs(random, width, (0.5, 0.9), rest=0.1):
+    for left, wide in adjacent_spans(random, width, (0.5, 0.9), rest=0.1):
         fruit = sample_colour(random, PAINTS[:5])
         for _ in range(26):
-            at = left + random.uniform(0.05, wide - 0.05), counter + random.uniform(0, 0.2)
-            p.disc(*at, 0.075, fruit * random.uniform(0.7, 1.2))
+            place = left + random.uniform(0.05, wide - 0.05), counter + random.uniform(0, 0.2)
+            p.disc(*place, 0.075, fruit * random.uniform(0.7, 1.2))
     p.plate(0, 1.95, width, 0.8, sample_colour(random, WOODS), 0.04)
-    for at in np.arange(0, width, 0.35):
-        p.darken(at, 1.95, 0.03, 0.8, 0.6)
+    for lamp_x in np.arange(0, width, 0.35):
+        p.darken(lamp_x, 1.95, 0.03, 0.8, 0.6)
     sheet.cover((0.15, 0.0), (width - 0.15, 0.0), (width, 0.75), (0.0, 0.75))
     sheet.cover_box(0.1, 0.7, width - 0.2, height - 0.7)
     return _prop(sheet, x, z, random)
 
 
 def rock(random: np.random.Generator, x: float, z: float, scale: float) -> Prop:
-    """A boulder with cracks."""
+    """Return a boulder with cracks."""
     width, height = random.uniform(0.8, 2.4), random.uniform(0.4, 1.1)
     sheet = PaintedSheet(
         width, height, scale, sample_colour(random, ((92, 128, 164), (108, 136, 158)))
@@ -150,7 +150,7 @@ def rock(random: np.random.Generator, x: float, z: float, scale: float) -> Prop:
     far = random.uniform(0.75, 1.0, 12)
     along = (0.5 + 0.5 * far * np.cos(turn)) * width
     up = height * (1 + far * np.sin(turn))
-    sheet.cover(*joined(along, up))
+    sheet.cover(*point_list(along, up))
     _, down = sheet.places()
     sheet.light(1.2 - 0.6 * down)
     sheet.wear(random, 0.25, 8, 64, side=128)
@@ -159,16 +159,16 @@ def rock(random: np.random.Generator, x: float, z: float, scale: float) -> Prop:
 
 Array = NDArray[np.float64]
 
-Place = tuple[float, float, float, float]  # middle, width and height of a target [UNIT]
+Place = tuple[float, float, float, float]  # centre, width and height of a target [UNIT]
 
-STEEL, TYRE = (96, 98, 100), (36, 34, 34)  # of carriers, BGR
-SHADE = (24.0, 22.0, 20.0)  # of shadows, BGR
+STEEL, TYRE = (96, 98, 100), (36, 34, 34)  # colours of carriers, BGR
+SHADE = (24.0, 22.0, 20.0)  # colour of shadows, BGR
 
 
 def paint_carrier(
     random: np.random.Generator, kind: str, width: float, height: float
 ) -> PaintedSheet:
-    """Paint one of `CARRIERS` around a target of a width and height [pixels] in its middle."""
+    """Paint one of `CARRIERS` around a target of a width and height [pixels] in its centre."""
     w, h = width / UNIT, height / UNIT
     across, down = 2.6 * w, 6.0 * h
     sheet = PaintedSheet(across, down, UNIT, STEEL)
@@ -178,9 +178,9 @@ def paint_carrier(
 
 
 def paint_shadow(width: float, darkness: float) -> tuple[Array, Array]:
-    """Soft shadow on the ground around its middle: colour (h, w, 3) and coverage (h, w).
+    """Paint a soft shadow on the ground: colour (h, w, 3) and coverage (h, w).
 
-    `width` is its width [pixels], `darkness` its coverage in the middle, in [0, 1].
+    `width` is its width [pixels], `darkness` its coverage in the centre, in [0, 1].
     """
     columns, rows = round(width), max(round(0.2 * width), 3)
     across = np.linspace(-1, 1, columns)
@@ -190,11 +190,11 @@ def paint_shadow(width: float, darkness: float) -> tuple[Array, Array]:
 
 
 def _wheels(random: np.random.Generator, sheet: PaintedSheet, place: Place) -> None:
-    """Nothing: a van's wheels are part of it."""
+    """Paint nothing: a van's wheels are part of the target."""
 
 
 def _car(random: np.random.Generator, sheet: PaintedSheet, place: Place) -> None:
-    """Back of an off-road car with a window, that carries its spare wheel."""
+    """Paint the back of an off-road car with a window, which carries its spare wheel."""
     (x, y, w, h), p = place, sheet.painting
     paint = sample_colour(random, PAINTS[5:] + LIGHTS[:2])
     left, top, low = x - 0.85 * w, y - 0.9 * h, y + 0.72 * h
@@ -211,6 +211,7 @@ def _car(random: np.random.Generator, sheet: PaintedSheet, place: Place) -> None
 
 
 def _rider(random: np.random.Generator, sheet: PaintedSheet, place: Place) -> None:
+    """Paint a rider from behind, below the helmet."""
     (x, y, w, h), p = place, sheet.painting
     jacket = sample_colour(random, PAINTS[5:] + ((50, 48, 48), (66, 60, 56)))
     shape = [(x - 0.3 * w, y + 0.3 * h), (x + 0.3 * w, y + 0.3 * h), (x + 0.85 * w, y + 0.62 * h),
@@ -227,7 +228,7 @@ def _rider(random: np.random.Generator, sheet: PaintedSheet, place: Place) -> No
 
 
 def _trailer(random: np.random.Generator, sheet: PaintedSheet, place: Place) -> None:
-    """A post on a low trailer."""
+    """Paint a post on a low trailer."""
     (x, y, w, h), p = place, sheet.painting
     thick, deck = 0.07 * w, y + 0.86 * h
     p.patch(x - thick, y, 2 * thick, h, STEEL)
@@ -240,30 +241,31 @@ def _trailer(random: np.random.Generator, sheet: PaintedSheet, place: Place) -> 
 
 
 def _ropes(random: np.random.Generator, sheet: PaintedSheet, place: Place) -> None:
+    """Paint the ropes of a hanging target."""
     (x, y, w, h), p = place, sheet.painting
     p.patch(0, 0, 2.6 * w, 3 * h, (70, 92, 106))
     for side in (-0.42, 0.42):
-        at = x + side * w
-        sheet.cover((at - 0.012, y - 0.3 * h), (at + 0.012, y - 0.3 * h),
+        rope_x = x + side * w
+        sheet.cover((rope_x - 0.012, y - 0.3 * h), (rope_x + 0.012, y - 0.3 * h),
                     (x + 0.012, y - 1.1 * h), (x - 0.012, y - 1.1 * h))  # fmt: skip
     sheet.cover_box(x - 0.014, 0, 0.028, y - h)
 
 
 def _cart(random: np.random.Generator, sheet: PaintedSheet, place: Place) -> None:
-    """A hand cart with a rail, on which things stand."""
+    """Paint a hand cart with a rail."""
     (x, y, w, h), p = place, sheet.painting
     left, top = x - 0.66 * w, y + 0.47 * h
     p.patch(left, top, 1.32 * w, 0.12 * h, sample_colour(random, PAINTS))
     p.patch(left, top + 0.08 * h, 1.32 * w, 0.05 * h, (50, 52, 56))
     sheet.cover_box(left, top, 1.32 * w, 0.13 * h)
-    for at in (left + 0.22 * w, left + 1.1 * w):
-        sheet.wheel(at, y + 0.68 * h, 0.12 * h, TYRE, 0.05 * h, STEEL)
+    for wheel_x in (left + 0.22 * w, left + 1.1 * w):
+        sheet.wheel(wheel_x, y + 0.68 * h, 0.12 * h, TYRE, 0.05 * h, STEEL)
     rail = left + 1.28 * w
     sheet.cover_box(rail, y - 0.3 * h, 0.04 * w, 0.8 * h)
 
 
 def _water(random: np.random.Generator, sheet: PaintedSheet, place: Place) -> None:
-    """Bow wave and wake, which open to both sides of what floats."""
+    """Paint bow wave and wake, which widen to both sides of a floating target."""
     (x, y, w, h), p = place, sheet.painting
     line = y + 0.46 * h
     p.patch(0, y, 2.6 * w, 3 * h, (206, 204, 190))
@@ -277,11 +279,13 @@ def _water(random: np.random.Generator, sheet: PaintedSheet, place: Place) -> No
 
 @dataclass(frozen=True)
 class Carrier:
-    """What holds a target and moves with it, and how both meet the ground."""
+    """Support of a target that moves with it, and its relation to the ground."""
 
     paint: Callable[[np.random.Generator, PaintedSheet, Place], None]
-    drop: float  # of the ground below the target's middle [its height]; 0: out of the picture
-    shadow: float  # width of the shadow on the ground [the target's width]; on water, of its image
+    # distance of the ground below the target's centre [its height]; 0: outside the image
+    drop: float
+    # width of the shadow on the ground, or of the reflection in water [the target's width]
+    shadow: float
 
 
 CARRIERS = {
@@ -293,4 +297,4 @@ CARRIERS = {
     "cart": Carrier(_cart, 0.8, 1.6),
     "water": Carrier(_water, 0.48, 1.1),
 }
-"""By name."""
+"""Carriers by name."""

@@ -1,9 +1,9 @@
 """`nguyen2002/clip-01` to `clip-20`: clips of an action film.
 
-The paper says: clips of an action film, 20 of them with 21 complete occlusions, of 150 frames
-on the average; the light hardly changes abruptly. All the rest is ours: rigid targets with
-print, windows and marks, six settings, a camera that goes along with a target or around it,
-what passes before the target, and the film's grain, slow changes of exposure and coarse colour.
+The paper uses 20 clips of an action film with 21 complete occlusions, of 150 frames on average; the
+light hardly changes abruptly. All other properties are our choice: rigid targets with print,
+windows and marks, six settings, and a camera that moves with a target or around it. So are the
+occluders, the film's grain, the slow changes of exposure and the coarse colour.
 """
 
 from dataclasses import replace
@@ -14,11 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackmark.datasets.interface import Image, Mask
-from trackmark.datasets.synthetic.nguyen2002.film.hiders import HIDERS
-from trackmark.datasets.synthetic.nguyen2002.film.plan import EXPOSURE, SIZE, plan
+from trackmark.datasets.synthetic.nguyen2002.film.occluders import OCCLUDERS
+from trackmark.datasets.synthetic.nguyen2002.film.plan import EXPOSURE, SIZE, clip_plan
 from trackmark.datasets.synthetic.nguyen2002.film.props import CARRIERS, paint_carrier, paint_shadow
 from trackmark.datasets.synthetic.nguyen2002.film.setting import SETTINGS, Place
-from trackmark.datasets.synthetic.nguyen2002.film.sheet import UNIT, Rigid
+from trackmark.datasets.synthetic.nguyen2002.film.sheet import UNIT, RigidObject
 from trackmark.datasets.synthetic.nguyen2002.film.targets import KINDS, paint_target, two_looks
 from trackmark.datasets.synthetic.nguyen2002.knobs import FilmKnobs
 from trackmark.datasets.synthetic.render.camera import Camera, random_bytes
@@ -28,44 +28,44 @@ from trackmark.datasets.synthetic.scene import SceneTruth, SyntheticScene, part_
 
 Array = NDArray[np.float64]
 
-# Standard deviations of the film's grain: of brightness, and of its dyes, in either difference of
-# colour at the resolution of colour [grey levels].
+# standard deviations of the film's grain: of brightness, and of either colour difference at the
+# resolution of colour [grey levels]
 GRAIN, DYES = 2.6, 2.5
 CAMERA = Camera(SIZE, noise=1.6, fall=(0.10, 0.12))
 COARSE = SIZE[0] // 2, SIZE[1] // 2  # resolution of colour
 PRINTS = 0.65, 1.1  # light of a clip, from dusk to noon
-SATURATION = 0.3, 0.5  # of a print, of that of what it shows: film of the time, often bleached
-SHADOW = 0.55  # darkness of a shadow on the ground, in its middle
-WHOLE = 0.99  # visible part from which on nothing is said to be hidden
+# saturation of a print relative to the scene's; film of that time is often bleached
+SATURATION = 0.3, 0.5
+SHADOW = 0.55  # darkness of a shadow on the ground, in its centre
+WHOLE = 0.99  # visibility from which on the target counts as not occluded
 
 
 def scene(knobs: FilmKnobs, clip: int) -> "FilmScene":
-    """Renderer and truth of a clip, in 1 to 20; nothing is drawn yet."""
+    """Return the renderer of a clip, 1 to 20, with its ground truth, without rendering."""
     return _scene(knobs.scene, clip)
 
 
 class FilmScene(SyntheticScene):
-    """A clip of the set with a seed; clips count from 1."""
+    """Clip of the set with a seed; clips count from 1."""
 
     size = SIZE
 
     def __init__(self, seed: int, clip: int) -> None:
         self._seed = seed
         self._clip = clip
-        self.plan = plan(seed, clip)
+        self.plan = clip_plan(seed, clip)
         self.length = self.plan.shot.frames
 
     def truth(self) -> SceneTruth:
-        """See `SyntheticScene.truth`.
+        """Return the ground truth of all frames without rendering.
 
-        A box follows the target's place and scale; that the target turns a little does not
+        A box follows the target's position and scale; the slight rotation of the target does not
         enlarge it. Attributes are `occluded` (less than half of it is visible) and `partly
-        occluded` (half or more, not all).
+        occluded` (half or more, but not all).
         """
         return _truth(self._seed, self._clip)
 
     def render(self, frame: int) -> Image:
-        """See `SyntheticScene.render`."""
         plan = self.plan
         canvas = np.empty((SIZE[1], SIZE[0], 3), np.uint8)
         x, nod = float(plan.travel[frame]), float(plan.nod[frame])
@@ -78,27 +78,29 @@ class FilmScene(SyntheticScene):
             self._shadow.draw(canvas, ground, pose[0], 0.0)
         self._carrier.draw(canvas, places, *pose)
         self._target.draw(canvas, places, *pose, float(plan.look[frame]))
-        for passage, (sprite, offset) in zip(plan.passages, self._hiders, strict=True):
-            sprite.draw(canvas, _places(passage.way, frame) + offset, 1.0)
-        return self._developed(canvas, frame)
+        for passage, (sprite, offset) in zip(plan.passages, self._occluders, strict=True):
+            sprite.draw(canvas, _places(passage.path, frame) + offset, 1.0)
+        return self._develop(canvas, frame)
 
     def mask(self, frame: int) -> Mask:
-        """See `SyntheticScene.mask`."""
         return np.asarray(self.seen(frame)[1] >= 128)
 
     def seen(self, frame: int) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
-        """Part of each pixel that the target covers, and part that shows it, in [0, 255]."""
+        """Return the share of each pixel that the target covers, and its visible part.
+
+        Both are in [0, 255].
+        """
         plan = self.plan
         whole = self._target.coverage(
             SIZE, plan.centre[frame], float(plan.scale[frame]), float(plan.angle[frame])
         )
-        shown = np.repeat(whole[..., None], 3, axis=2)
+        visible = np.repeat(whole[..., None], 3, axis=2)
         for passage, (sprite, offset) in zip(plan.passages, self._silhouettes, strict=True):
-            sprite.draw(shown, passage.way[frame][None] + offset, 1.0)
-        return whole, shown[..., 0]
+            sprite.draw(visible, passage.path[frame][None] + offset, 1.0)
+        return whole, visible[..., 0]
 
-    def _developed(self, canvas: Image, frame: int) -> Image:
-        """What the film and its copy make of a picture."""
+    def _develop(self, canvas: Image, frame: int) -> Image:
+        """Apply the film and its copy to an image: grading, exposure, grain and coarse colour."""
         canvas = np.asarray(cv2.LUT(canvas, self._grading), np.uint8)
         canvas = np.asarray(cv2.transform(canvas, self._bleaching), np.uint8)
         number = 1000 * self._clip + frame
@@ -126,33 +128,33 @@ class FilmScene(SyntheticScene):
         )
 
     @cached_property
-    def _target(self) -> Rigid:
+    def _target(self) -> RigidObject:
         random, size = self._random("target"), self._largest
         colour, coverage = paint_target(random, KINDS[self.plan.shot.target], *size).reduced()
-        return Rigid(two_looks(random, colour), coverage, size[0] / self.plan.size[0])
+        return RigidObject(two_looks(random, colour), coverage, size[0] / self.plan.size[0])
 
     @cached_property
-    def _carrier(self) -> Rigid:
+    def _carrier(self) -> RigidObject:
         kind, size = KINDS[self.plan.shot.target].carrier, self._largest
         colour, coverage = paint_carrier(self._random("carrier"), kind, *size).reduced()
-        return Rigid([colour], coverage, size[0] / self.plan.size[0])
+        return RigidObject([colour], coverage, size[0] / self.plan.size[0])
 
     @cached_property
-    def _shadow(self) -> Rigid | None:
-        """Shadow on the ground, or dark image in the water; None if the ground is not seen."""
+    def _shadow(self) -> RigidObject | None:
+        """Shadow on the ground or reflection in the water; None if the ground is not visible."""
         width = CARRIERS[KINDS[self.plan.shot.target].carrier].shadow * self._largest[0]
         if not width:
             return None
         colour, coverage = paint_shadow(width, SHADOW)
-        return Rigid([colour], coverage, self._largest[0] / self.plan.size[0])
+        return RigidObject([colour], coverage, self._largest[0] / self.plan.size[0])
 
     @cached_property
-    def _hiders(self) -> list[tuple[Sprite, Array]]:
-        """Pictures that pass before the target, and their middles from their anchors [pixels]."""
+    def _occluders(self) -> list[tuple[Sprite, Array]]:
+        """Sprites of the occluders, and their centres relative to their anchors [pixels]."""
         hiders = []
         for number, passage in enumerate(self.plan.passages):
             random, size = self._random(f"hider {number}"), np.array(passage.size) / UNIT
-            sheet = HIDERS[passage.kind].paint(random, *size.tolist())
+            sheet = OCCLUDERS[passage.kind].paint(random, *size.tolist())
             sprite = Sprite(*sheet.reduced())
             middle = np.array([sprite.width, sprite.height]) / 2
             hiders.append((sprite, middle - np.array(sheet.anchor) * UNIT))
@@ -160,21 +162,21 @@ class FilmScene(SyntheticScene):
 
     @cached_property
     def _silhouettes(self) -> list[tuple[Sprite, Array]]:
-        return [(sprite.silhouette(0), offset) for sprite, offset in self._hiders]
+        return [(sprite.silhouette(0), offset) for sprite, offset in self._occluders]
 
     @cached_property
     def _grain(self) -> NDArray[np.int16]:
-        """Grain of a film's width and a margin by which it is shifted from frame to frame."""
+        """Grain of brightness, wider than the film by the margin of its random shifts."""
         return _shiftable(fractal(self._random("grain"), 512, 128, 256, 1.0), GRAIN)
 
     @cached_property
     def _dyes(self) -> NDArray[np.int16]:
-        """The same of the dyes, at the resolution of colour."""
+        """Grain of the dyes, at the resolution of colour."""
         return _shiftable(fractal(self._random("dyes"), 512, 128, 256, 1.0), DYES)
 
     @cached_property
     def _grading(self) -> NDArray[np.uint8]:
-        """What the print makes of each level of each colour: light, contrast and tint of a clip."""
+        """Level table of the print by channel: light, contrast and tint of a clip."""
         random = self._random("grading")
         level = np.linspace(0, 1, 256)[:, None]
         contrast = random.uniform(0.0, 0.9)
@@ -185,13 +187,15 @@ class FilmScene(SyntheticScene):
 
     @cached_property
     def _bleaching(self) -> Array:
-        """Mixture of channels, shape (3, 3), that leaves a part of the saturation."""
-        kept = self._random("saturation").uniform(*SATURATION)
-        return np.asarray(kept * np.eye(3) + (1 - kept) * np.array([0.114, 0.587, 0.299]))
+        """Channel mixing matrix, shape (3, 3), that reduces the saturation."""
+        saturation = self._random("saturation").uniform(*SATURATION)
+        return np.asarray(
+            saturation * np.eye(3) + (1 - saturation) * np.array([0.114, 0.587, 0.299])
+        )
 
     @property
     def _largest(self) -> tuple[float, float]:
-        """Width and height of the target where it is seen largest, in whole pixels."""
+        """Width and height of the target at its largest, in whole pixels."""
         width, height = (np.ceil(side * self.plan.scale.max()) for side in self.plan.size)
         return float(width), float(height)
 
@@ -200,7 +204,7 @@ class FilmScene(SyntheticScene):
 
 
 def _shiftable(grain: Array, deviation: float) -> NDArray[np.int16]:
-    """Grain of a standard deviation, as wide as a picture that is shifted by up to 255 pixels."""
+    """Return grain of a standard deviation, wide enough for shifts by up to 255 pixels."""
     wide = np.tile(grain, (1, 2))[:, : SIZE[0] + 256]
     return np.asarray(np.round(wide * (deviation / grain.std())), np.int16)
 
@@ -208,21 +212,21 @@ def _shiftable(grain: Array, deviation: float) -> NDArray[np.int16]:
 def _cut(
     grain: NDArray[np.int16], place: NDArray[np.int_], size: tuple[int, int]
 ) -> NDArray[np.int16]:
-    """Part of a grain of a width and height, from a row and column on."""
+    """Return the part of a grain with a width and height from a row and column on."""
     row, column = place.tolist()
     return grain[row : row + size[1], column : column + size[0]]
 
 
-def _places(way: Array, frame: int) -> Array:
-    """Where something is at the instants of a frame's exposure."""
-    before, after = way[max(frame - 1, 0)], way[min(frame + 1, len(way) - 1)]
-    step = EXPOSURE * (after - before) / (min(frame + 1, len(way) - 1) - max(frame - 1, 0))
-    return np.asarray(way[frame] + instants(float(np.abs(step).max()))[:, None] * step)
+def _places(path: Array, frame: int) -> Array:
+    """Return positions at the instants of a frame's exposure."""
+    before, after = path[max(frame - 1, 0)], path[min(frame + 1, len(path) - 1)]
+    step = EXPOSURE * (after - before) / (min(frame + 1, len(path) - 1) - max(frame - 1, 0))
+    return np.asarray(path[frame] + instants(float(np.abs(step).max()))[:, None] * step)
 
 
 @lru_cache(maxsize=8)
 def _scene(seed: int, clip: int) -> FilmScene:
-    """Keep what a clip's truth paints for its images."""
+    """Cache clips, so that images reuse what the ground truth painted."""
     return FilmScene(seed, clip)
 
 
@@ -234,10 +238,10 @@ def _truth(seed: int, clip: int) -> SceneTruth:
     middles = boxes[:, 0] + boxes[:, 2] / 2
     for passage in scene.plan.passages:
         reach = (boxes[:, 2] + passage.size[0]) / 2 + 40
-        near |= np.abs(passage.way[:, 0] - middles) < reach
+        near |= np.abs(passage.path[:, 0] - middles) < reach
     for frame in np.flatnonzero(near).tolist():
-        whole, shown = scene.seen(frame)
-        visibility[frame] = shown.sum(dtype=np.int64) / whole.sum(dtype=np.int64)
+        whole, visible = scene.seen(frame)
+        visibility[frame] = visible.sum(dtype=np.int64) / whole.sum(dtype=np.int64)
     hidden = visibility < 0.5
     return SceneTruth(
         boxes, visibility, {"occluded": hidden, "partly occluded": ~hidden & (visibility < WHOLE)}

@@ -1,8 +1,8 @@
-"""What is far behind a clip (streets are `facades`), and what its ground is made of, in bands.
+"""Backdrops of the film's clips (streets: `facades`), and their grounds, in bands.
 
-What is far is painted with random numbers, at a height and width [pixels], a scale
-[pixels/metre], and with the row of its foot. Textures of the ground are of half the side that
-bands have, laid twice in either direction.
+A backdrop is painted from random numbers, a height and width [pixels], a scale [pixels/metre] and
+the row of its foot. Ground textures have half the side of bands and are repeated twice in both
+directions.
 """
 
 import cv2
@@ -18,7 +18,7 @@ from trackmark.datasets.synthetic.render.texture import fractal, grass, paving, 
 
 Array = NDArray[np.float64]
 
-FINE = 2  # pixels that are painted for one, in either direction
+FINE = 2  # painted pixels per pixel and axis
 HALLS = ((150, 160, 170), (110, 134, 160), (164, 176, 180), (130, 150, 140))
 ROCKS = np.array([[84, 118, 168], [96, 136, 186], [112, 146, 178]], np.float64)
 
@@ -26,7 +26,7 @@ ROCKS = np.array([[84, 118, 168], [96, 136, 186], [112, 146, 178]], np.float64)
 def harbour(
     random: np.random.Generator, height: int, width: int, scale: float, base: float
 ) -> Image:
-    """Sheds, stacked containers and cranes."""
+    """Paint sheds, stacked containers and cranes."""
     picture = _sky(random, height, width)
     p, across = Painting(picture, FINE * scale), width / scale
     foot = base / scale
@@ -44,7 +44,7 @@ def harbour(
 def roadstead(
     random: np.random.Generator, height: int, width: int, scale: float, base: float
 ) -> Image:
-    """Hills and a town beyond water, ships at anchor."""
+    """Paint hills and a town beyond water, and ships at anchor."""
     picture = _sky(random, height, width)
     p, across, foot = Painting(picture, FINE * scale), width / scale, base / scale
     _hills(random, picture, FINE * base, 0.45, np.array([132.0, 138.0, 118.0]))
@@ -54,9 +54,9 @@ def roadstead(
             p.patch(x, foot - tall, 1.3, tall, wall)
             p.area([(x, foot - tall), (x + 0.65, foot - tall - 0.5), (x + 1.3, foot - tall)],
                    (84, 96, 150))  # fmt: skip
-            for at in np.arange(0.2, tall, 0.5):
+            for floor_y in np.arange(0.2, tall, 0.5):
                 for side in (0.25, 0.8):
-                    p.patch(x + side, foot - at - 0.2, 0.2, 0.25, wall * 0.45)
+                    p.patch(x + side, foot - floor_y - 0.2, 0.2, 0.25, wall * 0.45)
     for x in np.arange(random.uniform(0, 6), across, 11):
         paint, long = sample_colour(random, PAINTS), random.uniform(5, 8)
         p.area([(x, foot - 1), (x + long, foot - 1.2), (x + long - 0.8, foot), (x + 0.6, foot)],
@@ -72,7 +72,7 @@ def roadstead(
 def station(
     random: np.random.Generator, height: int, width: int, scale: float, base: float
 ) -> Image:
-    """A hall with tall windows, bills and a train that waits."""
+    """Paint a hall with tall windows, posters and a waiting train."""
     wall = sample_colour(random, HALLS)
     picture = np.empty((FINE * height, FINE * width, 3), np.uint8)
     picture[:] = wall
@@ -81,8 +81,8 @@ def station(
     glow = vary_colour(random, (214, 218, 214))
     for x in np.arange(-random.uniform(0, 2), across, bay):
         p.hole(x + 0.6, -1.0, bay - 1.3, foot - 2.2, glow)
-        for at in np.arange(x + 0.6, x + bay - 0.7, 0.5):
-            p.patch(at, -1, 0.06, foot - 2.2, (92, 96, 92))
+        for mullion_x in np.arange(x + 0.6, x + bay - 0.7, 0.5):
+            p.patch(mullion_x, -1, 0.06, foot - 2.2, (92, 96, 92))
         for y in np.arange(0.1, foot - 3.4, 0.7):
             p.patch(x + 0.6, y, bay - 1.3, 0.05, (92, 96, 92))
         p.plate(x + 0.05, -1, 0.4, foot + 1, wall * 0.86, 0.05)
@@ -107,7 +107,7 @@ def station(
 def desert(
     random: np.random.Generator, height: int, width: int, scale: float, base: float
 ) -> Image:
-    """Table mountains one behind the other, and dust."""
+    """Paint rows of table mountains, and dust."""
     picture = _sky(random, height, width)
     for k in range(3):
         rise = (0.62 - 0.16 * k) * random.uniform(0.8, 1.1)
@@ -117,7 +117,7 @@ def desert(
 
 
 def _sky(random: np.random.Generator, height: int, width: int) -> Image:
-    """Clouds, lighter towards the horizon."""
+    """Paint clouds, lighter towards the horizon."""
     rows, columns = FINE * height, FINE * width
     high = vary_colour(random, (206, 176, 146), 0.12)
     low = vary_colour(random, (222, 222, 218), 0.06)
@@ -137,7 +137,7 @@ def _hills(
     colour: Array,
     mesas: bool = False,
 ) -> None:
-    """A ridge with strata and gullies; `rise` is its height over that of the sky."""
+    """Paint a ridge with strata and gullies; `rise` is its height relative to the sky's."""
     width = picture.shape[1]
     lines = fractal(random, 512, 4, 64, 0.5)
     crest = lines[7][np.arange(width) // 3 % 512]
@@ -154,7 +154,7 @@ def _hills(
 
 
 def _crane(random: np.random.Generator, p: Painting, x: float, foot: float) -> None:
-    """A gantry with its jib."""
+    """Paint a gantry with its jib."""
     paint = sample_colour(random, ((60, 70, 180), (70, 150, 200), (150, 120, 80)))
     tall = random.uniform(6.5, 9)
     for leg in (x, x + 2.2):
@@ -166,27 +166,27 @@ def _crane(random: np.random.Generator, p: Painting, x: float, foot: float) -> N
 
 
 def _shed(random: np.random.Generator, p: Painting, x: float, foot: float) -> float:
-    """A warehouse with gates; returns its width [metres]."""
+    """Paint a warehouse with gates; return its width [metres]."""
     wide, tall, wall = random.uniform(5, 9), random.uniform(2.8, 3.8), sample_colour(random, HALLS)
     p.plate(x, foot - tall, wide, tall, wall, 0.08)
     p.area([(x - 0.2, foot - tall), (x + wide / 2, foot - tall - 1.2),
             (x + wide + 0.2, foot - tall)], wall * 0.6)  # fmt: skip
-    for at in np.arange(x + 0.5, x + wide - 1.8, 2.4):
-        p.hole(at, foot - 2.1, 1.6, 2.1, sample_colour(random, PAINTS))
+    for gate_x in np.arange(x + 0.5, x + wide - 1.8, 2.4):
+        p.hole(gate_x, foot - 2.1, 1.6, 2.1, sample_colour(random, PAINTS))
         for y in np.arange(foot - 2.0, foot, 0.25):
-            p.darken(at, y, 1.6, 0.06, 0.8)
+            p.darken(gate_x, y, 1.6, 0.06, 0.8)
     p.label(random, x + 0.3 * wide, foot - tall + 0.2, 0.4 * wide, 0.4)
     return float(wide)
 
 
 def _stack(random: np.random.Generator, p: Painting, x: float, foot: float) -> float:
-    """Containers on top of one another; returns their width [metres]."""
+    """Paint stacked containers; return their width [metres]."""
     wide, tall = 4.2, 1.45
     for level in range(int(random.integers(1, 4))):
         paint, top = sample_colour(random, PAINTS), foot - (level + 1) * tall
         p.plate(x, top, wide, tall, paint, 0.05)
-        for at in np.arange(x + 0.1, x + wide, 0.28):
-            p.darken(at, top + 0.08, 0.12, tall - 0.16, 0.78)
+        for rib_x in np.arange(x + 0.1, x + wide, 0.28):
+            p.darken(rib_x, top + 0.08, 0.12, tall - 0.16, 0.78)
         p.patch(x + 0.5, top + 0.3, random.uniform(0.8, 2.4), 0.35, sample_colour(random, LIGHTS))
     return wide + float(random.uniform(0.1, 0.8))
 
@@ -194,7 +194,7 @@ def _stack(random: np.random.Generator, p: Painting, x: float, foot: float) -> f
 def _reduced(
     random: np.random.Generator, picture: Image, height: int, width: int, haze: float
 ) -> Image:
-    """Smaller, with the wear of things and the air between."""
+    """Downsample a picture; add weathering and haze."""
     grain = fractal(random, 256, 8, 128, 0.8)
     rows, columns = picture.shape[:2]
     worn = (
@@ -210,7 +210,7 @@ HALF = SIDE // 2
 
 
 def road(random: np.random.Generator, end: float) -> list[Band]:
-    """Pavement or lawn, a road with a line, and pavement before houses."""
+    """Return pavement or lawn, a road with a line, and pavement in front of houses."""
     stones = _faded(paving(random, HALF), 0.7) * random.uniform(0.9, 1.15)
     near = stones if random.random() < 0.7 else grass(random, HALF)
     kerb = _grainy(random, (168.0, 168.0, 168.0), 0.05)
@@ -229,7 +229,7 @@ def road(random: np.random.Generator, end: float) -> list[Band]:
 
 
 def quay(random: np.random.Generator, end: float) -> list[Band]:
-    """Concrete with joints and stains, and rails."""
+    """Return concrete with joints and stains, and rails."""
     stains = 1 - 0.1 * fractal(random, HALF, 2, 16)
     concrete = _grainy(random, (146.0, 154.0, 160.0), 0.08) * stains[..., None]
     concrete *= random.uniform(0.8, 1.05)
@@ -243,7 +243,7 @@ def quay(random: np.random.Generator, end: float) -> list[Band]:
 
 
 def water(random: np.random.Generator, end: float) -> list[Band]:
-    """Waves, darker in their troughs; `end` is beyond what they depend on."""
+    """Return waves, darker in their troughs; `end` has no effect."""
     waves = np.repeat(fractal(random, HALF, 16, 128, 0.7), 2, axis=1)
     waves = np.tile(waves, (2, 1)) + 0.4 * np.tile(fractal(random, HALF, 2, 16), (2, 2))
     deep = np.array([random.uniform(84, 110), random.uniform(84, 96), random.uniform(50, 66)])
@@ -252,7 +252,7 @@ def water(random: np.random.Generator, end: float) -> list[Band]:
 
 
 def platform(random: np.random.Generator, end: float) -> list[Band]:
-    """Flags, a yellow line, the track bed."""
+    """Return flagstones, a yellow line and the track bed."""
     flags = _faded(paving(random, HALF), 0.5) * random.uniform(0.9, 1.15)
     line = flags * 0.4 + np.array([40.0, 130.0, 150.0])
     bed = pebbles(random, HALF) * 0.6
@@ -267,14 +267,14 @@ def platform(random: np.random.Generator, end: float) -> list[Band]:
 
 
 def market_place(random: np.random.Generator, end: float) -> list[Band]:
-    """Setts or rounded stones, up to the houses wherever these are."""
+    """Return setts or rounded stones up to the houses; `end` has no effect."""
     kind = paving if random.random() < 0.6 else pebbles
     stones = kind(random, HALF) * random.uniform(0.85, 1.1)
     return [_band(0.0, stones, float(random.uniform(2.2, 3.4)))]
 
 
 def sand(random: np.random.Generator, end: float) -> list[Band]:
-    """Sand with stones as far as one sees, and a road along it."""
+    """Return sand with stones up to the horizon, and a road along it."""
     earths = np.array([[70, 104, 142], [104, 146, 184], [134, 174, 206], [160, 194, 216]])
     grain = fractal(random, HALF, 8, 128, 0.75)
     ground = ramp(grain * 0.8, earths * random.uniform(0.85, 1.05))
@@ -289,7 +289,7 @@ def sand(random: np.random.Generator, end: float) -> list[Band]:
 
 
 def _band(start: float, texture: Array, side: float) -> Band:
-    """Band of a texture whose side covers so much [metres]."""
+    """Return a band of a texture whose side covers `side` [metres]."""
     return Band(start, np.tile(texture, (2, 2, 1)), 2 * side)
 
 
@@ -311,7 +311,7 @@ def _tar(random: np.random.Generator) -> Array:
 
 
 def _dashed(tar: Array) -> Array:
-    """Tar with a stretch of a painted line."""
+    """Return tar with a dash of a painted line."""
     line = tar.copy()
     line[:, : HALF // 2] = line[:, : HALF // 2] * 0.3 + 150
     return line

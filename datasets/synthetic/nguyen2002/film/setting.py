@@ -1,4 +1,4 @@
-"""Settings of the film: the far, the ground and what stands about, as a moving camera sees it."""
+"""Settings of the film: backdrop, ground and static objects, rendered for a moving camera."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -26,46 +26,48 @@ from trackmark.datasets.synthetic.render.views import Viewpoint
 Array = NDArray[np.float64]
 
 Backdrop = Callable[[np.random.Generator, int, int, float, float], Image]
-"""Paints what is far: random numbers, height, width, [pixels/metre], row of its foot."""
+"""Function that paints a backdrop of a height, width, scale [pixels/metre] and row of its foot."""
 
 
 @dataclass(frozen=True)
-class Standing:
-    """Things of a kind that stand about."""
+class StaticObjects:
+    """Static objects of one kind."""
 
-    # Makes one at a place [metres], given [pixels/metre] there.
+    # makes an object at a place [metres], given [pixels/metre] there
     make: Callable[[np.random.Generator, float, float, float], Prop]
     spacing: float  # mean distance of neighbours [metres]
-    depth: tuple[float, float]  # least and largest [metres]
+    depth: tuple[float, float]  # minimum and maximum [metres]
 
 
 @dataclass(frozen=True)
 class FilmSetting:
-    """Where a clip plays, what is tracked there, what passes before it."""
+    """Setting of a clip, its possible targets and occluders."""
 
     backdrop: Backdrop
-    end: float  # where the ground ends and the backdrop begins [metres]
-    ground: Callable[[np.random.Generator, float], list[Band]]  # of random numbers and `end`
-    standing: tuple[Standing, ...]
-    targets: tuple[str, ...]  # names of `targets.KINDS`: round ones and others
-    hiders: tuple[str, ...]  # names of `hiders.HIDERS` that hide all of a target
+    end: float  # depth at which the ground ends and the backdrop begins [metres]
+    # ground bands, from random numbers and `end`
+    ground: Callable[[np.random.Generator, float], list[Band]]
+    standing: tuple[StaticObjects, ...]
+    targets: tuple[str, ...]  # names in `targets.KINDS`: round ones and others
+    occluders: tuple[str, ...]  # names in `occluders.OCCLUDERS` that hide the whole target
 
 
 class Place:
-    """A place, drawn at random and painted as far as a camera gets along it.
+    """Random place, painted as far as a camera moves along it.
 
-    The camera, `still` at the left end of its way, takes pictures of a width and height [pixels],
-    gets so far along the way [metres] and nods up and down as far as `shake` [pixels].
+    `still`: the camera at the left end of its path. `size`: width and height of its images
+    [pixels]. `path`: length of its path [metres]. `shake`: maximum vertical shift of the image
+    [pixels].
     """
 
     def __init__(
         self, random: np.random.Generator, setting: FilmSetting, still: Viewpoint,
-        size: tuple[int, int], way: float, shake: float,
+        size: tuple[int, int], path: float, shake: float,
     ) -> None:  # fmt: skip
         self._setting = setting
         self._still = still
         self._size = size
-        self._way = way
+        self._way = path
         self._shake = int(np.ceil(shake)) + 1
         end = float(still.scale(setting.end))
         base = float(still.row(0.0, setting.end)) + self._shake
@@ -79,7 +81,7 @@ class Place:
         self._things = sorted(things, key=lambda thing: -thing.z)
 
     def draw(self, canvas: Image, camera: Viewpoint, travel: float) -> None:
-        """Fill a picture, seen by a camera that goes on by `travel` meanwhile [metres]."""
+        """Fill an image for a camera that moves by `travel` [metres] during the exposure."""
         boundary = int(np.floor(camera.row(0.0, self._setting.end) + 0.5))
         end = np.full(len(self._far), self._still.scale(self._setting.end))
         top = round((camera.shift_y - self._shake) * 64)
@@ -90,7 +92,7 @@ class Place:
         for thing in self._things:
             thing.draw(canvas, camera, travel=travel)
 
-    def _stood(self, random: np.random.Generator, kind: Standing) -> list[Prop]:
+    def _stood(self, random: np.random.Generator, kind: StaticObjects) -> list[Prop]:
         things = []
         half = self._size[0] / 2 / float(self._still.scale(kind.depth[1])) + 2
         x = self._still.x - half + random.uniform(0, kind.spacing)
@@ -102,14 +104,17 @@ class Place:
 
     @property
     def _margin(self) -> float:
-        """Column of a panorama at which the picture's middle is at the way's left end."""
+        """Column of a panorama at the image centre, with the camera at the left end of its path."""
         return self._still.centre + 24
 
     def _widths(self, scales: Array) -> NDArray[np.int64]:
         return np.asarray(np.ceil(self._way * scales + self._size[0] + 50), np.int64)
 
     def _lefts(self, camera: Viewpoint, scales: Array, travel: float) -> NDArray[np.int64]:
-        """Column of a panorama at the picture's left border, by instant and row [1/64 pixel]."""
+        """Return the panorama's columns at the left image border [1/64 pixel].
+
+        The shape is (instants, rows).
+        """
         moments = instants(travel * float(scales.max()))[:, None]
         lefts = (camera.x - self._still.x + moments * travel) * scales
         places = np.round((lefts + self._margin - camera.centre) * 64).astype(np.int64)
@@ -117,7 +122,7 @@ class Place:
 
     @property
     def _first(self) -> float:
-        """Row of the picture at which the ground's rows begin, without shake."""
+        """Image row at which the ground's rows begin, without shake."""
         return float(np.floor(self._still.row(0.0, self._setting.end))) - 2
 
     @cached_property
@@ -127,50 +132,51 @@ class Place:
         return np.asarray((rows - self._still.horizon) / self._still.eye)
 
 
-BEHIND = 19.0, 30.0  # where things stand that a target passes before [metres]
+BEHIND = 19.0, 30.0  # depths of static objects behind a target [metres]
 
 SETTINGS = {
     "street": FilmSetting(
         backdrop, 33.0, scenery.road, (
-            Standing(tree, 9.0, BEHIND), Standing(car, 11.0, (22.0, 27.0)),
-            Standing(post, 14.0, BEHIND), Standing(sign, 12.0, BEHIND),
-            Standing(litter_bin, 15.0, BEHIND)),
+            StaticObjects(tree, 9.0, BEHIND), StaticObjects(car, 11.0, (22.0, 27.0)),
+            StaticObjects(post, 14.0, BEHIND), StaticObjects(sign, 12.0, BEHIND),
+            StaticObjects(litter_bin, 15.0, BEHIND)),
         ("van", "board", "helmet", "sign", "spare wheel"),
         ("pillar", "lorry", "bus", "passer-by", "trunk", "wall end"),
     ),
     "quay": FilmSetting(
         scenery.harbour, 36.0, scenery.quay, (
-            Standing(props.goods, 6.0, BEHIND), Standing(props.bollard, 6.0, BEHIND),
-            Standing(post, 16.0, BEHIND)),
+            StaticObjects(props.goods, 6.0, BEHIND), StaticObjects(props.bollard, 6.0, BEHIND),
+            StaticObjects(post, 16.0, BEHIND)),
         ("crate", "drum", "van", "barrel", "fender", "sign"),
         ("container", "load", "lorry", "pillar", "passer-by"),
     ),
     "basin": FilmSetting(
         scenery.roadstead, 60.0, scenery.water, (
-            Standing(props.boat, 9.0, (22.0, 45.0)), Standing(props.bollard, 7.0, BEHIND)),
+            StaticObjects(props.boat, 9.0, (22.0, 45.0)),
+            StaticObjects(props.bollard, 7.0, BEHIND)),
         ("boat", "buoy"),
         ("ship", "pillar", "wall end", "load"),
     ),
     "station": FilmSetting(
         scenery.station, 31.0, scenery.platform, (
-            Standing(props.column, 6.5, (19.0, 24.0)),
-            Standing(props.trolley, 7.0, (18.0, 24.0))),
+            StaticObjects(props.column, 6.5, (19.0, 24.0)),
+            StaticObjects(props.trolley, 7.0, (18.0, 24.0))),
         ("case", "crate", "board", "clock", "barrel"),
         ("pillar", "passer-by", "wall end", "lorry"),
     ),
     "market": FilmSetting(
         backdrop, 34.0, scenery.market_place, (
-            Standing(props.stall, 4.5, (21.0, 30.0)), Standing(props.goods, 8.0, BEHIND),
-            Standing(tree, 18.0, BEHIND)),
+            StaticObjects(props.stall, 4.5, (21.0, 30.0)), StaticObjects(props.goods, 8.0, BEHIND),
+            StaticObjects(tree, 18.0, BEHIND)),
         ("crate", "drum", "lantern", "barrel", "sign"),
         ("passer-by", "pillar", "trunk", "wall end", "lorry"),
     ),
     "desert": FilmSetting(
         scenery.desert, 120.0, scenery.sand, (
-            Standing(bush, 5.0, (18.0, 60.0)), Standing(props.rock, 6.0, (18.0, 60.0)),
-            Standing(post, 16.0, (24.0, 25.0))),
+            StaticObjects(bush, 5.0, (18.0, 60.0)), StaticObjects(props.rock, 6.0, (18.0, 60.0)),
+            StaticObjects(post, 16.0, (24.0, 25.0))),
         ("van", "drum", "board", "helmet", "spare wheel", "sign"),
         ("lorry", "trunk", "wall end", "container"),
     ),
 }  # fmt: skip
-"""By name."""
+"""Settings by name."""

@@ -1,4 +1,4 @@
-"""Pictures of single things: painted finely, with what they cover said apart; and moved about."""
+"""Painted pictures of single objects with their coverage, and rigid objects that move."""
 
 from collections.abc import Iterator, Sequence
 
@@ -13,11 +13,11 @@ from trackmark.datasets.synthetic.render.texture import fractal
 
 Array = NDArray[np.float64]
 
-# Scale of what is painted as large as it is seen [pixels/metre]; not the world's metres.
+# scale of sheets painted at their size in the image [pixels/metre]; not the world's metres
 UNIT = 100.0
-FINE = 3  # painted pixels per pixel of the picture
+FINE = 3  # painted pixels per pixel of the image
 
-# Colours that things of the film have in common, BGR in [0, 255].
+# colours that the film's objects share, BGR in [0, 255]
 PAINTS = (
     (44, 48, 168), (140, 86, 36), (70, 120, 58), (52, 150, 206), (172, 182, 186), (120, 64, 96),
     (92, 104, 116), (150, 136, 60), (66, 92, 148), (190, 160, 120), (58, 62, 70), (98, 150, 170),
@@ -27,34 +27,34 @@ WOODS = ((78, 124, 168), (92, 130, 158), (66, 98, 132), (110, 146, 172))
 GLASS, DARK = np.array([104.0, 92.0, 80.0]), np.array([42.0, 40.0, 40.0])
 
 
-def joined(x: Array, y: Array) -> list[tuple[float, float]]:
-    """Points from their coordinates, as a painting takes them."""
+def point_list(x: Array, y: Array) -> list[tuple[float, float]]:
+    """Return points from their coordinates, in the format of a `Painting`."""
     return list(zip(x.tolist(), y.tolist(), strict=True))
 
 
-def runs(
+def adjacent_spans(
     random: np.random.Generator,
     width: float,
     wide: tuple[float, float],
     gap: float = 0.0,
     rest: float = 0.01,
 ) -> Iterator[tuple[float, float]]:
-    """Left ends and widths of things beside one another, until no more than a rest is left.
+    """Yield left ends and widths of adjacent objects until at most `rest` of the width is left.
 
-    Each is drawn when it is asked for, between the least and the greatest that are `wide`.
+    Each width is sampled on demand, between the minimum and maximum `wide`.
     """
     left = 0.0
     while left < width - rest:
-        own = min(random.uniform(*wide), width - left)
-        yield left, own
-        left += own + gap
+        object_width = min(random.uniform(*wide), width - left)
+        yield left, object_width
+        left += object_width + gap
 
 
 class PaintedSheet:
-    """A thing in front of nothing, of a width and height [metres] at a scale [pixels/metre].
+    """Painted object on a transparent sheet, with a size [metres] and a scale [pixels/metre].
 
-    It has a colour, BGR in [0, 255], where its `painting` isn't painted on, beyond its outline too.
-    The `anchor` is the point by which it is placed, its middle at first [metres].
+    `colour`: initial colour of the whole `painting`, BGR in [0, 255]. `anchor`: point by which it
+    is placed, initially its centre [metres].
     """
 
     def __init__(self, width: float, height: float, scale: float, colour: ArrayLike) -> None:
@@ -66,41 +66,41 @@ class PaintedSheet:
         self._coverage = np.zeros(fine.shape[:2], np.uint8)
 
     def cover(self, *outline: tuple[float, float]) -> None:
-        """Say that the thing covers the inside of an outline [metres]."""
+        """Mark the inside of an outline as covered [metres]."""
         points = np.round(np.array(outline) * self.painting.scale * 16).astype(np.int32)
         cv2.fillPoly(self._coverage, [points], 255, shift=4)
 
     def cover_box(self, x: float, y: float, width: float, height: float) -> None:
-        """Say that the thing covers a rectangle [metres]."""
+        """Mark a rectangle as covered [metres]."""
         self.cover((x, y), (x + width, y), (x + width, y + height), (x, y + height))
 
     def cover_round(self, x: float, y: float, half_width: float, half_height: float) -> None:
-        """Say that the thing covers an ellipse [metres]."""
+        """Mark an ellipse as covered [metres]."""
         turn = np.linspace(0, 2 * np.pi, 97)[:-1]
-        self.cover(*joined(x + half_width * np.cos(turn), y + half_height * np.sin(turn)))
+        self.cover(*point_list(x + half_width * np.cos(turn), y + half_height * np.sin(turn)))
 
     def wheel(
         self, x: float, y: float, radius: float, tyre: ArrayLike, hub: float, cap: ArrayLike
     ) -> None:
-        """Paint a wheel with a hub of a smaller radius [metres], which the thing covers."""
+        """Paint a covered wheel with a hub of a smaller radius [metres]."""
         self.painting.disc(x, y, radius, tyre)
         self.painting.disc(x, y, hub, cap)
         self.cover_round(x, y, radius, radius)
 
     def places(self) -> tuple[Array, Array]:
-        """Where the painted pixels are: across and down, in [0, 1]."""
+        """Return the positions of the painted pixels, across and down, in [0, 1]."""
         height, width = self._coverage.shape
         across, down = (np.arange(width) + 0.5) / width, (np.arange(height) + 0.5) / height
         places = np.broadcast_arrays(across, down[:, None])
         return places[0], places[1]
 
     def light(self, gain: Array) -> None:
-        """Change the light on it; `gain` has the shape of `places` or broadcasts to it."""
+        """Multiply by a light gain that broadcasts to the shape of `places`."""
         picture = self.painting.picture
         _light(picture, np.broadcast_to(gain, picture.shape[:2]))
 
     def rounded(self, bright: float, fall: float, middle: float) -> None:
-        """Light it as a pillar, brightest where twice the share of its width is `middle`."""
+        """Light it like a pillar, brightest where twice the relative column is `middle`."""
         across, _ = self.places()
         self.light(bright - fall * np.square(2 * across - middle))
 
@@ -108,13 +108,13 @@ class PaintedSheet:
         self, random: np.random.Generator, strength: float, coarsest: int, finest: int,
         stretch: int = 1, side: int = 256,
     ) -> None:  # fmt: skip
-        """Roughen it: grain of so many cells in `side` painted pixels, drawn out downwards."""
+        """Add grain of `coarsest` to `finest` cells per `side` pixels, stretched vertically."""
         grain = fractal(random, side, coarsest, finest, 0.75)
         rows, columns = (np.arange(size) for size in self._coverage.shape)
         self.light(1 + strength * grain[np.ix_(rows // stretch % side, columns % side)])
 
     def reduced(self) -> tuple[Array, Array]:
-        """Colour (h, w, 3) in [0, 255] and coverage (h, w) in [0, 1], as the picture has them."""
+        """Return colour (h, w, 3) in [0, 255] and coverage (h, w) in [0, 1], in image pixels."""
         colour = cv2.resize(self.painting.picture, self._size, interpolation=cv2.INTER_AREA)
         coverage = cv2.resize(self._coverage, self._size, interpolation=cv2.INTER_AREA)
         return colour.astype(np.float64), coverage / 255
@@ -130,11 +130,11 @@ def _light(picture: NDArray[np.uint8], gain: Array) -> None:
                 picture[row, column, c] = np.uint8(min(max(level, 0.0), 255.0))
 
 
-class Rigid:
-    """A flat rigid thing around its middle, which is moved, turned, resized, and changes slowly.
+class RigidObject:
+    """Flat rigid object that moves, rotates and scales, and whose look changes slowly.
 
-    It has one or two looks (h, w, 3), BGR in [0, 255], and a coverage (h, w) in [0, 1], with
-    `oversize` pixels of these per pixel of the thing at scale 1.
+    `looks`: one or two looks (h, w, 3), BGR in [0, 255]. `coverage`: shape (h, w), in [0, 1].
+    `oversize`: pixels of these per pixel of the object at scale 1.
     """
 
     def __init__(self, looks: Sequence[Array], coverage: Array, oversize: float) -> None:
@@ -150,7 +150,7 @@ class Rigid:
     def draw(
         self, canvas: Image, places: Array, scale: float, angle: float, look: float = 0.0
     ) -> None:
-        """Lay it over a canvas, averaged over the places (k, 2) of its middle [pixels].
+        """Blend it over a canvas, averaged over the positions (k, 2) of its centre [pixels].
 
         The angle is clockwise [radians]; `look` is in [0, 1], from the first to the second.
         """
@@ -161,14 +161,17 @@ class Rigid:
     def coverage(
         self, size: tuple[int, int], place: Array, scale: float, angle: float
     ) -> NDArray[np.uint8]:
-        """Covered part of each pixel of a canvas (width, height), in [0, 255]."""
+        """Return the share of each pixel of a canvas (width, height) that it covers.
+
+        The values are in [0, 255].
+        """
         canvas = np.zeros((size[1], size[0], 3), np.uint8)
         matrices = self._matrices(place[None], scale, angle)
         lay_mixture(canvas, self._silhouette, self._silhouette, 0, matrices)
         return canvas[..., 0]
 
     def _matrices(self, places: Array, scale: float, angle: float) -> NDArray[np.int64]:
-        """From pixels of a canvas to the thing's, by place; see `lay_mixture`."""
+        """Return maps from canvas pixels to the object's, by position; see `lay_mixture`."""
         step = self._oversize / scale
         turn = step * np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
         middle = np.array(self._silhouette.shape[1::-1]) / 2 - 0.5
@@ -185,19 +188,12 @@ def lay_mixture(
     share: int,
     matrices: NDArray[np.int64],
 ) -> None:
-    """Lay a mixture of two pictures over a canvas, averaged over their places, bilinear.
+    """Blend a mixture of two pictures over a canvas, averaged over positions, bilinear.
 
-    Parameters
-    ----------
-    canvas : ndarray of uint8, shape (height, width, 3)
-        Changed in place.
-    first, second : ndarray of uint8, shape (h, w, 4)
-        Colour premultiplied by the last channel, coverage; the border of one pixel is
-        transparent, and the coverage is the same in both.
-    share : int
-        Of the second, in [0, 256].
-    matrices : ndarray of int64, shape (k, 2, 3)
-        From column and row of the canvas to those of the pictures, times 65536.
+    `canvas`, shape (height, width, 3), is changed in place. `first` and `second`, shape (h, w, 4),
+    are premultiplied by the last channel, coverage, which is equal in both; the border of one pixel
+    is transparent. `share` is that of the second, in [0, 256]. `matrices`, shape (k, 2, 3), map
+    column and row of the canvas to those of the pictures, times 65536.
     """
     height, width = canvas.shape[:2]
     h, w = first.shape[:2]

@@ -1,7 +1,7 @@
-"""Targets: rigid things by kind, with their marks and how they come to look otherwise.
+"""Targets of the film: outlines, painted marks and changes of their look.
 
-A mark is print, windows, bands, lamps, straps, and the like: painted with random numbers on a
-painting, within a width and height, in the colours of a look.
+A mark is print, a window, a band, a lamp, a strap or similar. Its function paints it from random
+numbers on a painting, within a width and height, in the colours of a look.
 """
 
 from collections.abc import Callable
@@ -10,7 +10,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from trackmark.datasets.synthetic.nguyen2002.film.outlines import BODY, OUTLINES
 from trackmark.datasets.synthetic.nguyen2002.film.sheet import (
     DARK,
     GLASS,
@@ -19,11 +18,50 @@ from trackmark.datasets.synthetic.nguyen2002.film.sheet import (
     UNIT,
     WOODS,
     PaintedSheet,
-    joined,
+    point_list,
 )
 from trackmark.datasets.synthetic.render.colours import sample_colour, vary_colour
 from trackmark.datasets.synthetic.render.painting import Colour, Painting
 from trackmark.datasets.synthetic.render.texture import fractal, lerp
+
+BODY = 0.87
+"""Height of a van without its wheels [its height]."""
+
+
+def _cover_ellipse(sheet: PaintedSheet, w: float, h: float, cut: float) -> None:
+    sheet.cover_round(w / 2, h / 2, w / 2, h / 2)
+    across, down = sheet.places()
+    u, v = 2 * across - 1, 2 * down - 1
+    sheet.light(1.06 - 0.34 * np.clip(u * u + v * v, 0, 1))
+
+
+def _cover_box(sheet: PaintedSheet, w: float, h: float, cut: float) -> None:
+    sheet.cover((cut, 0), (w - cut, 0), (w, cut), (w, h - cut), (w - cut, h), (cut, h),
+                (0, h - cut), (0, cut))  # fmt: skip
+
+
+def _cover_van(sheet: PaintedSheet, w: float, h: float, cut: float) -> None:
+    """Cover a body on wheels, seen from behind, and paint the wheels."""
+    body = BODY * h
+    sheet.cover((cut, 0), (w - cut, 0), (w, cut), (w, body), (0, body), (0, cut))
+    sheet.painting.patch(0, body, w, h - body, DARK * 0.7)
+    for x in (0.04 * w, 0.76 * w):
+        sheet.cover_box(x, body, 0.2 * w, h - body)
+    sheet.cover_box(0.24 * w, body, 0.52 * w, 0.3 * (h - body))
+
+
+def _cover_boat(sheet: PaintedSheet, w: float, h: float, cut: float) -> None:
+    """Cover a hull with a narrower cabin on it."""
+    across = (0.14, 0.86, 0.92, 1.0, 0.98, 0.88, 0.12, 0.02, 0.0, 0.08)
+    down = (0.0, 0.0, 0.38, 0.38, 0.6, 1.0, 1.0, 0.6, 0.38, 0.38)
+    sheet.cover(*point_list(np.array(across) * w, np.array(down) * h))
+
+
+OUTLINES = {
+    "round": _cover_ellipse, "box": _cover_box, "van": _cover_van, "boat": _cover_boat,
+}  # fmt: skip
+"""Outlines by shape: cover a sheet of a width and height [UNIT], with cut corners [UNIT]."""
+
 
 Array = NDArray[np.float64]
 
@@ -43,7 +81,7 @@ Mark = Callable[[np.random.Generator, Painting, float, float, TargetLook], None]
 def _writing(
     random: np.random.Generator, p: Painting, box: tuple[float, float, float, float], ink: Colour
 ) -> None:
-    """Something like letters: upright strokes with bars."""
+    """Paint letter-like shapes: upright strokes with bars."""
     left, top, width, height = box
     x, thick = left, 0.16 * height
     while x + 0.35 * height <= left + width:
@@ -60,14 +98,14 @@ def _writing(
 def lettering(
     random: np.random.Generator, p: Painting, w: float, h: float, look: TargetLook
 ) -> None:
-    """A name, and a smaller line below it."""
+    """Paint a name, and a smaller line below it."""
     top, tall = random.uniform(0.38, 0.5) * h, random.uniform(0.13, 0.19) * h
     _writing(random, p, (0.14 * w, top, 0.72 * w, tall), look.ink)
     _writing(random, p, (0.2 * w, top + 1.35 * tall, 0.6 * w, 0.45 * tall), look.second)
 
 
 def number(random: np.random.Generator, p: Painting, w: float, h: float, look: TargetLook) -> None:
-    """Two or three large figures on a plate."""
+    """Paint two or three large figures on a plate."""
     left, top = random.uniform(0.24, 0.34) * w, random.uniform(0.62, 0.68) * h
     p.patch(left - 0.05 * w, top - 0.03 * h, 0.46 * w, 0.21 * h, look.second)
     _writing(random, p, (left, top, 0.36 * w, 0.15 * h), DARK if look.second.mean() > 110 else
@@ -75,7 +113,7 @@ def number(random: np.random.Generator, p: Painting, w: float, h: float, look: T
 
 
 def band(random: np.random.Generator, p: Painting, w: float, h: float, look: TargetLook) -> None:
-    """One or two stripes all around."""
+    """Paint one or two horizontal stripes."""
     top = random.uniform(0.3, 0.62) * h
     p.patch(0, top, w, random.uniform(0.1, 0.2) * h, look.second)
     if random.random() < 0.6:
@@ -83,7 +121,7 @@ def band(random: np.random.Generator, p: Painting, w: float, h: float, look: Tar
 
 
 def slanted(random: np.random.Generator, p: Painting, w: float, h: float, look: TargetLook) -> None:
-    """A slanted flash of the second colour."""
+    """Paint a slanted stripe of the second colour."""
     x, lean, wide = random.uniform(0.05, 0.4) * w, random.uniform(-0.4, 0.4) * w, 0.3 * w
     p.area([(x, 0), (x + wide, 0), (x + wide + lean, h), (x + lean, h)], look.second)
     p.area([(x + 1.2 * wide, 0), (x + 1.4 * wide, 0), (x + 1.4 * wide + lean, h),
@@ -91,7 +129,7 @@ def slanted(random: np.random.Generator, p: Painting, w: float, h: float, look: 
 
 
 def window(random: np.random.Generator, p: Painting, w: float, h: float, look: TargetLook) -> None:
-    """Panes with the sky in them."""
+    """Paint panes that reflect the sky."""
     top, tall = random.uniform(0.07, 0.11) * h, random.uniform(0.24, 0.32) * h
     panes = int(random.integers(1, 3))
     glass = vary_colour(random, GLASS, 0.2)
@@ -100,14 +138,14 @@ def window(random: np.random.Generator, p: Painting, w: float, h: float, look: T
         wide = 0.8 * w / panes
         x = 0.1 * w + pane * wide
         p.patch(x + 0.01, top, wide - 0.02, tall, glass)
-        at = x + random.uniform(0.15, 0.5) * wide
-        p.area([(at, top), (at + 0.22 * wide, top), (at + 0.05 * wide, top + tall),
-                (at - 0.17 * wide, top + tall)], glass * 1.3 + 56)  # fmt: skip
+        glare_x = x + random.uniform(0.15, 0.5) * wide
+        p.area([(glare_x, top), (glare_x + 0.22 * wide, top), (glare_x + 0.05 * wide, top + tall),
+                (glare_x - 0.17 * wide, top + tall)], glass * 1.3 + 56)  # fmt: skip
         p.patch(x + 0.01, top + 0.75 * tall, wide - 0.02, 0.25 * tall, glass * 0.6)
 
 
 def lamps(random: np.random.Generator, p: Painting, w: float, h: float, look: TargetLook) -> None:
-    """Lamps on both sides, a bumper, a number plate."""
+    """Paint lamps on both sides, a bumper, a number plate."""
     paint = sample_colour(random, ((52, 52, 190), (90, 200, 226), (216, 226, 228)))
     for x in (0.05 * w, 0.83 * w):
         p.plate(x, 0.66 * h, 0.12 * w, 0.13 * h, paint, 0.008)
@@ -118,7 +156,7 @@ def lamps(random: np.random.Generator, p: Painting, w: float, h: float, look: Ta
 
 
 def door(random: np.random.Generator, p: Painting, w: float, h: float, look: TargetLook) -> None:
-    """Gap between two leaves, hinges, a handle."""
+    """Paint the gap between two door leaves, hinges, a handle."""
     x = random.uniform(0.42, 0.58) * w
     p.darken(x, 0.03 * h, 0.012, 0.9 * h, 0.5)
     for y in (0.45, 0.8):
@@ -126,7 +164,7 @@ def door(random: np.random.Generator, p: Painting, w: float, h: float, look: Tar
 
 
 def visor(random: np.random.Generator, p: Painting, w: float, h: float, look: TargetLook) -> None:
-    """Dark visor with a glare, and its rim."""
+    """Paint a dark visor with a glare, and its rim."""
     top, low = random.uniform(0.32, 0.38) * h, random.uniform(0.58, 0.66) * h
     glass = vary_colour(random, (66, 54, 50), 0.3)
     rim = [(0, top - 0.05 * h), (w, top - 0.05 * h), (w, low), (0.5 * w, low + 0.07 * h), (0, low)]
@@ -139,14 +177,14 @@ def visor(random: np.random.Generator, p: Painting, w: float, h: float, look: Ta
 
 
 def crest(random: np.random.Generator, p: Painting, w: float, h: float, look: TargetLook) -> None:
-    """Stripes over the crown."""
+    """Paint stripes over the crown."""
     x = random.uniform(0.36, 0.5) * w
     p.patch(x, 0, 0.18 * w, h, look.second)
     p.patch(x + 0.24 * w, 0, 0.05 * w, h, look.ink)
 
 
 def planks(random: np.random.Generator, p: Painting, w: float, h: float, look: TargetLook) -> None:
-    """Boards with gaps, a frame and nails."""
+    """Paint boards with gaps, a frame and nails."""
     count = int(random.integers(4, 7))
     for k in range(count):
         p.patch(0, k * h / count, w, h / count, look.body * random.uniform(0.78, 1.14))
@@ -161,7 +199,7 @@ def planks(random: np.random.Generator, p: Painting, w: float, h: float, look: T
 
 
 def label(random: np.random.Generator, p: Painting, w: float, h: float, look: TargetLook) -> None:
-    """A paper label with fine print, and an arrow or a bar in colour."""
+    """Paint a paper label with fine print, and a coloured bar."""
     x, y = random.uniform(0.16, 0.4) * w, random.uniform(0.1, 0.2) * h
     p.plate(x, y, 0.42 * w, 0.26 * h, sample_colour(random, LIGHTS), 0.008)
     p.label(random, x + 0.02, y + 0.02, 0.42 * w - 0.04, 0.16 * h, LIGHTS[0], DARK)
@@ -169,7 +207,7 @@ def label(random: np.random.Generator, p: Painting, w: float, h: float, look: Ta
 
 
 def straps(random: np.random.Generator, p: Painting, w: float, h: float, look: TargetLook) -> None:
-    """Leather straps with buckles, and patched corners."""
+    """Paint leather straps with buckles, and patched corners."""
     leather = look.body * 0.5
     for x in (0.22 * w, 0.68 * w):
         p.plate(x, 0, 0.1 * w, h, leather, 0.01)
@@ -184,7 +222,7 @@ def straps(random: np.random.Generator, p: Painting, w: float, h: float, look: T
 def stickers(
     random: np.random.Generator, p: Painting, w: float, h: float, look: TargetLook
 ) -> None:
-    """Labels of hotels."""
+    """Paint hotel labels."""
     for place in ((0.36, 0.12), (0.4, 0.56), (0.05, 0.36)):
         x, y = (np.array(place) + random.uniform(-0.03, 0.05, 2)) * (w, h)
         paint = sample_colour(random, PAINTS)
@@ -199,7 +237,7 @@ def stickers(
 
 
 def hoops(random: np.random.Generator, p: Painting, w: float, h: float, look: TargetLook) -> None:
-    """Rolled hoops, and rust that runs down."""
+    """Paint rolled hoops with rust streaks."""
     for y in (0.0, 0.3, 0.64, 0.95):
         p.plate(0, y * h, w, 0.05 * h, look.body * 0.86, 0.01)
     for _ in range(int(random.integers(3, 7))):
@@ -208,7 +246,7 @@ def hoops(random: np.random.Generator, p: Painting, w: float, h: float, look: Ta
 
 
 def ribs(random: np.random.Generator, p: Painting, w: float, h: float, look: TargetLook) -> None:
-    """Hoops of a paper lantern, darker towards its ends."""
+    """Paint the hoops of a paper lantern, darker towards its ends."""
     count = int(random.integers(7, 11))
     for k in range(count):
         p.darken(0, k * h / count, w, 0.02, 0.78)
@@ -218,26 +256,26 @@ def ribs(random: np.random.Generator, p: Painting, w: float, h: float, look: Tar
 
 
 def emblem(random: np.random.Generator, p: Painting, w: float, h: float, look: TargetLook) -> None:
-    """A disc with a device in it."""
+    """Paint a disc with a star-shaped emblem."""
     x, y, size = 0.5 * w, random.uniform(0.4, 0.52) * h, random.uniform(0.2, 0.27) * w
     p.disc(x, y, size, look.second)
     inner = look.body * 0.7 if random.random() < 0.5 else look.ink
     sides = int(random.integers(3, 6))
     turn = 2 * np.pi * (np.arange(2 * sides) / (2 * sides) + random.uniform())
     far = np.where(np.arange(2 * sides) % 2, 0.42, 0.95) * size
-    p.area(joined(x + far * np.cos(turn), y + far * np.sin(turn)), inner)
+    p.area(point_list(x + far * np.cos(turn), y + far * np.sin(turn)), inner)
 
 
 def rim(random: np.random.Generator, p: Painting, w: float, h: float, look: TargetLook) -> None:
-    """Plate of a sign: a coloured ring around a light field."""
+    """Paint the plate of a sign: a coloured ring around a light field."""
     turn = np.linspace(0, 2 * np.pi, 61)
     wide = random.uniform(0.36, 0.41)
     x, y = 0.5 + wide * np.cos(turn), 0.5 + wide * np.sin(turn)
-    p.area(joined(x * w, y * h), sample_colour(random, LIGHTS))
+    p.area(point_list(x * w, y * h), sample_colour(random, LIGHTS))
 
 
 def device(random: np.random.Generator, p: Painting, w: float, h: float, look: TargetLook) -> None:
-    """What a sign says: an arrow, bars or a peak, with a line of writing below."""
+    """Paint a sign's symbol: an arrow, bars or a peak, with a line of writing below."""
     side = float(random.choice([-1, 1]))
     ink = look.body * 0.6 if look.body.mean() > 90 else DARK
     shapes = (
@@ -254,7 +292,7 @@ def device(random: np.random.Generator, p: Painting, w: float, h: float, look: T
 
 
 def dial(random: np.random.Generator, p: Painting, w: float, h: float, look: TargetLook) -> None:
-    """Face of a clock: strokes and hands; it has stopped."""
+    """Paint the face of a stopped clock: strokes and hands."""
     rim(random, p, w, h, look)
     for k in range(12):
         turn, start = np.pi * k / 6, 0.27 if k % 3 == 0 else 0.31
@@ -268,7 +306,7 @@ def dial(random: np.random.Generator, p: Painting, w: float, h: float, look: Tar
 
 
 def poster(random: np.random.Generator, p: Painting, w: float, h: float, look: TargetLook) -> None:
-    """A printed picture: ground and sky, something round, something pointed."""
+    """Paint a printed picture: ground and sky, a disc, triangles."""
     sky, ground, sun = (sample_colour(random, PAINTS) for _ in range(3))
     p.patch(0.07 * w, 0.06 * h, 0.86 * w, 0.56 * h, sky)
     level = random.uniform(0.38, 0.5) * h
@@ -283,15 +321,15 @@ def poster(random: np.random.Generator, p: Painting, w: float, h: float, look: T
 
 
 def tyre(random: np.random.Generator, p: Painting, w: float, h: float, look: TargetLook) -> None:
-    """Rubber around a painted cover."""
+    """Paint rubber around a painted cover."""
     turn = np.linspace(0, 2 * np.pi, 61)
     for far, paint in ((0.47, DARK), (0.43, DARK * 1.5), (0.405, look.ink)):
         x, y = (0.5 + far * np.cos(turn)) * w, (0.5 + far * np.sin(turn)) * h
-        p.line(joined(x, y), 0.07 * w, paint)
+        p.line(point_list(x, y), 0.07 * w, paint)
 
 
 def hull(random: np.random.Generator, p: Painting, w: float, h: float, look: TargetLook) -> None:
-    """A bow: cabin above, planking, a stripe, the water line."""
+    """Paint a bow: cabin above, planking, a stripe, the water line."""
     p.patch(0.0, 0, w, 0.4 * h, vary_colour(random, LIGHTS[0]))
     for x in (0.18, 0.42, 0.66):
         p.hole(x * w, 0.1 * h, 0.17 * w, 0.17 * h, vary_colour(random, GLASS, 0.3))
@@ -307,7 +345,7 @@ def hull(random: np.random.Generator, p: Painting, w: float, h: float, look: Tar
 
 
 def foam(random: np.random.Generator, p: Painting, w: float, h: float, look: TargetLook) -> None:
-    """Foam at the water line."""
+    """Paint foam at the water line."""
     for x in np.arange(0, w, 0.02):
         tall = random.uniform(0.02, 0.09) * h
         p.patch(float(x), h - tall, 0.02, tall, vary_colour(random, (214, 210, 198), 0.06))
@@ -315,13 +353,13 @@ def foam(random: np.random.Generator, p: Painting, w: float, h: float, look: Tar
 
 @dataclass(frozen=True)
 class TargetKind:
-    """What targets of a kind have in common."""
+    """Common properties of the targets of one kind."""
 
     shape: str  # `round` (an ellipse: the corners of its box are background), `box`, `van`, `boat`
-    corner: float  # of the outline otherwise, cut off [share of the width]
-    marks: tuple[Mark, ...]  # what is painted on it, in order
+    corner: float  # size of the cut-off corners of other outlines [share of the width]
+    marks: tuple[Mark, ...]  # marks that are painted on it, in order
     paints: tuple[tuple[int, int, int], ...]
-    carrier: str  # what holds it: one of `props.CARRIERS`
+    carrier: str  # name in `props.CARRIERS`
 
     @property
     def round(self) -> bool:
@@ -332,7 +370,7 @@ class TargetKind:
 def paint_target(
     random: np.random.Generator, kind: TargetKind, width: float, height: float
 ) -> PaintedSheet:
-    """Paint a target of a kind, a width and a height [pixels]."""
+    """Paint a target of a kind with a width and a height [pixels]."""
     w, h = width / UNIT, height / UNIT
     body = sample_colour(random, kind.paints)
     others = [paint for paint in PAINTS if np.abs(np.subtract(paint, body)).sum() > 110]
@@ -348,7 +386,7 @@ def paint_target(
 
 
 def two_looks(random: np.random.Generator, colour: Array) -> tuple[Array, Array]:
-    """A surface (h, w, 3), and in other light, its gloss wandered, with some more dust."""
+    """Return a surface (h, w, 3) in two lights; the second has another highlight and more dust."""
     height, width = colour.shape[:2]
     across = np.linspace(-1, 1, width) * random.choice([-1.0, 1.0])
     slant = across + random.uniform(-0.5, 0.5) * np.linspace(-1, 1, height)[:, None]
@@ -378,4 +416,4 @@ KINDS = {
     "clock": TargetKind("round", 0.0, (dial,), PAINTS, "trailer"),
     "lantern": TargetKind("round", 0.0, (slanted, ribs, emblem), PAINTS[:6], "ropes"),
 }
-"""By name."""
+"""Kinds of targets by name."""

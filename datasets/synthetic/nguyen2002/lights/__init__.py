@@ -1,1 +1,1 @@
-"""A printed thing that is moved about in a room with two lamps, of which one goes off and on."""
+"""Room with two lamps in which a hand moves a printed object."""

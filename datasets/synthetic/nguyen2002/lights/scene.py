@@ -1,38 +1,446 @@
-"""`nguyen2002/lights`: a printed thing in a hand, in a room with two lamps.
+"""`nguyen2002/lights`: a hand moves a printed object in a room with two lamps.
 
-The paper says: a sequence of its own, with several complete occlusions and abrupt changes of
-illumination, which were made by turning off one of the light sources. All the rest is ours: what
-is held, how it moves, what passes before it and how often, that the lamp goes on again.
+The paper describes a sequence of its own with several complete occlusions and abrupt changes of
+illumination, made by turning off one of the light sources. All other properties are our choice: the
+object, its motion, what passes in front of it and how often, and that the lamp is turned on again.
 """
 
-from functools import lru_cache
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
 
 import cv2
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from trackmark.datasets.interface import Image, Mask
 from trackmark.datasets.synthetic.nguyen2002.knobs import LightsKnobs
-from trackmark.datasets.synthetic.nguyen2002.lights.lighting import Lighting, drawn_lamps
-from trackmark.datasets.synthetic.nguyen2002.lights.plan import FRAMES, SIZE, LightsPlan
-from trackmark.datasets.synthetic.nguyen2002.lights.setting import CardPose, LightsSetting
+from trackmark.datasets.synthetic.nguyen2002.lights.objects import (
+    HALF_HEIGHT,
+    HALF_WIDTH,
+    held_objects,
+    occluder_objects,
+)
 from trackmark.datasets.synthetic.render.camera import LENS, Camera
-from trackmark.datasets.synthetic.render.finish import GAMMA
+from trackmark.datasets.synthetic.render.desk import render_room
+from trackmark.datasets.synthetic.render.finish import (
+    GAMMA,
+    VIEW,
+    SceneObject,
+    SurfaceBuffer,
+    render_surfaces,
+)
+from trackmark.datasets.synthetic.render.lamp import (
+    AMBIENT,
+    Lamp,
+    blend_lit_card,
+    lamp_visibility,
+    plane_crossings,
+    shadow_softness,
+    surface_light,
+)
+from trackmark.datasets.synthetic.render.path import Loop, quantised, random_loop
+from trackmark.datasets.synthetic.render.solids import cast_rays
 from trackmark.datasets.synthetic.scene import SceneTruth, SyntheticScene, part_generator
 
-EXPOSURE = 0.5  # part of the time between two frames for which the shutter is open
-SENSITIVITY = 0.92  # of the camera, which stays as it is: what light of 1 on white comes to
-# How far out of the picture something is that casts no shadow into it any more [pixels].
-REACH = 400.0
+Array = NDArray[np.float64]
+
+FRAMES = 300
+SIZE = 320, 240
+OCCLUDERS = "board", "door", "cloth", "back"
+
+# approximate times at which an occluder is in front of the object: with both lamps, one, both
+CROSSING_TIMES = (60, 166, 252)
+# approximate times at which a lamp is turned off and on again: far from the crossings
+OFF, ON = 110, 215
+
+
+@dataclass(frozen=True)
+class Crossing:
+    """Occluder that passes in front of the object."""
+
+    kind: str  # of `OCCLUDERS`: a wooden board, a panelled door, a patterned cloth, a person's back
+    middle: float  # time at which its centre is in front of the object's [frames]
+    pace: float  # to the right [pixels/frame]
+
+
+@dataclass(frozen=True)
+class LightsPlan:
+    """Motion of the object, crossings and lamp times."""
+
+    loop: Loop  # path of the object's centre [pixels]
+    waves: Array  # (4, 3): of its scale, tilt, yaw and pitch: amplitude, period [frames], phase
+    passings: tuple[Crossing, ...]  # in order of time
+    off: int  # first frame without the lamp
+    on: int  # first frame in which the lamp is on again
+
+    def place(self, times: ArrayLike) -> Array:
+        """Return the centre of the object [pixels], shape `times.shape + (2,)`."""
+        return quantised(self.loop.positions(times))
+
+    def scale(self, times: ArrayLike) -> Array:
+        """Return the scale of the object, about 1."""
+        return 1 + self._wave(0, times)
+
+    def tilt(self, times: ArrayLike) -> Array:
+        """Return the tilt of the object to the right [radians]."""
+        return self._wave(1, times)
+
+    def facing(self, times: ArrayLike) -> Array:
+        """Return its rotation to the right and down [radians], shape `times.shape + (2,)`."""
+        return np.stack([self._wave(2, times), self._wave(3, times)], axis=-1)
+
+    def passer(self, passing: Crossing, times: ArrayLike) -> Array:
+        """Return the column of an occluder's centre [pixels]."""
+        since = np.asarray(times, np.float64) - passing.middle
+        return quantised(self.place(passing.middle)[0] + passing.pace * since)
+
+    def lit(self, frame: int) -> bool:
+        """Return whether the lamp that is turned off is on."""
+        return not self.off <= frame < self.on
+
+    def _wave(self, row: int, times: ArrayLike) -> Array:
+        size, period, phase = self.waves[row]
+        return np.asarray(size * np.sin(2 * np.pi * np.asarray(times) / period + phase))
+
+
+def sample_plan(random: np.random.Generator) -> LightsPlan:
+    """Sample motion, crossings and lamp times."""
+    loop = random_loop(random, (70, 66), (250, 150), random.uniform(1.2, 1.7))
+    sizes = (0.06, 0.11), (0.010, 0.025), (0.05, 0.12), (0.03, 0.08)
+    waves = [
+        [random.uniform(*size), random.uniform(110, 210), random.uniform(0, 2 * np.pi)]
+        for size in sizes
+    ]
+    kinds = random.permutation(OCCLUDERS)[: len(CROSSING_TIMES)].tolist()
+    passings = []
+    for kind, about in zip(kinds, CROSSING_TIMES, strict=True):
+        middle, side = about + random.uniform(-5, 5), float(random.choice([-1, 1]))
+        pace = side * random.uniform(6.5, 8.0) * (1.3 if kind == "back" else 1)
+        passings.append(Crossing(kind, middle, pace))
+    off, on = (time + int(random.integers(-4, 5)) for time in (OFF, ON))
+    return LightsPlan(loop, np.array(waves), tuple(passings), off, on)
+
+
+Floats = NDArray[np.float32]
+
+# depth of the held object and of the occluders [pixels towards the camera]
+HELD, PASSING = 15.0, 43.0
+HORIZON = 180  # row in which the wall meets the desk [pixels]
+CARD_FINE, ROOM_FINE = 3, 2  # samples per pixel and axis of moving and of static parts
+CARD_LAID = 2  # samples per pixel and axis at which a card is resampled into the image
+# window of the object: left top corner from its origin, and size [pixels]
+CORNER, EXTENT = (-45, -56), (90, 112)
+# window of object, hand and arm: left top corner and size [pixels]
+HELD_CORNER, HELD_SIZE = (-125, -56), (250, 272)
+
+
+class CardPose:
+    """Pose of a card: position (2,) of its anchor [pixels], scale, tilt to the right [radians]."""
+
+    def __init__(self, place: ArrayLike, scale: float = 1.0, tilt: float = 0.0) -> None:
+        self._place = np.asarray(place, np.float64)
+        self._scale = scale
+        self._turn = np.array([[np.cos(tilt), -np.sin(tilt)], [np.sin(tilt), np.cos(tilt)]])
+
+    def onto_picture(self, points: Array) -> Array:
+        """Map points of the card, relative to its anchor, to the image [pixels]; shape (n, 2)."""
+        return np.asarray(self._place + self._scale * points @ self._turn.T)
+
+    def onto_card(self, anchor: Array, fine: int) -> Array:
+        """Return the map from image positions to the card's samples, shape (2, 3)."""
+        back = fine / self._scale * self._turn.T
+        return np.column_stack([back, fine * anchor - back @ self._place - 0.5])
+
+
+class FlatCard:
+    """Flat layer of a moving object, parallel to the image plane.
+
+    `sheets`: aligned sheets (fine * h, fine * w, 4), premultiplied by the coverage, which is the
+    last channel of the first. `anchor`: point (2,) by which the card is placed, from its left top
+    corner [pixels]. `fine`: samples per pixel and axis.
+    """
+
+    def __init__(self, sheets: Sequence[Floats], anchor: ArrayLike, fine: int) -> None:
+        self._sheets = sheets
+        self._anchor = np.asarray(anchor, np.float64)
+        self._fine = fine
+
+    def place(self, pose: CardPose) -> list[Floats]:
+        """Return the sheets placed in the image, each of shape (height, width, 4)."""
+        matrix = pose.onto_card(self._anchor, self._fine)
+        matrix[:, 2] += matrix[:, :2] @ np.full(2, 0.5 / CARD_LAID)
+        matrix[:, :2] /= CARD_LAID
+        flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
+        size = CARD_LAID * SIZE[0], CARD_LAID * SIZE[1]
+        laid = [cv2.warpAffine(sheet, matrix, size, flags=flags) for sheet in self._sheets]
+        return [
+            np.asarray(cv2.resize(sheet, SIZE, interpolation=cv2.INTER_AREA), np.float32)
+            for sheet in laid
+        ]
+
+    def may_be_seen(self, pose: CardPose) -> bool:
+        """Return whether the card can overlap the image."""
+        height, width = self._sheets[0].shape[:2]
+        corners = np.array([(x, y) for x in (-1, width + 1) for y in (-1, height + 1)])
+        places = pose.onto_picture(corners / self._fine - self._anchor)
+        return bool((places.max(axis=0) > 0).all() and (places.min(axis=0) < SIZE).all())
+
+    def shade(self, shadow_softness: float = 0.0) -> "ShadowMask":
+        """Return its coverage as a shadow mask, with edges of a softness [pixels]."""
+        coverage = self._sheets[0][..., 3]
+        if not shadow_softness:
+            return ShadowMask(coverage, self._anchor, self._fine)
+        margin = round(3 * shadow_softness) * self._fine
+        soft = cv2.GaussianBlur(np.pad(coverage, margin), (0, 0), shadow_softness * self._fine)
+        return ShadowMask(np.asarray(soft), self._anchor + margin / self._fine, self._fine)
+
+
+class ShadowMask:
+    """Coverage of a card that can be sampled at any points; parameters as in `FlatCard`."""
+
+    def __init__(self, coverage: Floats, anchor: Array, fine: int) -> None:
+        self._coverage = coverage
+        self._anchor = anchor
+        self._fine = fine
+
+    def sample(self, pose: CardPose, points: Floats) -> Floats:
+        """Return the coverage in [0, 1] at image points (h, w, 2), columns and rows [pixels]."""
+        places = cv2.transform(points, pose.onto_card(self._anchor, self._fine))
+        columns, rows = (np.ascontiguousarray(places[..., k]) for k in (0, 1))
+        return np.asarray(cv2.remap(self._coverage, columns, rows, cv2.INTER_LINEAR), np.float32)
+
+
+class LightsSetting:
+    """Room and moving objects of a seed, independent of the light."""
+
+    def __init__(self, seed: int) -> None:
+        self._seed = seed
+        self.plan = sample_plan(self._random("plan"))
+
+    @cached_property
+    def carried(self) -> FlatCard:
+        """Object, hand and arm: colour, and normal with gloss; anchored at the object's centre."""
+        surface = render_surfaces(self._things, HELD_CORNER, HELD_SIZE, CARD_FINE)
+        return FlatCard(surface.reduced(1), self._middle - HELD_CORNER, CARD_FINE)
+
+    @cached_property
+    def silhouette(self) -> FlatCard:
+        """Card with four channels: visible part of the held object, 0, 0, whole object."""
+        whole, seen = self._outlines
+        sheet = np.stack([seen, 0 * seen, 0 * seen, whole], axis=2)
+        return FlatCard([sheet.astype(np.float32)], self._middle - CORNER, CARD_FINE)
+
+    @property
+    def extent(self) -> Array:
+        """Width and height of the whole object at scale 1 [pixels], shape (2,)."""
+        low, high = self._bounds
+        return high - low
+
+    @property
+    def points(self) -> tuple[Array, int]:
+        """Points of the object in front of the hand, relative to its centre, (n, 2) [pixels].
+
+        The second value is the number of points of the whole object.
+        """
+        every = slice(CARD_FINE // 2, None, CARD_FINE)  # one a pixel
+        whole, seen = (outline[every, every] for outline in self._outlines)
+        rows, columns = np.nonzero(seen)
+        points = np.stack([columns, rows], axis=1) + 0.5 + CORNER - self._middle
+        return points, int(whole.sum())
+
+    @cached_property
+    def passers(self) -> list[FlatCard]:
+        """Occluders in order of time, in the format of `carried`."""
+        cards = []
+        for k, passing in enumerate(self.plan.passings):
+            things = occluder_objects(passing.kind, self._random(f"passer {k}"))
+            size = 2 * HALF_WIDTH, 2 * HALF_HEIGHT
+            surface = render_surfaces(things, (-HALF_WIDTH, -HALF_HEIGHT), size, ROOM_FINE)
+            cards.append(FlatCard(surface.reduced(1), (HALF_WIDTH, HALF_HEIGHT), ROOM_FINE))
+        return cards
+
+    @cached_property
+    def room(self) -> SurfaceBuffer:
+        """Static background with `ROOM_FINE` samples per pixel."""
+        return render_room(self._random("room"), SIZE, HORIZON, ROOM_FINE)
+
+    @cached_property
+    def _things(self) -> list[SceneObject]:
+        """Held object, hand and sleeve."""
+        return held_objects(self._random("object"))
+
+    @cached_property
+    def _outlines(self) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+        """Samples of the whole object, and those that the hand does not hide."""
+        solids = [thing.solids for thing in self._things]
+        whole, seen = (
+            cast_rays(things, VIEW, CORNER, EXTENT, CARD_FINE, shaded=False)[0] == 0
+            for things in (solids[:1], solids)
+        )
+        return whole, seen
+
+    @cached_property
+    def _bounds(self) -> tuple[Array, Array]:
+        """Left top and right bottom of the whole object [pixels]."""
+        whole, _ = self._outlines
+        ends = [np.flatnonzero(whole.any(axis=axis)) for axis in (0, 1)]
+        low, high = (np.array([end[k] for end in ends], np.float64) for k in (0, -1))
+        return CORNER + low / CARD_FINE, CORNER + (high + 1) / CARD_FINE
+
+    @property
+    def _middle(self) -> Array:
+        low, high = self._bounds
+        return (low + high) / 2
+
+    def _random(self, part: str) -> np.random.Generator:
+        return part_generator(self._seed, f"nguyen2002/lights {part}")
+
+
+AFAR = -90.0  # approximate depth of the static surfaces that shadows fall on [pixels]
+# Lamp that is turned off: its share of the light, and its horizontal distance from the centre
+# [pixels]. The other light is so weak, and the shadows so far aside, that earlier colours are
+# uninformative.
+STRONG, ASIDE = (0.88, 0.92), (210, 270)
+
+
+def sample_lamps(random: np.random.Generator) -> tuple[Lamp, Lamp]:
+    """Sample the lamp that is turned off, which gives most of the light, and one opposite to it.
+
+    Both are nearly white: their blue differs by 6 %, their green by 2.5 %.
+    """
+    side = float(random.choice([-1, 1]))
+    aside, across = random.uniform(*ASIDE), random.uniform(150, 210)
+    first = np.array([160 - side * aside, random.uniform(-90, -20), random.uniform(230, 290)])
+    second = np.array([160 + side * across, random.uniform(-60, 40), random.uniform(220, 280)])
+    share = random.uniform(*STRONG)
+    tint = 1 + random.choice([-1, 1]) * np.array([0.06, 0.025, 0.0])
+    return Lamp(first, np.full(3, share)), Lamp(second, (1 - share) * tint)
+
+
+class Lighting:
+    """Renderer of a setting in linear light."""
+
+    def __init__(self, setting: LightsSetting, lamps: Sequence[Lamp]) -> None:
+        self._setting = setting
+        self._lamps = lamps
+
+    def picture(
+        self,
+        on: Sequence[int],
+        held: CardPose,
+        turn: Array,
+        passing: Sequence[tuple[int, CardPose, int]],
+    ) -> Floats:
+        """Render the scene in the light of the lamps with indices `on`, shape (height, width, 3).
+
+        The held object is rotated to the right and down by `turn` (2,) [radians]. `passing` holds
+        the index, pose and blur [pixels] of every occluder.
+        """
+        picture = np.zeros((*SIZE[::-1], 3), np.float32)
+        for k in on:
+            ambient, direct = self._returned[k]
+            through, passed = self._ways[k]
+            seen = 1 - self._held_shades[k].sample(held, through)
+            for number, pose, _ in passing:
+                seen *= 1 - self._far_shades[k][number].sample(pose, passed)
+            picture += ambient + direct * seen[..., None]
+        left = np.ones((len(on), *SIZE[::-1]), np.float32)
+        for seen, k in zip(left, on, strict=True):
+            for number, pose, _ in passing:
+                seen *= 1 - self._near_shades[k][number].sample(pose, self._near_ways[k])
+        self._lay(picture, on, self._setting.carried.place(held), HELD, turn, left)
+        for number, pose, blur in passing:
+            card = self._setting.passers[number]
+            if not card.may_be_seen(pose):  # outside the image it only casts shadows
+                continue
+            blurred = [
+                np.asarray(cv2.blur(sheet, (blur, 1)), np.float32) for sheet in card.place(pose)
+            ]
+            self._lay(picture, on, blurred, PASSING, np.zeros(2), np.ones_like(left))
+        return picture
+
+    def _lay(
+        self, picture: Floats, on: Sequence[int], sheets: Sequence[Floats], depth: float,
+        turn: Array, left: Floats,
+    ) -> None:  # fmt: skip
+        """Render a card at a depth over an image; `left` is the unshaded share of each lamp."""
+        places = np.stack([self._lamps[k].place for k in on])
+        powers = np.stack([self._lamps[k].colour for k in on])
+        blend_lit_card(picture, sheets[0], sheets[1], depth, turn, places, powers, left)
+
+    @cached_property
+    def _returned(self) -> list[tuple[Floats, Floats]]:
+        """Ambient and direct light of each lamp that the room reflects to the camera."""
+        room = self._setting.room
+        colour = room.reduced(ROOM_FINE)[0][..., :3]
+        pairs = []
+        for lamp in self._lamps:
+            light, shine = surface_light(lamp.place, room.depth, room.normal, ROOM_FINE)
+            seen = lamp_visibility(room.depth, lamp.place, ROOM_FINE)
+            back = (room.colour * light[..., None] + (room.gloss * shine)[..., None]) * seen
+            direct = cv2.resize(back, SIZE, interpolation=cv2.INTER_AREA)
+            ambient = (AMBIENT * lamp.colour * colour).astype(np.float32)
+            pairs.append((ambient, (lamp.colour * direct).astype(np.float32)))
+        return pairs
+
+    @cached_property
+    def _ways(self) -> list[tuple[Floats, Floats]]:
+        """Points at which each lamp's rays to the room cross the planes of object and occluders."""
+        depth = cv2.resize(self._setting.room.depth, SIZE, interpolation=cv2.INTER_AREA)
+        points = _pixel_centres(np.asarray(depth))
+        return [
+            (plane_crossings(lamp, points, HELD), plane_crossings(lamp, points, PASSING))
+            for lamp in self._lamps
+        ]
+
+    @cached_property
+    def _near_ways(self) -> list[Floats]:
+        """Points at which each lamp's rays to the held object cross the plane of the occluders."""
+        points = _pixel_centres(np.full(SIZE[::-1], HELD))
+        return [plane_crossings(lamp, points, PASSING) for lamp in self._lamps]
+
+    @cached_property
+    def _held_shades(self) -> list[ShadowMask]:
+        return [
+            self._setting.carried.shade(shadow_softness(lamp, HELD, AFAR)) for lamp in self._lamps
+        ]
+
+    @cached_property
+    def _far_shades(self) -> list[list[ShadowMask]]:
+        return self._passers_shades(AFAR)
+
+    @cached_property
+    def _near_shades(self) -> list[list[ShadowMask]]:
+        return self._passers_shades(HELD)
+
+    def _passers_shades(self, depth: float) -> list[list[ShadowMask]]:
+        """Return the shadow masks of every occluder and lamp on surfaces at a depth."""
+        return [
+            [card.shade(shadow_softness(lamp, PASSING, depth)) for card in self._setting.passers]
+            for lamp in self._lamps
+        ]
+
+
+def _pixel_centres(depth: Array) -> Floats:
+    """Return the pixel centres of the image at a depth, shape (height, width, 3)."""
+    rows, columns = np.indices(depth.shape) + 0.5
+    return np.stack([columns, rows, depth], axis=2).astype(np.float32)
+
+
+EXPOSURE = 0.5  # share of the frame time for which the shutter is open
+SENSITIVITY = 0.92  # of the camera, with fixed exposure: response to light of 1 on white
+REACH = 400.0  # distance outside the image beyond which an object casts no shadow into it [pixels]
 CAMERA = Camera(SIZE, noise=2.0, fall=(0.04, 0.06))
 
 
 def scene(knobs: LightsKnobs) -> "LightsScene":
-    """Renderer and truth; nothing is drawn yet."""
+    """Return the renderer with its ground truth, without rendering."""
     return LightsScene(knobs.scene)
 
 
 class LightsScene(SyntheticScene):
-    """A printed thing in a hand, in the light of two lamps."""
+    """Printed object in a hand, in the light of two lamps."""
 
     length, size = FRAMES, SIZE
 
@@ -42,16 +450,15 @@ class LightsScene(SyntheticScene):
         self.plan = self.setting.plan
 
     def truth(self) -> SceneTruth:
-        """See `SyntheticScene.truth`.
+        """Return the ground truth of all frames without rendering.
 
-        Boxes are those of the object upright, hidden parts included; its slight tilt does not
-        enlarge them. Attributes are `occluded` (less than half of it is seen), `partly occluded`
+        Boxes are those of the upright object, hidden parts included; its slight tilt does not
+        enlarge them. Attributes are `occluded` (less than half of it is visible), `partly occluded`
         (less than nine tenths, but not occluded) and `lamp off`.
         """
         return _truth(self._seed)
 
     def render(self, frame: int) -> Image:
-        """See `SyntheticScene.render`."""
         lighting = _lighting(self._seed)
         on = [0, 1] if self.plan.lit(frame) else [1]
         passing = [
@@ -65,10 +472,9 @@ class LightsScene(SyntheticScene):
         return CAMERA.exposed(canvas, self._seed, frame)
 
     def mask(self, frame: int) -> Mask:
-        """See `SyntheticScene.mask`."""
-        seen = self.setting.silhouette.at(_pose(self.plan, frame))[0][..., 0]
+        seen = self.setting.silhouette.place(_pose(self.plan, frame))[0][..., 0]
         for number, passer in _passing(self.plan, frame):
-            seen = seen * (1 - self.setting.passers[number].at(passer)[0][..., 3])
+            seen = seen * (1 - self.setting.passers[number].place(passer)[0][..., 3])
         return np.asarray(seen >= 0.5)
 
 
@@ -77,7 +483,7 @@ def _pose(plan: LightsPlan, frame: int) -> CardPose:
 
 
 def _passing(plan: LightsPlan, frame: int) -> list[tuple[int, CardPose]]:
-    """What is in the picture or shades it, by its number, and where."""
+    """Return number and pose of the occluders that are in the image or shade it."""
     poses = []
     for number, passing in enumerate(plan.passings):
         column = float(plan.passer(passing, frame))
@@ -94,7 +500,7 @@ def _setting(seed: int) -> LightsSetting:
 @lru_cache(maxsize=4)
 def _lighting(seed: int) -> Lighting:
     random = part_generator(seed, "nguyen2002/lights lamps")
-    return Lighting(_setting(seed), drawn_lamps(random))
+    return Lighting(_setting(seed), sample_lamps(random))
 
 
 @lru_cache(maxsize=4)
@@ -109,7 +515,7 @@ def _truth(seed: int) -> SceneTruth:
     for frame in range(FRAMES):
         seen = _pose(plan, frame).onto_picture(points)[:, None]
         for number, passer in _passing(plan, frame):
-            visibility[frame] *= 1 - shades[number].at(passer, seen.astype(np.float32)).mean()
+            visibility[frame] *= 1 - shades[number].sample(passer, seen.astype(np.float32)).mean()
     occluded = visibility < 0.5
     return SceneTruth(
         np.hstack([plan.place(times) - size / 2, size]),

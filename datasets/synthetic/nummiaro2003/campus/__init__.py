@@ -1,1 +1,1 @@
-"""People before a parking place and on a campus: the target comes, is hidden, and goes."""
+"""People in front of a parking place and on a campus: the target arrives, is occluded, leaves."""

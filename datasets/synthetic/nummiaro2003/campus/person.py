@@ -1,6 +1,7 @@
-"""`nummiaro2003/person`: someone walks before a parking place, seen by a fixed camera.
+"""`nummiaro2003/person`: a person walks in front of a parking place, seen by a fixed camera.
 
-The paper says: a person "in front of a parking place", of PETS2001. All the rest is ours.
+The paper uses a person "in front of a parking place", of PETS2001. All other properties are our
+choice.
 """
 
 from collections.abc import Iterator
@@ -11,8 +12,12 @@ import numpy as np
 
 from trackmark.datasets.synthetic.knobs import SceneKnobs
 from trackmark.datasets.synthetic.multipart.plan import Person
-from trackmark.datasets.synthetic.nummiaro2003.campus.scene import VisitPlan, VisitScene, bystander
-from trackmark.datasets.synthetic.nummiaro2003.campus.scene import target as target_person
+from trackmark.datasets.synthetic.nummiaro2003.campus.scene import (
+    VisitPlan,
+    VisitScene,
+    sample_bystander,
+)
+from trackmark.datasets.synthetic.nummiaro2003.campus.scene import sample_target as target_person
 from trackmark.datasets.synthetic.nummiaro2003.campus.setting import (
     DOORSTEP,
     OPENING,
@@ -32,14 +37,15 @@ from trackmark.datasets.synthetic.render.views import (
 from trackmark.datasets.synthetic.scene import part_generator
 
 WALK = 250  # length of the sequence [frames]
-COMING_IN = 100  # the target is whole in the picture after this time, at most [frames]
-DEPTHS = (8.0, 8.5), (12.2, 12.7)  # near and far ends of his ways before the cars [metres]
-PAVEMENT = 15.75, 16.3  # where others pass, between the cars and the porch [metres]
-ELBOW_ROOM = 0.5  # nobody walks nearer to another [metres]
+COMING_IN = 100  # maximum time until the target is completely visible [frames]
+# near and far ends of the target's paths in front of the cars [metres]
+DEPTHS = (8.0, 8.5), (12.2, 12.7)
+PAVEMENT = 15.75, 16.3  # depths of passers-by, between the cars and the porch [metres]
+ELBOW_ROOM = 0.5  # minimum distance between people [metres]
 
 
 def scene(knobs: SceneKnobs) -> VisitScene:
-    """Return renderer and ground truth; nothing is drawn yet."""
+    """Return the renderer with its ground truth, without rendering."""
     return VisitScene(_plan(knobs.scene), "even")
 
 
@@ -55,10 +61,10 @@ def _plan(seed: int) -> VisitPlan:
 
 
 def _target(seed: int, things: list[Prop]) -> Person:
-    """Return the target; the first frame is the first that shows him whole, in the light."""
+    """Return the target; the first frame is the first with the whole target in the light."""
     camera, frames = _camera(seed), COMING_IN + WALK
     random = _generator(seed, "target way")
-    start, points = _way(random, camera, _door(seed))
+    start, points = _sample_path_points(random, camera, _door(seed))
     course = walk_through_points(frames, start, points, random.uniform(1.15, 1.3), random.uniform())
     first = target_person(_generator(seed, "target"), course)
     plan = VisitPlan(0, Views.standing(camera, frames), [first], slice(0, None), things, CarPark)
@@ -68,10 +74,10 @@ def _target(seed: int, things: list[Prop]) -> Person:
     return replace(first, course=course[whole : whole + WALK])
 
 
-def _way(
+def _sample_path_points(
     random: np.random.Generator, camera: Viewpoint, door: float
 ) -> tuple[tuple[float, float], Iterator[tuple[float, float]]]:
-    """Start, out of sight behind a wall or a border, and the points that he turns to."""
+    """Return a hidden start behind a wall or image border, and the target's waypoints."""
     side, far = float(random.choice([-1, 1])), bool(random.integers(2))
     through_the_door = random.random() < 1 / 3
 
@@ -83,33 +89,33 @@ def _way(
             towards, farther = -np.sign(door), False
         while True:
             z = random.uniform(*DEPTHS[farther])
-            yield towards * random.uniform(0.35, 0.62) * _half(camera, z), z
+            yield towards * random.uniform(0.35, 0.62) * _half_width(camera, z), z
             towards, farther = -towards, not farther
 
     if through_the_door:
         return (door + side * (OPENING[0] / 2 + 0.5), DOORSTEP + 0.65), points()
     z = random.uniform(*DEPTHS[far])
-    return (side * (_half(camera, z) + 0.8), z), points()
+    return (side * (_half_width(camera, z) + 0.8), z), points()
 
 
 def _passers_by(seed: int, first: Person) -> list[Person]:
-    """Some who pass between the cars and the porch, and never hide the target."""
+    """Return people between the cars and the porch who never hide the target."""
     course = first.course
-    kept: list[Person] = []
+    passers: list[Person] = []
     for i in range(4):
         random = _generator(seed, f"person {i}")
         place = random.uniform(-6, 6), random.uniform(*PAVEMENT)
         velocity = random.choice([-1, 1]) * random.uniform(0.9, 1.5), 0.0
-        at = int(random.integers(len(course.x)))
-        way = straight_path(len(course.x), at, place, velocity, random.uniform())
+        frame = int(random.integers(len(course.x)))
+        way = straight_path(len(course.x), frame, place, velocity, random.uniform())
         before = (way.z < course.z) & (np.abs(way.x / way.z - course.x / course.z) < 0.8 / 16)
         near = [
             np.hypot(way.x - other.x, way.z - other.z) < ELBOW_ROOM
-            for other in (course, *(who.course for who in kept))
+            for other in (course, *(passer.course for passer in passers))
         ]
         if not (before.any() or np.any(near)):
-            kept.append(bystander(random, way, first.look))
-    return kept
+            passers.append(sample_bystander(random, way, first.look))
+    return passers
 
 
 def _generator(seed: int, part: str) -> np.random.Generator:
@@ -117,7 +123,7 @@ def _generator(seed: int, part: str) -> np.random.Generator:
 
 
 def _camera(seed: int) -> Viewpoint:
-    """Somewhat above the street, as on a first floor."""
+    """Return a camera above the street, as on a first floor."""
     random = _generator(seed, "camera")
     return Viewpoint(
         focal=620.0,
@@ -128,10 +134,10 @@ def _camera(seed: int) -> Viewpoint:
 
 
 def _door(seed: int) -> float:
-    """Middle of the door [metres to the right]."""
+    """Return the centre of the door [metres to the right]."""
     return float(_generator(seed, "door").uniform(-4.5, 4.5))
 
 
-def _half(camera: Viewpoint, z: float) -> float:
-    """Half the width of what is seen at a depth [metres]."""
+def _half_width(camera: Viewpoint, z: float) -> float:
+    """Return half the visible width at a depth [metres]."""
     return SIZE[0] / 2 / float(camera.scale(z))

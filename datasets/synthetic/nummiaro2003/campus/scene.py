@@ -1,4 +1,4 @@
-"""People who come and go: their clothes, the plan of a visit, its renderer and truth."""
+"""People who arrive and leave: clothes, plan of a visit, renderer and ground truth."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -18,31 +18,30 @@ from trackmark.datasets.synthetic.render.street.street import Reach, Street
 from trackmark.datasets.synthetic.render.views import SIZE, Views, WalkingPath
 from trackmark.datasets.synthetic.scene import SceneTruth
 
-# Colours differ clearly whose channels differ by this much in one of them [grey levels].
-UNLIKE = 40
+UNLIKE = 40  # minimum difference in one channel of clearly different colours [grey levels]
 
 
-def target(random: np.random.Generator, course: WalkingPath) -> Person:
-    """Someone in a shirt and trousers that differ clearly, without a bag."""
-    return casting.dressed(random, course, wardrobe.street_clothes(random))
+def sample_target(random: np.random.Generator, course: WalkingPath) -> Person:
+    """Sample a person in clearly different shirt and trousers, without a bag."""
+    return casting.sample_person(random, course, wardrobe.sample_street_clothes(random))
 
 
-def bystander(random: np.random.Generator, course: WalkingPath, other: WalkerLook) -> Person:
-    """Someone dressed in clearly other colours than another person; half of them carry a bag."""
+def sample_bystander(random: np.random.Generator, course: WalkingPath, other: WalkerLook) -> Person:
+    """Sample a person in colours clearly unlike another person's; half of them carry a bag."""
     worn = other.shirt, other.trousers
-    clothes = wardrobe.other_clothes(random, worn)
-    bag = wardrobe.bag(random) if random.random() < 0.5 else None
+    clothes = wardrobe.sample_other_clothes(random, worn)
+    bag = wardrobe.sample_bag(random) if random.random() < 0.5 else None
     while bag is not None and any(np.abs(np.subtract(bag, c)).max() < UNLIKE for c in worn):
-        bag = wardrobe.bag(random)
-    return casting.dressed(random, course, clothes, bag=bag)
+        bag = wardrobe.sample_bag(random)
+    return casting.sample_person(random, course, clothes, bag=bag)
 
 
 class VisitPlan(WalkPlan):
-    """Plan of a visit: before and after it all is as it is, without the target.
+    """Plan of a visit: the surroundings continue before and after it, without the target.
 
-    The target, who is the first of the `people`, takes part in the frames of `visit` as far as his
-    box reaches into the picture: these are `present`, shape (n,). `obstacles` are all that stands
-    before him at some time, `surroundings` the street or what there is instead.
+    The target, the first of the `people`, is present in the frames of `visit` in which its box
+    overlaps the image: these are `present`, shape (n,). `obstacles` are the objects that can hide
+    it, `surroundings` the class of the street.
     """
 
     def __init__(
@@ -66,21 +65,21 @@ class VisitPlan(WalkPlan):
 
     @cached_property
     def posts(self) -> list[Prop]:
-        """What may hide the target, to be drawn."""
+        """Props that can hide the target."""
         return list(self._obstacles)
 
     def in_picture(self, frame: int) -> list[int]:
-        """See `WalkPlan.in_picture`; an absent target is not."""
+        """See `WalkPlan.in_picture`; an absent target is excluded."""
         return [person for person in super().in_picture(frame) if person or self.present[frame]]
 
     def seen(self, frame: int) -> Coverage:
-        """See `WalkPlan.seen`; of an absent target nothing is."""
+        """See `WalkPlan.seen`; the silhouette of an absent target is empty."""
         left, top, alpha = super().seen(frame)
         return left, top, alpha if self.present[frame] else np.zeros_like(alpha)
 
 
 class VisitScene(WalkingScene):
-    """A place where the target comes, and goes again."""
+    """Place where the target arrives and leaves."""
 
     plan: VisitPlan
 
@@ -88,9 +87,10 @@ class VisitScene(WalkingScene):
         super().__init__(plan, kind)
 
     def truth(self) -> SceneTruth:
-        """See `Scene.truth`, and `WalkingScene` for what there is where he is.
+        """Return the ground truth; it is NaN or False while the target is absent.
 
-        Sizes are compared with the first in which he is there.
+        Sizes are compared with the first frame in which the target is present. For the attributes
+        see `WalkingScene`.
         """
         truth, present = super().truth(), self.plan.present
         changed = rescaled(self.plan.places[0, :, 2], int(present.argmax()))

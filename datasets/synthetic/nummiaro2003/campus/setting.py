@@ -1,4 +1,4 @@
-"""Where people come and go: a parking place before a porch, old trees, the picture's borders."""
+"""Surroundings of people who arrive and leave: a parking place with a porch, old trees."""
 
 from collections.abc import Sequence
 from functools import cached_property
@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from trackmark.datasets.synthetic.render.colours import BGR
-from trackmark.datasets.synthetic.render.path import smooth_step, spaced
+from trackmark.datasets.synthetic.render.path import random_positions, smooth_step
 from trackmark.datasets.synthetic.render.prop import Prop
 from trackmark.datasets.synthetic.render.street.furniture import car
 from trackmark.datasets.synthetic.render.street.ground import SIDE, Band, asphalt, kerbstones
@@ -17,27 +17,27 @@ from trackmark.datasets.synthetic.render.views import Viewpoint
 
 Array = NDArray[np.float64]
 
-BAYS = 13.1, 15.4  # where the cars stand [metres from the camera]
+BAYS = 13.1, 15.4  # depth of the parking bays [metres from the camera]
 DOORSTEP = HOUSES - 1.2  # front of the porch [metres from the camera]
-THRESHOLD = 0.4  # depth before and behind the porch's front over which it gets dark [metres]
+THRESHOLD = 0.4  # depth range around the porch's front over which it gets dark [metres]
 LAWN = 7.9  # near edge of the asphalt [metres from the camera]
-KEPT_FREE = 1.3  # to both sides of the entrance's middle [metres]
-REACH = 16.0  # nothing farther than this from the entrance is ever seen [metres]
-INSIDE = 0.55  # light that the porch takes
+KEPT_FREE = 1.3  # free width on both sides of the entrance's centre [metres]
+REACH = 16.0  # maximum visible distance from the entrance [metres]
+INSIDE = 0.55  # share of light that the porch removes
 
 
 class CarPark(Street):
-    """Asphalt with bays before a pavement and houses.
+    """Asphalt with bays in front of a pavement and houses.
 
-    What stands there is `parked_cars` and `entrance`.
+    Its objects are `parked_cars` and `entrance`.
     """
 
     @cached_property
     def props(self) -> list[Prop]:
-        """Nothing: all that stands here may hide someone."""
+        """Empty: all objects here are obstacles of the plan."""
         return []
 
-    def gains(self, x: ArrayLike, z: ArrayLike, heights: ArrayLike) -> NDArray[np.float64]:
+    def gains(self, x: ArrayLike, z: ArrayLike, heights: ArrayLike) -> Array:
         """See `Street.gains`; it is darker inside the porch."""
         inside = smooth_step(np.array(z), DOORSTEP - THRESHOLD, DOORSTEP + THRESHOLD)
         return super().gains(x, z, heights) * (1 - INSIDE * inside)
@@ -60,19 +60,19 @@ class CarPark(Street):
 
 
 def parked_cars(random: np.random.Generator, camera: Viewpoint, door: float) -> list[Prop]:
-    """Cars one behind the other, with a gap before the door at a lateral place [metres]."""
+    """Sample a row of cars with a gap in front of the door at a lateral place [metres]."""
     z = sum(BAYS) / 2
     cars = []
     for side in (-1, 1):
-        for x in spaced(random, KEPT_FREE + random.uniform(2.5, 2.9), REACH, (5.1, 5.8)):
-            one = car(random, door + side * x, z, float(camera.scale(z)))
+        for x in random_positions(random, KEPT_FREE + random.uniform(2.5, 2.9), REACH, (5.1, 5.8)):
+            parked_car = car(random, door + side * x, z, float(camera.scale(z)))
             if random.random() < 0.85:
-                cars.append(one)
+                cars.append(parked_car)
     return cars
 
 
 def entrance(random: np.random.Generator, camera: Viewpoint, door: float) -> list[Prop]:
-    """Porch of a house, its door's middle at a lateral place [metres]."""
+    """Return the porch of a house; its door's centre is at a lateral place [metres]."""
     front, back = DOORSTEP, HOUSES - 0.01
     return porch(
         random, door, (front, float(camera.scale(front))), (back, float(camera.scale(back)))
@@ -81,16 +81,16 @@ def entrance(random: np.random.Generator, camera: Viewpoint, door: float) -> lis
 
 OPENING = 1.7, 2.35  # width and height [metres]
 BESIDE = 1.0  # width of the walls on both sides of the opening [metres]
-PORCH = 3.0  # with the roof [metres]
+PORCH = 3.0  # height with the roof [metres]
 PLASTER = ((150, 158, 160), (92, 104, 148), (196, 204, 208), (120, 128, 132))
 
 
 def porch(
     random: np.random.Generator, x: float, front: tuple[float, float], back: tuple[float, float]
 ) -> list[Prop]:
-    """A porch before a wall: its front with the opening, and what is seen through that.
+    """Return a porch at a wall: its front with the opening, and the interior behind it.
 
-    `x` is the opening's middle [metres]; `front` and `back` are depth [metres] and scale there
+    `x` is the opening's centre [metres]; `front` and `back` are depth [metres] and scale there
     [pixels/metre].
     """
     paint = np.array(PLASTER[random.integers(len(PLASTER))]) * random.uniform(0.85, 1.05)
@@ -109,7 +109,7 @@ def _front(x: float, z: float, scale: float, paint: Array, grain: Array) -> Prop
 
 
 def _inside(x: float, z: float, scale: float, paint: Array) -> Prop:
-    """Glass doors at the back of the porch, in its shade."""
+    """Return glass doors at the back of the porch, in its shade."""
     across, up = _raster(OPENING[0] + 2 * BESIDE, PORCH, scale)
     glass = np.array([66.0, 62.0, 56.0]) * (0.55 + 0.16 * np.clip(up, 0, 2.4))[..., None]
     frame = (np.abs(np.abs(across) - 0.42) > 0.37) | (np.abs(up - 1.05) < 0.04) | (up > 2.3)
@@ -118,16 +118,16 @@ def _inside(x: float, z: float, scale: float, paint: Array) -> Prop:
 
 
 def _raster(width: float, height: float, scale: float) -> tuple[Array, Array]:
-    """Places to the right of the middle, and above the ground, of every pixel [metres]."""
+    """Return the place of every pixel, right of the centre and above the ground [metres]."""
     rows, columns = round(height * scale), round(width * scale)
     y, x = np.indices((rows, columns)) + 0.5
     return (x - columns / 2) / scale, (rows - y) / scale
 
 
-TALL = 5.2  # to where it is painted: beyond the upper border of the picture [metres]
-LEAVES = 3.1  # twigs hang down to about this height [metres]
-SPREAD = 2.1  # how far the twigs reach to either side of the trunk [metres]
-LEAF = 110  # of the texture [pixels/metre]
+TALL = 5.2  # painted height: beyond the upper image border [metres]
+LEAVES = 3.1  # approximate lower end of hanging twigs [metres]
+SPREAD = 2.1  # reach of the twigs on either side of the trunk [metres]
+LEAF = 110  # scale of the texture [pixels/metre]
 BARK_TONES: tuple[BGR, ...] = (
     (92, 108, 114),  # grey
     (36, 44, 50),  # dark
@@ -136,7 +136,7 @@ BARK_TONES: tuple[BGR, ...] = (
     (58, 86, 124),  # reddish
     (200, 206, 208),  # birch
 )
-# Light from the grooves of a bark to its ridges.
+# light from the grooves of a bark to its ridges
 BARK_RELIEF = np.array([0.60, 0.84, 1.10, 1.34])[:, None]
 GREENS = np.array([[22, 46, 34], [36, 82, 60], [56, 118, 92], [92, 156, 138]], np.float64)
 
@@ -148,11 +148,11 @@ def old_tree(
     width: float,
     unlike: Sequence[BGR],
 ) -> list[Prop]:
-    """Return a trunk that hides what passes behind it, and the twigs that hang before it.
+    """Return a trunk that hides people behind it, and twigs that hang in front of it.
 
-    The tree stands at a place (x, z) [metres] where things are seen at a `scale` [pixels/metre].
-    The trunk is `width` wide where people pass [pixels]. Its bark is the one that differs most
-    from the colours `unlike`.
+    The tree stands at a place (x, z) [metres] with the scale `scale` [pixels/metre]. The trunk is
+    `width` wide at the height of people [pixels]. Its bark is the one that differs most from the
+    colours `unlike`.
     """
     tone = max(BARK_TONES, key=lambda tone: _least_difference(tone, unlike))
     x, z = place
@@ -169,7 +169,7 @@ def _trunk(
     rows, columns = round(TALL * scale), round(1.5 * width)
     y, right = np.indices((rows, columns)) + 0.5
     up = (rows - y) / scale
-    # It widens to the roots, and little by little towards the crown.
+    # The trunk widens towards the roots, and slightly towards the crown.
     half = width / 2 * (1 + 0.35 * np.exp(-up / 0.11) + 0.05 * np.clip(up - 2, 0, 3))
     across = (right - columns / 2) / half
     cover = np.clip((1 - np.abs(across)) * half + 0.5, 0, 1)

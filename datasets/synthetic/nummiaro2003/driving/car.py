@@ -1,4 +1,4 @@
-"""Cars in their paints: body, how they are seen, and paints unlike the target's."""
+"""Cars in their paints: geometry, rendering, and paints unlike the target's."""
 
 import math
 from dataclasses import dataclass
@@ -8,35 +8,35 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackmark.datasets.synthetic.nummiaro2003.driving.laying import lay_facets, sprite_of
-from trackmark.datasets.synthetic.nummiaro2003.driving.paintwork import BGR, painted
+from trackmark.datasets.synthetic.nummiaro2003.driving.paintwork import BGR, paint_car_pictures
 from trackmark.datasets.synthetic.nummiaro2003.driving.shape import (
     CarShape,
     FacetPose,
     Facets,
     Lens,
     Pictures,
-    any_shape,
-    blank,
+    blank_pictures,
+    sample_car_shape,
 )
 from trackmark.datasets.synthetic.nummiaro2003.driving.view import (
     NEAREST_DRAWN,
     PerspectiveView,
     Window,
-    extents,
-    posed,
+    facet_extents,
+    facet_pose,
 )
 from trackmark.datasets.synthetic.render.prop import Coverage
 from trackmark.datasets.synthetic.render.sprite import blend_sprite
 
 Array = NDArray[np.float64]
 
-_BLANK = blank(5)
-_UNSHADED = blank()
-_SPARE = 16  # pixels beyond the canvas, for what motion brings in
+_BLANK = blank_pictures(5)
+_UNSHADED = blank_pictures()
+_SPARE = 16  # pixels beyond the canvas, needed for motion blur
 
 
 class Car:
-    """A car: its proportions, its paint (BGR), and the seed of what is drawn at random on it."""
+    """Car: proportions, paint (BGR), and the seed of its random details."""
 
     def __init__(self, shape: CarShape, paint: BGR, seed: int) -> None:
         self.shape = shape
@@ -45,12 +45,12 @@ class Car:
 
     @cached_property
     def facets(self) -> Facets:
-        """All that is drawn of it."""
+        """All facets."""
         return self.shape.facets
 
     @cached_property
     def body(self) -> Facets:
-        """What is drawn of it but its shadow."""
+        """All facets except the shadow."""
         corners, counts, normals, kinds, places, soft = self.facets
         hard = ~soft
         return Facets(
@@ -59,28 +59,27 @@ class Car:
 
     @cached_property
     def pictures(self) -> Pictures:
-        """What is on the facets."""
-        return painted(np.random.default_rng(self._seed), self.shape, self.paint)
+        """Pictures on the facets."""
+        return paint_car_pictures(np.random.default_rng(self._seed), self.shape, self.paint)
 
 
 @dataclass(frozen=True)
 class CarAt:
-    """A car at a place; a `Thing`."""
+    """Car at a place; a `Drawable`."""
 
     car: Car
-    # x, z: its middle on the ground [metres]
-    x: float
-    z: float
+    x: float  # centre on the ground, to the right [metres]
+    z: float  # centre on the ground, ahead [metres]
     heading: float  # [radians]
-    # its shift in the picture during the exposure, right and down [pixels]
+    # image displacement during the exposure, right and down [pixels]
     motion: tuple[float, float] = (0.0, 0.0)
-    # parts of it at which it is drawn; their number is a power of two
+    # fractions of the displacement at which it is drawn; their number is a power of two
     moments: tuple[float, ...] = (0.0,)
 
-    reach = 3.0  # See `Thing.reach`
+    reach = 3.0  # see `Drawable.reach`
 
     def box(self, view: PerspectiveView) -> Array:
-        """Extents [x, y, width, height] of the whole car in the picture [pixels]."""
+        """Return the extents [x, y, width, height] of the whole car in the image [pixels]."""
         left, right, top, bottom, _ = self._extents(self.car.body, view)
         return np.array([left, top, right - left, bottom - top])
 
@@ -97,7 +96,7 @@ class CarAt:
         )
 
     def draw(self, canvas: NDArray[np.uint8], view: PerspectiveView) -> None:
-        """See `Thing.draw`; its shadow belongs to it."""
+        """See `Drawable.draw`; the shadow is included."""
         laid = self._laid(self.car.facets, view, canvas.shape[1::-1], self.car.pictures)
         if laid is None:
             return
@@ -108,7 +107,7 @@ class CarAt:
         blend_sprite(canvas, sprite, lefts, tops, 65536)
 
     def coverage(self, view: PerspectiveView, size: tuple[int, int]) -> Coverage:
-        """Silhouette of what is in a picture of a size (width, height)."""
+        """Return the silhouette within an image of a size (width, height)."""
         laid = self._laid(self.car.body, view, size, _BLANK)
         if laid is None:
             return 0, 0, np.zeros((0, 0), np.uint8)
@@ -119,16 +118,18 @@ class CarAt:
         self, facets: Facets, view: PerspectiveView
     ) -> tuple[float, float, float, float, float]:
         pose = self._pose(facets, view)
-        left, right, top, bottom, nearest = extents(facets, pose, Lens(view.focal, *view.centre))
+        left, right, top, bottom, nearest = facet_extents(
+            facets, pose, Lens(view.focal, *view.centre)
+        )
         return left, right, top, bottom, nearest
 
     def _pose(self, facets: Facets, view: PerspectiveView) -> FacetPose:
-        return posed(view, facets, (self.x, 0.0, self.z), self.heading)
+        return facet_pose(view, facets, (self.x, 0.0, self.z), self.heading)
 
     def _laid(
         self, facets: Facets, view: PerspectiveView, size: tuple[int, ...], pictures: Pictures
     ) -> tuple[NDArray[np.uint8], int, int] | None:
-        """What is in a picture or near it: a sprite with its left and top [pixels]."""
+        """Render the car in or near an image: a sprite with its left and top [pixels]."""
         window = self.window(view)
         if window is None:
             return None
@@ -137,13 +138,16 @@ class CarAt:
         height = min(window[3], size[1] + _SPARE) - top
         if width <= 0 or height <= 0:
             return None
-        colour, taken = np.zeros((height, width, 3), np.uint8), np.zeros((height, width), np.uint16)
+        colour, occupied = (
+            np.zeros((height, width, 3), np.uint8),
+            np.zeros((height, width), np.uint16),
+        )
         shadow = np.zeros((height, width), np.uint8)
         lens = Lens(view.focal, view.centre[0] - left, view.centre[1] - top)
         order = np.arange(len(facets.counts))
         pose = self._pose(facets, view)
-        lay_facets(colour, taken, shadow, facets, pictures, _UNSHADED, lens, pose, order)
-        return sprite_of(colour, taken, shadow), left, top
+        lay_facets(colour, occupied, shadow, facets, pictures, _UNSHADED, lens, pose, order)
+        return sprite_of(colour, occupied, shadow), left, top
 
 
 PAINTS: tuple[BGR, ...] = (
@@ -160,23 +164,23 @@ PAINTS: tuple[BGR, ...] = (
     (128, 156, 172),  # beige
 )
 
-# Paints of targets: not that of the road.
+# paints of targets, without the colour of the road
 TARGETS = tuple(paint for paint in PAINTS if paint != (94, 94, 94))
-CLEAR = 60.0  # paints that differ by this much in some channel differ clearly [grey levels]
+CLEAR = 60.0  # minimum difference in one channel of clearly different paints [grey levels]
 
 
-def paint(random: np.random.Generator, choice: tuple[BGR, ...] = PAINTS) -> BGR:
-    """One of some paints; no two are quite alike."""
+def sample_paint(random: np.random.Generator, choice: tuple[BGR, ...] = PAINTS) -> BGR:
+    """Sample one of some paints with a slight variation."""
     colour = np.array(choice[random.integers(len(choice))])
     blue, green, red = (colour * random.uniform(0.92, 1.08) + random.uniform(-4, 4, 3)).tolist()
     return blue, green, red
 
 
-def unlike(target: BGR) -> tuple[BGR, ...]:
-    """Paints that differ clearly from a target's."""
+def contrasting_paints(target: BGR) -> tuple[BGR, ...]:
+    """Return the paints that differ clearly from a target's."""
     return tuple(p for p in PAINTS if np.abs(np.subtract(p, target)).max() >= CLEAR)
 
 
-def any_car(random: np.random.Generator, choice: tuple[BGR, ...] = PAINTS) -> Car:
-    """Car of any shape, in one of some paints."""
-    return Car(any_shape(random), paint(random, choice), int(random.integers(2**32)))
+def sample_car(random: np.random.Generator, choice: tuple[BGR, ...] = PAINTS) -> Car:
+    """Sample a car of any shape, in one of some paints."""
+    return Car(sample_car_shape(random), sample_paint(random, choice), int(random.integers(2**32)))

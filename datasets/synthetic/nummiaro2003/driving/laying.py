@@ -1,9 +1,9 @@
-"""Facets seen in perspective, laid from front to back by compiled kernels.
+"""Rasteriser of facets in perspective, from front to back, in compiled kernels.
 
-A pixel has 4 x 4 samples; whichever facet comes first takes those that it covers. So edges are
-smooth, no gap opens between neighbours, and nothing is painted that is not seen. Corners are
-rounded to 1/64 pixel and all that is done to pixels is done in integers. `lay_facets` is one long
-kernel, as its inner loop keeps some thirty numbers that a called kernel would have to be given.
+A pixel has 4 x 4 samples; the first facet that covers a sample occupies it. Therefore edges are
+smooth, no gap opens between neighbours, and nothing hidden is painted. Corners are rounded to 1/64
+pixel and all pixel arithmetic is on integers. `lay_facets` is one long kernel because its inner
+loop uses some thirty numbers that a called kernel would need as arguments.
 """
 
 import numpy as np
@@ -11,27 +11,27 @@ from numba import njit
 from numpy.typing import NDArray
 
 from trackmark.datasets.synthetic.nummiaro2003.driving.shape import (
-    MOST,
+    MAX_CORNERS,
     FacetPose,
     Facets,
     Lens,
     Pictures,
 )
 
-FULL = 0xFFFF  # all samples of a pixel are taken
-NEAR = 0.3  # nothing nearer to the camera is drawn [metres]
+FULL = 0xFFFF  # all samples of a pixel are occupied
+NEAR = 0.3  # minimum depth of drawn points [metres]
 _RUN = 16  # pixels between two exact perspective divisions
-_ONE = 65536.0  # steps in a picture's pixel
+_ONE = 65536.0  # steps per picture pixel
 
-# Unsigned, so that no index is checked for its sign.
+# Unsigned, so that indices are not checked for their sign.
 OUTER, INNER, LOWEST = np.uint64(0xFF00FF), np.uint64(0x00FF00), np.uint64(0xFF)
 EIGHT, FIFTEEN, SIXTEEN = np.uint64(8), np.uint64(15), np.uint64(16)
 TWENTY_FOUR = np.uint64(24)
 
 
 @njit(cache=True)
-def _counted(bits: np.int64) -> np.int64:
-    """Samples among 16."""
+def _count_samples(bits: np.int64) -> np.int64:
+    """Count the samples among 16."""
     bits = (bits & 0x5555) + ((bits >> 1) & 0x5555)
     bits = (bits & 0x3333) + ((bits >> 2) & 0x3333)
     bits = (bits & 0x0F0F) + ((bits >> 4) & 0x0F0F)
@@ -39,29 +39,31 @@ def _counted(bits: np.int64) -> np.int64:
 
 
 @njit(cache=True)
-def _clipped(points: NDArray[np.float64], count: int, result: NDArray[np.float64]) -> int:
-    """What of a polygon is before the camera; its corners are counted."""
-    kept = 0
+def _clip_polygon(points: NDArray[np.float64], count: int, result: NDArray[np.float64]) -> int:
+    """Clip a polygon to the space in front of the camera; return the number of corners."""
+    n_corners = 0
     for k in range(count):
         a, b = points[k], points[(k + 1) % count]
         if a[2] >= NEAR:
             for i in range(3):
-                result[kept, i] = a[i]
-            kept += 1
+                result[n_corners, i] = a[i]
+            n_corners += 1
         if (a[2] >= NEAR) != (b[2] >= NEAR):
             share = (NEAR - a[2]) / (b[2] - a[2])
             for i in range(3):
-                result[kept, i] = a[i] + (b[i] - a[i]) * share
-            kept += 1
-    return kept
+                result[n_corners, i] = a[i] + (b[i] - a[i]) * share
+            n_corners += 1
+    return n_corners
 
 
 @njit(cache=True)
-def _walk(edges: NDArray[np.int64], count: int, first: int, walks: NDArray[np.int64]) -> None:
-    """Start to follow the edges of a polygon line of samples by line, from a row on.
+def _start_edges(
+    edges: NDArray[np.int64], count: int, first: int, walks: NDArray[np.int64]
+) -> None:
+    """Initialise the edges of a polygon for a row-by-row traversal of sample lines.
 
-    A row of `walks` is: bound in samples, rest, their steps, the rest's unit, and whether the
-    bound is one to the left (1), to the right (-1) or none but for its sign (0).
+    A row of `walks` is: bound in samples, remainder, their steps, the remainder's unit, and the
+    kind of bound: left (1), right (-1), or none except for its sign (0).
     """
     for k in range(count):
         a = edges[k, 0]
@@ -75,7 +77,7 @@ def _walk(edges: NDArray[np.int64], count: int, first: int, walks: NDArray[np.in
 
 @njit(cache=True)
 def _spans(walks: NDArray[np.int64], count: int, width: int, spans: NDArray[np.int64]) -> None:
-    """First sample and the one after the last of each of a row's four lines; walks on."""
+    """Return the sample range of each of a row's four lines, and advance `walks`."""
     for line in range(4):
         low, high = 0, 4 * width - 1
         for k in range(count):
@@ -96,7 +98,7 @@ def _spans(walks: NDArray[np.int64], count: int, width: int, spans: NDArray[np.i
 
 @njit(cache=True)
 def _samples(spans: NDArray[np.int64], x: int) -> int:
-    """Samples of a pixel that lie within the spans of its row."""
+    """Return the samples of a pixel within the spans of its row."""
     bits = 0
     for line in range(4):
         low = max(spans[line, 0] - 4 * x, 0)
@@ -110,10 +112,10 @@ def _samples(spans: NDArray[np.int64], x: int) -> int:
 def _level(
     du: int, dv: int, u: int, v: int, fall_u: float, fall_v: float, fall: float, deepest: int
 ) -> int:
-    """How much coarser a picture is taken than it is: by the area of it in a pixel.
+    """Return the resolution level of a picture, from its area per pixel.
 
-    `du` and `dv` are steps to the right, `fall_u` and `fall_v` those of the numerators down and
-    `fall` that of the denominator, both over the denominator.
+    `du` and `dv` are steps to the right. `fall_u` and `fall_v` are those of the numerators
+    downwards and `fall` that of the denominator, both divided by the denominator.
     """
     right = max(abs(du), abs(dv), 16384) / _ONE
     down = max(abs(fall_u - u / _ONE * fall), abs(fall_v - v / _ONE * fall), 0.25)
@@ -127,7 +129,7 @@ def _level(
 @njit(cache=True, error_model="numpy")
 def lay_facets(
     canvas: NDArray[np.uint8],
-    taken: NDArray[np.uint16],
+    occupied: NDArray[np.uint16],
     shadow: NDArray[np.uint8],
     facets: Facets,
     pictures: Pictures,
@@ -136,21 +138,21 @@ def lay_facets(
     pose: FacetPose,
     order: NDArray[np.int64],
 ) -> None:
-    """Lay facets, numbered by `order` from front to back, under what is there already.
+    """Paint facets, ordered by `order` from front to back, behind the existing content.
 
-    Changed in place: `canvas` (height, width, 3), sums over the samples taken, over 16; `taken`
-    (height, width), a bit a sample; `shadow` (height, width), how dark the soft facets make what is
-    not taken (untouched without soft facets). `shade` is one picture, whose blue is light over 128,
-    laid over all facets.
+    Changed in place: `canvas` (height, width, 3), sums over the occupied samples, divided by 16;
+    `occupied` (height, width), one bit per sample; `shadow` (height, width), darkness of soft
+    facets on free samples (untouched without soft facets). `shade` is one picture, whose blue is
+    light times 128, on all facets.
     """
-    height, width = taken.shape
+    height, width = occupied.shape
     turn, place, focal = pose.turn, pose.place, lens.focal
     normal, factors = np.empty(3), np.empty(3)
-    points, kept = np.empty((MOST, 3)), np.empty((2 * MOST, 3))
-    corners = np.empty((2 * MOST, 2), np.int64)
-    edges, spans = np.empty((2 * MOST, 3), np.int64), np.empty((4, 2), np.int64)
-    walks = np.empty((2 * MOST, 6), np.int64)
-    slope, here, there = np.empty((5, 3)), np.empty(4, np.int64), np.empty(4, np.int64)
+    points, clipped = np.empty((MAX_CORNERS, 3)), np.empty((2 * MAX_CORNERS, 3))
+    corners = np.empty((2 * MAX_CORNERS, 2), np.int64)
+    edges, spans = np.empty((2 * MAX_CORNERS, 3), np.int64), np.empty((4, 2), np.int64)
+    walks = np.empty((2 * MAX_CORNERS, 6), np.int64)
+    slope, start_texel, end_texel = np.empty((5, 3)), np.empty(4, np.int64), np.empty(4, np.int64)
     for f in order:
         count = facets.counts[f]
         distance = 0.0
@@ -165,14 +167,16 @@ def lay_facets(
                 points[k, i] = value
             distance += normal[i] * points[0, i]
         if distance > -1e-6:
-            continue  # seen from behind
-        count = _clipped(points, count, kept)
+            continue  # back face
+        count = _clip_polygon(points, count, clipped)
         if count < 3:
             continue
         area = 0
         for k in range(count):
-            corners[k, 0] = np.floor(64 * (lens.column + focal * kept[k, 0] / kept[k, 2]) + 0.5)
-            corners[k, 1] = np.floor(64 * (lens.row + focal * kept[k, 1] / kept[k, 2]) + 0.5)
+            corners[k, 0] = np.floor(
+                64 * (lens.column + focal * clipped[k, 0] / clipped[k, 2]) + 0.5
+            )
+            corners[k, 1] = np.floor(64 * (lens.row + focal * clipped[k, 1] / clipped[k, 2]) + 0.5)
         for k in range(count):
             after = (k + 1) % count
             area += corners[k, 0] * corners[after, 1] - corners[after, 0] * corners[k, 1]
@@ -209,7 +213,7 @@ def lay_facets(
             slope[i, 0] /= focal
             slope[i, 1] /= focal
             slope[i, 2] -= slope[i, 0] * (lens.column - 0.5) + slope[i, 1] * (lens.row - 0.5)
-        nearest, farthest = kept[:count, 2].min(), kept[:count, 2].max()
+        nearest, farthest = clipped[:count, 2].min(), clipped[:count, 2].max()
         smallest, largest = -distance / farthest, -distance / nearest
         kind, gain, soft = facets.kinds[f], pose.gains[f], facets.soft[f]
         log_width, log_height = pictures.sizes[kind]
@@ -217,29 +221,29 @@ def lay_facets(
         first = max(corners[:count, 1].min() >> 6, 0)
         last = min((corners[:count, 1].max() >> 6) + 1, height)
         bits_s, bits_t = shade.sizes[0]
-        # A facet that is level with the rows needs one division a row.
+        # A facet whose depth is constant along rows needs one division per row.
         longest = width if slope[4, 0] == 0 else _RUN
-        _walk(edges, count, first, walks)
+        _start_edges(edges, count, first, walks)
         for y in range(first, last):
             _spans(walks, count, width, spans)
             start, end = spans[:, 0].min() >> 2, (spans[:, 1].max() + 3) >> 2
             solid, solid_end = (spans[:, 0].max() + 3) >> 2, spans[:, 1].min() >> 2
-            used, out = taken[y], canvas[y]
+            used, out = occupied[y], canvas[y]
             while start < end and used[start] == FULL:
                 start += 1
             while start < end and used[end - 1] == FULL:
                 end -= 1
             for side in range(start, end, longest):
                 run = min(longest, end - side)
-                for x, texel in ((side, here), (side + run, there)):
+                for x, texel in ((side, start_texel), (side + run, end_texel)):
                     below = slope[4, 0] * x + slope[4, 1] * y + slope[4, 2]
                     below = min(max(below, smallest), largest)
                     for i in range(4):
                         value = (slope[i, 0] * x + slope[i, 1] * y + slope[i, 2]) / below
                         texel[i] = np.int64(np.floor(value * _ONE))
-                u, v, s, t = here[0], here[1], here[2], here[3]
-                du, dv = (there[0] - u) // run, (there[1] - v) // run
-                ds, dt = (there[2] - s) // run, (there[3] - t) // run
+                u, v, s, t = start_texel[0], start_texel[1], start_texel[2], start_texel[3]
+                du, dv = (end_texel[0] - u) // run, (end_texel[1] - v) // run
+                ds, dt = (end_texel[2] - s) // run, (end_texel[3] - t) // run
                 over = 1.0 / below
                 fall = slope[4, 1] * over
                 level = _level(du, dv, u, v, slope[0, 1] * over, slope[1, 1] * over, fall, deepest)
@@ -268,16 +272,16 @@ def lay_facets(
                         q = np.uint64(pictures.pixels[np.uint64(upper + right)])
                         m = np.uint64(pictures.pixels[np.uint64(lower + left)])
                         n = np.uint64(pictures.pixels[np.uint64(lower + right)])
-                        one, two = (SIXTEEN - a) * (SIXTEEN - b), a * (SIXTEEN - b)
-                        three, four = (SIXTEEN - a) * b, a * b
+                        weight_1, weight_2 = (SIXTEEN - a) * (SIXTEEN - b), a * (SIXTEEN - b)
+                        weight_3, weight_4 = (SIXTEEN - a) * b, a * b
                         # Blue and red at once, in the lower and the upper half of 32 bits.
-                        both = (p & OUTER) * one + (q & OUTER) * two
-                        both += (m & OUTER) * three + (n & OUTER) * four
-                        green = (p & INNER) * one + (q & INNER) * two
-                        green += (m & INNER) * three + (n & INNER) * four
+                        both = (p & OUTER) * weight_1 + (q & OUTER) * weight_2
+                        both += (m & OUTER) * weight_3 + (n & OUTER) * weight_4
+                        green = (p & INNER) * weight_1 + (q & INNER) * weight_2
+                        green += (m & INNER) * weight_3 + (n & INNER) * weight_4
                         if soft:
                             dark = np.int64((both >> EIGHT) & LOWEST)
-                            shadow[y, x] = max(shadow[y, x], (dark * _counted(free)) >> 4)
+                            shadow[y, x] = max(shadow[y, x], (dark * _count_samples(free)) >> 4)
                         else:
                             j = base_shade + (((t >> 16) & mask_t) << across_shade)
                             j += (s >> 16) & mask_s
@@ -288,7 +292,7 @@ def lay_facets(
                             if free == FULL:
                                 out[x, 0], out[x, 1], out[x, 2] = blue, middle, red
                             else:
-                                share = _counted(free)
+                                share = _count_samples(free)
                                 out[x, 0] += (blue * share) >> 4
                                 out[x, 1] += (middle * share) >> 4
                                 out[x, 2] += (red * share) >> 4
@@ -297,23 +301,23 @@ def lay_facets(
 
 
 def sprite_of(
-    canvas: NDArray[np.uint8], taken: NDArray[np.uint16], shadow: NDArray[np.uint8]
+    canvas: NDArray[np.uint8], occupied: NDArray[np.uint16], shadow: NDArray[np.uint8]
 ) -> NDArray[np.uint8]:
-    """What was laid as a sprite, see `blend_sprite`: premultiplied, with a transparent border."""
-    sprite = np.zeros((taken.shape[0] + 2, taken.shape[1] + 2, 4), np.uint8)
+    """Return a rendering as a sprite, see `blend_sprite`: premultiplied, transparent border."""
+    sprite = np.zeros((occupied.shape[0] + 2, occupied.shape[1] + 2, 4), np.uint8)
     sprite[1:-1, 1:-1, :3] = canvas
-    coverage = np.bitwise_count(taken) * np.uint16(255) // np.uint16(16) + shadow
+    coverage = np.bitwise_count(occupied) * np.uint16(255) // np.uint16(16) + shadow
     sprite[1:-1, 1:-1, 3] = np.minimum(coverage, 255)
     return sprite
 
 
 @njit(cache=True)
 def lay_behind(
-    canvas: NDArray[np.uint8], taken: NDArray[np.uint16], behind: NDArray[np.uint8]
+    canvas: NDArray[np.uint8], occupied: NDArray[np.uint16], behind: NDArray[np.uint8]
 ) -> None:
-    """Lay a picture under the first rows of a canvas, into the samples that are not taken yet."""
+    """Paint a picture into the free samples of the first rows of a canvas."""
     for y in range(len(behind)):
-        for x in range(taken.shape[1]):
-            left = 16 - _counted(np.int64(taken[y, x]))
+        for x in range(occupied.shape[1]):
+            left = 16 - _count_samples(np.int64(occupied[y, x]))
             for c in range(3):
                 canvas[y, x, c] += (np.int64(behind[y, x, c]) * left) >> 4

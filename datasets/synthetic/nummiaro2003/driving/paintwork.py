@@ -1,4 +1,4 @@
-"""What is painted on a car: its elevations and its plan, in metres, as a draughtsman has them."""
+"""Pictures on a car: its elevations and its plan, in metres, as in a technical drawing."""
 
 from collections.abc import Sequence
 
@@ -20,7 +20,7 @@ from trackmark.datasets.synthetic.nummiaro2003.driving.shape import (
     WIDE,
     CarShape,
     Pictures,
-    packed,
+    pack_pictures,
 )
 
 Array = NDArray[np.float64]
@@ -28,7 +28,7 @@ Points = Sequence[tuple[float, float]]
 
 BGR = tuple[float, float, float]
 
-_FINE = 2  # painted larger, then made smaller
+_FINE = 2  # painted pixels per pixel and axis
 _RUBBER = (34.0, 32.0, 32.0)
 _PLASTIC = (52.0, 50.0, 50.0)
 _GLASS = (62.0, 54.0, 48.0)
@@ -38,7 +38,7 @@ _RED, _AMBER, _CLEAR = (38.0, 30.0, 168.0), (40.0, 130.0, 214.0), (214.0, 216.0,
 
 
 class CarSheet:
-    """A drawing to scale: one of the car's pictures, on paper of a colour (BGR)."""
+    """Drawing to scale of one of the car's pictures, on a background colour (BGR)."""
 
     def __init__(self, kind: int, colour: Sequence[float]) -> None:
         self._size = SIZES[kind]
@@ -53,26 +53,26 @@ class CarSheet:
         self._picture[:] = np.round(colour)
 
     def fill(self, points: Points, colour: Sequence[float]) -> None:
-        """Polygon of (along or across, up) in metres."""
-        cv2.fillPoly(self._picture, [self._at(points)], list(colour), cv2.LINE_AA, 3)
+        """Paint a polygon of points (along or across, up) in metres."""
+        cv2.fillPoly(self._picture, [self._to_pixels(points)], list(colour), cv2.LINE_AA, 3)
 
     def box(self, x: tuple[float, float], y: tuple[float, float], colour: Sequence[float]) -> None:
-        """Upright rectangle."""
+        """Paint an upright rectangle."""
         self.fill([(x[0], y[0]), (x[1], y[0]), (x[1], y[1]), (x[0], y[1])], colour)
 
     def disc(self, x: float, y: float, radius: float, colour: Sequence[float]) -> None:
-        """Filled circle."""
+        """Paint a filled circle."""
         angles = np.arange(40) * np.pi / 20
         self.fill([(x + radius * np.cos(a), y + radius * np.sin(a)) for a in angles], colour)
 
     def line(self, points: Points, colour: Sequence[float], width: float = 0.015) -> None:
-        """Open line."""
+        """Paint an open polyline."""
         thick = max(1, round(width * float(self._scale.mean())))
-        shape = self._at(points, 0)
+        shape = self._to_pixels(points, 0)
         cv2.polylines(self._picture, [shape], False, list(colour), thick, cv2.LINE_AA)
 
     def light(self, gains: Sequence[tuple[float, float]]) -> None:
-        """Multiply by gains that change with the height: pairs of height and gain, upwards."""
+        """Multiply by gains that vary with the height: pairs of height and gain, upwards."""
         heights, values = np.array(gains).T
         rows = np.arange(len(self._picture)) + 0.5
         gain = np.interp(self._top - rows / self._scale[1], heights, values)
@@ -80,12 +80,12 @@ class CarSheet:
         self._picture = np.clip(lit, 0, 255).astype(np.uint8)
 
     def finished(self) -> Array:
-        """The picture."""
+        """Return the picture at its final size."""
         return cv2.resize(self._picture, self._size, interpolation=cv2.INTER_AREA).astype(
             np.float64
         )
 
-    def _at(self, points: Points, bits: int = 3) -> NDArray[np.int32]:
+    def _to_pixels(self, points: Points, bits: int = 3) -> NDArray[np.int32]:
         places = np.array(points, np.float64)
         if self._mirrored:
             places = places * [-1, 1]
@@ -94,8 +94,8 @@ class CarSheet:
         return np.round(np.stack([x, y], axis=1) * (1 << bits)).astype(np.int32)
 
 
-def painted(random: np.random.Generator, shape: CarShape, paint: BGR) -> Pictures:
-    """All pictures of a car in a paint; what is not paint is drawn at random."""
+def paint_car_pictures(random: np.random.Generator, shape: CarShape, paint: BGR) -> Pictures:
+    """Return all pictures of a car in a paint; other colours are random."""
     style = _Style(random)
     sheets = [
         _side(shape, paint, style),
@@ -104,11 +104,11 @@ def painted(random: np.random.Generator, shape: CarShape, paint: BGR) -> Picture
         _top(shape, paint, style),
         _shadow(shape),
     ]
-    return packed(sheets)
+    return pack_pictures(sheets)
 
 
 class _Style:
-    """Choices that several pictures of a car show."""
+    """Choices that several pictures of a car share."""
 
     def __init__(self, random: np.random.Generator) -> None:
         self.bumper: BGR | None = _PLASTIC if random.random() < 0.45 else None
@@ -125,7 +125,7 @@ def _times(colour: BGR, gain: float) -> list[float]:
 
 _METAL = [(0.2, 0.62), (0.45, 0.8), (0.6, 0.98), (0.62, 1.06), (0.72, 1.0), (0.84, 1.12),
           (BELT, 1.28), (BELT + 0.02, 1.0), (2.0, 1.0)]  # fmt: skip
-"""Sheet metal mirrors the street below its crease and the sky above."""
+"""Gains by height: sheet metal reflects the street below its crease and the sky above."""
 
 
 def _side(shape: CarShape, paint: BGR, style: _Style) -> Array:
@@ -155,7 +155,7 @@ def _side(shape: CarShape, paint: BGR, style: _Style) -> Array:
             tip = (axle + 0.17 * np.cos(angle), TYRE + 0.17 * np.sin(angle))
             sheet.disc(*tip, 0.045, (84.0, 84.0, 84.0))
         sheet.disc(axle, TYRE, 0.05, (96.0, 96.0, 96.0))
-    # Lamps go round the corners.
+    # Lamps extend around the corners.
     sheet.box((end - 0.26, REACH), (0.56, shape.bonnet - 0.02), _AMBER)
     sheet.box((-REACH, 0.2 - end), (0.58, 0.82), _RED)
     # Windows.
@@ -178,7 +178,7 @@ def _side(shape: CarShape, paint: BGR, style: _Style) -> Array:
 
 
 def _pane(sheet: CarSheet, outline: Points, low: float, high: float) -> None:
-    """Glass: dark inside, the sky on its upper part."""
+    """Paint glass: dark interior, with the sky reflected on its upper part."""
     sheet.fill(outline, _GLASS)
     cut = low + 0.62 * (high - low)
     sheet.fill([(x, max(y, cut)) for x, y in outline], [0.62 * g + 0.38 * s for g, s in zip(
@@ -186,7 +186,7 @@ def _pane(sheet: CarSheet, outline: Points, low: float, high: float) -> None:
 
 
 def _end(kind: int, paint: BGR, style: _Style) -> CarSheet:
-    """Front or rear: sheet metal above the dark below the car, and its bumper."""
+    """Return front or rear: sheet metal above the dark underside, and its bumper."""
     sheet = CarSheet(kind, paint)
     sheet.light(_METAL)
     sheet.box((-WIDE, WIDE), (0.0, 0.23), (26.0, 24.0, 24.0))
@@ -215,7 +215,7 @@ def _front(random: np.random.Generator, shape: CarShape, paint: BGR, style: _Sty
     sheet.disc(0.0, (0.56 + edge - 0.03) / 2, 0.05, _CHROME)
     _plate(sheet, random, 0.41, style.plate)
     _screen(sheet, shape, paint, 0.03)
-    for x in (-0.36, 0.36):  # who sits in front
+    for x in (-0.36, 0.36):  # people in the front seats
         sheet.disc(x, 1.14, 0.10, (52.0, 50.0, 54.0))
         sheet.box((x - 0.2, x + 0.2), (BELT + 0.02, 1.06), (40.0, 38.0, 38.0))
     sheet.line([(-0.5, BELT + 0.03), (0.1, BELT + 0.09)], (22.0, 22.0, 22.0), 0.02)
@@ -292,7 +292,7 @@ def _top(shape: CarShape, paint: BGR, style: _Style) -> Array:
 
 
 def _shadow(shape: CarShape) -> Array:
-    """Dark below the car, softer towards its outline; a rounded rectangle's fourth power."""
+    """Return the shadow below the car, softer towards its outline: a superellipse of power 4."""
     width, height = SIZES[SHADOW]
     y, x = np.meshgrid(
         (np.arange(height) + 0.5) / height * 2 - 1, (np.arange(width) + 0.5) / width * 2 - 1,

@@ -1,9 +1,10 @@
 """`nummiaro2003/car`: a car drives through a parking place, seen from a mast.
 
-The paper: "a person and a car in front of a parking place for the public PETS2001 dataset ...
-the car sequence is especially interesting as scale changes and out-of-plane rotations have to
-be handled" (section 7, Fig. 4). All the rest is ours: the car comes down one lane between
-parked cars towards the camera, crosses before it, and drives up another lane or parks there.
+The paper shows "a person and a car in front of a parking place for the public PETS2001 dataset ...
+the car sequence is especially interesting as scale changes and out-of-plane rotations have to be
+handled" (section 7, Fig. 4). All other properties are our choice. The car comes down one lane
+between parked cars towards the camera, crosses in front of it, and drives up another lane or parks
+there.
 """
 
 from functools import lru_cache
@@ -11,7 +12,12 @@ from functools import lru_cache
 import numpy as np
 
 from trackmark.datasets.synthetic.knobs import SceneKnobs
-from trackmark.datasets.synthetic.nummiaro2003.driving.car import TARGETS, CarAt, any_car, unlike
+from trackmark.datasets.synthetic.nummiaro2003.driving.car import (
+    TARGETS,
+    CarAt,
+    contrasting_paints,
+    sample_car,
+)
 from trackmark.datasets.synthetic.nummiaro2003.driving.paintwork import BGR
 from trackmark.datasets.synthetic.nummiaro2003.driving.plan import (
     FRAMES_PER_SECOND,
@@ -19,53 +25,53 @@ from trackmark.datasets.synthetic.nummiaro2003.driving.plan import (
     Bend,
     DrivingPath,
     DrivingPlan,
-    Way,
+    Route,
     car_at,
 )
 from trackmark.datasets.synthetic.nummiaro2003.driving.scene import DrivingScene
-from trackmark.datasets.synthetic.nummiaro2003.driving.view import PerspectiveView, meet
+from trackmark.datasets.synthetic.nummiaro2003.driving.view import PerspectiveView, windows_meet
 from trackmark.datasets.synthetic.nummiaro2003.driving.world import (
     House,
     Layout,
-    Plant,
+    StreetObject,
     Strip,
-    any_house,
-    dashes,
+    broken_line,
+    sample_house,
 )
-from trackmark.datasets.synthetic.render.path import spaced
+from trackmark.datasets.synthetic.render.path import random_positions
 from trackmark.datasets.synthetic.scene import part_generator
 
 FRAMES = 400
 
-LANES = 6.5  # the two lanes of the parking place lie this far left and right of its middle [metres]
-ROAD = 3.3  # half the width of the road before it [metres]
-BAY = 2.6  # width of a bay; five metres long [metres]
-ROWS = (-12.0, 0.0, 12.0)  # rows of bays, beside the lanes and between them [metres]
-FIRST, LAST = 7.0, 41.0  # where the rows of bays begin and end, from the road's middle [metres]
+LANES = 6.5  # distance of the two lanes of the parking place from its middle [metres]
+ROAD = 3.3  # half width of the road in front of it [metres]
+BAY = 2.6  # width of a bay, which is five metres long [metres]
+ROWS = (-12.0, 0.0, 12.0)  # rows of bays, at the sides of the lanes and between them [metres]
+FIRST, LAST = 7.0, 41.0  # start and end of the rows of bays, from the road's middle [metres]
 
 
 def scene(knobs: SceneKnobs) -> DrivingScene:
-    """Return renderer and ground truth; nothing is painted yet."""
+    """Return the renderer with its ground truth, without rendering."""
     return DrivingScene(parking_plan(knobs.scene), still=True)
 
 
 @lru_cache(maxsize=4)
 def parking_plan(seed: int) -> DrivingPlan:
-    """Place, cars and camera of a scene."""
+    """Return place, cars and camera of a scene."""
 
     def generator(part: str) -> np.random.Generator:
         return part_generator(seed, f"nummiaro2003/car {part}")
 
     side = 1.0 if generator("side").random() < 0.5 else -1.0
     view = _camera(generator("camera"), side)
-    target = any_car(generator("target"), TARGETS)
-    others = unlike(target.paint)
-    course, bay = _way(generator("target way"), side)
-    passing = any_car(generator("passing car"), others)
+    target = sample_car(generator("target"), TARGETS)
+    others = contrasting_paints(target.paint)
+    course, bay = _sample_target_path(generator("target way"), side)
+    passing = sample_car(generator("passing car"), others)
     parked = _parked(generator("parked cars"), others, bay)
-    # The target is seen whole where trackers start.
+    # The whole target is visible in the first frame, where trackers start.
     start = car_at(target, course, 0)
-    parked = [car for car in parked if car.z > start.z or not _meet(car, start, view)]
+    parked = [car for car in parked if car.z > start.z or not _windows_overlap(car, start, view)]
     layout = Layout(
         int(generator("place").integers(2**32)),
         _strips(),
@@ -73,17 +79,17 @@ def parking_plan(seed: int) -> DrivingPlan:
         _plants(generator("plants")),
         parked,
     )
-    cars = [(target, course), (passing, _passing(generator("passing way")))]
+    cars = [(target, course), (passing, _sample_passing_path(generator("passing way")))]
     return DrivingPlan(layout, [view] * FRAMES, cars)
 
 
-def _meet(one: CarAt, other: CarAt, view: PerspectiveView) -> bool:
-    first, second = one.window(view), other.window(view)
-    return first is not None and second is not None and meet(first, second)
+def _windows_overlap(first_car: CarAt, second_car: CarAt, view: PerspectiveView) -> bool:
+    first, second = first_car.window(view), second_car.window(view)
+    return first is not None and second is not None and windows_meet(first, second)
 
 
 def _camera(random: np.random.Generator, side: float) -> PerspectiveView:
-    """Camera on a mast across the road; it turns somewhat to where the target comes from."""
+    """Sample a camera on a mast across the road, turned slightly towards the target's start."""
     x, z = side * random.uniform(-3.5, 1.0), -random.uniform(17.5, 19.0)
     aim = side * random.uniform(0.0, 1.0), random.uniform(8.0, 11.0)
     return PerspectiveView(
@@ -95,11 +101,11 @@ def _camera(random: np.random.Generator, side: float) -> PerspectiveView:
     )
 
 
-def _way(
+def _sample_target_path(
     random: np.random.Generator, side: float
 ) -> tuple[DrivingPath, tuple[float, float] | None]:
-    """Down the lane on a side, across, and up the other lane or into a bay beside it."""
-    right = side > 0  # he keeps to the right of the lane, whichever way he goes round
+    """Sample a path down one lane, across, and up the other lane or into a bay at its side."""
+    right = side > 0  # the car drives on the right in either direction
     inner = random.uniform(1.3, 1.7)
     x, back = side * LANES - inner, -side * LANES + inner
     z_cross = inner if right else -inner
@@ -123,19 +129,19 @@ def _way(
         bay = -side * ROWS[2], up
         top, end = random.uniform(5.0, 6.0), 0.3
         frames = FRAMES - int(random.integers(10, 30))
-    way = Way(x, start, np.pi, bends)
+    way = Route(x, start, np.pi, bends)
     travelled = way.travelled(frames, top, end)
     stands = np.full(FRAMES - frames, travelled[-1])
-    places = way.at(np.concatenate([travelled, stands]))
+    places = way.places_at(np.concatenate([travelled, stands]))
     return DrivingPath(*places.T), bay
 
 
-def _passing(random: np.random.Generator) -> DrivingPath:
-    """A car on the near side of the road while the target is far off."""
+def _sample_passing_path(random: np.random.Generator) -> DrivingPath:
+    """Sample a car on the near side of the road while the target is far away."""
     frame = int(random.integers(40, 80))
     speed = random.uniform(7.0, 9.0)
     x = (np.arange(FRAMES) - frame) * (speed / FRAMES_PER_SECOND)
-    return DrivingPath.of(FRAMES, x, -1.65, np.pi / 2)
+    return DrivingPath.in_heading(FRAMES, x, -1.65, np.pi / 2)
 
 
 def _parked(
@@ -144,7 +150,7 @@ def _parked(
     cars = []
     for row in ROWS:
         for z in np.arange(FIRST + BAY / 2, LAST, BAY).tolist():
-            car = any_car(random, paints)
+            car = sample_car(random, paints)
             x = row + random.uniform(-0.25, 0.25)
             heading = np.pi / 2 * random.choice([-1, 1]) + random.uniform(-0.03, 0.03)
             beside = bay is not None and -3.5 * BAY < z - bay[1] < 1.5 * BAY and x * bay[0] > 0
@@ -169,7 +175,7 @@ def _strips() -> list[Strip]:
     return [
         *lines,
         *give_way,
-        *dashes(-90.0, 90.0, 0.0, along_x=True),
+        *broken_line(-90.0, 90.0, 0.0, along_x=True),
         *mouths,
         Strip("asphalt", (-edge, edge), (5.4, LAST + 7.0)),
         Strip("asphalt", (-200.0, 200.0), (-ROAD, ROAD)),
@@ -182,29 +188,31 @@ def _strips() -> list[Strip]:
 
 
 def _houses(random: np.random.Generator) -> list[House]:
-    """An office behind the parking place, houses on either side."""
+    """Return an office behind the parking place, and houses on either side."""
     houses = []
     x = -46.0
     while x < 46:
         wide = random.uniform(16, 34)
         depth = random.uniform(10, 14)
         large = bool(random.random() < 0.7)
-        houses.append(any_house(random, x + wide / 2, LAST + 16 + depth / 2, wide, depth, large))
+        houses.append(sample_house(random, x + wide / 2, LAST + 16 + depth / 2, wide, depth, large))
         x += wide + random.uniform(2, 10)
     for side in (-1, 1):
         for z in (14.0, 34.0):
             wide = random.uniform(10, 14)
-            houses.append(any_house(random, side * random.uniform(32, 36), z, wide, 12.0))
+            houses.append(sample_house(random, side * random.uniform(32, 36), z, wide, 12.0))
     return houses
 
 
-def _plants(random: np.random.Generator) -> list[Plant]:
+def _plants(random: np.random.Generator) -> list[StreetObject]:
     plants = []
     for side in (-1, 1):
-        for z in spaced(random, 8.0, LAST + 4, (4, 10)):
+        for z in random_positions(random, 8.0, LAST + 4, (4, 10)):
             kind = "tree" if random.random() < 0.7 else "bush"
-            plants.append(Plant(kind, side * (LANES + 9.6), z, random.uniform(0.8, 1.15)))
-    for x in spaced(random, -40.0, 40, (4, 9)):
+            plants.append(StreetObject(kind, side * (LANES + 9.6), z, random.uniform(0.8, 1.15)))
+    for x in random_positions(random, -40.0, 40, (4, 9)):
         kind = ("tree", "tree", "bush", "post")[random.integers(4)]
-        plants.append(Plant(kind, x, LAST + 10 + random.uniform(0, 3), random.uniform(0.8, 1.2)))
+        plants.append(
+            StreetObject(kind, x, LAST + 10 + random.uniform(0, 3), random.uniform(0.8, 1.2))
+        )
     return plants

@@ -1,4 +1,4 @@
-"""All that is decided of a scene with cars before anything is drawn: ways, camera, place."""
+"""Plan of a scene with cars: driven paths, camera and surroundings."""
 
 import math
 from collections.abc import Sequence
@@ -10,31 +10,31 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from trackmark.datasets.synthetic.nummiaro2003.driving.car import Car, CarAt
-from trackmark.datasets.synthetic.nummiaro2003.driving.view import PerspectiveView, meet
+from trackmark.datasets.synthetic.nummiaro2003.driving.view import PerspectiveView, windows_meet
 from trackmark.datasets.synthetic.nummiaro2003.driving.world import Layout
-from trackmark.datasets.synthetic.render.prop import Coverage, visible
+from trackmark.datasets.synthetic.render.prop import Coverage, visible_part
 from trackmark.datasets.synthetic.render.sprite import instants
 
 Array = NDArray[np.float64]
 
-_STEP = 0.05  # along a way [metres]
-_EASE = 3.0  # way in which the steering wheel is turned [metres]
+_STEP = 0.05  # sampling step along a route [metres]
+_EASE = 3.0  # distance over which the steering wheel is turned [metres]
 
-SIDEWAYS = 2.2  # acceleration in bends that drivers take [metres/second²]
-BRAKING = 1.6  # acceleration along the way that they take [metres/second²]
+SIDEWAYS = 2.2  # maximum lateral acceleration of drivers [metres/second²]
+BRAKING = 1.6  # maximum longitudinal acceleration of drivers [metres/second²]
 
 
 @dataclass(frozen=True)
 class Bend:
-    """A stretch straight on, and the bend after it."""
+    """Straight section followed by a bend."""
 
-    straight: float  # up to the bend [metres]
-    turn: float = 0.0  # by how much it turns, to the right positive [radians]
+    straight: float  # length up to the bend [metres]
+    turn: float = 0.0  # angle of the bend, positive to the right [radians]
     radius: float = 1.0  # [metres]
 
 
-class Way:
-    """A curve over the ground from a place [metres] in a heading [radians], with smooth bends."""
+class Route:
+    """Smooth curve over the ground from a place [metres] in a heading [radians]."""
 
     def __init__(self, x: float, z: float, heading: float, bends: Sequence[Bend]) -> None:
         pieces = []
@@ -57,16 +57,16 @@ class Way:
         )
         self.length = (len(headings) - 1) * _STEP
 
-    def at(self, travelled: Array) -> Array:
-        """Place (x, z) and heading after a way [metres], shape (n, 3)."""
+    def places_at(self, travelled: Array) -> Array:
+        """Return place (x, z) and heading after a distance [metres], shape (n, 3)."""
         grid = np.arange(len(self._track)) * _STEP
         return np.stack([np.interp(travelled, grid, line) for line in self._track.T], axis=1)
 
     def travelled(self, frames: int, top: float, end: float) -> Array:
-        """Way driven by every frame [metres], shape (frames,), if they are to drive it all.
+        """Return the distance at every frame [metres], shape (frames,), for the whole route.
 
-        `top` is the speed straight on, against that in bends, `end` the speed at the end
-        [metres/second]: as a driver has them, all times the factor that makes the times meet.
+        `top` is the speed on straight sections and `end` the speed at the end [metres/second]. All
+        speeds of an ordinary driver are scaled by one factor to fit the number of frames.
         """
         speed = self._speeds(top, end)
         middle = (speed[1:] + speed[:-1]) / 2
@@ -76,24 +76,26 @@ class Way:
 
     def _speeds(self, top: float, end: float) -> Array:
         bends = np.sqrt(SIDEWAYS / np.maximum(np.abs(self._curvature), 1e-6))
-        return unhurried(np.minimum(top, bends), end)
+        return limit_acceleration(np.minimum(top, bends), end)
 
     def driven(self, frames: int, start: float, top: float) -> Array:
-        """Way driven by every frame [metres], shape (frames,), at an ordinary driver's speeds.
+        """Return the distance at every frame [metres], shape (frames,), at ordinary speeds.
 
-        `start` is the place in the first frame [metres from the way's beginning], `top` the speed
-        straight on [metres/second].
+        `start` is the position in the first frame [metres from the start of the route], `top` the
+        speed on straight sections [metres/second].
         """
         speed = self._speeds(top, top)
         middle = (speed[1:] + speed[:-1]) / 2
         times = np.concatenate([[0.0], np.cumsum(_STEP / middle)])
         grid = np.arange(len(times)) * _STEP
-        begun = np.interp(start, grid, times)
-        return np.asarray(np.interp(begun + np.arange(frames) / FRAMES_PER_SECOND, times, grid))
+        start_time = np.interp(start, grid, times)
+        return np.asarray(
+            np.interp(start_time + np.arange(frames) / FRAMES_PER_SECOND, times, grid)
+        )
 
 
-def unhurried(fastest: Array, end: float) -> Array:
-    """Highest speeds along a way under a limit, with ordinary braking and speeding up."""
+def limit_acceleration(fastest: Array, end: float) -> Array:
+    """Return the maximum speeds along a route under a limit, with ordinary acceleration."""
     speed = fastest.copy()
     speed[-1] = min(speed[-1], end)
     gain = 2 * BRAKING * _STEP
@@ -106,16 +108,15 @@ def unhurried(fastest: Array, end: float) -> Array:
 
 @dataclass(frozen=True)
 class DrivingPath:
-    """Where a car is in every frame."""
+    """Position and heading of a car in every frame."""
 
-    # x, z: (n,), its middle on the ground [metres]
-    x: Array
-    z: Array
+    x: Array  # (n,), centre on the ground, to the right [metres]
+    z: Array  # (n,), centre on the ground, ahead [metres]
     heading: Array  # (n,), [radians]
 
     @classmethod
-    def of(cls, frames: int, x: ArrayLike, z: ArrayLike, heading: float) -> Self:
-        """Course of some frames in one heading; a place that is one number stays the same."""
+    def in_heading(cls, frames: int, x: ArrayLike, z: ArrayLike, heading: float) -> Self:
+        """Return a path in one heading; a scalar coordinate is constant."""
         columns = (np.asarray(v, np.float64) for v in (x, z, heading))
         return cls(*(np.broadcast_to(column, frames) for column in columns))
 
@@ -123,16 +124,16 @@ class DrivingPath:
 SIZE = 640, 480  # width and height of the images [pixels]
 FRAMES_PER_SECOND = 25.0
 
-EXPOSURE = 0.4  # part of the time between two frames for which the shutter is open
+EXPOSURE = 0.4  # share of the frame time for which the shutter is open
 
 
 @dataclass(frozen=True)
 class DrivingPlan:
     """Cars and camera of a scene."""
 
-    layout: Layout  # the place
-    views: Sequence[PerspectiveView]  # the camera in every frame
-    cars: Sequence[tuple[Car, DrivingPath]]  # what drives; the target first
+    layout: Layout  # surroundings
+    views: Sequence[PerspectiveView]  # camera in every frame
+    cars: Sequence[tuple[Car, DrivingPath]]  # driving cars; the target is the first
 
     def __len__(self) -> int:
         return len(self.views)
@@ -143,30 +144,30 @@ class DrivingPlan:
         return np.stack([self.car(0, k).box(view) for k, view in enumerate(self.views)])
 
     def car(self, number: int, frame: int) -> CarAt:
-        """A car where it is in a frame, numbered as `cars`."""
+        """Return a car at its place in a frame, by its index in `cars`."""
         car, course = self.cars[number]
         return car_at(car, course, frame)
 
     def moving(self, number: int, frame: int) -> CarAt:
-        """As `car`, blurred by its motion before a camera that stands."""
+        """Return a car as `car` does, with motion blur for a static camera."""
         around = max(frame - 1, 0), min(frame + 1, len(self) - 1)
-        here = self.car(number, frame)
+        current = self.car(number, frame)
         last, following = (self.car(number, k).box(self.views[k]) for k in around)
         step = (following - last)[:2] + (following - last)[2:] / 2
         motion = step * (EXPOSURE / (around[1] - around[0]))
         moments = instants(float(np.abs(motion).max()))
         right, down = motion.tolist()
-        return replace(here, motion=(right, down), moments=tuple(moments.tolist()))
+        return replace(current, motion=(right, down), moments=tuple(moments.tolist()))
 
     def seen(self, frame: int) -> Coverage:
-        """Silhouette of the target where it is in the picture and behind nothing."""
+        """Return the visible part of the target's silhouette."""
         view = self.views[frame]
         hiding = (car.coverage(view, SIZE) for car in self._hiding(frame))
-        return visible(self.car(0, frame).coverage(view, SIZE), hiding)
+        return visible_part(self.car(0, frame).coverage(view, SIZE), hiding)
 
     @cached_property
     def visibility(self) -> Array:
-        """Fraction of the target that is seen, in every frame."""
+        """Visible share of the target in every frame."""
         fractions = np.ones(len(self))
         for frame, (x, y, width, height) in enumerate(self.boxes.tolist()):
             inside = x >= 0 and y >= 0 and x + width <= SIZE[0] and y + height <= SIZE[1]
@@ -190,12 +191,12 @@ class DrivingPlan:
         return [
             car
             for car, other in zip(others, windows, strict=True)
-            if window is not None and other is not None and meet(window, other)
+            if window is not None and other is not None and windows_meet(window, other)
         ]
 
 
 def car_at(car: Car, course: DrivingPath, frame: int) -> CarAt:
-    """A car where its course has it in a frame."""
+    """Return a car at the place of its path in a frame."""
     x, z, heading = (float(a[frame]) for a in (course.x, course.z, course.heading))
     return CarAt(car, x, z, heading)
 

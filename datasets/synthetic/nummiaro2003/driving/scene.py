@@ -1,4 +1,4 @@
-"""Renderer and truth of the scenes with cars."""
+"""Renderer and ground truth of the scenes with cars."""
 
 from functools import cached_property
 
@@ -11,7 +11,12 @@ from trackmark.datasets.synthetic.nummiaro2003.driving.plan import (
     SIZE,
     DrivingPlan,
 )
-from trackmark.datasets.synthetic.nummiaro2003.driving.view import Drawable, Window, from_far, meet
+from trackmark.datasets.synthetic.nummiaro2003.driving.view import (
+    Drawable,
+    Window,
+    sort_from_far,
+    windows_meet,
+)
 from trackmark.datasets.synthetic.nummiaro2003.driving.world import World
 from trackmark.datasets.synthetic.render.attributes import occluded, out_of_view, rescaled, turning
 from trackmark.datasets.synthetic.render.camera import Camera, slow_exposure
@@ -24,7 +29,8 @@ from trackmark.datasets.synthetic.scene import (
 
 Array = NDArray[np.float64]
 
-TURNING = 15.0  # the side that is seen turns if it does so by this much in a second [degrees]
+# minimum change of the visible side in a second for the attribute `turning` [degrees]
+TURNING = 15.0
 FASTEST = 0.2  # share of the frames that count as fast
 
 
@@ -32,9 +38,9 @@ def driving_truth(plan: DrivingPlan) -> SceneTruth:
     """Return the ground truth of all frames.
 
     `boxes` are the extents of the whole car. Attributes are `occlusion` (less than 0.9 of the
-    target is seen), `out_of_view` (a part of the box), `scale_change` (width outside 0.8 to
-    1.25 of the first), `turning` (the side from which it is seen turns by more than 15 degrees
-    in a second) and `fast` (the fifth of the frames in which it moves most in the picture).
+    target is visible), `out_of_view` (a part of the box) and `scale_change` (width outside 0.8 to
+    1.25 of the first). Further ones are `turning` (the visible side turns by more than 15 degrees
+    in a second) and `fast` (the fifth of the frames with the largest image motion).
     """
     boxes, visibility = plan.boxes, plan.visibility
     course = plan.cars[0][1]
@@ -59,9 +65,9 @@ CAMERA = Camera(SIZE, noise=2.0)
 
 
 class DrivingScene(SyntheticScene):
-    """Cars, the first of them the target, before a camera that moves or is `still`.
+    """Cars, the first of them the target, with a moving or `still` camera.
 
-    Where it is still, what does not move is drawn once.
+    With a still camera, static objects are drawn once.
     """
 
     size = SIZE
@@ -82,17 +88,17 @@ class DrivingScene(SyntheticScene):
         return paste_window(SIZE, *self.plan.seen(frame)) >= 128
 
     def _painted(self, frame: int) -> Image:
-        """Everything, before a camera that moves."""
+        """Render everything for a moving camera."""
         view = self.plan.views[frame]
         canvas = np.empty((SIZE[1], SIZE[0], 3), np.uint8)
         self._world.draw(canvas, view)
         cars = [self.plan.car(number, frame) for number in range(len(self.plan.cars))]
-        for thing in from_far([*self._world.resting, *cars], view, SIZE[0]):
+        for thing in sort_from_far([*self._world.resting, *cars], view, SIZE[0]):
             thing.draw(canvas, view)
         return canvas
 
     def _with_moving(self, frame: int) -> Image:
-        """What stands, before a camera that stands, and around what moves all anew."""
+        """Render a static scene for a still camera; redraw only around moving cars."""
         view = self.plan.views[frame]
         empty, full, resting = self._at_rest
         canvas = full.copy()
@@ -106,21 +112,25 @@ class DrivingScene(SyntheticScene):
             if left >= right or top >= bottom:
                 continue
             part = empty[top:bottom, left:right].copy()
-            near = [thing for other, thing in [*resting, *windows] if other and meet(window, other)]
+            near = [
+                thing
+                for other, thing in [*resting, *windows]
+                if other and windows_meet(window, other)
+            ]
             shifted = view.shifted(-left, -top)
-            for thing in from_far(near, view, SIZE[0]):
+            for thing in sort_from_far(near, view, SIZE[0]):
                 thing.draw(part, shifted)
             canvas[top:bottom, left:right] = part
         return canvas
 
     @cached_property
     def _at_rest(self) -> tuple[Image, Image, list[tuple[Window | None, Drawable]]]:
-        """The place without and with what stands and parks; and all that, with its windows."""
+        """Place without and with its static objects, and these objects with their windows."""
         view = self.plan.views[0]
         empty = np.empty((SIZE[1], SIZE[0], 3), np.uint8)
         self._world.draw(empty, view)
         full = empty.copy()
-        for thing in from_far(self._world.resting, view, SIZE[0]):
+        for thing in sort_from_far(self._world.resting, view, SIZE[0]):
             thing.draw(full, view)
         return empty, full, [(thing.window(view), thing) for thing in self._world.resting]
 

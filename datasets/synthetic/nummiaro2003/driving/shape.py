@@ -1,4 +1,4 @@
-"""Shapes of cars: outlines at a few heights, wheels, and where each part is painted."""
+"""Shapes of cars: outlines at several heights, wheels, and texture projections."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -10,33 +10,34 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-MOST = 8  # corners of a facet
+MAX_CORNERS = 8  # maximum number of corners of a facet
 
 
 class Facets(NamedTuple):
-    """Facets of a solid, from front to back wherever one can hide another."""
+    """Facets of a solid, from front to back if one can hide another."""
 
-    # (n, MOST, 3), in the solid's own frame: right, up, ahead [metres]
-    corners: NDArray[np.float64]
-    counts: NDArray[np.int64]  # (n,), corners that count
-    normals: NDArray[np.float64]  # (n, 3), of length 1, outwards
-    kinds: NDArray[np.int64]  # (n,), number of the picture
+    # (n, MAX_CORNERS, 3), in the solid's own frame: right, up, ahead [metres]
+    corners: Array
+    counts: NDArray[np.int64]  # (n,), number of valid corners
+    normals: Array  # (n, 3), outward unit normals
+    kinds: NDArray[np.int64]  # (n,), index of the picture
     # (n, 2, 4), column and row in the picture, each as three factors of the place and a constant
-    places: NDArray[np.float64]
-    soft: NDArray[np.bool_]  # (n,), a shadow, as dark as its picture's blue says; takes no samples
+    places: Array
+    # (n,), True for a shadow, whose darkness is its picture's blue; it occupies no samples
+    soft: NDArray[np.bool_]
 
 
 class Pictures(NamedTuple):
-    """Periodic pictures at falling resolutions, one after the other."""
+    """Periodic pictures at decreasing resolutions in one array."""
 
     pixels: NDArray[np.uint32]  # (k,), red, green and blue in bytes, blue the lowest
-    # (pictures, levels), where in `pixels` each begins; -1 beyond the coarsest
+    # (pictures, levels), start of each in `pixels`; -1 beyond the coarsest
     starts: NDArray[np.int64]
-    sizes: NDArray[np.int64]  # (pictures, 2), width and height of the finest as powers of two
+    sizes: NDArray[np.int64]  # (pictures, 2), log2 of width and height of the finest
 
 
 class Lens(NamedTuple):
-    """Focal length and optical centre in the window that is painted [pixels]."""
+    """Focal length and optical centre in the painted window [pixels]."""
 
     focal: float
     column: float
@@ -44,18 +45,18 @@ class Lens(NamedTuple):
 
 
 class FacetPose(NamedTuple):
-    """Where a solid is for the camera, and its light."""
+    """Pose of a solid relative to the camera, and its light."""
 
-    turn: NDArray[np.float64]  # (3, 3), from the solid's frame to the camera's: right, down, ahead
-    place: NDArray[np.float64]  # (3,), of the solid's origin in the camera's frame [metres]
+    turn: Array  # (3, 3), from the solid's frame to the camera's: right, down, ahead
+    place: Array  # (3,), the solid's origin in the camera's frame [metres]
     gains: NDArray[np.int64]  # (n,), light on each facet, times 256
     # (2, 4), column and row in the picture of stains, each as three factors of the place in the
     # camera's frame and a constant
-    shading: NDArray[np.float64]
+    shading: Array
 
 
-def packed(images: Sequence[NDArray[np.float64]]) -> Pictures:
-    """Pictures, BGR in [0, 255], at all resolutions; their sides are powers of two."""
+def pack_pictures(images: Sequence[Array]) -> Pictures:
+    """Pack pictures, BGR in [0, 255], at all resolutions; their sides are powers of two."""
     depth = 1 + max(min(image.shape[:2]).bit_length() - 1 for image in images)
     pixels: list[NDArray[np.uint32]] = []
     starts = np.full((len(images), depth), -1)
@@ -74,19 +75,19 @@ def packed(images: Sequence[NDArray[np.float64]]) -> Pictures:
     return Pictures(np.concatenate(pixels), starts.astype(np.int64), sizes.astype(np.int64))
 
 
-def blank(count: int = 1, level: float = 128.0) -> Pictures:
-    """Pictures of one grey pixel each."""
-    return packed([np.full((1, 1, 3), level)] * count)
+def blank_pictures(count: int = 1, level: float = 128.0) -> Pictures:
+    """Return pictures of one grey pixel each."""
+    return pack_pictures([np.full((1, 1, 3), level)] * count)
 
 
 @dataclass(frozen=True)
 class Face:
-    """A plane polygon."""
+    """Plane polygon."""
 
-    corners: Array  # (n, 3), in order around it, at most MOST [metres]
-    outwards: Array  # (3,), some direction that it faces
-    kind: int  # number of the picture on it
-    soft: bool = False  # whether it is a shadow
+    corners: Array  # (n, 3), in order around it, at most MAX_CORNERS [metres]
+    outwards: Array  # (3,), a direction on its outer side
+    kind: int  # index of its picture
+    soft: bool = False  # True for a shadow
 
 
 @dataclass(frozen=True)
@@ -94,13 +95,12 @@ class Ring:
     """Outline of a solid at a height: a rectangle with its corners cut off."""
 
     height: float  # [metres]
-    # ahead, behind: where it ends along the solid's axis [metres]
-    ahead: float
-    behind: float
+    ahead: float  # front end along the solid's axis [metres]
+    behind: float  # rear end along the solid's axis [metres]
     half_width: float  # [metres]
 
     def corners(self, cut: tuple[float, float]) -> Array:
-        """Eight corners from the front's left end on; `cut` is across and along [metres]."""
+        """Return eight corners from the front's left end on; `cut` is across and along [metres]."""
         wide, narrow = self.half_width, self.half_width - cut[0]
         ahead, behind = self.ahead - cut[1], self.behind + cut[1]
         outline = [(-narrow, self.ahead), (narrow, self.ahead), (wide, ahead), (wide, behind),
@@ -109,13 +109,13 @@ class Ring:
         return np.array([[x, self.height, z] for x, z in outline])
 
 
-def between(
+def side_faces(
     lower: Ring, upper: Ring, kinds: tuple[int, int, int], cut: tuple[float, float] = (0.0, 0.0)
 ) -> Iterator[Face]:
-    """Faces around a solid between two outlines.
+    """Yield the faces of a solid between two outlines.
 
     `kinds` are the pictures on the front with its corners, on the rear with its corners and on the
-    sides; `cut` is as in `Ring.corners`, the same at both, so that every face is plane.
+    sides. `cut` is as in `Ring.corners`, equal at both outlines, so that every face is plane.
     """
     below, above = lower.corners(cut), upper.corners(cut)
     front, rear, side = kinds
@@ -129,32 +129,32 @@ def between(
         yield Face(corners, np.array(away), kind)
 
 
-def flat(
+def level_face(
     height: float, x: tuple[float, float], z: tuple[float, float], kind: int, soft: bool = False
 ) -> Face:
-    """Level rectangle that is seen from above."""
+    """Return a horizontal rectangle that faces upwards."""
     outline = [(x[0], z[0]), (x[1], z[0]), (x[1], z[1]), (x[0], z[1])]
     corners = np.array([[a, height, b] for a, b in outline])
     return Face(corners, np.array([0.0, 1.0, 0.0]), kind, soft)
 
 
-def upright(corners: Sequence[tuple[float, float]], z: float, ahead: bool, kind: int) -> Face:
-    """Polygon of corners (x, y) that stands across the axis at `z`, and faces along it."""
+def upright_face(corners: Sequence[tuple[float, float]], z: float, ahead: bool, kind: int) -> Face:
+    """Return a polygon of corners (x, y) perpendicular to the axis at `z` that faces along it."""
     places = np.array([[x, y, z] for x, y in corners])
     return Face(places, np.array([0.0, 0.0, 1.0 if ahead else -1.0]), kind)
 
 
-def assembled(faces: Sequence[Face], projections: Array) -> Facets:
-    """Facets of faces that are listed from front to back.
+def assemble_facets(faces: Sequence[Face], projections: Array) -> Facets:
+    """Return the facets of faces that are listed from front to back.
 
     `projections`, shape (pictures, 2, 4), are column and row in every picture, as in
     `Facets.places`.
     """
-    corners = np.zeros((len(faces), MOST, 3))
+    corners = np.zeros((len(faces), MAX_CORNERS, 3))
     normals = np.empty((len(faces), 3))
     for k, face in enumerate(faces):
         corners[k, : len(face.corners)] = face.corners
-        # The diagonals span the plane even where two corners are one.
+        # The diagonals span the plane even if two corners coincide.
         first, second = face.corners[2] - face.corners[0], face.corners[-1] - face.corners[1]
         normal = np.cross(first, second)
         normal /= np.sqrt((normal * normal).sum())
@@ -170,33 +170,30 @@ def assembled(faces: Sequence[Face], projections: Array) -> Facets:
     )
 
 
-# Pictures of a car: elevations, a plan, and the shadow below.
+# pictures of a car: elevations, a plan, and the shadow below
 SIDE, FRONT, REAR, TOP, SHADOW = range(5)
-REACH = 2.56  # side and plan show this much before and behind the middle [metres]
-WIDE = 1.28  # front, rear and plan show this much on either side of the middle [metres]
-TALL = 1.92  # elevations show this much above the ground [metres]
-# Width and height of the pictures [pixels].
+REACH = 2.56  # half length that side and plan show [metres]
+WIDE = 1.28  # half width that front, rear and plan show [metres]
+TALL = 1.92  # height that elevations show [metres]
+# width and height of the pictures [pixels]
 SIZES = {SIDE: (512, 128), FRONT: (256, 128), REAR: (256, 128), TOP: (256, 128), SHADOW: (64, 64)}
-BELT = 0.93  # height of the lower edge of the windows, without that of the sills [metres]
+BELT = 0.93  # height of the windows' lower edge, without the sills [metres]
 TYRE = 0.31  # radius of a tyre, and height of its hub [metres]
-_CUT = 0.16, 0.24  # corners of the body, across and along [metres]
+_CUT = 0.16, 0.24  # cut-off corners of the body, across and along [metres]
 _DARK = 0.55  # reach of the shadow beyond the body [metres]
 
 
 @dataclass(frozen=True)
 class CarShape:
-    """Proportions of a car, in metres; along the car from its middle, ahead positive."""
+    """Proportions of a car, in metres; along the car from its centre, ahead positive."""
 
-    # length, width: of the body
-    length: float
-    width: float
+    length: float  # of the body
+    width: float  # of the body
     roof: float  # height of the roof
     bonnet: float  # height of the bonnet's front edge
-    # screen, rear_screen: where the windscreen and the rear window stand and where they end at
-    # the roof
-    screen: tuple[float, float]
-    rear_screen: tuple[float, float]
-    deck: float  # where the body's upper side ends behind
+    screen: tuple[float, float]  # foot and roof end of the windscreen
+    rear_screen: tuple[float, float]  # foot and roof end of the rear window
+    deck: float  # rear end of the body's upper side
     axles: tuple[float, float]  # front and rear
 
     @property
@@ -223,23 +220,25 @@ class CarShape:
 
     @cached_property
     def facets(self) -> Facets:
-        """Everything of the car, from front to back as seen from above the bonnet."""
-        return assembled(list(self._faces()), self._projections)
+        """All facets of the car, from front to back as seen from above the bonnet."""
+        return assemble_facets(list(self._faces()), self._projections)
 
     def _faces(self) -> Iterator[Face]:
         foot, eaves, top = self.cabin
-        yield flat(top.height, (-top.half_width, top.half_width), (top.behind, top.ahead), TOP)
-        yield from between(eaves, top, (TOP, TOP, TOP))
-        yield from between(foot, eaves, (FRONT, REAR, SIDE))
+        yield level_face(
+            top.height, (-top.half_width, top.half_width), (top.behind, top.ahead), TOP
+        )
+        yield from side_faces(eaves, top, (TOP, TOP, TOP))
+        yield from side_faces(foot, eaves, (FRONT, REAR, SIDE))
         rings = self.rings
         deck = rings[-1]
-        yield flat(BELT, (-deck.half_width, deck.half_width), (deck.behind, deck.ahead), TOP)
-        yield from between(rings[2], rings[3], (TOP, REAR, SIDE), _CUT)
-        yield from between(rings[1], rings[2], (FRONT, REAR, SIDE), _CUT)
-        yield from between(rings[0], rings[1], (FRONT, REAR, SIDE), _CUT)
+        yield level_face(BELT, (-deck.half_width, deck.half_width), (deck.behind, deck.ahead), TOP)
+        yield from side_faces(rings[2], rings[3], (TOP, REAR, SIDE), _CUT)
+        yield from side_faces(rings[1], rings[2], (FRONT, REAR, SIDE), _CUT)
+        yield from side_faces(rings[0], rings[1], (FRONT, REAR, SIDE), _CUT)
         yield from self._wheels()
         end, wide = self.length / 2 + _DARK, self.width / 2 + _DARK
-        yield flat(0.0, (-wide, wide), (-end, end), SHADOW, soft=True)
+        yield level_face(0.0, (-wide, wide), (-end, end), SHADOW, soft=True)
 
     def _wheels(self) -> Iterator[Face]:
         outer = self.rings[0].half_width
@@ -254,12 +253,12 @@ class CarShape:
                     for a in angles
                 ]
                 yield Face(np.array(rim), np.array([side, 0.0, 0.0]), SIDE)
-                yield upright(tread, axle + 0.2, True, FRONT)
-                yield upright(tread, axle - 0.2, False, REAR)
+                yield upright_face(tread, axle + 0.2, True, FRONT)
+                yield upright_face(tread, axle - 0.2, False, REAR)
 
     @property
     def _projections(self) -> Array:
-        """Where every place of the car is in each picture."""
+        """Projection of every place of the car to each picture."""
 
         def scaled(kind: int, factors: list[list[float]]) -> Array:
             return np.multiply(factors, np.array(SIZES[kind], np.float64)[:, None])
@@ -280,8 +279,8 @@ class CarShape:
         )
 
 
-def any_shape(random: np.random.Generator) -> CarShape:
-    """Saloon, hatchback or estate, with proportions of its own."""
+def sample_car_shape(random: np.random.Generator) -> CarShape:
+    """Sample a saloon, hatchback or estate."""
     kind = ("saloon", "hatchback", "estate")[random.integers(3)]
     length = random.uniform(*{"saloon": (4.25, 4.6), "hatchback": (3.75, 4.1),
                               "estate": (4.3, 4.65)}[kind])  # fmt: skip

@@ -1,10 +1,10 @@
 """`nummiaro2003/traffic`: the car ahead, seen from a car that follows it.
 
-The paper: "a driver assistance application, where the color-based particle filter has to handle
-rapid movements of the target and the camera ... Different viewing angles of the tracked car
-make the experiment quite difficult", with "large scale changes and out-of-plane rotations"
-(section 7, Fig. 8 and 9). All the rest is ours: the camera's car closes up while the target
-slows down, the target turns into a side road, the camera's car follows and falls back.
+The paper describes "a driver assistance application, where the color-based particle filter has to
+handle rapid movements of the target and the camera ... Different viewing angles of the tracked car
+make the experiment quite difficult", with "large scale changes and out-of-plane rotations" (section
+7, Fig. 8 and 9). All other properties are our choice. The camera's car closes up while the target
+slows down. The target turns into a side road, and the camera's car follows and falls back.
 """
 
 from functools import lru_cache
@@ -13,7 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackmark.datasets.synthetic.knobs import SceneKnobs
-from trackmark.datasets.synthetic.nummiaro2003.driving.car import TARGETS, CarAt, any_car, unlike
+from trackmark.datasets.synthetic.nummiaro2003.driving.car import (
+    TARGETS,
+    CarAt,
+    contrasting_paints,
+    sample_car,
+)
 from trackmark.datasets.synthetic.nummiaro2003.driving.paintwork import BGR
 from trackmark.datasets.synthetic.nummiaro2003.driving.plan import (
     FRAMES_PER_SECOND,
@@ -21,19 +26,19 @@ from trackmark.datasets.synthetic.nummiaro2003.driving.plan import (
     Bend,
     DrivingPath,
     DrivingPlan,
-    Way,
+    Route,
 )
 from trackmark.datasets.synthetic.nummiaro2003.driving.scene import DrivingScene
 from trackmark.datasets.synthetic.nummiaro2003.driving.view import PerspectiveView
 from trackmark.datasets.synthetic.nummiaro2003.driving.world import (
     House,
     Layout,
-    Plant,
+    StreetObject,
     Strip,
-    any_house,
-    dashes,
+    broken_line,
+    sample_house,
 )
-from trackmark.datasets.synthetic.render.path import smooth_step, spaced
+from trackmark.datasets.synthetic.render.path import random_positions, smooth_step
 from trackmark.datasets.synthetic.render.views import QUICK, SLOW, random_wander
 from trackmark.datasets.synthetic.scene import part_generator
 
@@ -41,29 +46,29 @@ Array = NDArray[np.float64]
 
 FRAMES = 330
 
-LANE = 1.75  # from the road's middle to that of a lane [metres]
-EDGE = 4.4  # half the width of a road, parking along the kerb not counted [metres]
-PAVED = 7.2  # where the pavement ends, from the road's middle [metres]
-ROOM = 0.24  # the camera is turned so that the target stays this near to the axis [radians]
-# Share of the target's angle from the car's axis that the turn leaves, where it is small.
+LANE = 1.75  # distance from the road's middle to that of a lane [metres]
+EDGE = 4.4  # half width of a road, without parking at the kerb [metres]
+PAVED = 7.2  # outer edge of the pavement, from the road's middle [metres]
+ROOM = 0.24  # maximum angle of the target from the optical axis [radians]
+# share of the target's angle from the car's axis that the camera's turn leaves, for small angles
 FREE = 0.2
 
 
 def scene(knobs: SceneKnobs) -> DrivingScene:
-    """Return renderer and ground truth; nothing is painted yet."""
+    """Return the renderer with its ground truth, without rendering."""
     return DrivingScene(traffic_plan(knobs.scene), still=False)
 
 
 @lru_cache(maxsize=4)
 def traffic_plan(seed: int) -> DrivingPlan:
-    """Place, cars and camera of a scene."""
+    """Return place, cars and camera of a scene."""
 
     def generator(part: str) -> np.random.Generator:
         return part_generator(seed, f"nummiaro2003/traffic {part}")
 
-    target = any_car(generator("target"), TARGETS)
-    others = unlike(target.paint)
-    course, follower, crossing = _ways(generator("ways"))
+    target = sample_car(generator("target"), TARGETS)
+    others = contrasting_paints(target.paint)
+    course, follower, crossing = _sample_paths(generator("ways"))
     views = _views(generator("camera"), course, follower)
     layout = Layout(
         int(generator("place").integers(2**32)),
@@ -73,40 +78,43 @@ def traffic_plan(seed: int) -> DrivingPlan:
         _parked(generator("parked cars"), others, crossing),
     )
     cars = [(target, course)]
-    for i, way in enumerate(_oncoming(generator("oncoming ways"), course, crossing)):
-        cars.append((any_car(generator(f"oncoming car {i}"), others), way))
+    for i, route in enumerate(_oncoming(generator("oncoming ways"), course, crossing)):
+        cars.append((sample_car(generator(f"oncoming car {i}"), others), route))
     return DrivingPlan(layout, views, cars)
 
 
-def _ways(random: np.random.Generator) -> tuple[DrivingPath, DrivingPath, float]:
-    """Courses of the target and of the camera's car, and where the roads cross [metres].
+def _sample_paths(random: np.random.Generator) -> tuple[DrivingPath, DrivingPath, float]:
+    """Sample the paths of target and follower, and where the roads cross [metres].
 
-    Both take the same way; the gap between them is what makes the target small and large.
+    Both follow the same route; the gap between them determines the target's size.
     """
     gap, least = random.uniform(24.0, 26.5), random.uniform(16.0, 18.0)
     right = random.random() < 0.5
     radius = random.uniform(7.5, 8.5) if right else random.uniform(10.5, 12.0)
     turn = np.pi / 2 if right else -np.pi / 2
     straight = gap + random.uniform(56.0, 64.0)
-    way = Way(LANE, 0.0, 0.0, [Bend(straight, turn, radius), Bend(140.0)])
+    route = Route(LANE, 0.0, 0.0, [Bend(straight, turn, radius), Bend(140.0)])
     top = random.uniform(10.0, 11.0)
     crossing = straight + radius + (LANE if right else -LANE)
-    ahead = way.driven(FRAMES, gap, top)
-    # When the target is in the middle of the bend it is nearest.
+    ahead = route.driven(FRAMES, gap, top)
+    # The target is nearest in the middle of the bend.
     middle = float(np.interp(straight + abs(turn) * radius / 2, ahead, np.arange(FRAMES)))
     time = np.arange(FRAMES, dtype=np.float64)
     closing = smooth_step(time, 10.0, middle)
     leaving = smooth_step(time, middle + 15.0, FRAMES - 10.0)
     last = random.uniform(24.0, 27.0)
-    # Steady in the logarithm: the target grows and shrinks by the same share in every frame.
+    # Linear in the logarithm: the target's size changes by the same factor in every frame.
     distance = gap * (least / gap) ** closing * (last / least) ** leaving
     sway = random_wander(random, FRAMES, (3.0, 7.0), 0.16)
-    courses = [_swaying(way.at(s), sway * k) for s, k in ((ahead, 1.0), (ahead - distance, 0.4))]
+    courses = [
+        _swaying_path(route.places_at(s), sway * k)
+        for s, k in ((ahead, 1.0), (ahead - distance, 0.4))
+    ]
     return courses[0], courses[1], crossing
 
 
-def _swaying(places: Array, sway: Array) -> DrivingPath:
-    """Course that leaves the middle of its lane by some metres."""
+def _swaying_path(places: Array, sway: Array) -> DrivingPath:
+    """Return a path that deviates from the middle of its lane by `sway` [metres]."""
     x, z, heading = places.T
     x, z = x + sway * np.cos(heading), z - sway * np.sin(heading)
     step = np.maximum(np.sqrt(np.gradient(x) ** 2 + np.gradient(z) ** 2), 0.05)
@@ -116,9 +124,9 @@ def _swaying(places: Array, sway: Array) -> DrivingPath:
 def _views(
     random: np.random.Generator, target: DrivingPath, follower: DrivingPath
 ) -> list[PerspectiveView]:
-    """Camera behind the windscreen: it nods and shakes with the road, and turns to the target.
+    """Return a camera behind the windscreen that shakes with the road and turns to the target.
 
-    The farther off the target is, the more the turn gives way, so that it stays in view.
+    The turn is reduced as the target's angle grows, so that the target stays in view.
     """
     eye = 0.4  # ahead of the car's middle [metres]
     x = follower.x + eye * np.sin(follower.heading)
@@ -146,18 +154,18 @@ def _views(
 def _oncoming(
     random: np.random.Generator, target: DrivingPath, crossing: float
 ) -> list[DrivingPath]:
-    """Cars in the opposite lanes; none is at the crossing when the target turns there."""
+    """Return cars in the opposite lanes; none is at the crossing when the target turns there."""
     enters = int(np.searchsorted(target.z, crossing - 3 * EDGE))
     courses = []
     for earlier in (random.uniform(60, 80), random.uniform(110, 150)):
         step = random.uniform(9.0, 12.0) / FRAMES_PER_SECOND
         z = crossing + (enters - earlier - np.arange(FRAMES)) * step
-        courses.append(DrivingPath.of(FRAMES, -LANE, z, np.pi))
-    # One more in the side road, which the camera meets there.
+        courses.append(DrivingPath.in_heading(FRAMES, -LANE, z, np.pi))
+    # Another one in the side road, which the camera's car meets there.
     side = float(np.sign(target.x[-1] - target.x[0]))
     away = FRAMES + random.uniform(20, 60) - np.arange(FRAMES)
     x = side * away * (random.uniform(9.0, 11.0) / FRAMES_PER_SECOND)
-    courses.append(DrivingPath.of(FRAMES, x, crossing + side * LANE, -side * np.pi / 2))
+    courses.append(DrivingPath.in_heading(FRAMES, x, crossing + side * LANE, -side * np.pi / 2))
     return courses
 
 
@@ -165,13 +173,13 @@ def _strips(crossing: float) -> list[Strip]:
     near, far = -60.0, 900.0
     open_to = crossing - EDGE, crossing + EDGE
     return [
-        *dashes(near, open_to[0] - 3, 0.0, along_x=False),
-        *dashes(open_to[1] + 1, crossing + 150.0, 0.0, along_x=False),
+        *broken_line(near, open_to[0] - 3, 0.0, along_x=False),
+        *broken_line(open_to[1] + 1, crossing + 150.0, 0.0, along_x=False),
         *(
             strip
             for side in (-1, 1)
             for start in np.arange(EDGE + 1.5, 240.0, 9.0).tolist()
-            for strip in dashes(
+            for strip in broken_line(
                 min(side * start, side * (start + 3.0)),
                 min(side * start, side * (start + 3.0)) + 0.1,
                 crossing,
@@ -195,7 +203,7 @@ def _strips(crossing: float) -> list[Strip]:
 
 
 def _houses(random: np.random.Generator, crossing: float) -> list[House]:
-    """Along both roads, none near the crossing: nothing hides what turns there."""
+    """Return houses along both roads, but none near the crossing, to keep the view free."""
     houses = []
     for side in (-1, 1):
         z = -10.0 + random.uniform(0, 8)
@@ -203,48 +211,50 @@ def _houses(random: np.random.Generator, crossing: float) -> list[House]:
             wide, depth = random.uniform(10, 18), random.uniform(9, 13)
             if abs(z + wide / 2 - crossing) > 26 + wide / 2:
                 x = side * (random.uniform(12.5, 16.0) + depth / 2)
-                houses.append(any_house(random, x, z + wide / 2, depth, wide))
+                houses.append(sample_house(random, x, z + wide / 2, depth, wide))
             z += wide + random.uniform(3, 9)
         for across in (-1, 1):
             x = random.uniform(26, 32)
             while x < 120:
                 wide, depth = random.uniform(10, 18), random.uniform(9, 13)
                 z = crossing + across * (random.uniform(12.5, 16.0) + depth / 2)
-                houses.append(any_house(random, side * (x + wide / 2), z, wide, depth))
+                houses.append(sample_house(random, side * (x + wide / 2), z, wide, depth))
                 x += wide + random.uniform(3, 9)
     return houses
 
 
-def _plants(random: np.random.Generator, crossing: float) -> list[Plant]:
+def _plants(random: np.random.Generator, crossing: float) -> list[StreetObject]:
     plants = []
     kinds = ("tree", "tree", "tree", "post", "bush", "sign")
     for side in (-1, 1):
-        for z in spaced(random, random.uniform(5, 12), crossing + 80, (9, 17)):
+        for z in random_positions(random, random.uniform(5, 12), crossing + 80, (9, 17)):
             if abs(z - crossing) > PAVED + 2:
                 x = side * (PAVED + random.uniform(1.2, 2.8))
-                plants.append(Plant(kinds[random.integers(6)], x, z, random.uniform(0.8, 1.2)))
+                plants.append(
+                    StreetObject(kinds[random.integers(6)], x, z, random.uniform(0.8, 1.2))
+                )
         for across in (-1, 1):
-            for x in spaced(random, PAVED + random.uniform(4, 10), 110, (9, 17)):
+            for x in random_positions(random, PAVED + random.uniform(4, 10), 110, (9, 17)):
                 z = crossing + across * (PAVED + random.uniform(1.2, 2.8))
                 plants.append(
-                    Plant(kinds[random.integers(6)], side * x, z, random.uniform(0.8, 1.2))
+                    StreetObject(kinds[random.integers(6)], side * x, z, random.uniform(0.8, 1.2))
                 )
     return plants
 
 
 def _parked(random: np.random.Generator, paints: tuple[BGR, ...], crossing: float) -> list[CarAt]:
-    """Cars along the kerbs of both roads, half on the pavement."""
+    """Return cars along the kerbs of both roads, half on the pavement."""
     cars = []
     kerb = EDGE + 0.15
     for side in (-1, 1):
-        for z in spaced(random, random.uniform(8, 20), crossing + 60, (7, 13)):
-            car = any_car(random, paints)
+        for z in random_positions(random, random.uniform(8, 20), crossing + 60, (7, 13)):
+            car = sample_car(random, paints)
             heading = 0.0 if side > 0 else np.pi
             if abs(z - crossing) > 16 and random.random() < 0.45:
                 cars.append(CarAt(car, side * kerb, z, heading))
         for across in (-1, 1):
-            for x in spaced(random, random.uniform(20, 30), 90, (8, 14)):
-                car = any_car(random, paints)
+            for x in random_positions(random, random.uniform(20, 30), 90, (8, 14)):
+                car = sample_car(random, paints)
                 heading = np.pi / 2 if across < 0 else -np.pi / 2
                 if random.random() < 0.4:
                     cars.append(CarAt(car, side * x, crossing + across * kerb, heading))

@@ -1,6 +1,6 @@
-"""A pinhole camera that looks anywhere; where solids are for it, and the light on their facets.
+"""Pinhole camera in any orientation, poses of solids, light on facets, upright cutouts.
 
-World: x to the right, y up, z ahead; metres. A yaw or heading of 0 looks along z, of π/2 along x.
+World: x to the right, y up, z ahead; metres. A yaw or heading of 0 points along z, of π/2 along x.
 """
 
 import math
@@ -20,7 +20,7 @@ from trackmark.datasets.synthetic.render.views import Viewpoint
 
 Array = NDArray[np.float64]
 
-_STEP = 2.0**-30  # of sines and cosines: the same on every platform
+_STEP = 2.0**-30  # rounding of sines and cosines, for equal bytes on every platform
 
 
 @dataclass(frozen=True)
@@ -30,12 +30,12 @@ class PerspectiveView:
     focal: float  # focal length [pixels]
     centre: tuple[float, float]  # column and row of the optical axis [pixels]
     place: tuple[float, float, float]  # of the camera (x, y, z) [metres]
-    yaw: float  # direction of sight over the ground [radians]
+    yaw: float  # horizontal viewing direction [radians]
     pitch: float  # downwards [radians]
 
     @cached_property
     def turn(self) -> Array:
-        """From the world's axes to the camera's (right, down, ahead), shape (3, 3)."""
+        """Rotation from the world's axes to the camera's (right, down, ahead), shape (3, 3)."""
         (cos, sin), (level, down) = _direction(self.yaw), _direction(self.pitch)
         return np.array(
             [
@@ -52,11 +52,11 @@ class PerspectiveView:
         return self.centre[1] - self.focal * down / level
 
     def shifted(self, right: int, down: int) -> "PerspectiveView":
-        """The same camera, its picture shifted by some pixels."""
+        """Return the same camera with its image shifted by some pixels."""
         return replace(self, centre=(self.centre[0] + right, self.centre[1] + down))
 
     def seen_from(self, points: ArrayLike) -> Array:
-        """Places (..., 3) in the camera's frame: right, down, ahead [metres]."""
+        """Transform places (..., 3) to the camera's frame: right, down, ahead [metres]."""
         apart = np.asarray(points, np.float64) - self.place
         # Sums in a fixed order: the same bits on every platform.
         turn = self.turn
@@ -67,7 +67,10 @@ class PerspectiveView:
         )
 
     def place_of(self, x: float, z: float) -> tuple[float, float, float]:
-        """Column, row [pixels] and depth [metres] of a place on the ground; depth may be <= 0."""
+        """Return column, row [pixels] and depth [metres] of a place on the ground.
+
+        The depth can be negative.
+        """
         x, up, z = x - self.place[0], -self.place[1], z - self.place[2]
         right, down, ahead = (a * x + b * up + c * z for a, b, c in self._rows)
         scale = self.focal / ahead if ahead > 0 else 0.0
@@ -79,7 +82,7 @@ class PerspectiveView:
         return rows
 
     def project(self, points: ArrayLike) -> Array:
-        """Column, row [pixels] and depth [metres] of places, shape (..., 3)."""
+        """Return column, row [pixels] and depth [metres] of places, shape (..., 3)."""
         right, down, ahead = np.moveaxis(self.seen_from(points), -1, 0)
         with np.errstate(divide="ignore", invalid="ignore"):
             scale = self.focal / ahead
@@ -89,7 +92,7 @@ class PerspectiveView:
 
 
 def heading_axes(heading: float) -> Array:
-    """From a solid's axes (right, up, ahead) to the world's, shape (3, 3)."""
+    """Return the rotation from a solid's axes (right, up, ahead) to the world's, shape (3, 3)."""
     cos, sin = _direction(heading)
     return np.array([[cos, 0.0, sin], [0.0, 1.0, 0.0], [-sin, 0.0, cos]])
 
@@ -99,40 +102,34 @@ def _direction(angle: float) -> tuple[float, float]:
     return cos, sin
 
 
-NEAREST_SOLID = 0.6  # solids that come nearer to the camera than this have no extents [metres]
+NEAREST_SOLID = 0.6  # minimum depth of a solid's corners for its extents [metres]
 STAINS_SIDE = 512  # side of the picture of stains on the ground [pixels]
-STAINS_PERIOD = 16.0  # the picture of stains covers this side of the ground [metres]
-_SKY = np.array([-0.05, 0.23, -0.08, 0.8])  # brightest above, and somewhat to the left
+STAINS_PERIOD = 16.0  # side of the ground that the picture of stains covers [metres]
+_SKY = np.array([-0.05, 0.23, -0.08, 0.8])  # brightest from above, and slightly from the left
 _DENSITY = STAINS_SIDE / STAINS_PERIOD * np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
 
 
-def posed(
+def facet_pose(
     view: PerspectiveView,
     facets: Facets,
     place: tuple[float, float, float] = (0, 0, 0),
     heading: float = 0.0,
 ) -> FacetPose:
-    """Pose of a solid that stands at a place, its axis in a heading."""
+    """Return the pose of a solid that stands at a place, its axis in a heading."""
     eye, axes = np.array(view.place), heading_axes(heading)
     return _pose(view.turn, eye, axes, np.array(place, float), facets.normals, _SKY, _DENSITY)
 
 
 @njit(cache=True)
 def _pose(
-    view: NDArray[np.float64],
-    eye: NDArray[np.float64],
-    axes: NDArray[np.float64],
-    place: NDArray[np.float64],
-    normals: NDArray[np.float64],
-    sky: NDArray[np.float64],
-    density: NDArray[np.float64],
+    view: Array, eye: Array, axes: Array, place: Array, normals: Array, sky: Array, density: Array
 ) -> FacetPose:
-    """Pose of a solid at a `place` for a camera at `eye` [metres].
+    """Return the pose of a solid at a `place` for a camera at `eye` [metres].
 
-    `view`, shape (3, 3), turns the world's axes to the camera's, `axes` the solid's to the world's;
-    `normals` are those of its facets in its own frame. Light on a facet is `sky`: three factors of
-    its normal in the world, and a constant. `density`, shape (2, 3), gives column and row in the
-    picture of stains as factors of a place in the world.
+    `view`, shape (3, 3), rotates the world's axes to the camera's, `axes` the solid's to the
+    world's; `normals` are those of its facets in its own frame. `sky` is the light on a facet:
+    three factors of its normal in the world, and a constant. `density`, shape (2, 3), contains
+    column and row in the picture of stains as factors of a place in the world.
     """
     turn, apart, shading = np.zeros((3, 3)), np.zeros(3), np.zeros((2, 4))
     for i in range(3):
@@ -156,12 +153,12 @@ def _pose(
 
 
 @njit(cache=True)
-def extents(
+def facet_extents(
     facets: Facets, pose: FacetPose, lens: Lens
 ) -> tuple[float, float, float, float, float]:
-    """Lowest and highest column and row of a solid's corners, and the nearest one's depth.
+    """Return the range of columns and rows of a solid's corners, and the minimum depth.
 
-    Where one of them is not clearly before the camera, columns and rows are 0.
+    Columns and rows are 0 if a corner is not clearly in front of the camera.
     """
     turn, place = pose.turn, pose.place
     nearest = np.inf
@@ -182,74 +179,77 @@ def extents(
     return left, right, top, bottom, nearest
 
 
-# Left, top, right and bottom of some pixels, the last two excluded.
-Window = tuple[int, int, int, int]
-NEAREST_DRAWN = 2.0  # things nearer to the camera than this are not drawn [metres]
+Window = tuple[int, int, int, int]  # left, top, right and bottom pixel; the last two are excluded
+NEAREST_DRAWN = 2.0  # minimum depth of drawn objects [metres]
 
 
 class Drawable(Protocol):
-    """Something at a place on the ground."""
+    """Object at a place on the ground."""
 
     @property
     def x(self) -> float:
-        """Place of its middle, to the right [metres]."""
+        """Place of its centre, to the right [metres]."""
         ...
 
     @property
     def z(self) -> float:
-        """Place of its middle, ahead [metres]."""
+        """Place of its centre, ahead [metres]."""
         ...
 
     @property
     def reach(self) -> float:
-        """No part of it is farther from its middle, over the ground [metres]."""
+        """Maximum horizontal distance of its parts from its centre [metres]."""
         ...
 
     def window(self, view: PerspectiveView) -> Window | None:
-        """Pixels that it may be seen in, wherever they lie; None behind the camera."""
+        """Return the pixels that it may cover, also outside the image; None behind the camera."""
         ...
 
     def draw(self, canvas: NDArray[np.uint8], view: PerspectiveView) -> None:
-        """Draw it over a canvas, which is changed in place."""
+        """Draw it over a canvas in place."""
         ...
 
 
-def from_far(things: list[Drawable], view: PerspectiveView, width: int) -> list[Drawable]:
-    """Things that may be in a picture of a width [pixels], the farthest first."""
+def sort_from_far(things: list[Drawable], view: PerspectiveView, width: int) -> list[Drawable]:
+    """Return the objects that may be in an image of a width [pixels], the farthest first."""
     x, z, reach = np.array([(thing.x, thing.z, thing.reach) for thing in things]).T
     right, _, ahead = view.seen_from(np.stack([x, np.zeros(len(x)), z], axis=1)).T
-    # The tangent of half the field of view, and something for the slope of its border.
+    # Tangent of half the field of view, with a margin for the slope of its border.
     edge = width / 2 / view.focal
     seen = (ahead > -reach) & (np.abs(right) < edge * (ahead + reach) + 1.2 * reach)
     apart = right * right + ahead * ahead
     return [things[i] for i in np.argsort(-apart, kind="stable") if seen[i]]
 
 
-def meet(one: Window, other: Window) -> bool:
-    """Whether two windows have pixels in common."""
-    return one[0] < other[2] and other[0] < one[2] and one[1] < other[3] and other[1] < one[3]
+def windows_meet(first_window: Window, second_window: Window) -> bool:
+    """Return whether two windows share pixels."""
+    return (
+        first_window[0] < second_window[2]
+        and second_window[0] < first_window[2]
+        and first_window[1] < second_window[3]
+        and second_window[1] < first_window[3]
+    )
 
 
-METRE = 40.0  # pixels a metre of the pictures
+METRE = 40.0  # pixels per metre of the pictures
 
 
 @dataclass(frozen=True)
 class Cutout:
-    """Picture of a thing without what is behind it."""
+    """Picture of an object with a transparent background."""
 
     sprite: Sprite
-    foot: float  # row at which it stands [pixels]
+    foot: float  # row of its base [pixels]
 
 
 @dataclass(frozen=True)
-class Standing:
-    """A thing that stands upright at a place and faces the camera; a `Drawable`."""
+class UprightCutout:
+    """Upright object at a place that faces the camera; a `Drawable`."""
 
     cutout: Cutout
-    # x, z: [metres]
-    x: float
-    z: float
-    size: float = 1.0  # against that of its picture
+    x: float  # to the right [metres]
+    z: float  # ahead [metres]
+    size: float = 1.0  # relative to its picture
 
     @property
     def reach(self) -> float:
@@ -276,10 +276,10 @@ class Standing:
             self.cutout.sprite.draw(canvas, np.array([[column, row - rise]]), scale)
 
 
-def cut_out(
+def paint_cutout(
     make: Callable[[np.random.Generator, float, float, float], Prop], random: np.random.Generator
 ) -> Cutout:
-    """Thing of the street, painted once: seen where a metre has METRE pixels."""
+    """Return a street object, painted once with METRE pixels per metre."""
     prop = make(random, 0.0, 1.0, METRE)
     _, top, alpha = prop.coverage(Viewpoint(METRE, 0.0, 0.0, 0.0))
     height, width = alpha.shape

@@ -1,4 +1,4 @@
-"""Places where cars drive: ground, houses, what stands about and what is far off."""
+"""Surroundings of driving cars: ground, houses, static objects and a distant panorama."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -16,20 +16,20 @@ from trackmark.datasets.synthetic.nummiaro2003.driving.shape import (
     Lens,
     Pictures,
     Ring,
-    assembled,
-    between,
-    blank,
-    flat,
-    packed,
+    assemble_facets,
+    blank_pictures,
+    level_face,
+    pack_pictures,
+    side_faces,
 )
 from trackmark.datasets.synthetic.nummiaro2003.driving.view import (
     STAINS_SIDE,
     Cutout,
     Drawable,
     PerspectiveView,
-    Standing,
-    cut_out,
-    posed,
+    UprightCutout,
+    facet_pose,
+    paint_cutout,
 )
 from trackmark.datasets.synthetic.render.sprite import draw_rows
 from trackmark.datasets.synthetic.render.street.facades import backdrop
@@ -52,26 +52,24 @@ _WALLS = (
 )
 _ROOFS = ((62, 70, 100), (74, 70, 68), (88, 88, 92))
 
-_BAYS = 4  # in a picture, side by side; two storeys of them
-_WALL = 512, 256  # of a picture of a wall [pixels]
+_BAYS = 4  # bays in a picture, side by side, on two storeys
+_WALL = 512, 256  # size of a picture of a wall [pixels]
 
 
 @dataclass(frozen=True)
 class House:
-    """A house along the axes."""
+    """Axis-parallel house."""
 
-    # x, z: its middle [metres]
-    x: float
-    z: float
-    # width, depth: along x and along z [metres]
-    width: float
-    depth: float
-    storeys: int  # ground floor included
+    x: float  # centre, to the right [metres]
+    z: float  # centre, ahead [metres]
+    width: float  # along x [metres]
+    depth: float  # along z [metres]
+    storeys: int  # number of storeys with the ground floor
     roof: float  # height of the roof; 0 is flat [metres]
-    look: int  # number of its look, in [0, LOOKS)
+    look: int  # index of its look, in [0, LOOKS)
 
     def faces(self) -> list[Face]:
-        """Walls and roof."""
+        """Return walls and roof."""
         half, end, high = self.width / 2, self.depth / 2, self.storeys * STOREY
         foot, first, eaves = (Ring(h, end, -end, half) for h in (0.0, STOREY, high))
         inset = min(half, end) - 0.4 if self.roof else 0.3
@@ -80,21 +78,25 @@ class House:
         top = Ring(high + max(self.roof, 0.5), end - inset, inset - end, half - inset)
         floor, floor_side, wall, wall_side, roof = (5 * self.look + k for k in range(5))
         faces = [
-            flat(top.height, (-top.half_width, top.half_width), (top.behind, top.ahead), roof),
-            *between(edge, top, (roof, roof, roof)),
-            *between(first, eaves, (wall, wall, wall_side)),
-            *between(foot, first, (floor, floor, floor_side)),
+            level_face(
+                top.height, (-top.half_width, top.half_width), (top.behind, top.ahead), roof
+            ),
+            *side_faces(edge, top, (roof, roof, roof)),
+            *side_faces(first, eaves, (wall, wall, wall_side)),
+            *side_faces(foot, first, (floor, floor, floor_side)),
         ]
         place = np.array([self.x, 0.0, self.z])
         return [replace(face, corners=face.corners + place) for face in faces]
 
 
 class Houses:
-    """Houses that are drawn together: `facets` in the world's frame, and the `pictures` on them."""
+    """Houses that are drawn together: `facets` in the world's frame, and their `pictures`."""
 
     def __init__(self, random: np.random.Generator, houses: Sequence[House]) -> None:
         faces = [house.faces() for house in houses]
-        self._owners = np.repeat(np.arange(len(houses)), [len(own) for own in faces])
+        self._owners = np.repeat(
+            np.arange(len(houses)), [len(house_faces) for house_faces in faces]
+        )
         self._places = np.array([(house.x, 0.0, house.z) for house in houses])
         self._reach = np.array([house.width + house.depth for house in houses]) / 2
         pictures, projections = [], []
@@ -102,11 +104,13 @@ class Houses:
             bay = random.uniform(2.6, 3.6)
             pictures += _look(random, bay)
             projections += _projections(bay)
-        self.facets = assembled([face for own in faces for face in own], np.array(projections))
-        self.pictures = packed(pictures)
+        self.facets = assemble_facets(
+            [face for house_faces in faces for face in house_faces], np.array(projections)
+        )
+        self.pictures = pack_pictures(pictures)
 
     def order(self, view: PerspectiveView) -> NDArray[np.int64]:
-        """Numbers of the facets of houses that may be seen, from the nearest house on."""
+        """Return the facets of potentially visible houses, from the nearest house on."""
         right, _, ahead = view.seen_from(self._places).T
         seen = (ahead > -self._reach) & (np.abs(right) - self._reach < 0.8 * (ahead + self._reach))
         rank = np.argsort(np.argsort(right * right + ahead * ahead, kind="stable"))
@@ -114,10 +118,10 @@ class Houses:
         return facets[np.argsort(rank[self._owners[facets]], kind="stable")]
 
 
-def any_house(
+def sample_house(
     random: np.random.Generator, x: float, z: float, width: float, depth: float, large: bool = False
 ) -> House:
-    """House on a plot; a large one is an office with a flat roof. All in metres."""
+    """Sample a house on a plot; a large one is an office with a flat roof. All in metres."""
     return House(
         x,
         z,
@@ -137,7 +141,7 @@ def _projections(bay: float) -> list[list[list[float]]]:
 
 
 def _look(random: np.random.Generator, bay: float) -> list[Array]:
-    """Ground floor and upper floors, each twice (for both axes), and the roof."""
+    """Return pictures of ground floor and upper floors, twice each for both axes, and the roof."""
     colour = np.array(_WALLS[random.integers(len(_WALLS))]) * random.uniform(0.86, 1.06)
     grain = fractal(random, 512, 16, 256, 0.8)[: _WALL[1]]
     upper = _wall(random, colour, grain, bay, ground=False)
@@ -152,8 +156,8 @@ def _look(random: np.random.Generator, bay: float) -> list[Array]:
 def _wall(
     random: np.random.Generator, colour: Array, grain: Array, bay: float, ground: bool
 ) -> Array:
-    """Two storeys of windows side by side; on the ground floor some are doors."""
-    wall = _Sheet(colour, grain, bay)
+    """Return two storeys of windows side by side; the ground floor also has doors."""
+    wall = _WallSheet(colour, grain, bay)
     wide, tall = random.uniform(1.0, 1.5), random.uniform(1.25, 1.6)
     trim = colour * 0.5 + 116 if random.random() < 0.6 else colour * 0.6
     for storey in range(2):
@@ -178,7 +182,7 @@ def _wall(
     return wall.picture.astype(np.float64)
 
 
-class _Sheet:
+class _WallSheet:
     """Picture of a wall, painted in metres from its left lower corner."""
 
     def __init__(self, colour: Array, grain: Array, bay: float) -> None:
@@ -202,15 +206,15 @@ class _Sheet:
         self.fill(box, colour)
 
 
-_DISTANCE = 150.0  # of the town [metres]
-_BELOW = 6  # rows that reach under the horizon
+_DISTANCE = 150.0  # distance of the town [metres]
+_BELOW = 6  # rows that reach below the horizon
 
 
 class Panorama:
-    """What is too far to move when the camera does: sky, a town, trees before it.
+    """Backdrop without parallax: sky, a town, trees in front of it.
 
-    `yaws` are the lowest and the highest direction of sight [radians], `width` and `height` those
-    of the images, `focal` the focal length [pixels].
+    `yaws` are the minimum and maximum viewing direction [radians], `width` and `height` those of
+    the images, `focal` the focal length [pixels].
     """
 
     def __init__(
@@ -229,7 +233,7 @@ class Panorama:
         self._picture = _with_trees(random, picture, height, focal / 90.0)
 
     def draw(self, canvas: NDArray[np.uint8], view: PerspectiveView) -> int:
-        """Fill all rows down to the horizon and a few below it; how many these are."""
+        """Fill all rows down to the horizon and a few below it; return their number."""
         last = int(np.clip(np.ceil(view.horizon) + _BELOW, 0, len(canvas)))
         left = np.round((view.yaw - self._start) * self._focal * 64)
         lefts = np.full((1, len(self._picture)), left, np.int64)
@@ -241,7 +245,7 @@ class Panorama:
 def _with_trees(
     random: np.random.Generator, picture: NDArray[np.uint8], base: int, metre: float
 ) -> NDArray[np.uint8]:
-    """A picture with trees along its base; `metre` is in pixels."""
+    """Return a picture with trees along its base; `metre` is in pixels."""
     columns = np.arange(picture.shape[1])
     outline = fractal(random, 256, 4, 128, 0.7)
     leaves = fractal(random, 256, 32, 128, 0.9)
@@ -254,34 +258,33 @@ def _with_trees(
     return np.asarray(picture + (green - picture) * cover[..., None]).astype(np.uint8)
 
 
-# What the ground is made of, and how many pixels its picture has a metre.
+# materials of the ground, and pixels per metre of their pictures
 GROUND = {"asphalt": 96.0, "paving": 128.0, "grass": 64.0, "kerb": 64.0, "paint": 64.0}
 _SIZE = 512
 
 
 @dataclass(frozen=True)
 class Strip:
-    """A rectangle along the axes."""
+    """Axis-parallel rectangle of ground."""
 
-    kind: str  # what it is made of, one of GROUND
-    # x, z: from and to [metres]
-    x: tuple[float, float]
-    z: tuple[float, float]
+    kind: str  # material, one of GROUND
+    x: tuple[float, float]  # from and to [metres]
+    z: tuple[float, float]  # from and to [metres]
 
 
-def laid(strips: Sequence[Strip]) -> Facets:
-    """Facets of strips; where two overlap, the one that comes first is seen."""
+def strip_facets(strips: Sequence[Strip]) -> Facets:
+    """Return the facets of strips; the first of overlapping strips is visible."""
     kinds = list(GROUND)
     projections = np.zeros((len(GROUND), 2, 4))
     projections[:, 0, 0] = projections[:, 1, 2] = list(GROUND.values())
-    faces = [flat(0.0, strip.x, strip.z, kinds.index(strip.kind)) for strip in strips]
-    return assembled(faces, projections)
+    faces = [level_face(0.0, strip.x, strip.z, kinds.index(strip.kind)) for strip in strips]
+    return assemble_facets(faces, projections)
 
 
-def dashes(
+def broken_line(
     start: float, end: float, across: float, along_x: bool, line: float = 3.0, gap: float = 6.0
 ) -> list[Strip]:
-    """Broken line along an axis; all in metres."""
+    """Return a broken line along an axis; all in metres."""
     width = (across - 0.06, across + 0.06)
     return [
         Strip("paint", (s, s + line), width) if along_x else Strip("paint", width, (s, s + line))
@@ -289,8 +292,8 @@ def dashes(
     ]
 
 
-def surfaces(random: np.random.Generator) -> Pictures:
-    """Pictures of all that the ground is made of, in the order of GROUND."""
+def paint_ground_materials(random: np.random.Generator) -> Pictures:
+    """Return pictures of the ground materials, in the order of GROUND."""
     grain = fractal(random, _SIZE, 32, _SIZE // 2, 0.95)
     blots = fractal(random, _SIZE, 4, 16)
     tone = 1 + 0.11 * grain + 0.035 * blots
@@ -303,19 +306,19 @@ def surfaces(random: np.random.Generator) -> Pictures:
     slabs = paving(random, _SIZE)
     slabs = slabs.mean() * 1.05 + 0.6 * (slabs - slabs.mean())
     lawn = grass(random, _SIZE)
-    return packed([asphalt, slabs, lawn, kerb, 214.0 * (worn * (1 + 0.04 * grain))[..., None]
+    return pack_pictures([asphalt, slabs, lawn, kerb, 214.0 * (worn * (1 + 0.04 * grain))[..., None]
                    * np.ones(3)])  # fmt: skip
 
 
-KINDS = {"tree": tree, "bush": bush, "post": post, "sign": sign}  # what can stand about
-_UNSHADED = blank()
+KINDS = {"tree": tree, "bush": bush, "post": post, "sign": sign}  # static objects by kind
+_UNSHADED = blank_pictures()
 
-VARIETIES = 3  # of each kind
+VARIETIES = 3  # number of pictures per kind
 
 
 @dataclass(frozen=True)
-class Plant:
-    """A thing that stands about: one of KINDS, where [metres], and how large against its kind."""
+class StreetObject:
+    """Static object: one of KINDS, its place [metres], and its size relative to its kind."""
 
     kind: str
     x: float
@@ -325,60 +328,64 @@ class Plant:
 
 @dataclass(frozen=True)
 class Layout:
-    """What a place is like."""
+    """Layout of a place."""
 
-    seed: int  # of all that is drawn at random when it is painted
-    strips: Sequence[Strip]  # the ground; where two overlap, the one that comes first is seen
+    seed: int  # of all random properties that are painted
+    strips: Sequence[Strip]  # the ground; the first of overlapping strips is visible
     houses: Sequence[House]
-    plants: Sequence[Plant]
+    plants: Sequence[StreetObject]
     parked: Sequence[CarAt]
 
 
 class World:
-    """A place under an overcast sky; nothing is painted before it is asked for.
+    """Place under an overcast sky, painted on demand.
 
-    `focal` is the camera's [pixels], `yaws` its lowest and highest direction of sight [radians].
+    `focal` is the camera's focal length [pixels], `yaws` its minimum and maximum viewing direction
+    [radians].
     """
 
     def __init__(self, layout: Layout, focal: float, yaws: tuple[float, float]) -> None:
         self._layout = layout
         self._focal = focal
         self._yaws = yaws
-        self._ground = laid(layout.strips)
+        self._ground = strip_facets(layout.strips)
         self._whole_ground = np.arange(len(layout.strips))
 
     def draw(self, canvas: NDArray[np.uint8], view: PerspectiveView) -> None:
-        """Fill a picture with ground, houses and what is far off."""
+        """Fill an image with ground, houses and panorama."""
         height, width = canvas.shape[:2]
         canvas[:] = 0
-        taken = np.zeros((height, width), np.uint16)
+        occupied = np.zeros((height, width), np.uint16)
         shadow = np.zeros((1, 1), np.uint8)
         lens = Lens(view.focal, *view.centre)
         for facets, pictures, shade, order in (
             (self._houses.facets, self._houses.pictures, _UNSHADED, self._houses.order(view)),
             (self._ground, self._surfaces, self._stains, self._whole_ground),
         ):
-            pose = posed(view, facets)
-            lay_facets(canvas, taken, shadow, facets, pictures, shade, lens, pose, order)
+            pose = facet_pose(view, facets)
+            lay_facets(canvas, occupied, shadow, facets, pictures, shade, lens, pose, order)
         behind = np.empty_like(canvas)
-        lay_behind(canvas, taken, behind[: self._panorama.draw(behind, view)])
+        lay_behind(canvas, occupied, behind[: self._panorama.draw(behind, view)])
 
     @cached_property
     def _stains(self) -> Pictures:
-        """Stains and worn places of the ground, as light on it over 128."""
+        """Stains and worn places of the ground, as light times 128."""
         random = part_generator(self._layout.seed, "stains")
         stains = 1 + 0.05 * fractal(random, STAINS_SIDE, 2, 64, 0.75)
-        return packed([np.repeat((128 * stains)[..., None], 3, axis=2)])
+        return pack_pictures([np.repeat((128 * stains)[..., None], 3, axis=2)])
 
     @cached_property
     def resting(self) -> list[Drawable]:
-        """What stands about and parks."""
+        """Static objects and parked cars."""
         random = part_generator(self._layout.seed, "plants")
         kinds: dict[str, list[Cutout]] = {
-            kind: [cut_out(make, random) for _ in range(VARIETIES)] for kind, make in KINDS.items()
+            kind: [paint_cutout(make, random) for _ in range(VARIETIES)]
+            for kind, make in KINDS.items()
         }
         plants = [
-            Standing(kinds[plant.kind][random.integers(VARIETIES)], plant.x, plant.z, plant.size)
+            UprightCutout(
+                kinds[plant.kind][random.integers(VARIETIES)], plant.x, plant.z, plant.size
+            )
             for plant in self._layout.plants
         ]
         return [*plants, *self._layout.parked]
@@ -389,7 +396,7 @@ class World:
 
     @cached_property
     def _surfaces(self) -> Pictures:
-        return surfaces(part_generator(self._layout.seed, "ground"))
+        return paint_ground_materials(part_generator(self._layout.seed, "ground"))
 
     @cached_property
     def _panorama(self) -> Panorama:

@@ -1,1 +1,1 @@
-"""A person from near: a mesh on bones, clothed and painted, moved by a routine."""
+"""Person at close range: a textured mesh on bones, and its routine."""

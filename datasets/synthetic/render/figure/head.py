@@ -1,6 +1,6 @@
-"""A head: skull, face, ears and hair as one surface, with what is painted on it.
+"""Head: skull, face, ears and hair as one textured surface.
 
-Lengths are in metres, about the middle between chin and crown.
+Lengths are in metres, relative to the middle between chin and crown.
 """
 
 import numpy as np
@@ -13,9 +13,9 @@ from trackmark.datasets.synthetic.render.texture import fractal, lerp
 Array = NDArray[np.float64]
 
 ROWS = 161
-"""Of its texture, from the crown to below the chin."""
+"""Rows of its texture, from the crown to below the chin."""
 
-# Height, half width, reach to the front and to the back, tilt of the section, shift forward.
+# height, half width, reach to the front and to the back, tilt of the section, shift forward
 _SKULL = (
     (0.117, 0.003, 0.003, 0.003, 0.0, -0.012),
     (0.113, 0.031, 0.036, 0.036, 0.0, -0.010),
@@ -32,7 +32,7 @@ _SKULL = (
     (-0.100, 0.004, 0.006, 0.006, 0.0, 0.0),
 )
 
-# Lower end of the hair by angle from the front, for each cut.
+# angles from the front at which `_LINES` gives the hair's lower end
 _TURN = (0.0, 0.55, 0.85, 1.1, 1.35, 1.5, 1.85, 2.1, 3.15)
 _LINES = {
     "short": (0.070, 0.068, 0.046, 0.012, -0.014, 0.012, -0.030, -0.062, -0.070),
@@ -43,7 +43,7 @@ _THICK = {"short": 0.009, "full": 0.017, "wreath": 0.006}
 
 
 def head(look: FigureLook, random: np.random.Generator) -> Solid:
-    """Head with its hair."""
+    """Return a head with its hair."""
     skull = loft(ROWS, _SKULL, 2.15)
     strands = _pattern(random, 32, 128, 0.9, stretched=4)
     hair = _hair(look, skull, strands)
@@ -59,7 +59,7 @@ def head(look: FigureLook, random: np.random.Generator) -> Solid:
 def _pattern(
     random: np.random.Generator, coarsest: int, finest: int, fall: float, stretched: int = 1
 ) -> Array:
-    """Fractal noise around the head, drawn out from the crown down; shape (ROWS, AROUND + 1)."""
+    """Return fractal noise around the head, stretched vertically; shape (ROWS, AROUND + 1)."""
     values = fractal(random, AROUND, coarsest, finest, fall)[np.arange(ROWS) // stretched]
     return np.concatenate([values, values[:, :1]], axis=1)
 
@@ -70,7 +70,7 @@ def _bump(values: Array, middle: float, width: float) -> Array:
 
 
 def _hair(look: FigureLook, skull: Array, strands: Array) -> Array:
-    """How far each texel is hair, in [0, 1]."""
+    """Return the share of hair of each texel, in [0, 1]."""
     _, angle = turns(ROWS)
     turn = np.minimum(angle, 2 * np.pi - angle)
     line = np.interp(turn, _TURN, _LINES[look.cut])
@@ -82,7 +82,7 @@ def _hair(look: FigureLook, skull: Array, strands: Array) -> Array:
 
 
 def _with_features(skull: Array) -> Array:
-    """Nose, brows, lips, chin and ears."""
+    """Add nose, brows, lips, chin and ears to a skull."""
     x, y, z = skull[..., 0], skull[..., 1], skull[..., 2]
     before = np.clip(z / 0.03, 0, 1)
     nose = np.interp(y, (-0.046, -0.036, -0.026, 0.0, 0.034), (0.0, 0.75, 1.0, 0.55, 0.05))
@@ -98,7 +98,7 @@ def _with_features(skull: Array) -> Array:
 
 
 def _skin(look: FigureLook, skull: Array, random: np.random.Generator) -> Array:
-    """Face, ears and throat, with a beard and glasses where they are worn."""
+    """Return face, ears and throat, with a beard and glasses if present."""
     x, y, z = skull[..., 0], skull[..., 1], skull[..., 2]
     before, aside = np.clip((z - 0.02) / 0.02, 0, 1), np.abs(x)
     skin = np.asarray(look.skin, np.float64) * (1 + 0.035 * _pattern(random, 8, 64, 0.7))[..., None]
@@ -122,7 +122,7 @@ def _skin(look: FigureLook, skull: Array, random: np.random.Generator) -> Array:
 
 
 def _face(look: FigureLook, skin: Array, before: Array, aside: Array, y: Array) -> Array:
-    """Eyes, brows, mouth and nostrils, painted where the head's front is."""
+    """Paint eyes, brows, mouth and nostrils on the front of the head."""
     lips = np.asarray(look.skin, np.float64) * np.array([0.62, 0.60, 0.84])
     white, dark = np.array([176.0, 182.0, 185.0]), np.array([44.0, 46.0, 52.0])
     eye = (_bump(aside, 0.031, 0.0135) ** 4 > 0.1) * (np.abs(y - 0.016) < 0.0055)
@@ -140,7 +140,7 @@ def _face(look: FigureLook, skin: Array, before: Array, aside: Array, y: Array) 
 
 
 def _glasses(skin: Array, before: Array, skull: Array) -> Array:
-    """Rims, bridge and temples, with lenses that take a little light."""
+    """Paint rims, bridge and temples, with slightly dark lenses."""
     aside, y, z = np.abs(skull[..., 0]), skull[..., 1], skull[..., 2]
     u, v = (aside - 0.033) / 0.024, (y - 0.012) / 0.018
     far = np.sqrt(np.sqrt(u * u * u * u + v * v * v * v))

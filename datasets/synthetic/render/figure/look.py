@@ -1,4 +1,4 @@
-"""What a worker looks like, drawn at random."""
+"""Random appearance of a worker."""
 
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
@@ -18,7 +18,7 @@ COMPLEXIONS: tuple[tuple[BGR, tuple[BGR, ...]], ...] = (
     ((104, 134, 182), DARK_HAIR),
     ((66, 90, 132), DARK_HAIR),
 )
-"""Skin, and the hair that goes with it."""
+"""Skin colours with their possible hair colours."""
 
 CLOTHES: tuple[BGR, ...] = (
     (120, 74, 44),  # work blue
@@ -48,24 +48,22 @@ class FigureLook:
     hair: BGR
     skin: BGR
     cut: Cut  # of the hair; a wreath leaves the crown bare
-    # beard, glasses: whether there are any
-    beard: bool
-    glasses: bool
-    # clothes, shirt: the jacket, or the bib and brace over a shirt
-    clothes: BGR
-    shirt: BGR
-    bib: bool  # whether the shirt's sleeves are seen
+    beard: bool  # True if there is a beard
+    glasses: bool  # True if there are glasses
+    clothes: BGR  # the jacket, or bib and brace
+    shirt: BGR  # the shirt below the clothes
+    bib: bool  # True if the shirt's sleeves are visible
     bulk: float  # breadth of the body, 1 is usual
     stature: float  # [metres]
 
 
 def sample_skin(random: np.random.Generator) -> NDArray[np.float64]:
-    """Colour of somebody's skin, BGR in [0, 255]."""
+    """Sample a skin colour, BGR in [0, 255]."""
     return np.asarray(COMPLEXIONS[random.integers(len(COMPLEXIONS))][0], np.float64)
 
 
 def sample_figure_look(random: np.random.Generator) -> FigureLook:
-    """Somebody, each trait for itself."""
+    """Sample the appearance of a person, each trait independently."""
     skin, hairs = COMPLEXIONS[random.integers(len(COMPLEXIONS))]
     return FigureLook(
         hair=hairs[random.integers(len(hairs))],

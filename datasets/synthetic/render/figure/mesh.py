@@ -1,7 +1,6 @@
-"""Solids of the body as a mesh of triangles, placed by bones, seen by a camera and painted.
+"""Triangle mesh of body parts, placed by bones, projected by a camera and painted.
 
-Where a vertex is seen is rounded to a fraction of a pixel; all arithmetic on pixels is on
-integers.
+Projected vertices are rounded to a fraction of a pixel; all arithmetic on pixels is on integers.
 """
 
 from dataclasses import dataclass
@@ -11,16 +10,16 @@ from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 FINE = 2
-"""Samples a pixel, in either direction."""
+"""Samples per pixel and axis."""
 
-NOBODY = -1
-"""What owns a sample that no triangle covers."""
+NO_TRIANGLE = -1
+"""Owner of a sample that no triangle covers."""
 
 UNIT = 32
-"""Steps in one sample's width, and in one texel."""
+"""Steps per sample, and per texel."""
 
 _BITS = 20  # of a triangle's index
-_NEARNESS = 1 << 21  # of what is one metre away
+_NEARNESS = 1 << 21  # nearness at a distance of one metre
 
 
 @njit(cache=True, error_model="numpy")
@@ -33,13 +32,14 @@ def place_vertices(
     lamp: NDArray[np.float64],
     camera: NDArray[np.float64],
 ) -> NDArray[np.int64]:
-    """Column and row [1/UNIT sample], nearness and light [1/256] of vertices, shape (v, 4).
+    """Return column and row [1/UNIT sample], nearness and light [1/256] of vertices.
 
-    `positions` and `normals`, shape (v, 3), are in the frame of each vertex' bone [metres]; `axes`,
-    shape (b, 3, 3), has each bone's axes in the world as columns (x to the right, y up, z away from
-    the camera), `origins` its place [metres]. `lamp` is the direction to the light, and the light
-    where none of it falls: it is a hall's, so that what faces sideways still gets half of it.
-    `camera` is focal length, column and row of the optical axis [pixels], height [metres].
+    The result has the shape (v, 4). `positions` and `normals`, shape (v, 3), are in the frame of
+    each vertex' bone [metres]. `axes`, shape (b, 3, 3), has each bone's axes in the world as
+    columns (x to the right, y up, z away from the camera), `origins` its place [metres]. `lamp` is
+    the direction to the light, and the light on surfaces that it does not reach. It is diffuse:
+    sideways surfaces receive half of it. `camera` is focal length, column and row of the optical
+    axis [pixels], height [metres].
     """
     placed = np.empty((len(positions), 4), np.int64)
     for i in range(len(positions)):
@@ -60,7 +60,7 @@ def place_vertices(
 
 
 @njit(cache=True, error_model="numpy")
-def which_is_seen(
+def visible_triangles(
     placed: NDArray[np.int64],
     triangles: NDArray[np.int64],
     left: int,
@@ -68,39 +68,39 @@ def which_is_seen(
     height: int,
     width: int,
 ) -> NDArray[np.int64]:
-    """Triangle that owns each sample of a window: the nearest that faces the camera, or `NOBODY`.
+    """Return the nearest camera-facing triangle of each sample of a window, or `NO_TRIANGLE`.
 
-    `placed` is as of `place_vertices`; `triangles`, shape (t, 3), are clockwise in the picture
-    where they face the camera. The window [pixels] may reach beyond the picture; the answer has
-    (height * FINE, width * FINE) samples.
+    `placed`: see `place_vertices`. `triangles`, shape (t, 3), are clockwise in the image if they
+    face the camera. The window [pixels] can exceed the image. The result has (height * FINE, width
+    * FINE) samples.
     """
-    # Nearness above the triangle's index: the greatest is the nearest.
-    keys = np.full((height * FINE, width * FINE), NOBODY, np.int64)
+    # The upper bits of a key hold the nearness, so the maximum belongs to the nearest triangle.
+    keys = np.full((height * FINE, width * FINE), NO_TRIANGLE, np.int64)
     half = UNIT // 2
     for t in range(len(triangles)):
         a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
-        ax, ay = placed[a, 0] - left * FINE * UNIT, placed[a, 1] - top * FINE * UNIT
-        bx, by = placed[b, 0] - left * FINE * UNIT, placed[b, 1] - top * FINE * UNIT
-        cx, cy = placed[c, 0] - left * FINE * UNIT, placed[c, 1] - top * FINE * UNIT
-        area = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
+        a_x, a_y = placed[a, 0] - left * FINE * UNIT, placed[a, 1] - top * FINE * UNIT
+        b_x, b_y = placed[b, 0] - left * FINE * UNIT, placed[b, 1] - top * FINE * UNIT
+        c_x, c_y = placed[c, 0] - left * FINE * UNIT, placed[c, 1] - top * FINE * UNIT
+        area = (b_x - a_x) * (c_y - a_y) - (b_y - a_y) * (c_x - a_x)
         if area <= 0:
             continue
-        first_x = max((min(ax, bx, cx) + half - 1) // UNIT, 0)
-        last_x = min((max(ax, bx, cx) - half) // UNIT, keys.shape[1] - 1)
-        first_y = max((min(ay, by, cy) + half - 1) // UNIT, 0)
-        last_y = min((max(ay, by, cy) - half) // UNIT, keys.shape[0] - 1)
+        first_x = max((min(a_x, b_x, c_x) + half - 1) // UNIT, 0)
+        last_x = min((max(a_x, b_x, c_x) - half) // UNIT, keys.shape[1] - 1)
+        first_y = max((min(a_y, b_y, c_y) + half - 1) // UNIT, 0)
+        last_y = min((max(a_y, b_y, c_y) - half) // UNIT, keys.shape[0] - 1)
         if first_x > last_x or first_y > last_y:
             continue
         near_b, near_c = placed[b, 2] - placed[a, 2], placed[c, 2] - placed[a, 2]
-        slope_x = ((near_b * (cy - ay) - near_c * (by - ay)) << 8) // area
-        slope_y = ((near_c * (bx - ax) - near_b * (cx - ax)) << 8) // area
+        slope_x = ((near_b * (c_y - a_y) - near_c * (b_y - a_y)) << 8) // area
+        slope_y = ((near_c * (b_x - a_x) - near_b * (c_x - a_x)) << 8) // area
         x = first_x * UNIT + half
         for row in range(first_y, last_y + 1):
             y = row * UNIT + half
-            wa = (cx - bx) * (y - by) - (cy - by) * (x - bx)
-            wb = (ax - cx) * (y - cy) - (ay - cy) * (x - cx)
-            near = (placed[a, 2] << 8) + slope_x * (x - ax) + slope_y * (y - ay)
-            across_a, across_b = (by - cy) * UNIT, (cy - ay) * UNIT
+            wa = (c_x - b_x) * (y - b_y) - (c_y - b_y) * (x - b_x)
+            wb = (a_x - c_x) * (y - c_y) - (a_y - c_y) * (x - c_x)
+            near = (placed[a, 2] << 8) + slope_x * (x - a_x) + slope_y * (y - a_y)
+            across_a, across_b = (b_y - c_y) * UNIT, (c_y - a_y) * UNIT
             line = keys[row, first_x : last_x + 1]
             for column in range(len(line)):
                 outside = (wa | wb | (area - wa - wb)) >> 63
@@ -119,13 +119,13 @@ def which_is_seen(
 def _interpolated(
     placed: NDArray[np.int64], places: NDArray[np.int64], i: int, j: int, k: int, x: int, y: int
 ) -> tuple[int, int, int]:
-    """Place in the atlas and light of a point in a triangle."""
-    ax, ay = placed[i, 0], placed[i, 1]
-    bx, by = placed[j, 0], placed[j, 1]
-    cx, cy = placed[k, 0], placed[k, 1]
-    area = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
-    wa = (cx - bx) * (y - by) - (cy - by) * (x - bx)
-    wb = (ax - cx) * (y - cy) - (ay - cy) * (x - cx)
+    """Return the atlas position and the light of a point in a triangle."""
+    a_x, a_y = placed[i, 0], placed[i, 1]
+    b_x, b_y = placed[j, 0], placed[j, 1]
+    c_x, c_y = placed[k, 0], placed[k, 1]
+    area = (b_x - a_x) * (c_y - a_y) - (b_y - a_y) * (c_x - a_x)
+    wa = (c_x - b_x) * (y - b_y) - (c_y - b_y) * (x - b_x)
+    wb = (a_x - c_x) * (y - c_y) - (a_y - c_y) * (x - c_x)
     wc = area - wa - wb
     share = (1 << 40) // area
     u = ((wa * places[i, 0] + wb * places[j, 0] + wc * places[k, 0]) * share) >> 40
@@ -136,7 +136,7 @@ def _interpolated(
 
 @njit(cache=True, error_model="numpy", inline="always")
 def _texel(atlas: NDArray[np.uint8], u: int, v: int, channel: int) -> int:
-    """Colour between four texels, times UNIT squared."""
+    """Return the colour between four texels, times UNIT squared."""
     left, upper = (u // UNIT) & (atlas.shape[1] - 1), v // UNIT
     right, lower = (left + 1) & (atlas.shape[1] - 1), min(upper + 1, len(atlas) - 1)
     a, b = u & (UNIT - 1), v & (UNIT - 1)
@@ -158,26 +158,26 @@ def paint_owners(
     top: int,
     gain: int,
 ) -> NDArray[np.uint8]:
-    """Picture of a mesh, as `blend_sprite` takes it: a colour for each part in a pixel, mixed.
+    """Paint a mesh in the format of `blend_sprite`, with one colour per part and pixel.
 
-    `owners` are as of `which_is_seen`, in the window whose corner is (left, top) [pixels]. `parts`,
-    shape (t,), is the part that each triangle belongs to; `places`, shape (v, 2), column and row of
-    each vertex in the atlas [1/UNIT texel]; `atlas`, shape (rows, 2**k, 3), has textures one below
-    the other, each periodic across; `gain` is light, times 256.
+    `owners`: see `visible_triangles`; the window's corner is (left, top) [pixels]. `parts`, shape
+    (t,), is the part of each triangle. `places`, shape (v, 2), is column and row of each vertex in
+    the atlas [1/UNIT texel]. `atlas`, shape (rows, 2**k, 3), has the textures one below the other,
+    each horizontally periodic. `gain` is the light, times 256.
     """
     height, width = owners.shape[0] // FINE, owners.shape[1] // FINE
     picture = np.zeros((height + 2, width + 2, 4), np.uint8)
     samples, half = FINE * FINE, FINE * FINE // 2
     for row in range(height):
         for column in range(width):
-            part = NOBODY
+            part = NO_TRIANGLE
             blue, green, red, covered = 0, 0, 0, 0
             b, g, r = 0, 0, 0
             for sample in range(samples):
                 sample_y = row * FINE + sample // FINE
                 sample_x = column * FINE + sample % FINE
                 t = owners[sample_y, sample_x]
-                if t == NOBODY:
+                if t == NO_TRIANGLE:
                     continue
                 if parts[t] != part:
                     part = parts[t]
@@ -206,11 +206,10 @@ AROUND = 256
 
 @dataclass(frozen=True)
 class Solid:
-    """A part of the body, in its own frame: x to the left, y up, z forward."""
+    """Part of the body in its own frame: x to the left, y up, z forward."""
 
-    # (rows, AROUND + 1, 3), where each texel lies, from one end to the other [metres]; the last
-    # column is the first. A mesh is made of every so many rows, the first and the last among
-    # them.
+    # (rows, AROUND + 1, 3), positions of the texels, from one end to the other [metres]; the last
+    # column equals the first. A mesh uses every `spacing`-th row, including the first and the last.
     surface: Array
     texture: Array  # (rows, AROUND, 3), BGR in [0, 255]
     spacing: tuple[int, int]  # texels between two vertices of the mesh, down and around
@@ -233,18 +232,18 @@ class Solid:
 
 
 def turns(rows: int) -> tuple[Array, Array]:
-    """How far down (0 to 1) and how far around (radians from the front) each texel lies."""
+    """Return the relative row (0 to 1) and the angle from the front [radians] of each texel."""
     down = np.linspace(0, 1, rows)[:, None] * np.ones(AROUND + 1)
     around = np.ones((rows, 1)) * np.linspace(0, 2 * np.pi, AROUND + 1)
     return down, around
 
 
 def loft(rows: int, profile: ArrayLike, power: float = 2.0) -> Array:
-    """Surface through ellipses one below the other, shape (rows, AROUND + 1, 3).
+    """Return a surface through stacked ellipses, shape (rows, AROUND + 1, 3).
 
     A row of `profile`, evenly spaced along the texture, is height, half width, reach to the front
-    and to the back, how much higher the front lies than the middle, shift forward [metres]. A
-    `power` of 2 makes ellipses, more makes them rounded rectangles.
+    and to the back, height of the front above the centre, shift forward [metres]. A `power` of 2
+    makes ellipses, larger ones make rounded rectangles.
     """
     knots = np.asarray(profile, np.float64)
     place = np.linspace(0, len(knots) - 1, rows)
@@ -259,7 +258,7 @@ def loft(rows: int, profile: ArrayLike, power: float = 2.0) -> Array:
 
 
 def _smoothed(values: Array, rows: int) -> Array:
-    """Rounded where the knots would be seen; the ends stay."""
+    """Smooth a profile so that knots are invisible; the ends stay."""
     reach = rows // 24
     weights = np.hanning(2 * reach + 3)[1:-1]
     padded = np.pad(values, reach, mode="reflect", reflect_type="odd")

@@ -1,4 +1,4 @@
-"""The worker: bones for all poses at once, a painted mesh on them, what is seen of his head.
+"""Worker: bones of all poses, a textured mesh on them, and the visible part of the head.
 
 The world is x to the right, y up, z away from the camera [metres]. A bone's axes are its left, up
 and forward.
@@ -21,12 +21,12 @@ from trackmark.datasets.synthetic.render.figure.head import head
 from trackmark.datasets.synthetic.render.figure.look import FigureLook
 from trackmark.datasets.synthetic.render.figure.mesh import (
     FINE,
-    NOBODY,
+    NO_TRIANGLE,
     UNIT,
     Solid,
     paint_owners,
     place_vertices,
-    which_is_seen,
+    visible_triangles,
 )
 from trackmark.datasets.synthetic.render.figure.routine import Routine
 from trackmark.datasets.synthetic.render.sprite import blend_sprite, instants
@@ -37,48 +37,48 @@ Integers = NDArray[np.int64]
 Picture = NDArray[np.uint8]
 
 HEAD = 0
-"""Which of the bones is the head's."""
+"""Index of the head's bone."""
 
 CROWN = 0.252
-"""Crown above the root of the neck [metres]."""
+"""Height of the crown above the root of the neck [metres]."""
 
 
 class Bones(NamedTuple):
-    """Frames of head, neck, collar, trunk, upper arms, forearms, hands, legs, left before right."""
+    """Frames of head, neck, collar, trunk, upper arms, forearms, hands, legs; left before right."""
 
     axes: Array  # (n, 12, 3, 3), columns are left, up and forward
     origins: Array  # (n, 12, 3), [metres]
 
 
 def place_bones(routine: Routine, look: FigureLook) -> Bones:
-    """Frames of all bones in every frame of a routine."""
+    """Return the frames of all bones in every frame of a routine."""
     nothing = np.zeros_like(routine.x)
-    trunk = _turned(routine.heading, routine.lean, nothing)
+    trunk = _rotate_axes(routine.heading, routine.lean, nothing)
     height = look.stature - CROWN - TRUNK - routine.crouch
     hips = np.stack([nothing, height, nothing], axis=1)
-    root = hips + _at(trunk, 0, TRUNK, 0)
-    head = _turned(routine.turn, routine.nod, routine.tilt)
+    root = hips + _offset(trunk, 0, TRUNK, 0)
+    head = _rotate_axes(routine.turn, routine.nod, routine.tilt)
     middle = (routine.heading + routine.turn) / 2
-    neck = _turned(middle, 0.5 * (routine.lean + routine.nod) + 0.2, routine.tilt / 2)
-    atlas = root + _at(neck, 0, NECK, 0)
-    skull = atlas + _at(head, 0, 0.045, 0.018)
+    neck = _rotate_axes(middle, 0.5 * (routine.lean + routine.nod) + 0.2, routine.tilt / 2)
+    atlas = root + _offset(neck, 0, NECK, 0)
+    skull = atlas + _offset(head, 0, 0.045, 0.018)
     axes, origins = [head, neck, trunk, trunk], [skull, root, root, hips]
-    upright = _turned(routine.heading, nothing, nothing)
+    upright = _rotate_axes(routine.heading, nothing, nothing)
     uppers, lowers, hands = [], [], []
     for hand, side in enumerate((1, -1)):
-        joint = root + _at(trunk, side * SHOULDER[0] * look.bulk, -SHOULDER[1], 0)
+        joint = root + _offset(trunk, side * SHOULDER[0] * look.bulk, -SHOULDER[1], 0)
         working = root + _dot(upright, routine.hands[:, hand])
-        at_face = skull + _at(head, side * 0.09, -0.015, 0.155)
+        at_face = skull + _offset(head, side * 0.09, -0.015, 0.155)
         share = routine.to_face[:, hand, None]
         wrist = working + (at_face - working) * share
-        aside = _at(trunk, side * 0.6, -1, -0.35)
-        elbow, wrist = _bent(joint, wrist, aside)
+        aside = _offset(trunk, side * 0.6, -1, -0.35)
+        elbow, wrist = _bend_arm(joint, wrist, aside)
         forward = trunk[:, :, 2]
-        uppers.append((_along(joint - elbow, forward), joint))
-        lowers.append((_along(elbow - wrist, forward), elbow))
-        # A hand on its way to the face lies across the brow.
-        across = _along(
-            _unit(elbow - wrist) * (1 - 0.8 * share) + _at(head, side * 0.8, -0.35, 0) * share,
+        uppers.append((_align_axes(joint - elbow, forward), joint))
+        lowers.append((_align_axes(elbow - wrist, forward), elbow))
+        # A hand that moves to the face lies across the brow.
+        across = _align_axes(
+            _unit(elbow - wrist) * (1 - 0.8 * share) + _offset(head, side * 0.8, -0.35, 0) * share,
             forward,
         )
         hands.append((across, wrist))
@@ -87,15 +87,15 @@ def place_bones(routine: Routine, look: FigureLook) -> Bones:
         origins.append(origin)
     for side in (1, -1):
         axes.append(upright)
-        origins.append(hips + _at(upright, side * 0.085 * look.bulk, 0, 0))
-    # The routine says where the head is; the rest follows.
+        origins.append(hips + _offset(upright, side * 0.085 * look.bulk, 0, 0))
+    # The routine defines the place of the head; the body is moved to fit it.
     places = np.stack(origins, axis=1)
-    there = np.stack([routine.x - skull[:, 0], nothing, routine.z - skull[:, 2]], axis=1)
-    return Bones(np.stack(axes, axis=1), places + there[:, None])
+    to_head = np.stack([routine.x - skull[:, 0], nothing, routine.z - skull[:, 2]], axis=1)
+    return Bones(np.stack(axes, axis=1), places + to_head[:, None])
 
 
-def _turned(heading: Array, pitch: Array, roll: Array) -> Array:
-    """Axes of what faces a heading, is pitched down and rolled to the left; (n, 3, 3)."""
+def _rotate_axes(heading: Array, pitch: Array, roll: Array) -> Array:
+    """Return axes with a heading, pitched down and rolled to the left; (n, 3, 3)."""
     nothing = np.zeros_like(heading)
     ahead = np.stack([np.cos(heading), nothing, -np.sin(heading)], axis=1)
     left = np.stack([np.sin(heading), nothing, np.cos(heading)], axis=1)
@@ -111,7 +111,7 @@ def _dot(axes: Array, places: Array) -> Array:
     return np.asarray((axes * places[:, None, :]).sum(axis=2))
 
 
-def _at(axes: Array, left: float, up: float, forward: float) -> Array:
+def _offset(axes: Array, left: float, up: float, forward: float) -> Array:
     return left * axes[:, :, 0] + up * axes[:, :, 1] + forward * axes[:, :, 2]
 
 
@@ -119,15 +119,15 @@ def _unit(vectors: Array) -> Array:
     return np.asarray(vectors / np.sqrt((vectors * vectors).sum(axis=1, keepdims=True)))
 
 
-def _along(up: Array, forward: Array) -> Array:
-    """Axes whose y is along `up`, and z as far along `forward` as that allows."""
+def _align_axes(up: Array, forward: Array) -> Array:
+    """Return axes with y along `up`, and z as far along `forward` as possible."""
     up = _unit(up)
     left = _unit(np.cross(forward, up))
     return np.stack([left, up, np.cross(up, left)], axis=2)
 
 
-def _bent(joint: Array, wrist: Array, aside: Array) -> tuple[Array, Array]:
-    """Elbow and wrist of an arm that reaches for a place as far as it can."""
+def _bend_arm(joint: Array, wrist: Array, aside: Array) -> tuple[Array, Array]:
+    """Return elbow and wrist of an arm that reaches for a point as far as it can."""
     way = wrist - joint
     length = np.sqrt((way * way).sum(axis=1, keepdims=True))
     towards = way / length
@@ -139,14 +139,15 @@ def _bent(joint: Array, wrist: Array, aside: Array) -> tuple[Array, Array]:
 
 
 FULL = 255
-"""Coverage of a pixel that is covered wholly."""
+"""Coverage of a fully covered pixel."""
 
 
 class Worker:
-    """Somebody who goes through a routine before a camera.
+    """Person who performs a routine in front of a camera.
 
-    `camera` is focal length, column and row of the optical axis [pixels], height [metres]; `lamp`
-    the direction to the light, and the light where none of it falls; `seed` that of hair and folds.
+    `camera` is focal length, column and row of the optical axis [pixels], height [metres]. `lamp`
+    is the direction to the light, and the light on surfaces that it does not reach. `seed`
+    initialises hair and folds.
     """
 
     def __init__(
@@ -158,21 +159,21 @@ class Worker:
         self._camera, self._lamp = camera, lamp
         self._positions = np.concatenate([solid.vertices.reshape(-1, 3) for solid in solids])
         self._normals = np.concatenate([solid.normals.reshape(-1, 3) for solid in solids])
-        self._of = np.repeat(np.arange(len(solids)), [_count(solid) for solid in solids])
-        self._triangles, self._places = _joined(solids)
+        self._vertex_parts = np.repeat(np.arange(len(solids)), [_count(solid) for solid in solids])
+        self._triangles, self._places = _join_solids(solids)
         atlas = np.concatenate([solid.texture for solid in solids])
         self._atlas = np.clip(np.round(atlas), 0, 255).astype(np.uint8)
-        self._parts = self._of[self._triangles[:, 0]]
+        self._parts = self._vertex_parts[self._triangles[:, 0]]
 
     def draw(self, canvas: Picture, frame: int, gain: float, shutter: float) -> None:
-        """Draw him over a canvas as he is seen in a frame, blurred by the motion of his head.
+        """Draw the worker over a canvas, blurred by the motion of the head.
 
-        `gain` is light on him, `shutter` the part of the time between two frames for which it is
-        open.
+        `gain` is the light on the worker, `shutter` the share of the frame time for which the
+        shutter is open.
         """
         placed = self._placed(frame)
         left, top, width, height = _window(placed, canvas.shape)
-        owners = which_is_seen(placed, self._triangles, left, top, height, width)
+        owners = visible_triangles(placed, self._triangles, left, top, height, width)
         picture = paint_owners(
             owners, placed, self._triangles, self._parts, self._places, self._atlas,
             left, top, round(256 * gain),
@@ -185,49 +186,49 @@ class Worker:
 
     @property
     def facing(self) -> Array:
-        """Cosine between where the head faces and the way to the camera, shape (n,)."""
+        """Cosine between the head's direction and the direction to the camera, shape (n,)."""
         forward = self._bones.axes[:, HEAD, :, 2]
         way = np.array([0.0, self._camera[3], 0.0]) - self._bones.origins[:, HEAD]
         return np.asarray((forward * way).sum(axis=1) / np.sqrt((way * way).sum(axis=1)))
 
     def motion(self, frame: int) -> Array:
-        """Motion of the head around a frame, right and down [pixels/frame], shape (2,)."""
+        """Return the motion of the head around a frame, right and down [pixels/frame]."""
         around = max(frame - 1, 0), min(frame + 1, len(self._bones.origins) - 1)
         first, last = (self.head_place(k) for k in around)
         return np.asarray((last - first) / (around[1] - around[0]))
 
     def head_place(self, frame: int) -> Array:
-        """Where the middle of the head is seen [pixels], shape (2,)."""
+        """Return the image position of the head's centre [pixels], shape (2,)."""
         focal, column, row, eye = self._camera
         x, y, z = self._bones.origins[frame, HEAD]
         return np.array([column + x * focal / z, row + (eye - y) * focal / z])
 
     def head_box(self, frame: int) -> Array:
-        """Box around the head, chin to crown, hair and ears included [pixels], shape (4,)."""
-        placed = self._placed(frame)[self._of == HEAD, :2] / (UNIT * FINE)
+        """Return the box of the head, chin to crown, with hair and ears [pixels], shape (4,)."""
+        placed = self._placed(frame)[self._vertex_parts == HEAD, :2] / (UNIT * FINE)
         low, high = placed.min(axis=0), placed.max(axis=0)
         return np.concatenate([low, high - low])
 
     def head_seen(self, frame: int) -> tuple[int, int, Picture, Picture]:
-        """Left and top of a window [pixels], and in it the head, and what of it nothing else hides.
+        """Return left and top of a window [pixels], the head's coverage, and its visible part.
 
-        The window may lie outside the picture; both coverages are in [0, 255].
+        The window can lie outside the image; both coverages are in [0, 255].
         """
         placed = self._placed(frame)
-        left, top, width, height = _window(placed[self._of == HEAD], None)
+        left, top, width, height = _window(placed[self._vertex_parts == HEAD], None)
         of_head = self._triangles[self._parts == HEAD]
         whole, all_parts = (
-            which_is_seen(placed, triangles, left, top, height, width)
+            visible_triangles(placed, triangles, left, top, height, width)
             for triangles in (of_head, self._triangles)
         )
-        own = (all_parts != NOBODY) & (self._parts[all_parts] == HEAD)
-        return left, top, _coverage(whole != NOBODY), _coverage(own)
+        visible_head = (all_parts != NO_TRIANGLE) & (self._parts[all_parts] == HEAD)
+        return left, top, _coverage(whole != NO_TRIANGLE), _coverage(visible_head)
 
     def _placed(self, frame: int) -> Integers:
         placed: Integers = place_vertices(
             self._positions,
             self._normals,
-            self._of,
+            self._vertex_parts,
             self._bones.axes[frame],
             self._bones.origins[frame],
             self._lamp,
@@ -241,8 +242,8 @@ def _count(solid: Solid) -> int:
     return int(rows * columns)
 
 
-def _joined(solids: list[Solid]) -> tuple[Integers, Integers]:
-    """Triangles of all solids, and where their vertices lie in the atlas."""
+def _join_solids(solids: list[Solid]) -> tuple[Integers, Integers]:
+    """Return the triangles of all solids, and the atlas positions of their vertices."""
     triangles, places = [], []
     vertices, texels = 0, 0
     for solid in solids:
@@ -262,7 +263,7 @@ def _joined(solids: list[Solid]) -> tuple[Integers, Integers]:
 
 
 def _window(placed: Integers, within: tuple[int, ...] | None) -> tuple[int, int, int, int]:
-    """Left, top, width and height of what holds the vertices, cut to a picture [pixels]."""
+    """Return left, top, width and height of the vertices' window, clipped to an image [pixels]."""
     step = UNIT * FINE
     left, top = (int(v) for v in placed[:, :2].min(axis=0) // step)
     right, bottom = (int(v) for v in placed[:, :2].max(axis=0) // step + 1)

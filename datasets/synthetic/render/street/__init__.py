@@ -1,1 +1,1 @@
-"""A street seen by a camera: sky, facades, ground, things that stand about, and the light."""
+"""Street: houses, ground, static objects and light."""

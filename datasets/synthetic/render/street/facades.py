@@ -1,4 +1,4 @@
-"""The far side of a street: houses of many kinds under a sky."""
+"""Far side of a street: houses of many kinds below a sky."""
 
 import cv2
 import numpy as np
@@ -28,13 +28,13 @@ WALLS = (
 SIGNS = ((40, 44, 150), (120, 70, 30), (50, 110, 50), (30, 30, 34), (40, 150, 200), (90, 40, 90))
 ROOFS = ((60, 68, 96), (70, 66, 62), (84, 84, 90))
 
-FINE = 2  # it is painted at twice the size
+FINE = 2  # painted pixels per pixel and axis
 
 
 def backdrop(
     random: np.random.Generator, height: int, width: int, scale: float, base: float
 ) -> Picture:
-    """Paint houses side by side with a sky above them, shape (height, width, 3).
+    """Paint adjacent houses with a sky above them, shape (height, width, 3).
 
     `scale` is in pixels/metre; the houses stand at the row `base` [pixels].
     """
@@ -70,7 +70,7 @@ def _sky(random: np.random.Generator, height: int, width: int, base: float) -> P
 
 @njit(cache=True)
 def _clouded(clouds: Array, down: Array) -> Picture:
-    """Paint a sky that is paler below, in [0, 1], with clouds about in [-1, 1]."""
+    """Paint a sky with clouds about in [-1, 1]; it gets paler with `down`, in [0, 1]."""
     blue, pale = np.array([214.0, 178.0, 140.0]), np.array([226.0, 220.0, 212.0])
     picture = np.empty((*clouds.shape, 3), np.uint8)
     for row in range(len(clouds)):
@@ -89,7 +89,7 @@ def _fill(picture: Picture, box: Box, colour: Array) -> None:
 
 
 class _Front:
-    """The far side of a street, painted into a picture whose houses stand at the row `base`.
+    """Far side of a street, painted into an image with the houses at the row `base`.
 
     A `metre` is in pixels; places are columns and rows.
     """
@@ -104,18 +104,18 @@ class _Front:
     def _fill(self, box: Box, colour: Array) -> None:
         _fill(self._picture, box, colour)
 
-    def _shade(self, box: Box, gain: NDArray[np.float64] | float) -> None:
+    def _shade(self, box: Box, gain: Array | float) -> None:
         """Multiply a region by a gain; an array is cut or repeated to its size."""
         height, width = self._picture.shape[:2]
         left, right = max(round(box[0]), 0), min(round(box[2]), width)
         top, bottom = max(round(box[1]), 0), min(round(box[3]), height)
         if left >= right or top >= bottom:
             return
-        here = self._picture[top:bottom, left:right]
+        region = self._picture[top:bottom, left:right]
         if isinstance(gain, np.ndarray):
             rows = np.arange(top, bottom) % gain.shape[0]
             gain = gain[rows[:, None], np.arange(left, right) % gain.shape[1], None]
-        here[:] = np.clip(here * gain, 0, 255).astype(np.uint8)
+        region[:] = np.clip(region * gain, 0, 255).astype(np.uint8)
 
     def house(self, left: float, right: float) -> None:
         random, metre, base = self._random, self._metre, self._base
@@ -193,33 +193,34 @@ class _Front:
         random, metre = self._random, self._metre
         left, top, right, base = box
         if random.random() < 0.45:  # flats: a door, windows
-            at = random.uniform(left + 0.5 * metre, right - 1.6 * metre)
+            door_x = random.uniform(left + 0.5 * metre, right - 1.6 * metre)
             wood = np.array(SIGNS[random.integers(len(SIGNS))]) * 0.8 + 20
             for middle in np.arange(left + 1.3 * metre, right - metre, 2.3 * metre):
-                if abs(middle - at - 0.5 * metre) > 1.4 * metre:
+                if abs(middle - door_x - 0.5 * metre) > 1.4 * metre:
                     window = (middle - 0.5 * metre, top + 0.8 * metre, middle + 0.5 * metre,
                               top + 2.3 * metre)  # fmt: skip
                     self._window(window, colour * 0.5 + 110, 0.4)
             self._fill(
-                (at - 0.12 * metre, base - 2.5 * metre, at + 1.12 * metre, base), colour * 0.7
+                (door_x - 0.12 * metre, base - 2.5 * metre, door_x + 1.12 * metre, base),
+                colour * 0.7,
             )
-            self._fill((at, base - 2.35 * metre, at + metre, base), wood)
-            self._shade((at, base - 2.35 * metre, at + 0.1 * metre, base), 0.6)
+            self._fill((door_x, base - 2.35 * metre, door_x + metre, base), wood)
+            self._shade((door_x, base - 2.35 * metre, door_x + 0.1 * metre, base), 0.6)
             self._shade((left, base - 0.5 * metre, right, base), 0.82)
             return
         front = (left + 0.35 * metre, top + 0.75 * metre, right - 0.35 * metre, base - 0.5 * metre)
         frame = np.array(SIGNS[random.integers(len(SIGNS))]) * 0.7 + 30
         self._fill((front[0] - 0.1 * metre, front[1], front[2] + 0.1 * metre, base), frame)
         self._fill(front, np.array([70.0, 62.0, 58.0]) * random.uniform(0.6, 1.2))
-        for _ in range(int((right - left) / metre * 5)):  # what is shown behind the glass
+        for _ in range(int((right - left) / metre * 5)):  # goods behind the glass
             x, y = (
                 random.uniform(front[0], front[2]),
                 random.uniform(front[1] + 0.5 * metre, front[3]),
             )
             size = random.uniform(0.06, 0.3, 2) * metre
             goods = random.uniform(40, 190, 3)
-            shown = (x, y - size[1], min(x + size[0], front[2]), y)
-            self._fill(shown, goods * 0.7)
+            item = (x, y - size[1], min(x + size[0], front[2]), y)
+            self._fill(item, goods * 0.7)
         self._shade((front[0], front[1], front[2], front[1] + 0.5 * metre), 0.6)
         for bar in np.arange(front[0], front[2], 2.1 * metre):
             self._fill((bar, front[1], bar + 0.08 * metre, base), frame)
@@ -234,8 +235,7 @@ class _Front:
             middle = (board[1] + board[3]) / 2
             self._fill((x, middle - tall / 2, x + wide, middle + tall / 2), ink)
             self._fill(
-                (x + wide * 0.3, middle - tall * 0.2, x + wide * 0.75, middle + 0.1 * tall),
-                sign,
+                (x + wide * 0.3, middle - tall * 0.2, x + wide * 0.75, middle + 0.1 * tall), sign
             )
             x += wide * 1.4
         if random.random() < 0.5:

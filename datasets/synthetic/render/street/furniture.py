@@ -1,4 +1,4 @@
-"""Things of a street: lamp posts, signs, bins, parked cars; trees and bushes, clumps of leaves."""
+"""Street objects: lamp posts, signs, bins, parked cars, trees and bushes."""
 
 import cv2
 import numpy as np
@@ -14,9 +14,9 @@ Array = NDArray[np.float64]
 def post(
     random: np.random.Generator, x: float, z: float, scale: float, thickness: float | None = None
 ) -> Prop:
-    """Lamp post or pillar, higher than the picture, at a place and of a thickness [metres].
+    """Return a lamp post or pillar, taller than the image, at a place with a thickness [metres].
 
-    `scale` is that at its depth [pixels/metre]; without a thickness it is a lamp post's.
+    `scale` is that at its depth [pixels/metre]; the default thickness is that of a lamp post.
     """
     thick = random.uniform(0.10, 0.18) if thickness is None else thickness
     colour, coverage = _upright(4.5 * scale, thick * scale, _metal(random))
@@ -26,7 +26,7 @@ def post(
 
 
 def sign(random: np.random.Generator, x: float, z: float, scale: float) -> Prop:
-    """Round or square sign on a pole."""
+    """Return a round or square sign on a pole."""
     colour, coverage = _upright(2.2 * scale, 0.07 * scale, np.array([150.0, 152.0, 154.0]))
     radius = random.uniform(0.26, 0.34) * scale
     size = int(np.ceil(2 * radius)) + 2
@@ -40,7 +40,7 @@ def sign(random: np.random.Generator, x: float, z: float, scale: float) -> Prop:
 
 
 def litter_bin(random: np.random.Generator, x: float, z: float, scale: float) -> Prop:
-    """Litter bin."""
+    """Return a litter bin."""
     paint = np.array(
         [[58, 84, 44], [60, 58, 58], [120, 70, 40], [44, 110, 150]][random.integers(4)]
     )
@@ -57,7 +57,7 @@ def _metal(random: np.random.Generator) -> Array:
 
 
 def _upright(height: float, width: float, colour: Array) -> tuple[Array, Array]:
-    """A cylinder: its picture and coverage."""
+    """Return image and coverage of a cylinder."""
     rows, columns = max(1, round(height)), int(np.ceil(width)) + 2
     u = (np.arange(columns) + 0.5 - columns / 2) / (width / 2)
     cover = np.clip((1 - np.abs(u)) * width / 2 + 0.5, 0, 1)
@@ -69,7 +69,7 @@ def _upright(height: float, width: float, colour: Array) -> tuple[Array, Array]:
 def _stacked(
     x: float, z: float, upper: Array, upper_cover: Array, lower: Array, lower_cover: Array
 ) -> Prop:
-    """One thing on another, in the middle; the whole stands on the ground."""
+    """Return an object on top of another, centred, that stands on the ground."""
     width = max(upper.shape[1], lower.shape[1])
     height = len(upper) + len(lower)
     colour, coverage = np.zeros((height, width, 3)), np.zeros((height, width))
@@ -85,7 +85,10 @@ _LIGHT = np.array([-0.45, -0.65, 0.6])
 
 
 def tree(random: np.random.Generator, x: float, z: float, scale: float) -> Prop:
-    """Street tree of 5 to 8 metres at a place [metres], at its depth's scale [pixels/metre]."""
+    """Return a street tree of 5 to 8 metres at a place [metres].
+
+    `scale` is that at its depth [pixels/metre].
+    """
     tall, wide = random.uniform(5.0, 7.5), random.uniform(2.8, 4.4)
     stem = random.uniform(2.0, 2.7)
     height, width = round((tall + 0.3) * scale), round((wide + 0.8) * scale)
@@ -110,7 +113,7 @@ def tree(random: np.random.Generator, x: float, z: float, scale: float) -> Prop:
 
 
 def bush(random: np.random.Generator, x: float, z: float, scale: float) -> Prop:
-    """Low bush, wider than high."""
+    """Return a low bush, wider than high."""
     tall, wide = random.uniform(0.7, 1.3), random.uniform(1.2, 2.4)
     height, width = round((tall + 0.4) * scale), round((wide + 0.6) * scale)
     foot = height - round(0.1 * scale)
@@ -136,7 +139,7 @@ def _clump(
     leaves: Array,
     grain: Array,
 ) -> None:
-    """Paint a ragged ball of leaves, lit from the left top, over what is there."""
+    """Paint a ragged ball of leaves, lit from the left top."""
     reach = int(np.ceil(1.5 * radius))
     left, top = round(centre[0]) - reach, round(centre[1]) - reach
     rows = slice(max(top, 0), min(top + 2 * reach, len(colour)))
@@ -145,13 +148,13 @@ def _clump(
         return
     shift = random.integers(0, 256, 2)
     corner = np.array([rows.start, columns.start])
-    _leave(
+    _paint_leaves(
         colour[rows, columns], coverage[rows, columns], corner, centre, radius, leaves, grain, shift
     )
 
 
 @njit(cache=True)
-def _leave(
+def _paint_leaves(
     colour: Array,
     coverage: Array,
     corner: NDArray[np.int64],
@@ -161,7 +164,7 @@ def _leave(
     grain: Array,
     shift: NDArray[np.int64],
 ) -> None:
-    """Paint a ball of leaves into a window whose row and column in the picture is `corner`."""
+    """Paint a ball of leaves into a window whose row and column in the image is `corner`."""
     for i in range(len(colour)):
         row = i + corner[0]
         v = (row + 0.5 - centre[1]) / radius
@@ -225,11 +228,11 @@ PAINTS = (
     (70, 120, 150),
 )
 FINE = 3
-"""Cars are painted larger by this, then made smaller."""
+"""Painted pixels per pixel and axis of cars."""
 
 Outline = list[tuple[float, float]]
 
-# Outlines in metres, forward to the right, up from the ground.
+# outlines in metres, forward to the right, up from the ground
 _BODY = [(-2.05, 0.34), (-2.08, 0.62), (-2.0, 0.86), (-1.6, 0.94), (-1.05, 0.97), (-0.62, 1.38),
          (-0.3, 1.44), (0.4, 1.43), (0.72, 1.34), (1.22, 0.96), (1.78, 0.86), (2.04, 0.68),
          (2.1, 0.42), (2.06, 0.30), (-2.0, 0.28)]  # fmt: skip
@@ -245,21 +248,21 @@ _METAL = (
     (0.28, 0.45, 0.55), (0.45, 0.62, 0.78), (0.80, 0.88, 1.16), (0.88, 0.99, 1.3),
     (1.36, 1.5, 1.22),
 )  # fmt: skip
-"""Heights from and to, and gain: sheet metal mirrors sky above, dark street below."""
+"""Height ranges and gains: sheet metal reflects the sky above and the dark street below."""
 
 
 def car(random: np.random.Generator, x: float, z: float, scale: float) -> Prop:
-    """A small car, parked along the kerb, either way round.
+    """Return a small car, parked along the kerb in either direction.
 
-    Its middle stands at (x, z) [metres], where things are seen at a scale [pixels/metre].
+    Its centre is at (x, z) [metres]; `scale` is that at its depth [pixels/metre].
     """
     metre = scale * random.uniform(0.98, 1.1)
     height, width = round(1.75 * metre), round(4.7 * metre)
     foot = height - round(0.16 * metre)
-    picture, mask = _painted_car(random, (FINE * height, FINE * width), FINE * foot, FINE * metre)
+    picture, mask = _paint_car(random, (FINE * height, FINE * width), FINE * foot, FINE * metre)
     colour = cv2.resize(picture, (width, height), interpolation=cv2.INTER_AREA).astype(np.float64)
     cover = cv2.resize(mask, (width, height), interpolation=cv2.INTER_AREA) / 255
-    # Painted edges hold black from outside the body: its colour is taken out again.
+    # Edge pixels contain black from outside the body, which is divided out.
     colour = colour / np.maximum(cover, 0.25)[..., None]
     colour, cover = _over_shadow(np.minimum(colour, 255), cover, foot, metre)
     if random.random() < 0.5:
@@ -267,26 +270,26 @@ def car(random: np.random.Generator, x: float, z: float, scale: float) -> Prop:
     return Prop(x, z, colour, cover, foot)
 
 
-def _painted_car(
+def _paint_car(
     random: np.random.Generator, size: tuple[int, int], foot: float, metre: float
 ) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
-    """Picture and mask of a car that stands at the row `foot`; a `metre` in pixels."""
+    """Return image and mask of a car that stands at the row `foot`; a `metre` is in pixels."""
     picture, mask = np.zeros((*size, 3), np.uint8), np.zeros(size, np.uint8)
     stretch = np.array([1.0, random.uniform(0.95, 1.08)])
 
-    def at(points: Outline) -> NDArray[np.int32]:
+    def to_pixels(points: Outline) -> NDArray[np.int32]:
         placed = np.array(points) * stretch
         columns, rows = size[1] / 2 + placed[:, 0] * metre, foot - placed[:, 1] * metre
         return np.round(np.stack([columns, rows], 1)).astype(np.int32)
 
-    def paint(points: Outline, colour: NDArray[np.float64]) -> None:
-        cv2.fillPoly(picture, [at(points)], colour.tolist())
+    def paint(points: Outline, colour: Array) -> None:
+        cv2.fillPoly(picture, [to_pixels(points)], colour.tolist())
 
     body = np.array(PAINTS[random.integers(len(PAINTS))], np.float64) * random.uniform(0.85, 1.1)
-    cv2.fillPoly(mask, [at(_BODY)], 255)
+    cv2.fillPoly(mask, [to_pixels(_BODY)], 255)
     paint(_BODY, body)
     for low, high, gain in _METAL:
-        top, bottom = at([(0, high)])[0, 1], at([(0, low)])[0, 1]
+        top, bottom = to_pixels([(0, high)])[0, 1], to_pixels([(0, low)])[0, 1]
         band = picture[top:bottom]
         band[:] = np.clip(band * gain, 0, 255).astype(np.uint8)
     for pane in _GLASS:
@@ -294,14 +297,14 @@ def _painted_car(
         paint([(a, max(b, 1.17)) for a, b in pane], np.array([128.0, 118.0, 108.0]))
     dark = body * 0.55
     for place in _SEAMS:
-        start, end = at([(place, 0.4), (place, 0.97)]).tolist()
+        start, end = to_pixels([(place, 0.4), (place, 0.97)]).tolist()
         cv2.line(picture, start, end, dark.tolist(), FINE)
     for place in _HANDLES:
         paint([(place, 0.84), (place + 0.16, 0.84), (place + 0.16, 0.87), (place, 0.87)], dark)
     for lamp, colour in _LAMPS:
         paint(lamp, np.array(colour))
     for place in _WHEELS:
-        _paint_wheel(random, picture, mask, at([(place, 0.31)])[0].tolist(), metre)
+        _paint_wheel(random, picture, mask, to_pixels([(place, 0.31)])[0].tolist(), metre)
     return picture, mask
 
 
@@ -322,10 +325,8 @@ def _paint_wheel(
     cv2.circle(picture, hub, round(0.05 * metre), (60, 60, 60), -1)
 
 
-def _over_shadow(
-    colour: NDArray[np.float64], cover: NDArray[np.float64], foot: float, metre: float
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Lay the body over the dark that it stands in."""
+def _over_shadow(colour: Array, cover: Array, foot: float, metre: float) -> tuple[Array, Array]:
+    """Paint the body over its contact shadow."""
     rows, columns = np.indices(cover.shape)
     u = (columns + 0.5 - cover.shape[1] / 2) / (2.15 * metre)
     v = (rows + 0.5 - foot + 0.02 * metre) / (0.15 * metre)

@@ -1,4 +1,4 @@
-"""The ground from the camera to the houses, in bands, and the shade of trees on it."""
+"""Ground from the camera to the houses, in bands, with the shade of trees."""
 
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
@@ -15,28 +15,28 @@ Array = NDArray[np.float64]
 Light: TypeAlias = Literal["even", "dappled"]
 
 PERIOD = 16.0
-"""The pattern repeats after this [metres]."""
+"""Period of the shade pattern [metres]."""
 
 DEPTH = 0.45
-"""Light that full shade takes."""
+"""Share of light that full shade removes."""
 
 SLANT_X, SLANT_Z = 0.45, 0.3
-"""How far a shadow falls from what casts it, over its height."""
+"""Offset of a shadow from the object that casts it, relative to the object's height."""
 
 _SIZE = 512
 
 
 class TreeShade:
-    """Light at every place of the ground and above it: dappled under crowns, or 1 everywhere.
+    """Light at every place of the ground and above it: dappled below trees, or 1 everywhere.
 
-    Nothing is drawn from `random` in even light.
+    In even light, `random` is not used.
     """
 
     def __init__(self, random: np.random.Generator, light: Light) -> None:
         self.light = light
         if light == "even":
             return
-        # Crowns and gaps of about 3 m: some of both wherever one looks.
+        # Crowns and gaps of about 3 m, so that every view contains both.
         crowns = fractal(random, _SIZE, 8, 32)
         crowns -= np.median(crowns)
         leaves = fractal(random, _SIZE, 32, 128, 0.8)
@@ -44,8 +44,8 @@ class TreeShade:
         holes = np.clip((leaves - 0.75) * 4, 0, 1)
         self._gain = 1 - DEPTH * cover * (1 - 0.7 * holes)
 
-    def at(self, x: ArrayLike, z: ArrayLike) -> Array:
-        """Light on the ground at places [metres], in [1 - DEPTH, 1]."""
+    def on_ground(self, x: ArrayLike, z: ArrayLike) -> Array:
+        """Return the light on the ground at places [metres], in [1 - DEPTH, 1]."""
         across, deep = np.broadcast_arrays(np.asarray(x, np.float64), np.asarray(z, np.float64))
         if self.light == "even":
             return np.ones(across.shape)
@@ -54,35 +54,35 @@ class TreeShade:
         left = np.floor(place).astype(np.int64)
         share = place - left
         line = self._gain
-        here, there = line[rows, left % _SIZE], line[rows, (left + 1) % _SIZE]
-        return np.asarray(here * (1 - share) + there * share)
+        left_gain, right_gain = line[rows, left % _SIZE], line[rows, (left + 1) % _SIZE]
+        return np.asarray(left_gain * (1 - share) + right_gain * share)
 
     def on_upright(self, x: ArrayLike, z: ArrayLike, heights: ArrayLike) -> Array:
-        """Light at heights [metres] above a place: where the ray through them meets the ground."""
+        """Return the light at heights [metres] above a place: that on the ground below the ray."""
         up = np.asarray(heights, np.float64)
-        return self.at(np.asarray(x) + SLANT_X * up, np.asarray(z) + SLANT_Z * up)
+        return self.on_ground(np.asarray(x) + SLANT_X * up, np.asarray(z) + SLANT_Z * up)
 
 
 SIDE = 512
-"""Of a texture [pixels]."""
+"""Side of a texture [pixels]."""
 
-_LINES = 4  # averaged in a row
+_LINES = 4  # lines that are averaged in a row
 
 REACH = 40.0
-"""Large spots and stains repeat after this [metres]."""
+"""Period of large spots and stains [metres]."""
 
 
 @dataclass(frozen=True)
 class Band:
-    """A strip of ground along the street."""
+    """Strip of ground along the street."""
 
-    start: float  # its nearer edge [metres from the camera]; it ends where the next begins
+    start: float  # nearer edge [metres from the camera]; it ends where the next band begins
     texture: Array  # (SIDE, SIDE, 3), periodic
-    side: float  # that a texture's side covers [metres]
+    side: float  # size that a texture's side covers [metres]
 
 
 def street_bands(random: np.random.Generator, kerb: float, end: float) -> list[Band]:
-    """Pavement, kerb, road and pavement again.
+    """Return pavement, kerb, road and pavement again.
 
     The road begins at `kerb`, the houses begin at `end` [metres].
     """
@@ -111,20 +111,20 @@ def street_bands(random: np.random.Generator, kerb: float, end: float) -> list[B
 
 
 def asphalt(random: np.random.Generator, grey: tuple[float, float, float], blots: float) -> Array:
-    """Asphalt of about a grey (BGR), with grain and with blots of some strength."""
+    """Return grainy asphalt of about a grey (BGR), with blots of a strength."""
     tone = 1 + 0.10 * fractal(random, SIDE, 32, 256, 0.9) + blots * fractal(random, SIDE, 2, 16)
     return np.array(grey) * random.uniform(0.85, 1.2) * tone[..., None]
 
 
 def kerbstones(random: np.random.Generator) -> Array:
-    """Stones one after the other along a kerb."""
+    """Return a row of stones along a kerb."""
     stones = np.full((SIDE, SIDE, 3), 168.0) * (1 + 0.05 * fractal(random, SIDE, 8, 256))[..., None]
     stones[:, :: SIDE // 4] *= 0.75
     return stones
 
 
 def _slabs(random: np.random.Generator) -> Array:
-    """Large concrete slabs."""
+    """Return large concrete slabs."""
     rows, columns = np.indices((SIDE, SIDE))
     cell = SIDE // 6
     joint = (rows % cell < 4) | ((columns + (rows // cell % 2) * (cell // 2)) % cell < 4)
@@ -144,11 +144,11 @@ def ground_rows(
     widths: NDArray[np.int64],
     margin: float,
 ) -> NDArray[np.uint8]:
-    """Rows of ground, each stretched as its depth is seen, shape (rows, max(widths), 3).
+    """Return rows of ground, each stretched by the scale at its depth.
 
-    `bands` go from the nearest to the farthest. Each row has its scale [pixels/metre] and its width
-    [pixels], beyond which the array stays 0; `x_low` is the place [metres] at `margin` pixels from
-    its left end.
+    `bands` are sorted from the nearest to the farthest. Each row has its scale [pixels/metre] and
+    its width [pixels], beyond which the array stays 0. `x_low` is the place [metres] at `margin`
+    pixels from its left end. Returns shape (rows, max(widths), 3).
     """
     spots = fractal(random, 256, 8, 64, 0.7)
     starts = np.array([band.start for band in bands])
@@ -156,7 +156,7 @@ def ground_rows(
     rows = np.zeros((len(scales), int(widths.max()), 3), np.uint8)
     for row, scale in enumerate(scales):
         x = x_low + (np.arange(widths[row]) + 0.5 - margin) / scale
-        # A row shows a stretch of depth: lines within it are averaged.
+        # A row covers a range of depths, whose lines are averaged.
         offsets = (np.arange(_LINES) + 0.5) / _LINES - 0.5
         depths = camera.focal / np.maximum(scale + offsets / camera.eye, 1.0)
         colour = np.zeros((len(x), 3))
@@ -166,14 +166,14 @@ def ground_rows(
         z = float(depths.mean())
         stain = np.zeros((len(x), 1))
         _add_line(stain, spots[int(z * (256 / REACH)) % 256, :, None], 256 / REACH, x)
-        gain = (1 + 0.09 * stain[:, 0]) * shade.at(x, z) / _LINES
+        gain = (1 + 0.09 * stain[:, 0]) * shade.on_ground(x, z) / _LINES
         _light_row(rows[row], colour, gain)
     return rows
 
 
 @njit(cache=True)
 def _light_row(row: NDArray[np.uint8], colour: Array, gain: Array) -> None:
-    """Write colours (n, 3) times a gain (n,) to the begin of a row, in whole grey levels."""
+    """Write colours (n, 3) times a gain (n,) to the start of a row, in whole grey levels."""
     for i in range(len(colour)):
         for c in range(3):
             row[i, c] = np.uint8(min(max(np.rint(colour[i, c] * gain[i]), 0.0), 255.0))
@@ -189,7 +189,10 @@ def _pyramid(texture: Array) -> list[Array]:
 
 
 def _line(pyramid: list[Array], side: float, z: float, scale: float) -> tuple[Array, float]:
-    """Line of a texture along the street at a depth, shape (n, 3), and its points a metre."""
+    """Return the texture line along the street at a depth, and its points per metre.
+
+    The line has the shape (n, 3).
+    """
     density = SIDE / side
     level = int(np.clip(np.round(np.log2(max(density / scale, 1.0))), 0, len(pyramid) - 1))
     texture = pyramid[level]
@@ -199,7 +202,7 @@ def _line(pyramid: list[Array], side: float, z: float, scale: float) -> tuple[Ar
 
 @njit(cache=True)
 def _add_line(sums: Array, line: Array, density: float, places: Array) -> None:
-    """Add a periodic line (n, channels) with points at a density, interpolated at some places."""
+    """Add a periodic line (n, channels), interpolated at places, to sums."""
     n = len(line)
     for i in range(len(places)):
         place = places[i] * density

@@ -1,4 +1,4 @@
-"""A street: houses and sky, ground, things that stand about, and the light on all of it."""
+"""Street: houses and sky, ground, static objects, and the light on them."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from trackmark.datasets.synthetic.render.path import spaced
+from trackmark.datasets.synthetic.render.path import random_positions
 from trackmark.datasets.synthetic.render.prop import Prop
 from trackmark.datasets.synthetic.render.sprite import draw_rows, instants
 from trackmark.datasets.synthetic.render.street.facades import backdrop
@@ -29,27 +29,26 @@ from trackmark.datasets.synthetic.render.views import Viewpoint
 from trackmark.datasets.synthetic.scene import part_generator
 
 KERB = 10.6
-"""Where the road begins [metres]."""
+"""Depth at which the road begins [metres]."""
 
 HOUSES = 18.0
-"""Where the houses stand [metres]."""
+"""Depth of the houses [metres]."""
 
 
 @dataclass(frozen=True)
 class Reach:
-    """What a camera does in a whole sequence: lowest and highest of each."""
+    """Range of a camera's motion over a whole sequence: minimum and maximum."""
 
     x: tuple[float, float] = (0.0, 0.0)  # lateral place [metres]
-    # shift_x, shift_y: shift of the picture [pixels]
-    shift_x: tuple[float, float] = (0.0, 0.0)
-    shift_y: tuple[float, float] = (0.0, 0.0)
+    shift_x: tuple[float, float] = (0.0, 0.0)  # horizontal shift of the image [pixels]
+    shift_y: tuple[float, float] = (0.0, 0.0)  # vertical shift of the image [pixels]
 
 
 class Street:
-    """A street that runs from left to right, seen from the near pavement.
+    """Street from left to right, seen from the near pavement; painted on demand.
 
-    Nothing is painted before it is asked for. `still` is what does not change of the camera,
-    `reach` what changes, and how far; `size` is width and height of the images [pixels].
+    `still`: constant properties of the camera. `reach`: range of its motion. `size`: width and
+    height of the images [pixels].
     """
 
     def __init__(
@@ -73,11 +72,11 @@ class Street:
         motion: tuple[float, float] = (0.0, 0.0),
         travel: float = 0.0,
     ) -> None:
-        """Fill a picture with houses, sky and ground, in place.
+        """Fill an image with houses, sky and ground in place.
 
-        The camera is that of mid-exposure, within the reach. During the exposure the picture shifts
-        by `motion` [pixels], of which the part sideways is blurred, and the camera moves by
-        `travel` [metres].
+        The camera is that of mid-exposure, within the reach. During the exposure the image shifts
+        by `motion` [pixels], whose horizontal part is blurred, and the camera moves by `travel`
+        [metres].
         """
         boundary = int(np.floor(camera.row(0.0, HOUSES) + 0.5))
         edge = min(max(boundary, 0), len(canvas))
@@ -91,32 +90,32 @@ class Street:
 
     @cached_property
     def props(self) -> list[Prop]:
-        """What stands about: trees, parked cars, bins, signs, lamp posts, bushes."""
+        """Static objects: trees, parked cars, bins, signs, lamp posts, bushes."""
         random = part_generator(self._seed, "street furniture")
         low, high = self._span(KERB)
         things: list[Prop] = []
-        for x in spaced(random, low + random.uniform(0, 6), high, (4.5, 9.5)):
+        for x in random_positions(random, low + random.uniform(0, 6), high, (4.5, 9.5)):
             # Trees in a row before the kerb.
             z = KERB - 0.5
             kind = tree if random.random() < 0.75 else post
-            things.append(kind(random, x, z, self._at(z)))
-        along = spaced(random, low + random.uniform(0, 8), high, (5.2, 7.5))
-        parked = KERB + 0.9, self._at(KERB + 0.9)
+            things.append(kind(random, x, z, self._scale_at(z)))
+        along = random_positions(random, low + random.uniform(0, 8), high, (5.2, 7.5))
+        parked = KERB + 0.9, self._scale_at(KERB + 0.9)
         things += [car(random, x, *parked) for x in along if random.random() < 0.6]
         for kind, spacing in ((litter_bin, 22.0), (sign, 16.0), (bush, 14.0)):
             x = low + random.uniform(0, spacing)
             while x < high:
                 z = KERB - random.uniform(0.2, 0.8)
-                things.append(kind(random, x, z, self._at(z)))
+                things.append(kind(random, x, z, self._scale_at(z)))
                 x += random.uniform(0.5, 1.5) * spacing
         return things
 
     def post(self, x: float, z: float, thickness: float) -> Prop:
-        """A pillar of some metres that hides what passes behind it; all in metres."""
-        return post(part_generator(self._seed, f"post {x} {z}"), x, z, self._at(z), thickness)
+        """Return a tall pillar that hides the people behind it; all in metres."""
+        return post(part_generator(self._seed, f"post {x} {z}"), x, z, self._scale_at(z), thickness)
 
     def gains(self, x: ArrayLike, z: ArrayLike, heights: ArrayLike) -> NDArray[np.float64]:
-        """Light on a person at a place, at heights above the ground; all in metres."""
+        """Return the light on a person at a place, at heights above the ground; all in metres."""
         return self._shade.on_upright(x, z, heights)
 
     @cached_property
@@ -125,8 +124,8 @@ class Street:
 
     @cached_property
     def _backdrop(self) -> tuple[NDArray[np.uint8], float]:
-        """Houses and sky, and the row of the picture where they begin."""
-        scale = self._at(HOUSES)
+        """Houses and sky, and their first image row."""
+        scale = self._scale_at(HOUSES)
         top = -np.ceil(self._reach.shift_y[1]) - 1
         base = float(self._still.row(0.0, HOUSES)) - top
         width = int(self._widths(np.array([scale]))[0])
@@ -136,7 +135,7 @@ class Street:
 
     @cached_property
     def _ground(self) -> tuple[NDArray[np.uint8], float]:
-        """Rows of ground, and the row of the picture where they begin."""
+        """Rows of ground, and their first image row."""
         random = part_generator(self._seed, "ground")
         rows = ground_rows(
             random,
@@ -177,7 +176,10 @@ class Street:
     def _lefts(
         self, camera: Viewpoint, scales: NDArray[np.float64], motion: float, travel: float
     ) -> NDArray[np.int64]:
-        """Column of a panorama at the picture's left border, by instant and row [1/64 pixel]."""
+        """Return the panorama's columns at the left image border [1/64 pixel].
+
+        The shape is (instants, rows).
+        """
         nearest = float(scales.max())
         moments = instants(abs(motion) + abs(travel) * nearest)[:, None]
         places = (camera.x - self._reach.x[0] + moments * travel) * scales
@@ -185,10 +187,12 @@ class Street:
         limit = (self._widths(scales) - self._size[0] - 2) * 64
         return np.clip(np.round(lefts * 64).astype(np.int64), 0, limit)
 
-    def _at(self, z: float) -> float:
+    def _scale_at(self, z: float) -> float:
         return float(self._still.scale(z))
 
     def _span(self, z: float) -> tuple[float, float]:
-        """Stretch of the street that is ever seen at a depth, with something to spare."""
-        half = (self._size[0] / 2 + max(abs(v) for v in self._reach.shift_x)) / self._at(z) + 3
+        """Return the visible range of the street at a depth, with a margin."""
+        half = (self._size[0] / 2 + max(abs(v) for v in self._reach.shift_x)) / self._scale_at(
+            z
+        ) + 3
         return self._reach.x[0] - half, self._reach.x[1] + half

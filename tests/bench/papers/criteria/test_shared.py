@@ -6,7 +6,7 @@ import pytest
 from tests.bench.papers.criteria.scenes import blank, moving, painted
 from trackmark.bench.papers import scene_check
 from trackmark.bench.papers.criteria import shared as criteria
-from trackmark.bench.papers.scene_check import Criterion, SceneRow
+from trackmark.bench.papers.scene_check import Criterion, CriterionValue
 
 
 def test_speeds_are_those_of_the_box_centres():
@@ -95,11 +95,11 @@ def test_criterion_measures_with_its_options():
 
 
 ROWS = [
-    SceneRow("a", 200, "speed", 2.5, True),
-    SceneRow("a", 200, "contrast", 49.0, False),
-    SceneRow("a", 201, "speed", 3.0, True),
-    SceneRow("a", 201, "contrast", 60.0, True),
-    SceneRow("b", 200, "speed", 1.0, True),
+    CriterionValue("a", 200, "speed", 2.5, True),
+    CriterionValue("a", 200, "contrast", 49.0, False),
+    CriterionValue("a", 201, "speed", 3.0, True),
+    CriterionValue("a", 201, "contrast", 60.0, True),
+    CriterionValue("b", 200, "speed", 1.0, True),
 ]
 
 

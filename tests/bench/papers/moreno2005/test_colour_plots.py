@@ -83,10 +83,10 @@ def test_colour_model_has_classes_and_posteriors():
     )
     figure = colour_model_plot(model, "T")
     figure.draw_without_rendering()
-    frame, own, classes, projected, mixtures, plane, image = figure.axes
+    frame, rgb_space, classes, projected, mixtures, plane, image = figure.axes
     np.testing.assert_array_equal(frame.lines[0].get_xydata(), model.contour)
     every = np.concatenate([model.points["target"], model.points["background"]])
-    np.testing.assert_allclose(np.array(own.collections[0]._offsets3d).T, every)
+    np.testing.assert_allclose(np.array(rgb_space.collections[0]._offsets3d).T, every)
     scatters = zip(classes.collections[1:], projected.lines, ("background", "target"), strict=True)
     for scatter, line, name in scatters:
         np.testing.assert_allclose(np.array(scatter._offsets3d).T, model.points[name])

@@ -1,4 +1,4 @@
-"""Section 3: the course, and both filters against a grid."""
+"""Section 3: the trajectory, and both filters against a grid."""
 
 import numpy as np
 import pytest
@@ -10,11 +10,11 @@ from trackmark.bench.papers.moreno2005.figures import GRIDS, iteration
 
 def test_truth_returns_to_the_middle_and_stays_in_bounds():
     still = Setting(1.0, (0.0, 0.0), (0.0, 0.0), (0.1, 0.1))
-    seen = example.course(still, 50, np.random.default_rng(1))
+    seen = example.trajectory(still, 50, np.random.default_rng(1))
     expected = seen.start[0] * 0.95 ** np.arange(1, 51)
     np.testing.assert_allclose(seen.truth[:, 0], expected)
     np.testing.assert_array_equal(seen.observed, seen.truth)
-    wild = example.course(
+    wild = example.trajectory(
         Setting(1.0, (2.0, 2.0), (0.1, 0.3), (0.1, 0.1)), 2000, np.random.default_rng(2)
     )
     for column, (low, high) in enumerate((example.POSITIONS, example.COLOURS)):
@@ -40,10 +40,10 @@ def test_filters_have_the_posterior_of_a_grid():
     anywhere = mean((grid >= 0) & (grid <= 1), observed[1], 1)
     for kind, colour in (("dependent", twice), ("independent", anywhere)):
         cues = example.chain(kind, setting, 200_000, start)
-        found = cues.step(observed, np.random.default_rng(5))
-        attached = found[-2].states[found[-1].attached]
-        assert found[-1].weights @ found[-1].states == pytest.approx(position, abs=1e-3)
-        assert found[-1].weights @ attached == pytest.approx(colour, abs=2e-3)
+        hypotheses = cues.step(observed, np.random.default_rng(5))
+        attached = hypotheses[-2].states[hypotheses[-1].attached]
+        assert hypotheses[-1].weights @ hypotheses[-1].states == pytest.approx(position, abs=1e-3)
+        assert hypotheses[-1].weights @ attached == pytest.approx(colour, abs=2e-3)
 
 
 def test_gains_are_shares_of_the_observations_error(monkeypatch):

@@ -52,7 +52,7 @@ def test_target_in_two_parts_has_two_outlines():
     gaps = np.flatnonzero(np.isnan(contour[:, 0]))
     assert len(gaps) == 2
     pieces = contour[: gaps[0]], contour[gaps[0] + 1 : gaps[1]]
-    both = [measure.grid_points_in_poly((60, 80), one[:, ::-1] - 0.5) for one in pieces]
+    both = [measure.grid_points_in_poly((60, 80), piece[:, ::-1] - 0.5) for piece in pieces]
     assert np.mean((both[0] | both[1]) == mask) > 0.99
     unseen = SimpleNamespace(mask=lambda frame: None)
     assert stages.true_contour(unseen, 0).shape == (0, 2)
@@ -80,7 +80,7 @@ def test_hooks_draw_figures(step, monkeypatch):
 @pytest.mark.slow
 def test_strip_has_a_row_of_contours_and_maps_per_setting():
     texts = {"full, as-written": "moreno2005:preset=as-written", "full, recommended": "moreno2005"}
-    two = figures._strip(7, SCENE, texts)
-    one = figures._strip(7, SCENE, {"full, recommended": "moreno2005"})
-    assert two.shape[1] == one.shape[1]
-    assert two.shape[0] == pytest.approx(2 * one.shape[0], abs=4)
+    double = figures._strip(7, SCENE, texts)
+    single = figures._strip(7, SCENE, {"full, recommended": "moreno2005"})
+    assert double.shape[1] == single.shape[1]
+    assert double.shape[0] == pytest.approx(2 * single.shape[0], abs=4)

@@ -5,8 +5,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from tests.bench.papers import courses
-from tests.bench.papers.courses import value
+from tests.bench.papers import judged_runs
+from tests.bench.papers.judged_runs import value
 from trackmark import datasets
 from trackmark.bench.papers.moreno2005.measures import JUMP, PATCH
 from trackmark.bench.papers.moreno2005.scenes import contrast, edge_gain, posterior_map, started
@@ -15,8 +15,8 @@ N = 40
 SCENE = "plain/target:length=11"
 
 
-def course(dips=(), jump=(), patch=(), failure=""):
-    """Return a course with J of 0.9 but for dips to 0.4; the first frame is given."""
+def judged(dips=(), jump=(), patch=(), failure=""):
+    """Return a run with J of 0.9, and 0.4 in some frames."""
     values = np.full(N, 0.9)
     values[0] = np.nan
     values[list(dips)] = 0.4
@@ -28,27 +28,27 @@ def course(dips=(), jump=(), patch=(), failure=""):
         "failure": failure,
     }
     boxes = np.ones((N, 4))
-    return courses.course("moreno2005", boxes, boxes, run=run, attributes=attributes)
+    return judged_runs.judged("moreno2005", boxes, boxes, run=run, attributes=attributes)
 
 
 def test_kept_is_read_off_the_similarity():
-    assert value("kept", course()) == 1
-    assert value("kept", course(range(5, 9))) == 1
-    assert value("kept", course(range(5, 10))) == 0
-    assert value("not_kept", course([N - 1])) == 1
-    assert value("mean_similarity", course(range(1, N))) == pytest.approx(0.4)
-    assert value("kept", course(failure="frame 1: no")) == 0
+    assert value("kept", judged()) == 1
+    assert value("kept", judged(range(5, 9))) == 1
+    assert value("kept", judged(range(5, 10))) == 0
+    assert value("not_kept", judged([N - 1])) == 1
+    assert value("mean_similarity", judged(range(1, N))) == pytest.approx(0.4)
+    assert value("kept", judged(failure="frame 1: no")) == 0
 
 
 def test_only_frames_at_a_patch_count():
-    assert value("tracked_at_patch", course(range(5, 9), patch=range(10, 20))) == 1
-    assert value("tracked_at_patch", course([10], patch=range(10, 20))) == 1
-    assert value("tracked_at_patch", course([10, 12], patch=range(10, 20))) == 0
+    assert value("tracked_at_patch", judged(range(5, 9), patch=range(10, 20))) == 1
+    assert value("tracked_at_patch", judged([10], patch=range(10, 20))) == 1
+    assert value("tracked_at_patch", judged([10, 12], patch=range(10, 20))) == 0
 
 
 @pytest.mark.parametrize(("dips", "lost"), [([10], 1), ([9, 11], 0), (range(3, 30), 1)])
 def test_tenth_frame_from_the_jump_decides(dips, lost):
-    assert value("lost_after_jump", course(dips, jump=[1])) == lost
+    assert value("lost_after_jump", judged(dips, jump=[1])) == lost
 
 
 @pytest.fixture(scope="module")
@@ -66,8 +66,8 @@ def test_contrast_is_the_distance_of_mean_colours():
 
 def test_posterior_map_shows_the_target(scene):
     before, mask = scene.mask(0), scene.mask(1)
-    shown = posterior_map(scene[0], before, scene[1], np.random.default_rng(0))
-    assert shown[mask].mean() > shown[~mask].mean() + 0.4
+    posterior = posterior_map(scene[0], before, scene[1], np.random.default_rng(0))
+    assert posterior[mask].mean() > posterior[~mask].mean() + 0.4
 
 
 def test_starts_lie_near_the_contour():

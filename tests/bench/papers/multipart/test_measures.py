@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.bench.papers import courses
-from tests.bench.papers.courses import value
+from tests.bench.papers import judged_runs
+from tests.bench.papers.judged_runs import value
 from trackmark.bench.papers.description import read_description
-from trackmark.bench.papers.measures import Course
+from trackmark.bench.papers.measures import JudgedRun
 from trackmark.bench.papers.multipart import scenes
 from trackmark.bench.papers.runs import StoredRuns
 from trackmark.datasets import Sequence
@@ -20,44 +20,44 @@ BODY = np.array([54.0, 30.0, 12.0, 45.0])
 PAPER = read_description("multipart")
 
 
-def course(shifts: Any = 0.0, *, hidden: Any = (), failure: str = "") -> Course:
-    """Return a course started from the body whose estimate is `shifts` pixels to its right."""
+def judged(shifts: Any = 0.0, *, hidden: Any = (), failure: str = "") -> JudgedRun:
+    """Return a run that started from the body whose estimate is `shifts` pixels to its right."""
     estimates = np.tile(BODY, (N, 1))
     estimates[:, 0] += shifts
     visibility = np.ones(N)
     visibility[list(hidden)] = 0.2
     boxes, regions = np.tile(BODY, (N, 1)), {"full": np.tile(PERSON, (N, 1))}
     run = {"failure": failure}
-    return courses.course(
+    return judged_runs.judged(
         "multipart", boxes, estimates, visibility, (160, 120), run, regions=regions
     )
 
 
-def off_from(first: int, last: int = N, by: float = 11.0) -> np.ndarray:
+def off_from(first: int, last: int = N, pixels: float = 11.0) -> np.ndarray:
     """Return shifts in frames from `first` to before `last`, counted from 0."""
     shifts = np.zeros(N)
-    shifts[first:last] = by
+    shifts[first:last] = pixels
     return shifts
 
 
-@pytest.mark.parametrize(("by", "expected"), [(9.5, N), (10.5, 20)])
-def test_frame_counts_with_its_centre_inside_the_person(by: float, expected: int) -> None:
-    assert value("frames_on_target", course(off_from(20, by=by))) == expected
+@pytest.mark.parametrize(("pixels", "expected"), [(9.5, N), (10.5, 20)])
+def test_frame_counts_with_its_centre_inside_the_person(pixels: float, expected: int) -> None:
+    assert value("frames_on_target", judged(off_from(20, pixels=pixels))) == expected
 
 
 def test_failed_run_tracks_the_first_frame_alone() -> None:
-    assert value("frames_on_target", course(failure="frame 1: no")) == 1
+    assert value("frames_on_target", judged(failure="frame 1: no")) == 1
 
 
 def test_overlap_is_with_the_region_of_the_start() -> None:
-    assert value("frames_overlapping", course(off_from(20, by=3.5))) == N
-    assert value("frames_overlapping", course(off_from(20, by=4.5))) == 20
+    assert value("frames_overlapping", judged(off_from(20, pixels=3.5))) == N
+    assert value("frames_overlapping", judged(off_from(20, pixels=4.5))) == 20
 
 
 def test_stored_run_is_judged_by_the_region_of_its_start(store_runs: Any, tmp_path: Path) -> None:
     tracker, scene = "multipart:particles=2:init=full", "stress/twin:scene=0"
-    asked = {"twin": store_runs(tmp_path / "twin", [tracker], [scene])}
-    (stored,) = StoredRuns(tmp_path, asked, PAPER).courses(tracker, scene)
+    requested = {"twin": store_runs(tmp_path / "twin", [tracker], [scene])}
+    (stored,) = StoredRuns(tmp_path, requested, PAPER).judged_runs(tracker, scene)
     np.testing.assert_array_equal(stored.truth.boxes, stored.truth.regions["full"])
     assert stored.error[0] == pytest.approx(0.0)
 
@@ -74,7 +74,7 @@ def test_stored_run_is_judged_by_the_region_of_its_start(store_runs: Any, tmp_pa
 def test_target_is_lost_after_ten_visible_frames_off_it(
     shifts: Any, hidden: Any, expected: int
 ) -> None:
-    assert value("frames_before_loss", course(shifts, hidden=hidden)) == expected
+    assert value("frames_before_loss", judged(shifts, hidden=hidden)) == expected
 
 
 def halves(upper: int, lower: int) -> Sequence:

@@ -55,11 +55,11 @@ def made_run(*events, beside=(), **parameters):
 
 def _details(events):
     """Return what the tracker reports of these occlusions, by frame."""
-    diary, rows, spans, known = OcclusionLog(), [], [], 0
+    diary, rows, spans, declared_until = OcclusionLog(), [], [], 0
     for beginning, end, back in events:
         # One that began before the tracker was back from another is declared after it.
-        spans.append((max(beginning, known), N if back is None else back, beginning, end))
-        known = spans[-1][1]
+        spans.append((max(beginning, declared_until), N if back is None else back, beginning, end))
+        declared_until = spans[-1][1]
     for frame in range(1, N):
         occluded, candidate = 0.0, np.nan
         for declared, last, beginning, end in spans:
@@ -73,14 +73,14 @@ def _details(events):
     return {name: np.r_[np.nan, values] for name, values in pd.DataFrame(rows).items()}
 
 
-def made_truth(*hidden, shown=0.0, off=None):
-    """Return the truth of that target, hidden in stretches of frames (both ends count).
+def made_truth(*hidden, visible=0.0, off=None):
+    """Return the ground truth of that target, hidden in stretches of frames (ends included).
 
     A lamp is off in the frames from the first to before the second of `off`.
     """
     visibility, attributes = np.ones(N), {}
     for first, last in hidden:
-        visibility[first : last + 1] = shown
+        visibility[first : last + 1] = visible
     if off is not None:
         attributes["lamp off"] = (np.arange(N) >= off[0]) & (np.arange(N) < off[1])
     return StoredTruth("made", true_boxes(), {}, visibility, attributes, 25.0)

@@ -64,7 +64,7 @@ def test_events_without_a_frame_to_report_are_read_off_boxes():
 
 
 PLAIN = "plain/target:length=60:occlusion=0.9:noise=8"
-"""By a low limit of outliers noise is taken for occlusions: they follow on one another."""
+"""Sequence with noise: a low outlier limit declares many occlusions in a row."""
 
 
 def test_events_are_frames_of_the_sequence_of_a_late_target():
@@ -111,9 +111,9 @@ def test_events_of_stored_runs_equal_those_of_plain_numpy(text, length, together
     settings = run.identity.parameters
     _, expected, _ = track_offline(list(sequence), sequence.boxes[0], **settings)
     events = declared_in(run)
-    found = [event[:2] for event in events if event.end is not None]
-    assert len(found) > 1
-    assert found == [event for event in expected if event[1] < length]
+    ended = [event[:2] for event in events if event.end is not None]
+    assert len(ended) > 1
+    assert ended == [event for event in expected if event[1] < length]
     assert max(Counter(event.back for event in events if event.back).values()) == together
 
 
@@ -128,5 +128,5 @@ def test_complete_occlusion_has_hardly_anything_in_view():
 
 def test_event_may_begin_two_frames_before_the_occlusion():
     hidden = Hidden(20, 30)
-    found = [hidden.causes(Declared(frame, None, None)) for frame in (17, 18, 30, 31)]
-    assert found == [False, True, True, False]
+    causes = [hidden.causes(Declared(frame, None, None)) for frame in (17, 18, 30, 31)]
+    assert causes == [False, True, True, False]

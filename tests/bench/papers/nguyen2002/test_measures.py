@@ -6,21 +6,21 @@ import pytest
 
 from tests.bench.papers.nguyen2002.runs import made_run, made_truth
 from trackmark.bench.papers.description import read_description
-from trackmark.bench.papers.measures import Course, find_measure
+from trackmark.bench.papers.measures import JudgedRun, find_measure
 from trackmark.bench.papers.nguyen2002.figures import chosen_frames
 
 PAPER = read_description("nguyen2002")
 
 
 def value(text, run, truth):
-    return find_measure(text, "nguyen2002")(Course(run, truth, PAPER, "nguyen2002"))
+    return find_measure(text, "nguyen2002")(JudgedRun(run, truth, PAPER, "nguyen2002"))
 
 
 def test_kept_counts_clear_frames_and_the_last_five():
-    truth = made_truth((40, 60), shown=0.89)
+    truth = made_truth((40, 60), visible=0.89)
     clear = 120 - 1 - 21
     few = range(1, 1 + int(0.1 * clear))
-    for beside, kept in (
+    for lost_frames, expected in (
         ((), 1.0),
         (range(40, 61), 1.0),  # these are not clear
         (few, 1.0),
@@ -29,7 +29,7 @@ def test_kept_counts_clear_frames_and_the_last_five():
         ((114,), 1.0),
         ((0,), 1.0),  # the given first frame does not count
     ):
-        assert value("kept", made_run(beside=beside), truth) == kept, beside
+        assert value("kept", made_run(beside=lost_frames), truth) == expected, lost_frames
 
 
 def test_occlusion_is_detected_if_declared_and_the_target_found():
@@ -72,7 +72,7 @@ def test_loss_within_a_declared_occlusion_began_with_it():
 
 
 def test_box_stays_if_most_clear_frames_after_the_switch_overlap():
-    truth = made_truth((60, 64), shown=0.5, off=(50, 90))
+    truth = made_truth((60, 64), visible=0.5, off=(50, 90))
     assert value("stays_at_switch", made_run(beside=(49, 55, 62, 70)), truth) == 1
     assert value("stays_at_switch", made_run(beside=(55, 69)), truth) == 0
 

@@ -5,8 +5,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from tests.bench.papers import courses
-from tests.bench.papers.courses import value
+from tests.bench.papers import judged_runs
+from tests.bench.papers.judged_runs import value
 from trackmark import datasets
 from trackmark.bench.papers.nummiaro2003 import scenes
 from trackmark.bench.papers.nummiaro2003.measures import Hiding, hidings
@@ -25,14 +25,14 @@ def truth():
     visibility = np.ones(N)
     visibility[TREE] = 0.0
     visibility[96:100] = visibility[116:120] = 0.6
-    for one in SHORT:
-        visibility[one] = 0.2
+    for occlusion in SHORT:
+        visibility[occlusion] = 0.2
     visibility[:COMES] = visibility[LEAVES:] = 0.0
     visibility[LEAVES - 3 : LEAVES] = 0.3
     return boxes, visibility
 
 
-def course(estimates=None, **details):
+def judged(estimates=None, **details):
     """Return a run on the target that initialises behind the tree, but for the changes."""
     boxes, visibility = truth()
     usual = {
@@ -44,7 +44,7 @@ def course(estimates=None, **details):
         "identity": SimpleNamespace(parameters={"kick_off": 0.1, "particles": 100}),
     }
     estimates = shifted([]) if estimates is None else estimates
-    return courses.course("nummiaro2003", boxes, estimates, visibility, (800, 600), run)
+    return judged_runs.judged("nummiaro2003", boxes, estimates, visibility, (800, 600), run)
 
 
 def but(usual, frames, value):
@@ -63,7 +63,7 @@ def shifted(frames):
 
 def test_leaving_the_view_is_no_hiding():
     expected = [Hiding(100, 116, True), Hiding(180, 184, False), Hiding(200, 203, False)]
-    assert hidings(course()) == expected
+    assert hidings(judged()) == expected
 
 
 @pytest.mark.parametrize(
@@ -77,7 +77,7 @@ def test_leaving_the_view_is_no_hiding():
     ],
 )
 def test_initialisation_behind_the_tree_takes_three_steps(changes, expected):
-    assert value("initialises_behind_tree", course(**changes)) == expected
+    assert value("initialises_behind_tree", judged(**changes)) == expected
 
 
 @pytest.mark.parametrize(
@@ -92,33 +92,33 @@ def test_initialisation_behind_the_tree_takes_three_steps(changes, expected):
     ],
 )
 def test_short_occlusions_count_if_the_target_is_tracked_before(changes, expected):
-    found = value("bridges_short_occlusions", course(**changes))
-    np.testing.assert_equal(found, expected)
+    bridged = value("bridges_short_occlusions", judged(**changes))
+    np.testing.assert_equal(bridged, expected)
 
 
 def test_count_may_fall_ten_frames_after_the_exit():
     for frame, expected in ((LEAVES, 1), (LEAVES + 9, 1), (LEAVES - 1, 0)):
         positive = but(50, slice(frame, frame + 1), 9)
-        assert value("count_falls_at_exit", course(positive_appearances=positive)) == expected
+        assert value("count_falls_at_exit", judged(positive_appearances=positive)) == expected
 
 
 def test_end_is_the_last_twenty_frames_in_view():
-    assert value("on_target_at_end", course(shifted(slice(LEAVES - 8, N)))) == 0.75
-    assert value("on_target_at_end", course(shifted(slice(0, 200)))) == 1.0
+    assert value("on_target_at_end", judged(shifted(slice(LEAVES - 8, N)))) == 0.75
+    assert value("on_target_at_end", judged(shifted(slice(0, 200)))) == 1.0
 
 
 def test_size_error_is_relative_to_the_truth():
     wide = shifted([])
     wide[:, 2] *= 1.25
-    assert value("size_error", course(wide)) == pytest.approx(0.25)
+    assert value("size_error", judged(wide)) == pytest.approx(0.25)
 
 
 @pytest.fixture(scope="module")
 def surface():
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(scenes, "RUN", 6)
-        (found,) = surfaces("plain/target", "as-written", 1)
-        return found
+        (surface_found,) = surfaces("plain/target", "as-written", 1)
+        return surface_found
 
 
 def test_surface_has_its_maximum_at_the_target(surface):

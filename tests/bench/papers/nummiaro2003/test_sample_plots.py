@@ -26,7 +26,7 @@ def hill():
 
 
 def test_samples_lie_on_the_image_and_on_the_surface():
-    assert np.isnan(hill().at(np.array([[71.5, 50], [60, 39.4]]))).all()  # outside
+    assert np.isnan(hill().values_at(np.array([[71.5, 50], [60, 39.4]]))).all()  # outside
     figure = surface_plot(GREY, SAMPLES, MEAN, hill(), "T")
     left, right = figure.axes
     # Half axes of `EllipseCollection`'s are halves of what it is given.
@@ -44,7 +44,7 @@ def test_samples_lie_on_the_image_and_on_the_surface():
     assert box.y0 >= 0
 
 
-def test_a_trajectory_has_an_ellipse_every_so_many_frames_and_gaps_where_there_is_no_box():
+def test_trajectory_has_an_ellipse_every_n_frames_and_gaps():
     boxes = np.column_stack([np.arange(9.0), np.zeros(9), np.full(9, 10.0), np.full(9, 20.0)])
     boxes[[0, 8]] = np.nan
     truth = boxes + [50.0, 0, 0, 0]

@@ -37,16 +37,16 @@ def disc():
 
 def test_bins_follow_hue_and_saturation():
     image = noise()
-    found = np.stack(colour_bins(image, 1000, 1000), axis=2) + 0.5
+    bins = np.stack(colour_bins(image, 1000, 1000), axis=2) + 0.5
     expected = [colorsys.rgb_to_hsv(*pixel[::-1] / 255)[:2] for pixel in image.reshape(-1, 3)]
-    np.testing.assert_allclose(found.reshape(-1, 2) / 1000, expected, atol=0.00051)
+    np.testing.assert_allclose(bins.reshape(-1, 2) / 1000, expected, atol=0.00051)
 
 
 @pytest.mark.parametrize(("maximum", "counts"), [(200, "dull"), (250, "both")])
 def test_brighter_pixels_do_not_count(maximum, counts):
     image, box = disc()
-    found = colour_map(image, make_template(image, box, limits=(0.0, 0.0, maximum / 255)))
-    assert np.array_equal(found > 0, (image != RED).any(axis=2) | (counts == "both"))
+    weights = colour_map(image, make_template(image, box, limits=(0.0, 0.0, maximum / 255)))
+    assert np.array_equal(weights > 0, (image != RED).any(axis=2) | (counts == "both"))
 
 
 def test_box_without_pixels_that_count_is_refused():

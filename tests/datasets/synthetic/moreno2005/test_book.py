@@ -28,7 +28,7 @@ def flat_places(half_width=40.0, height=100.0, rows=26, columns=21):
 
 @settings(max_examples=4, deadline=None)
 @given(seed=SEEDS)
-def test_the_book_is_let_go_at_first_then_bends(seed):
+def test_book_is_flat_at_first_then_bends(seed):
     setting = BookSetting(seed)
     surfaces = map(setting.surface, range(0, FRAMES, 3))
     shadow = [self_shadow(surface, setting.lamp) for surface in surfaces]
@@ -44,7 +44,7 @@ def test_the_book_is_let_go_at_first_then_bends(seed):
 @example(left=1.5, right=-1.0, slant=-0.75)  # to and fro at the ruling through the middle
 @example(left=-1.3, right=1.6, slant=0.8)
 @settings(max_examples=20, deadline=None)
-def test_a_bent_sheet_keeps_its_lengths_and_its_normals_stand_on_it(left, right, slant):
+def test_bent_sheet_keeps_lengths_and_perpendicular_normals(left, right, slant):
     u, v = flat_places()
     # Along an edge the sheet turns evenly, but for where its bend changes: there the middle of the
     # normals at both ends is off by up to an eighth of what the bend changes by over the edge.
@@ -65,7 +65,7 @@ def test_a_bent_sheet_keeps_its_lengths_and_its_normals_stand_on_it(left, right,
 
 
 def blocked_slowly(points, triangles, start, towards):
-    """Whether a ray meets one of the triangles farther than a pixel off; Möller and Trumbore."""
+    """Return whether a ray meets a triangle more than a pixel away, by Möller and Trumbore."""
     a, b, c = np.moveaxis(points[triangles], 1, 0)
     cross = np.cross(towards, c - a)
     area = ((b - a) * cross).sum(axis=1)
@@ -81,7 +81,7 @@ def blocked_slowly(points, triangles, start, towards):
     "bending",
     [Bending(-1.2, 0.3, 0.0), Bending(0.2, -1.25, -0.6), Bending(-1.0, -1.0, -0.4)],
 )
-def test_a_part_is_in_anothers_way_where_rays_meet_triangles(bending):
+def test_lit_share_agrees_with_ray_triangle_intersection(bending):
     random = np.random.default_rng(1)
     lamp = np.array(
         [[-0.85, -0.35, 0.4], [0.85, -0.3, 0.42], [0.5, -0.82, 0.28], [-0.4, 0.86, 0.3]]
@@ -101,7 +101,7 @@ def test_a_part_is_in_anothers_way_where_rays_meet_triangles(bending):
     assert np.mean(agree) > 0.97  # but for borders of the shadow
 
 
-def test_a_flat_sheet_shades_nothing_and_is_lit_by_lamberts_law():
+def test_flat_sheet_casts_no_shadow_and_follows_lamberts_law():
     setting = BookSetting(0)
     u, v = flat_places()
     flat = Bending(0.0, 0.0, 0.3)
@@ -113,7 +113,7 @@ def test_a_flat_sheet_shades_nothing_and_is_lit_by_lamberts_law():
     assert surface.straight[:100] == pytest.approx(facing[:100])
 
 
-def test_a_part_that_faces_the_light_is_shaded_by_another():
+def test_book_surface_shades_parts_that_face_the_light():
     setting = BookSetting(1)
     shares = []
     for frame in range(0, FRAMES, 5):
@@ -124,19 +124,19 @@ def test_a_part_that_faces_the_light_is_shaded_by_another():
     assert max(shares) > 0.03
 
 
-def test_self_shadow_marks_frames_with_a_darker_book():
-    one = opened(0)
-    flagged = one.truth().attributes["self-shadow"]
+def test_self_shadow_attribute_marks_darker_frames():
+    scene = opened(0)
+    flagged = scene.truth().attributes["self-shadow"]
     assert 15 < flagged.sum() < 85
     frames = range(0, FRAMES, 4)
-    levels = np.array([image(0, frame)[one.mask(frame)].mean() for frame in frames])
+    levels = np.array([image(0, frame)[scene.mask(frame)].mean() for frame in frames])
     assert levels[flagged[::4]].mean() < 0.75 * levels[~flagged[::4]].mean()
     for frame in frames:
-        share = self_shadow(one.setting.surface(frame), one.setting.lamp)
+        share = self_shadow(scene.setting.surface(frame), scene.setting.lamp)
         assert flagged[frame] == (share >= 0.25)
 
 
-def test_light_turns_smoothly_from_natural_to_yellow():
+def test_book_light_turns_smoothly_yellow():
     corner = [image(0, frame)[:60, :80].mean(axis=(0, 1)) for frame in range(0, FRAMES, 33)]
     blue, green, red = np.array(corner).T
     assert (np.diff(blue / red) < 0.01).all()

@@ -17,7 +17,7 @@ opened, image = scenes_of("moreno2005/ellipse")
 
 
 def region(plan, frame, samples=720):
-    """The ellipse as a polygon, made by another library."""
+    """Return the ellipse as a polygon, made by another library."""
     circle = Point(0, 0).buffer(1, quad_segs=samples // 4)
     oval = affinity.scale(circle, *plan.half_axes[frame], origin=(0, 0))
     turned = affinity.rotate(oval, plan.angle[frame], origin=(0, 0), use_radians=True)
@@ -26,7 +26,7 @@ def region(plan, frame, samples=720):
 
 @settings(max_examples=12, deadline=None)
 @given(seed=SEEDS)
-def test_shape_and_colour_change_at_random_but_smoothly(seed):
+def test_ellipse_shape_and_colour_change_smoothly(seed):
     plan = sample_plan(seed)
     assert HALF_AXES[0] - 0.1 < plan.half_axes.min() < plan.half_axes.max() < HALF_AXES[1] + 0.1
     assert np.abs(np.diff(np.log(plan.half_axes), axis=0)).max() < 0.13
@@ -37,7 +37,7 @@ def test_shape_and_colour_change_at_random_but_smoothly(seed):
     assert np.linalg.norm(np.ptp(plan.colour, axis=0)) > 0.25
 
 
-def test_steps_of_the_shape_are_small_and_independent():
+def test_ellipse_shape_steps_are_small_and_independent():
     steps = []
     for seed in range(20):
         plan = sample_plan(seed)
@@ -48,7 +48,7 @@ def test_steps_of_the_shape_are_small_and_independent():
     assert abs((new[:, 1:] * new[:, :-1]).mean() / new.var()) < 0.06
 
 
-def test_the_colour_goes_a_twentieth_a_frame_along_a_way_that_bends():
+def test_ellipse_colour_follows_a_curved_path_at_even_speed():
     lengths, straight, missed = [], [], []
     for seed in range(20):
         colour = sample_plan(seed).colour
@@ -64,14 +64,14 @@ def test_the_colour_goes_a_twentieth_a_frame_along_a_way_that_bends():
     assert np.mean(missed) > 0.5 * 10 * np.mean(lengths)
 
 
-def test_pixels_on_the_outline_are_mixed_by_the_area_that_is_covered():
-    one = opened(101)  # it is changed below
+def test_ellipse_outline_pixels_are_mixed_by_covered_area():
+    scene = opened(101)  # it is changed below
     frame = 40
     black = np.zeros((240, 320, 3), np.uint8)
-    one.plan.colour[frame] = 1.0
-    one._lay_ellipse(black, frame)
-    one.plan.colour[frame] = 0.5
-    inside = one.mask(frame)
+    scene.plan.colour[frame] = 1.0
+    scene._lay_ellipse(black, frame)
+    scene.plan.colour[frame] = 0.5
+    inside = scene.mask(frame)
     whole = cv2.erode(inside.astype(np.uint8), np.ones((3, 3))) > 0
     edge = grown(inside, 1) & ~whole
     rows, columns = np.nonzero(edge)
@@ -79,7 +79,7 @@ def test_pixels_on_the_outline_are_mixed_by_the_area_that_is_covered():
     errors, covered = [], []
     for row, column in zip(rows.tolist(), columns.tolist(), strict=True):
         y, x = np.meshgrid(row + fine, column + fine, indexing="ij")
-        inwards = one.plan.inwards(frame, np.stack([x, y], axis=-1))
+        inwards = scene.plan.inwards(frame, np.stack([x, y], axis=-1))
         covered.append(((inwards**2).sum(axis=-1) <= 1).mean())
         near = black[max(row - 2, 0) : row + 3, max(column - 2, 0) : column + 3].max()
         errors.append(black[row, column].max() / near - covered[-1])
@@ -89,20 +89,20 @@ def test_pixels_on_the_outline_are_mixed_by_the_area_that_is_covered():
 
 
 @pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow)])
-def test_a_patch_of_the_ellipses_colour_touches_it_now_and_then(seed):
-    one = opened(seed)
-    similar = one.truth().attributes["similar patch"]
+def test_similar_patch_touches_the_ellipse_in_marked_frames(seed):
+    scene = opened(seed)
+    similar = scene.truth().attributes["similar patch"]
     assert 0.03 < similar.mean() < 0.5
     for frame in np.flatnonzero(similar).tolist():
-        colour = one.plan.colour[frame]
-        alike = [patch for patch in one.patches if np.linalg.norm(patch.colour - colour) <= 0.15]
-        seen = one._backdrop[..., ::-1] / 255
-        mask = one.mask(frame)
+        colour = scene.plan.colour[frame]
+        alike = [patch for patch in scene.patches if np.linalg.norm(patch.colour - colour) <= 0.15]
+        seen = scene._backdrop[..., ::-1] / 255
+        mask = scene.mask(frame)
         ring = (grown(mask, 1)) & ~mask
         gap = np.linalg.norm(seen[ring] - colour, axis=1)
         assert alike
         assert (gap < 0.45).sum() >= 6  # shadows and texture make it differ more than its paint
-        rims = [region_of(patch).distance(region(one.plan, frame)) for patch in alike]
+        rims = [region_of(patch).distance(region(scene.plan, frame)) for patch in alike]
         assert min(rims) < 1.5
 
 
@@ -110,16 +110,16 @@ def region_of(patch):
     return Polygon(patch.outline).buffer(0)
 
 
-def test_frames_without_the_attribute_have_no_patch_of_that_colour_beside():
-    one = opened(1)
-    similar = one.truth().attributes["similar patch"]
+def test_unmarked_frames_have_no_adjacent_similar_patch():
+    scene = opened(1)
+    similar = scene.truth().attributes["similar patch"]
     for frame in np.flatnonzero(~similar).tolist():
-        whole = region(one.plan, frame)
-        for number, patch in enumerate(one.patches):
-            if np.linalg.norm(patch.colour - one.plan.colour[frame]) > 0.15:
+        whole = region(scene.plan, frame)
+        for number, patch in enumerate(scene.patches):
+            if np.linalg.norm(patch.colour - scene.plan.colour[frame]) > 0.15:
                 continue
             left = region_of(patch)
-            for later in one.patches[number + 1 :]:
+            for later in scene.patches[number + 1 :]:
                 left = left.difference(region_of(later))
             beside = left.intersection(whole.buffer(1)).difference(whole)
             assert beside.area < 20

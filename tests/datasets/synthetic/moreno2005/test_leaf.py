@@ -25,7 +25,7 @@ def middles(seed):
 
 @settings(max_examples=6, deadline=None)
 @given(seed=SEEDS)
-def test_leaf_jerks_in_view_most_strongly_at_the_jump(seed):
+def test_leaf_moves_fastest_at_the_light_change(seed):
     steps = np.hypot(*np.diff(middles(seed), axis=0).T)
     assert 14 < steps[0] < 19.6
     assert steps[1:].max() < 15.1
@@ -34,8 +34,8 @@ def test_leaf_jerks_in_view_most_strongly_at_the_jump(seed):
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_nothing_announces_where_the_leaf_goes(seed):
-    """A prediction by its last speed, or its last two, is often wrong by much."""
+def test_leaf_motion_is_hard_to_predict(seed):
+    """Predictions by the last one or two speeds often have large errors."""
     way = middles(seed)
     second, third = (np.diff(way, order, axis=0) for order in (2, 3))
     for error in (second, third):
@@ -46,7 +46,7 @@ def test_nothing_announces_where_the_leaf_goes(seed):
 
 
 @pytest.mark.parametrize("seed", range(2))
-def test_its_outline_turns_and_shears_and_bends_a_little_besides(seed):
+def test_leaf_outline_is_nearly_affine_with_small_bends(seed):
     setting = opened(seed).setting
     first = np.column_stack([setting.points(0)[0][:, :2], np.ones(len(setting.points(0)[0]))])
     gains, left = [], []
@@ -63,7 +63,7 @@ def test_its_outline_turns_and_shears_and_bends_a_little_besides(seed):
     assert np.abs(np.diff(angles)).max() > 0.12
 
 
-def test_a_leaf_that_is_neither_bent_nor_folded_is_seen_as_it_grew():
+def test_undeformed_leaf_has_its_rest_shape():
     blade = sample_blade(np.random.default_rng(0), 80.0, (50, 120, 90))
     shape = LeafShape(np.array([100.0, 90.0]), 0.0, 0.0, 0.0, 0.0, 0.0)
     points, normals = place_blade(blade, shape)
@@ -77,7 +77,7 @@ def test_a_leaf_that_is_neither_bent_nor_folded_is_seen_as_it_grew():
     assert turned[:, 0] == pytest.approx(100 + blade.along.ravel() - 40)  # its tip to the right
 
 
-def test_a_bent_and_folded_leaf_keeps_its_lengths():
+def test_bent_and_folded_leaf_keeps_lengths():
     blade = sample_blade(np.random.default_rng(1), 80.0, (50, 120, 90))
     shape = LeafShape(np.zeros(2), 0.4, 0.5, -0.3, 0.9, 0.3)
     points = place_blade(blade, shape)[0].reshape(*blade.along.shape, 3)
@@ -94,7 +94,7 @@ def test_a_bent_and_folded_leaf_keeps_its_lengths():
 
 
 @pytest.mark.parametrize("seed", range(2))
-def test_some_of_the_foliage_has_nearly_the_leafs_colour_but_most_has_not(seed):
+def test_small_share_of_foliage_has_the_leaf_colour(seed):
     shares = image(seed, 30) / image(seed, 30).sum(axis=2, keepdims=True)
     mask = opened(seed).mask(30)
     low, high = np.percentile(shares[mask], [5, 95], axis=0)
@@ -104,7 +104,7 @@ def test_some_of_the_foliage_has_nearly_the_leafs_colour_but_most_has_not(seed):
 
 
 @pytest.mark.parametrize("seed", range(2))
-def test_light_changes_once_and_by_channel(seed):
+def test_leaf_light_changes_once_and_by_channel(seed):
     means = [image(seed, frame)[opened(seed).mask(frame)].mean(axis=0) for frame in (0, 1, 2)]
     gains = means[1] / means[0]
     assert gains.max() < 0.9
@@ -112,7 +112,7 @@ def test_light_changes_once_and_by_channel(seed):
     assert means[2] == pytest.approx(means[1], rel=0.15)
 
 
-def test_light_falls_by_lamberts_law_on_the_side_that_is_seen():
+def test_leaf_light_follows_lamberts_law_on_the_visible_side():
     sun = np.array([0.0, -0.6, 0.8])
     normals = np.array([[0.0, 0.0, 1.0], [0.0, 0.0, -1.0], [0.0, -0.6, 0.8], [0.0, 0.8, 0.6]])
     around, straight = incident_light(normals, sun, np.array([1.0, 1.0, 0.5, 1.0]))

@@ -1,4 +1,4 @@
-"""Surfaces of balls, and looks on them, against slow definitions."""
+"""Surfaces of balls, and looks on them, compared with slow definitions."""
 
 import numpy as np
 import pytest
@@ -16,17 +16,17 @@ def drawn_balls(seed, count=7):
 
 
 @pytest.mark.parametrize("step", [1.0, 0.5])
-def test_the_highest_ball_is_found_at_every_sample(step):
+def test_mould_finds_the_highest_ball_at_every_sample(step):
     balls = drawn_balls(1)
     left, top, shape = 2.0, 1.0, (int(11 / step), int(15 / step))
     height, owner = np.zeros(shape, np.float32), np.full(shape, -1, np.int32)
     mould(balls, left, top, step, height, owner)
     for i in range(shape[0]):
         for j in range(shape[1]):
-            at = np.array([left + (j + 0.5) * step, top + (i + 0.5) * step])
+            sample = np.array([left + (j + 0.5) * step, top + (i + 0.5) * step])
             best, which = 0.0, -1
             for k, (x, y, radius, middle, flat) in enumerate(balls):
-                square = radius**2 - ((at - (x, y)) ** 2).sum()
+                square = radius**2 - ((sample - (x, y)) ** 2).sum()
                 if square >= 0 and middle + flat * square**0.5 > best:
                     best, which = middle + flat * square**0.5, k
             assert height[i, j] == pytest.approx(best, abs=1e-5)
@@ -49,7 +49,7 @@ def bilinear(texture, u, v):
 
 
 @pytest.mark.parametrize("share", [0.0, 0.4, 1.0])
-def test_skin_changes_place_by_place_and_is_carried_along(share):
+def test_colour_skin_agrees_with_slow_reference(share):
     random = np.random.default_rng(2)
     before, after = random.random((2, SIDE, SIDE, 3)).astype(np.float32)
     order = random.random((SIDE, SIDE)).astype(np.float32)
@@ -66,8 +66,8 @@ def test_skin_changes_place_by_place_and_is_carried_along(share):
                 continue
             place = np.array([4 + (j + 0.5) * 0.5, 2 + (i + 0.5) * 0.5, 1.0])
             u, v = to_rest[owner[i, j]] @ place
-            begun = order[int(np.floor(v)) % SIDE, int(np.floor(u)) % SIDE]
-            changed = np.clip((share * (1 + soft) - begun) / soft, 0, 1)
+            start = order[int(np.floor(v)) % SIDE, int(np.floor(u)) % SIDE]
+            changed = np.clip((share * (1 + soft) - start) / soft, 0, 1)
             expected = (1 - changed) * bilinear(before, u, v) + changed * bilinear(after, u, v)
             assert out[i, j, :3] == pytest.approx(light[i, j] * expected, abs=1e-5)
             assert out[i, j, 3] == 1

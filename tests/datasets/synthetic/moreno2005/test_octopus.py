@@ -21,7 +21,7 @@ FRAMES = 100
 opened, image = scenes_of("moreno2005/octopus")
 
 
-def beside(mask, near=4, far=16):
+def ring_around(mask, near=4, far=16):
     """Pixels around a mask, at some distance."""
     inner, outer = (
         cv2.dilate(
@@ -36,7 +36,7 @@ def beside(mask, near=4, far=16):
 
 @settings(max_examples=8, deadline=None)
 @given(seed=SEEDS)
-def test_it_crawls_through_the_picture(seed):
+def test_octopus_crawls_through_the_image(seed):
     plan = sample_plan(seed)
     steps = np.hypot(*np.diff(plan.place, axis=0).T)
     assert 0.3 < steps.min() < steps.max() < 4
@@ -46,39 +46,41 @@ def test_it_crawls_through_the_picture(seed):
 
 @settings(max_examples=6, deadline=None)
 @given(seed=SEEDS)
-def test_outline_changes_little_beyond_an_affine_map(seed):
+def test_octopus_outline_changes_are_nearly_affine(seed):
     plan = sample_plan(seed)
     left = []
     for frame in range(0, 90, 15):
-        one, other = (plan.posture(k).balls[:, :2] for k in (frame, frame + 10))
-        known = np.hstack([one, np.ones((len(one), 1))])
-        affine, *_ = np.linalg.lstsq(known, other, rcond=None)
-        left.append(np.linalg.norm(other - known @ affine, axis=1))
+        first, second = (plan.posture(k).balls[:, :2] for k in (frame, frame + 10))
+        homogeneous = np.hstack([first, np.ones((len(first), 1))])
+        affine, *_ = np.linalg.lstsq(homogeneous, second, rcond=None)
+        left.append(np.linalg.norm(second - homogeneous @ affine, axis=1))
     rest = np.concatenate(left)
     assert 0.1 < np.sqrt((rest**2).mean()) < 1.5
     moved = plan.posture(40).balls[:, :2] - plan.posture(39).balls[:, :2]
     assert np.linalg.norm(moved, axis=1).max() < 7
 
 
-def test_it_throws_a_shadow_on_the_floor_away_from_the_light():
-    one = opened(0)
+def test_octopus_shadow_falls_away_from_the_light():
+    scene = opened(0)
     frame = 30
-    picture = one._floor.copy()
-    one._lay_octopus(picture, frame)
-    mask = one.mask(frame)
+    picture = scene._floor.copy()
+    scene._lay_octopus(picture, frame)
+    mask = scene.mask(frame)
     lost = np.where(
-        beside(mask, 1, 20), 1 - picture.sum(axis=2) / np.maximum(one._floor.sum(axis=2), 0.05), 0
+        ring_around(mask, 1, 20),
+        1 - picture.sum(axis=2) / np.maximum(scene._floor.sum(axis=2), 0.05),
+        0,
     )
     assert lost.min() > -1e-3
     assert (lost > 0.2).sum() > 150
     rows, columns = np.indices(mask.shape)
-    shift = [(lost * at).sum() / lost.sum() - at[mask].mean() for at in (columns, rows)]
+    shift = [(lost * axis).sum() / lost.sum() - axis[mask].mean() for axis in (columns, rows)]
     assert min(shift) > 1
 
 
 @settings(max_examples=8, deadline=None)
 @given(seed=SEEDS)
-def test_it_comes_with_a_look_of_its_own_and_changes_twice(seed):
+def test_octopus_starts_with_own_look_and_changes_twice(seed):
     plan = sample_plan(seed)
     looks = [plan.look(frame) for frame in range(FRAMES)]
     assert looks[0] == (OWN, 0, 0.0)
@@ -98,7 +100,7 @@ def test_it_comes_with_a_look_of_its_own_and_changes_twice(seed):
     assert shares[-25:, 1].mean() > 0.7
 
 
-def test_scenes_are_camouflaged_about_a_third_of_the_time():
+def test_octopus_is_camouflaged_a_third_of_the_time():
     plans = [sample_plan(seed) for seed in range(16)]
     assert {kind for plan in plans for kind in plan.kinds} == {*FLOOR_KINDS, *SKINS}
     camouflaged = [plan.camouflaged for plan in plans]
@@ -107,13 +109,13 @@ def test_scenes_are_camouflaged_about_a_third_of_the_time():
 
 
 @pytest.mark.parametrize("seed", [0, 2])  # scene 1 is never camouflaged
-def test_where_it_is_camouflaged_its_pixels_are_like_those_around_it(seed):
-    one = opened(seed)
-    flags = one.truth().attributes["camouflaged"]
+def test_camouflaged_octopus_resembles_its_surroundings(seed):
+    scene = opened(seed)
+    flags = scene.truth().attributes["camouflaged"]
     colours, textures = np.empty(FRAMES), np.empty(FRAMES)
     for frame in range(0, FRAMES, 4):
-        seen, mask = image(seed, frame) / 255, one.mask(frame)
-        ring = beside(mask)
+        seen, mask = image(seed, frame) / 255, scene.mask(frame)
+        ring = ring_around(mask)
         colours[frame] = np.linalg.norm(seen[mask].mean(axis=0) - seen[ring].mean(axis=0))
         shares = [
             cv2.calcHist(
@@ -123,16 +125,16 @@ def test_where_it_is_camouflaged_its_pixels_are_like_those_around_it(seed):
             for area in (mask, ring)
         ]
         textures[frame] = np.sqrt(shares[0] * shares[1]).sum()
-    shown = np.arange(FRAMES) % 4 == 0
-    start = shown & (np.arange(FRAMES) < 8)
-    assert colours[shown & flags].mean() < 0.12
-    assert colours[shown & flags].mean() < 0.6 * colours[start].mean()
-    assert textures[shown & flags].mean() > 1.2 * textures[start].mean()
-    assert textures[shown & flags].mean() > 0.55
+    sampled = np.arange(FRAMES) % 4 == 0
+    start = sampled & (np.arange(FRAMES) < 8)
+    assert colours[sampled & flags].mean() < 0.12
+    assert colours[sampled & flags].mean() < 0.6 * colours[start].mean()
+    assert textures[sampled & flags].mean() > 1.2 * textures[start].mean()
+    assert textures[sampled & flags].mean() > 0.55
 
 
 @pytest.mark.parametrize("kind", [*FLOOR_KINDS, *SKINS])
-def test_a_look_has_its_colour_in_the_mean_and_repeats(kind):
+def test_paint_texture_has_its_mean_colour_and_repeats(kind):
     look = {**FLOOR_KINDS, **SKINS}[kind]
     texture = paint_texture(np.random.default_rng(1), look, np.array(look.colour))
     assert texture.mean(axis=(0, 1))[::-1] == pytest.approx(look.colour, abs=0.012)
@@ -140,7 +142,7 @@ def test_a_look_has_its_colour_in_the_mean_and_repeats(kind):
     assert seam < 1.6 * np.abs(np.diff(texture, axis=0)).mean()
 
 
-def test_light_on_level_ground_is_one_and_falls_from_the_left_top():
+def test_relief_light_is_one_on_level_ground():
     rows, columns = np.indices((60, 60)).astype(np.float32)
     assert relief_light(np.full((60, 60), 3, np.float32), 1.5)[20:40, 20:40] == pytest.approx(
         1, abs=1e-5
@@ -153,7 +155,7 @@ def test_light_on_level_ground_is_one_and_falls_from_the_left_top():
     assert away < 0.8 < 1 < towards
 
 
-def test_the_waters_light_moves_slowly_and_stays_as_bright():
+def test_water_light_moves_slowly_at_even_brightness():
     water = opened(2)._water
     grey = np.full((240, 320, 3), 0.5, np.float32)
     seen = [water.over(grey, frame).astype(float) for frame in (0, 1, 25)]

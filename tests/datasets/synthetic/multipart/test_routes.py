@@ -1,4 +1,4 @@
-"""Where people walk and what the camera does, before anything is drawn."""
+"""Walking paths and cameras, before rendering."""
 
 import numpy as np
 import pytest
@@ -21,11 +21,11 @@ FIXED = [design for design in DESIGNS.values() if not design.follows]
 
 
 def columns(seen, course):
-    """Column of a walker's axis in every frame."""
+    """Return the image column of a walker's axis in every frame."""
     return np.array([seen[t].column(course.x[t], course.z[t]) for t in range(len(course.x))])
 
 
-def test_a_straight_walker_makes_steps_of_his_speed_and_faces_his_way():
+def test_straight_path_has_matching_speed_gait_and_heading():
     course = straight_path(100, 40, (2.0, 8.0), (-1.3, 0.0), 0.25)
     assert (course.x[40], course.z[40]) == (2.0, 8.0)
     assert np.diff(course.x) * FRAMES_PER_SECOND == pytest.approx(-1.3)
@@ -38,16 +38,16 @@ def test_a_straight_walker_makes_steps_of_his_speed_and_faces_his_way():
 @pytest.mark.parametrize(
     ("goal", "heading"), [((9, 5), 0), ((0, -9), np.pi / 2), ((0, 19), -np.pi / 2)]
 )
-def test_heading_is_towards_the_camera_where_the_depth_falls(goal, heading):
+def test_heading_points_to_the_camera_for_falling_depth(goal, heading):
     course = walk_through_points(40, (0.0, 5.0), iter([goal]), 1.2, 0.0)
     assert course.heading == pytest.approx(heading, abs=0.02)
 
 
 @settings(max_examples=12, deadline=None)
 @given(seed=SEEDS, design=st.sampled_from(FOLLOWED))
-def test_a_followed_target_stays_in_the_picture_and_in_his_depths_and_turns(seed, design):
+def test_followed_target_stays_in_view_and_depth_range(seed, design):
     random = np.random.default_rng(seed)
-    course = routes.along_the_street(random, design)
+    course = routes.sample_followed_path(random, design)
     seen = views.sample_following_views(random, course)
     assert len(course.x) == design.length
     assert (course.z > design.depths[0] - 0.6).all()
@@ -63,17 +63,17 @@ def test_a_followed_target_stays_in_the_picture_and_in_his_depths_and_turns(seed
 
 @settings(max_examples=15, deadline=None)
 @given(seed=SEEDS, number=st.sampled_from(["1", "4"]))
-def test_the_size_of_the_followed_target_changes_by_a_third_or_more(seed, number):
-    z = routes.along_the_street(np.random.default_rng(seed), DESIGNS[number]).z
+def test_followed_target_changes_size_by_a_third(seed, number):
+    z = routes.sample_followed_path(np.random.default_rng(seed), DESIGNS[number]).z
     assert 1.3 < z.max() / z.min() < 2.3
 
 
 @settings(max_examples=12, deadline=None)
 @given(seed=SEEDS, design=st.sampled_from(FIXED))
-def test_a_target_before_a_fixed_camera_stays_in_view_with_his_feet(seed, design):
+def test_target_of_fixed_camera_stays_completely_in_view(seed, design):
     random = np.random.default_rng(seed)
     seen = views.sample_fixed_views(random, design.length)
-    course = routes.in_view(random, design, seen)
+    course = routes.sample_path_in_view(random, design, seen)
     place = columns(seen, course)
     assert (place > 20).all()
     assert (place < 620).all()
@@ -84,12 +84,12 @@ def test_a_target_before_a_fixed_camera_stays_in_view_with_his_feet(seed, design
 
 @settings(max_examples=10, deadline=None)
 @given(seed=SEEDS, design=st.sampled_from(FIXED))
-def test_who_passes_before_the_target_hides_his_axis_when_it_was_asked(seed, design):
+def test_path_before_target_occludes_at_the_requested_time(seed, design):
     random = np.random.default_rng(seed)
     seen = views.sample_fixed_views(random, design.length)
-    target = routes.in_view(random, design, seen)
+    target = routes.sample_path_in_view(random, design, seen)
     when = design.length * 0.5
-    course = routes.before_the_target(random, seen, target, [], when)
+    course = routes.sample_path_before_target(random, seen, target, [], when)
     crossing = np.abs(columns(seen, course) - columns(seen, target))
     first = int(when - 0.05 * design.length) - 1
     last = int(when + 0.05 * design.length) + 2
@@ -100,12 +100,12 @@ def test_who_passes_before_the_target_hides_his_axis_when_it_was_asked(seed, des
 
 @settings(max_examples=10, deadline=None)
 @given(seed=SEEDS, distance=st.floats(0, 3))
-def test_the_twin_comes_as_near_as_asked_and_not_nearer(seed, distance):
+def test_path_beside_target_reaches_the_requested_distance(seed, distance):
     random = np.random.default_rng(seed)
     seen = views.sample_fixed_views(random, 150)
     target = straight_path(150, 75, (0.0, 8.0), (0.55, 0.0), 0.0)
     width = 0.24 * 1.75 * seen.still.scale(target.z)
-    twin = routes.beside_the_target(random, seen, target, width, distance)
+    twin = routes.sample_path_beside_target(random, seen, target, width, distance)
     apart = np.abs(columns(seen, twin) - columns(seen, target)) / width
     assert apart.min() == pytest.approx(distance, abs=1e-6)
     assert apart.argmin() == 75
@@ -113,7 +113,7 @@ def test_the_twin_comes_as_near_as_asked_and_not_nearer(seed, distance):
     assert (twin.z < target.z - 0.5).all()
 
 
-def test_a_fixed_camera_has_no_rate_and_a_followed_one_its_differences():
+def test_views_rate_is_the_central_difference():
     random = np.random.default_rng(0)
     assert views.sample_fixed_views(random, 9).rate(4) == (0.0, (0.0, 0.0))
     still = Viewpoint(700.0, 1.6, 190.0, 320.0)
@@ -127,11 +127,11 @@ def test_a_fixed_camera_has_no_rate_and_a_followed_one_its_differences():
 
 @settings(max_examples=12, deadline=None)
 @given(seed=SEEDS)
-def test_overtaking_walker_stays_clear_and_passes_once(seed):
+def test_overtaking_path_keeps_distance_and_passes_once(seed):
     random = np.random.default_rng(seed)
     seen = views.sample_fixed_views(random, 300)
-    target = routes.in_view(random, DESIGNS["5"], seen)
-    course = routes.overtaking(random, seen, target, [], 150, 0.9)
+    target = routes.sample_path_in_view(random, DESIGNS["5"], seen)
+    course = routes.sample_overtaking_path(random, seen, target, [], 150, 0.9)
     apart = np.hypot(course.x - target.x, course.z - target.z)
     assert apart.min() > routes.ELBOW_ROOM
     near = np.flatnonzero(np.abs(course.x - target.x) < 1.5)
@@ -140,38 +140,38 @@ def test_overtaking_walker_stays_clear_and_passes_once(seed):
 
 @settings(max_examples=8, deadline=None)
 @given(seed=SEEDS)
-def test_crossing_walker_passes_before_the_target_in_time(seed):
+def test_crossing_path_passes_before_the_target_in_time(seed):
     random = np.random.default_rng(seed)
     seen = views.sample_fixed_views(random, 377)
-    target = routes.in_view(random, DESIGNS["7"], seen)
-    course = routes.crossing(random, seen, target, [], (0.87, 0.9))
+    target = routes.sample_path_in_view(random, DESIGNS["7"], seen)
+    course = routes.sample_crossing_path(random, seen, target, [], (0.87, 0.9))
     apart = np.abs(columns(seen, course) - columns(seen, target))[300:]
-    at = 300 + int(apart.argmin())
-    assert 0.86 * 377 < at < 0.91 * 377
-    assert course.z[at] < target.z[at] - 0.4
+    nearest = 300 + int(apart.argmin())
+    assert 0.86 * 377 < nearest < 0.91 * 377
+    assert course.z[nearest] < target.z[nearest] - 0.4
 
 
 @given(seed=SEEDS)
 def test_two_coloured_clothes_differ_and_plain_ones_do_not(seed):
     random = np.random.default_rng(seed)
-    shirt, trousers = wardrobe.two_coloured_clothes(random)
+    shirt, trousers = wardrobe.sample_two_coloured_clothes(random)
     assert wardrobe.chroma_distance(shirt, trousers) > 60
-    first, second = wardrobe.plain_clothes(random)
+    first, second = wardrobe.sample_plain_clothes(random)
     assert wardrobe.chroma_distance(first, second) < 12
 
 
 @given(seed=SEEDS)
 def test_passers_differ_in_chromaticity_from_the_target(seed):
     random = np.random.default_rng(seed)
-    target = wardrobe.two_coloured_clothes(random)
-    worn = wardrobe.passer_clothes(random, target)
+    target = wardrobe.sample_two_coloured_clothes(random)
+    worn = wardrobe.sample_passer_clothes(random, target)
     assert min(wardrobe.chroma_distance(a, b) for a in worn for b in target) > 30
 
 
 @given(seed=SEEDS)
 def test_other_clothes_share_no_colour_with_the_first(seed):
     random = np.random.default_rng(seed)
-    first = wardrobe.street_clothes(random)
-    other = wardrobe.other_clothes(random, first)
+    first = wardrobe.sample_street_clothes(random)
+    other = wardrobe.sample_other_clothes(random, first)
     apart = [np.abs(np.subtract(a, b)).max() for a in first for b in other]
     assert min(apart) > 25

@@ -1,4 +1,4 @@
-"""Truth of the walking scenes: closed forms, silhouettes, and what is seen of them."""
+"""Ground truth of the walking scenes: closed forms, silhouettes, visible parts."""
 
 import numpy as np
 import pytest
@@ -10,11 +10,11 @@ from trackmark import datasets
 from trackmark.datasets.synthetic.multipart.designs import DESIGNS
 from trackmark.datasets.synthetic.multipart.scene import WalkingScene
 from trackmark.datasets.synthetic.multipart.street_walk import multipart_plan
-from trackmark.datasets.synthetic.render.prop import extents, visible
+from trackmark.datasets.synthetic.render.prop import coverage_extents, visible_part
 
 
 def overlap(box, other):
-    """Area that two boxes share."""
+    """Return the area that two boxes share."""
     low = np.maximum(box[:2], other[:2])
     return np.prod(np.clip(np.minimum(box[:2] + box[2:], other[:2] + other[2:]) - low, 0, None))
 
@@ -24,13 +24,13 @@ def sequence(request):
     return datasets.load(f"multipart/{request.param}")
 
 
-def test_lengths_and_sizes_are_the_papers():
-    told = [datasets.summary(f"multipart/{number}") for number in range(1, 9)]
-    assert [one.length for one in told] == [788, 534, 1315, 1308, 300, 269, 377, 229]
-    assert {one.size for one in told} == {(640, 480)}
+def test_lengths_and_sizes_equal_the_papers():
+    summaries = [datasets.summary(f"multipart/{number}") for number in range(1, 9)]
+    assert [summary.length for summary in summaries] == [788, 534, 1315, 1308, 300, 269, 377, 229]
+    assert {summary.size for summary in summaries} == {(640, 480)}
 
 
-def test_boxes_and_full_regions_are_parts_of_a_standing_person(sequence):
+def test_boxes_and_full_regions_have_body_proportions(sequence):
     x, y, height = sequence.frames.plan.places[0].T
     box = np.stack([x - 0.12 * height, y - height + 0.14 * height, 0.24 * height, 0.78 * height])
     full = np.stack([x - 0.13 * height, y - height, 0.26 * height, height])
@@ -38,7 +38,7 @@ def test_boxes_and_full_regions_are_parts_of_a_standing_person(sequence):
     np.testing.assert_allclose(sequence.regions["full"], full.T, atol=1e-9)
 
 
-def test_places_are_those_of_a_pinhole_camera(sequence):
+def test_places_follow_the_pinhole_model(sequence):
     plan = sequence.frames.plan
     for frame in (0, len(plan) // 3, len(plan) - 1):
         camera = plan.views[frame]
@@ -49,14 +49,14 @@ def test_places_are_those_of_a_pinhole_camera(sequence):
             assert place == pytest.approx([column, row, 700 * person.stature / z], abs=1 / 64)
 
 
-def test_tight_region_overlaps_the_full_one_and_is_as_high(sequence):
+def test_tight_region_overlaps_the_full_region(sequence):
     tight, full = sequence.regions["tight"], sequence.regions["full"]
     assert np.abs(tight[:, 3] / full[:, 3] - 1).max() < 0.09
     shared = [overlap(a, b) for a, b in zip(tight, full, strict=True)]
     assert (np.array(shared) / np.prod(tight[:, 2:], axis=1)).min() > 0.4
 
 
-def test_the_target_is_there_from_the_first_frame_to_the_last(sequence):
+def test_walking_target_is_present_in_all_frames(sequence):
     assert sequence.present.all()
     assert (sequence.visibility[:20] > 0.95).all()
     assert (sequence.visibility[-10:] > 0.9).all()
@@ -69,7 +69,7 @@ def test_the_target_is_there_from_the_first_frame_to_the_last(sequence):
     assert not sequence.attributes["shade"].any()
 
 
-def test_sizes_change_by_a_third_or_more():
+def test_sequence_4_changes_size_by_a_third():
     sequence = datasets.load("multipart/4")
     assert sequence.attributes["scale_change"].any()
     assert np.ptp(np.log(sequence.boxes[:, 3])) > np.log(1.3)
@@ -80,7 +80,7 @@ def test_sizes_change_by_a_third_or_more():
     [("multipart/5", 0.4, 0.9), ("multipart/7:scene=1", 0.4, 0.9)]
     + [("stress/pillar", 0.0, 0.25), ("stress/pillar:number=7:scene=1", 0.0, 0.25)],
 )
-def test_post_hides_a_part_of_the_target_behind_it_and_a_pillar_most(name, least, most):
+def test_post_hides_a_part_and_pillar_most_of_the_target(name, least, most):
     sequence = datasets.load(name)
     plan = sequence.frames.plan
     (post,) = plan.posts
@@ -108,7 +108,7 @@ coverages = st.builds(
 
 @settings(max_examples=80, deadline=None)
 @given(target=coverages, others=st.lists(coverages, max_size=3))
-def test_what_is_visible_is_covered_by_nothing_and_in_the_picture(target, others):
+def test_visible_part_agrees_with_slow_reference(target, others):
     def whole(coverage):
         picture = np.zeros((600, 800))
         left, top, alpha = coverage
@@ -118,22 +118,22 @@ def test_what_is_visible_is_covered_by_nothing_and_in_the_picture(target, others
     expected = whole(target)
     for other in others:
         expected = expected * (1 - whole(other) / 255)
-    left, top, seen = visible(target, others)
-    found = np.zeros((480, 640))
-    found[top : top + len(seen), left : left + seen.shape[1]] = seen
-    assert np.abs(found - expected).max() <= 0.5 * len(others) + 1e-9
+    left, top, seen = visible_part(target, others)
+    result = np.zeros((480, 640))
+    result[top : top + len(seen), left : left + seen.shape[1]] = seen
+    assert np.abs(result - expected).max() <= 0.5 * len(others) + 1e-9
 
 
-def test_extents_are_those_of_what_is_covered_to_one_half():
+def test_coverage_extents_use_a_threshold_of_one_half():
     alpha = np.zeros((9, 12), np.uint8)
     alpha[2:7, 3:11] = 127
     alpha[3:6, 4:9] = 128
-    assert extents((-4, 100, alpha)).tolist() == [0, 103, 5, 3]
+    assert coverage_extents((-4, 100, alpha)).tolist() == [0, 103, 5, 3]
 
 
 @settings(max_examples=4, deadline=None)
 @given(seed=SEEDS, number=st.sampled_from("5678"))
-def test_every_fixed_scene_has_short_occlusions_and_a_clear_start(seed, number):
+def test_fixed_scenes_have_short_occlusions_and_clear_start(seed, number):
     plan = multipart_plan(number, seed)
     boxes, seen = plan.measured
     assert boxes.shape == (len(plan), 4)
@@ -144,7 +144,7 @@ def test_every_fixed_scene_has_short_occlusions_and_a_clear_start(seed, number):
     assert (seen < 0.9).mean() < 0.4
 
 
-def test_the_background_of_a_followed_target_changes_rapidly():
+def test_background_of_followed_target_changes_rapidly():
     scene = WalkingScene(multipart_plan("1", 0), "even")
-    one, other = (scene.render(frame)[100:220].astype(int) for frame in (300, 340))
-    assert np.abs(one - other).mean() > 12
+    first, second = (scene.render(frame)[100:220].astype(int) for frame in (300, 340))
+    assert np.abs(first - second).mean() > 12

@@ -1,4 +1,4 @@
-"""`stress/twin`: how near the second person comes, and that clothes are all that differs."""
+"""`stress/twin`: distance of the second person, and effect of the clothes."""
 
 import numpy as np
 import pytest
@@ -18,7 +18,7 @@ def twin(**knobs):
     seed=SEEDS,
     distance=st.one_of(st.just(0), st.floats(0, 3).map(lambda d: round(d, 3))),
 )
-def test_the_axes_come_as_near_as_asked_in_widths_of_the_box(seed, distance):
+def test_twin_reaches_the_requested_distance(seed, distance):
     sequence = twin(scene=seed, distance=distance)
     target, second = sequence.frames.plan.places
     apart = np.abs(second[:, 0] - target[:, 0]) / sequence.boxes[:, 2]
@@ -35,7 +35,7 @@ def test_the_axes_come_as_near_as_asked_in_widths_of_the_box(seed, distance):
 
 
 @pytest.mark.parametrize("distance", [0, pytest.param(1.5, marks=pytest.mark.slow)])
-def test_a_matched_pair_differs_in_the_twins_clothes_alone(distance):
+def test_twin_variants_differ_only_in_clothes(distance):
     same, other = (twin(distance=distance, twin=kind, scene=1) for kind in ("same", "other"))
     assert (same.boxes == other.boxes).all()
     assert (same.visibility == other.visibility).all()
@@ -53,7 +53,7 @@ def test_a_matched_pair_differs_in_the_twins_clothes_alone(distance):
     assert (same[75] != other[75]).any()
 
 
-def test_the_twin_wears_the_targets_clothes_or_colours_unlike_them():
+def test_twin_wears_the_same_or_clearly_other_clothes():
     same, other = (twin(twin=kind, scene=2).frames.plan for kind in ("same", "other"))
     target, double = (person.look for person in same.people)
     unlike = other.people[1].look
@@ -62,11 +62,11 @@ def test_the_twin_wears_the_targets_clothes_or_colours_unlike_them():
     for garment in (unlike.shirt, unlike.trousers):
         for worn in (target.shirt, target.trousers):
             assert np.abs(np.subtract(garment, worn)).max() > 25
-    kept = ("hair", "skin", "shoes", "weave", "long_hair", "hem", "bulk", "loose", "bag")
-    assert all(getattr(unlike, key) == getattr(double, key) for key in kept)
+    unchanged = ("hair", "skin", "shoes", "weave", "long_hair", "hem", "bulk", "loose", "bag")
+    assert all(getattr(unlike, key) == getattr(double, key) for key in unchanged)
 
 
-def test_the_street_and_the_target_are_the_same_at_every_distance():
+def test_twin_distance_changes_only_the_second_person():
     near, far = twin(distance=0), twin(distance=3)
     assert (near.boxes == far.boxes).all()
     assert near.frames.plan.people[0].look == far.frames.plan.people[0].look

@@ -23,14 +23,14 @@ def drawn(walker=WALKER, ground=128, x=160.0, y=280.0, height=240.0, gains=ONES,
 
 
 def changed(**options):
-    """Pixels that do not let all of the ground through, whatever the person's colours."""
+    """Return the pixels that hide a part of the ground, for any colours of the person."""
     dark, light = drawn(ground=0, **options), drawn(ground=255, **options)
     return (light.astype(int) - dark).min(axis=2) < 250
 
 
 @pytest.mark.parametrize("heading", [RIGHT, FRONT, BACK, 0.8])
 @pytest.mark.parametrize("phase", [0.2, 0.7])
-def test_the_silhouette_is_what_is_drawn_while_nothing_moves(heading, phase):
+def test_silhouette_equals_the_drawing_without_motion(heading, phase):
     pose = {"phase": phase, "stride": 0.0, "heading": heading}
     dark, light = drawn(ground=0, **pose), drawn(ground=255, **pose)
     painted = 255 - (light.astype(int) - dark).mean(axis=2)
@@ -44,7 +44,7 @@ def test_the_silhouette_is_what_is_drawn_while_nothing_moves(heading, phase):
 
 @pytest.mark.parametrize("heading", [RIGHT, FRONT, 2.5])
 @pytest.mark.parametrize("phase", [0.1, 0.8])
-def test_the_silhouette_is_that_of_mid_exposure_while_limbs_are_blurred(heading, phase):
+def test_silhouette_is_that_of_mid_exposure_under_blur(heading, phase):
     pose = {"phase": phase, "heading": heading}
     dark, light = drawn(ground=0, **pose), drawn(ground=255, **pose)
     painted = ((255 - (light.astype(int) - dark).mean(axis=2)) > 127)[:255]
@@ -56,7 +56,7 @@ def test_the_silhouette_is_that_of_mid_exposure_while_limbs_are_blurred(heading,
 
 @pytest.mark.parametrize("heading", np.linspace(-np.pi, np.pi, 5))
 @pytest.mark.parametrize("phase", [0.0, 0.3, 0.7])
-def test_head_and_feet_are_where_they_are_said_to_be(heading, phase):
+def test_head_and_feet_are_at_the_requested_rows(heading, phase):
     _, top, coverage = WALKER.coverage(160, 280, 240, GaitPose(phase, 1.0, heading))
     rows = top + np.flatnonzero((coverage > 127).any(axis=1))
     assert abs(rows[-1] + 1 - 280) <= 3
@@ -65,7 +65,7 @@ def test_head_and_feet_are_where_they_are_said_to_be(heading, phase):
     assert abs(standing[1] + np.flatnonzero((standing[2] > 127).any(axis=1))[0] - 40) <= 2
 
 
-def test_light_scales_what_is_seen_and_shade_can_lie_on_the_legs_alone():
+def test_walker_light_scales_brightness_by_height():
     bright, dim = drawn(ground=0), drawn(ground=0, gains=[0.5] * 5)
     seen = bright.max(axis=2) > 60
     assert np.median(dim[seen].sum(axis=1) / bright[seen].sum(axis=1)) == pytest.approx(
@@ -80,7 +80,7 @@ def green(picture):
     return int(((picture[..., 1] > 90) & (picture[..., 2] < 90) & (picture[..., 0] < 90)).sum())
 
 
-def test_turning_changes_what_is_seen():
+def test_walker_heading_changes_the_visible_side():
     assert green(drawn(heading=BACK)) > 1500
     assert green(drawn(heading=FRONT)) < 200  # the straps alone
     assert 200 < green(drawn(heading=RIGHT)) < green(drawn(heading=BACK))
@@ -102,7 +102,7 @@ def test_turning_changes_what_is_seen():
     heading=st.floats(-7, 7),
     motion=st.floats(-20, 20),
 )
-def test_nothing_is_drawn_outside_the_canvas(x, y, height, phase, stride, heading, motion):
+def test_walker_draws_nothing_outside_the_canvas(x, y, height, phase, stride, heading, motion):
     room = np.full((160, 140, 3), 77, np.uint8)
     canvas = room[20:140, 20:120]
     WALKER.draw(canvas, x, y, height, GaitPose(phase, stride, heading), ONES, (motion, 0.0))

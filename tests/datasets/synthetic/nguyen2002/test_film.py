@@ -1,4 +1,4 @@
-"""`nguyen2002/clip-01` to `clip-20`: what a set is made of, what is true, what is seen."""
+"""`nguyen2002/clip-01` to `clip-20`: script, ground truth and images."""
 
 from collections import Counter
 from functools import lru_cache
@@ -10,11 +10,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.datasets.synthetic.scenes import SEEDS, runs
-from trackmark.datasets.synthetic.nguyen2002.film.hiders import HIDERS
-from trackmark.datasets.synthetic.nguyen2002.film.plan import CLIPS, SIZE, WIDTHS, plan, script
+from trackmark.datasets.synthetic.nguyen2002.film.occluders import OCCLUDERS
+from trackmark.datasets.synthetic.nguyen2002.film.plan import (
+    CLIPS,
+    SIZE,
+    WIDTHS,
+    clip_plan,
+    clip_script,
+)
 from trackmark.datasets.synthetic.nguyen2002.film.scene import scene
 from trackmark.datasets.synthetic.nguyen2002.film.setting import SETTINGS
-from trackmark.datasets.synthetic.nguyen2002.film.sheet import Rigid
+from trackmark.datasets.synthetic.nguyen2002.film.sheet import RigidObject
 from trackmark.datasets.synthetic.nguyen2002.film.targets import KINDS
 from trackmark.datasets.synthetic.nguyen2002.knobs import FilmKnobs
 
@@ -27,13 +33,13 @@ def opened(seed, clip):
 
 
 def first_clip(seed, wanted):
-    return next(clip for clip, shot in enumerate(script(seed), 1) if wanted(shot))
+    return next(clip for clip, shot in enumerate(clip_script(seed), 1) if wanted(shot))
 
 
 @settings(max_examples=30, deadline=None)
 @given(seed=SEEDS)
-def test_a_set_has_the_papers_numbers_all_settings_and_half_of_its_targets_ellipses(seed):
-    shots = script(seed)
+def test_film_script_has_the_papers_statistics(seed):
+    shots = clip_script(seed)
     assert len(shots) == 20
     assert Counter(shot.occlusions for shot in shots) == {0: 5, 1: 10, 2: 4, 3: 1}
     assert sum(shot.occlusions for shot in shots) == 21
@@ -49,9 +55,9 @@ def test_a_set_has_the_papers_numbers_all_settings_and_half_of_its_targets_ellip
 
 
 @pytest.mark.parametrize("seed", [0, pytest.param(7, marks=pytest.mark.slow)])
-def test_occlusions_are_complete_and_end(seed):
+def test_film_occlusions_are_complete_and_end(seed):
     lengths, partial, hidden_frames = [], 0, []
-    for clip, shot in enumerate(script(seed), 1):
+    for clip, shot in enumerate(clip_script(seed), 1):
         truth = opened(seed, clip).truth()
         seen = truth.visibility
         stretches = runs(seen < 0.9)
@@ -73,14 +79,14 @@ def test_occlusions_are_complete_and_end(seed):
     assert 4 <= partial <= 8
     assert min(lengths) >= 9
     assert max(lengths) < 75
-    complete = [stop - start for one in hidden_frames for start, stop in one]
+    complete = [stop - start for intervals in hidden_frames for start, stop in intervals]
     assert 10 <= np.median(complete) <= 30
 
 
 @settings(max_examples=20, deadline=None)
 @given(seed=SEEDS, clip=NUMBERS)
-def test_the_target_stays_in_the_picture_and_moves_smoothly(seed, clip):
-    clip = plan(seed, clip)
+def test_film_target_stays_in_view_and_moves_smoothly(seed, clip):
+    clip = clip_plan(seed, clip)
     boxes = clip.boxes
     assert (boxes[:, :2] > 2).all()
     assert (boxes[:, :2] + boxes[:, 2:] < np.array(SIZE) - 2).all()
@@ -97,32 +103,32 @@ def test_the_target_stays_in_the_picture_and_moves_smoothly(seed, clip):
 
 @settings(max_examples=20, deadline=None)
 @given(seed=SEEDS, clip=NUMBERS)
-def test_what_stands_before_the_target_is_passed_faster_than_what_is_behind(seed, clip):
-    clip = plan(seed, clip)
+def test_static_occluders_pass_faster_than_the_background(seed, clip):
+    clip = clip_plan(seed, clip)
     assert len(clip.passages) == clip.shot.occlusions + clip.shot.partial
     for passage in clip.passages:
-        step = np.diff(passage.way[:, 0]).mean()
+        step = np.diff(passage.path[:, 0]).mean()
         assert 3.5 < abs(step) < 13
-        if HIDERS[passage.kind].fixed:
+        if OCCLUDERS[passage.kind].fixed:
             background = -45 * np.diff(clip.travel).mean()
             assert step * background > 0
             assert abs(step) > 0.95 * abs(background)
-        if passage.kind in SETTINGS[clip.shot.setting].hiders:
-            middle = np.abs(passage.way[:, 0] - clip.centre[:, 0]).argmin()
+        if passage.kind in SETTINGS[clip.shot.setting].occluders:
+            middle = np.abs(passage.path[:, 0] - clip.centre[:, 0]).argmin()
             share = passage.size[0] / clip.boxes[middle, 2]
             assert WIDTHS[0] * 0.9 < share < WIDTHS[1] * 1.1
 
 
 @pytest.mark.parametrize(("seed", "clip"), [(0, 4), (1, 5)])
-def test_boxes_and_visibility_are_those_of_the_masks(seed, clip):
+def test_film_boxes_and_visibility_agree_with_masks(seed, clip):
     film = opened(seed, clip)
     truth = film.truth()
     for frame in range(0, len(film), 7):
         whole, _ = film.seen(frame)
         rows, columns = np.nonzero(whole >= 128)
         x, y, width, height = truth.boxes[frame]
-        found = [columns.min(), rows.min(), columns.max() + 1, rows.max() + 1]
-        assert found == pytest.approx([x, y, x + width, y + height], abs=3.5)  # it turns
+        mask_edges = [columns.min(), rows.min(), columns.max() + 1, rows.max() + 1]
+        assert mask_edges == pytest.approx([x, y, x + width, y + height], abs=3.5)  # it turns
         share = film.mask(frame).sum() / (whole >= 128).sum()
         assert truth.visibility[frame] == pytest.approx(share, abs=0.02)
     occluded, partly = (truth.attributes[name] for name in ("occluded", "partly occluded"))
@@ -131,26 +137,27 @@ def test_boxes_and_visibility_are_those_of_the_masks(seed, clip):
     assert (truth.visibility[~occluded & ~partly] >= 0.99).all()
 
 
-def test_a_box_does_not_grow_because_the_target_turns():
+def test_film_box_ignores_target_rotation():
     film = opened(0, first_clip(0, lambda shot: not KINDS[shot.target].round))
     sides = film.truth().boxes[:, 2:] / film.plan.scale[:, None]
     assert np.ptp(sides, axis=0) == pytest.approx([0, 0], abs=1e-9)
 
 
-def test_the_far_moves_less_than_the_near_where_the_camera_moves_along():
+def test_film_background_has_parallax():
     film = opened(0, first_clip(0, lambda shot: shot.setting == "street"))
     speed = -45 * np.gradient(film.plan.travel)
     frame = int(np.abs(speed).argmax())
-    one, other = (film.render(k).mean(axis=2)[:, :320] for k in (frame, frame + 1))
+    first, second = (film.render(k).mean(axis=2)[:, :320] for k in (frame, frame + 1))
     shifts = [
-        cv2.phaseCorrelate(one[rows], other[rows])[0][0] for rows in (slice(2, 60), slice(205, 240))
+        cv2.phaseCorrelate(first[rows], second[rows])[0][0]
+        for rows in (slice(2, 60), slice(205, 240))
     ]
     assert np.sign(shifts[1]) == np.sign(speed[frame])
     assert abs(shifts[1]) > 1.8 * abs(shifts[0])
 
 
 @pytest.mark.parametrize("clip", [2, pytest.param(9, marks=pytest.mark.slow)])
-def test_light_changes_neither_strongly_nor_abruptly(clip):
+def test_film_light_changes_weakly_and_slowly(clip):
     film = opened(5, clip)
     plain = [k for k in range(len(film)) if film.truth().visibility[k] == 1]
     tone = np.array([film.render(k)[film.mask(k)].mean() for k in plain[::4]])
@@ -159,19 +166,19 @@ def test_light_changes_neither_strongly_nor_abruptly(clip):
     assert tone.min() / tone.max() > 0.6
 
 
-def test_the_film_has_grain_of_brightness_and_of_dyes():
+def test_film_has_luminance_and_colour_grain():
     film = opened(2, first_clip(2, lambda shot: shot.occlusions == 0 and not shot.partial))
-    still = np.stack([film._developed(np.full((240, 320, 3), 128, np.uint8), k) for k in range(12)])
+    still = np.stack([film._develop(np.full((240, 320, 3), 128, np.uint8), k) for k in range(12)])
     noise = (still - still.mean(axis=0)).reshape(-1, 3)
     assert 2 < noise.std(axis=0).min() < noise.std(axis=0).max() < 6
     assert 0.1 < np.corrcoef(noise.T)[np.triu_indices(3, 1)].min() < 0.6
 
 
-def test_laying_a_picture_is_the_average_of_bilinear_samples():
+def test_rigid_object_draw_agrees_with_slow_reference():
     random = np.random.default_rng(4)
     coverage = np.pad(random.uniform(0.2, 1, (9, 7)), 1)
     looks = [random.uniform(0, 255, (11, 9, 3)) for _ in "ab"]
-    thing = Rigid(looks, coverage, 1.25)
+    thing = RigidObject(looks, coverage, 1.25)
     canvas = random.integers(0, 256, (24, 30, 3)).astype(np.uint8)
     places, scale, angle, share = np.array([[12.3, 9.8], [14.1, 10.6]]), 1.1, 0.05, 0.25
     expected = canvas.astype(float)
@@ -195,8 +202,8 @@ def test_laying_a_picture_is_the_average_of_bilinear_samples():
     assert np.abs(canvas - expected).max() < 4
 
 
-def test_what_lies_outside_the_canvas_is_not_drawn():
-    thing = Rigid([np.full((8, 8, 3), 255.0)], np.ones((8, 8)), 1.0)
+def test_rigid_object_is_clipped_to_the_canvas():
+    thing = RigidObject([np.full((8, 8, 3), 255.0)], np.ones((8, 8)), 1.0)
     canvas = np.zeros((20, 20, 3), np.uint8)
     for place in ([-30.0, 5.0], [50.0, 5.0], [5.0, -30.0], [5.0, 50.0]):
         thing.draw(canvas, np.array([place]), 1.0, 0.1)

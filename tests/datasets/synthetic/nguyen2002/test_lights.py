@@ -1,4 +1,4 @@
-"""`nguyen2002/lights`: what is true of the object, what hides it, what the lamps do; cards."""
+"""`nguyen2002/lights`: ground truth, occluders, lamps and cards."""
 
 from dataclasses import replace
 
@@ -6,15 +6,17 @@ import numpy as np
 import pytest
 
 from tests.datasets.synthetic.scenes import grown, runs, scenes_of
-from trackmark.datasets.synthetic.nguyen2002.lights.plan import KINDS
+from trackmark.datasets.synthetic.nguyen2002.lights.objects import HALF_HEIGHT, occluder_objects
 from trackmark.datasets.synthetic.nguyen2002.lights.scene import (
+    OCCLUDERS,
+    CardPose,
+    FlatCard,
     LightsScene,
+    LightsSetting,
     _lighting,
     _passing,
     _pose,
 )
-from trackmark.datasets.synthetic.nguyen2002.lights.setting import CardPose, FlatCard, LightsSetting
-from trackmark.datasets.synthetic.nguyen2002.lights.things import HALF_HEIGHT, passer
 from trackmark.datasets.synthetic.render.finish import SceneObject, render_surfaces
 from trackmark.datasets.synthetic.render.solids import NOTHING
 
@@ -22,17 +24,17 @@ FRAMES = 300
 opened, image = scenes_of("nguyen2002/lights")
 
 LONGEST = 35
-"""Frames for which the paper's tracker looks for the end of an occlusion."""
+"""Frames within which the paper's tracker searches for the end of an occlusion."""
 
 
 def around_the_switch(seed):
-    """The last frame with both lamps and the first with one, without what moves."""
-    one = opened(seed)
-    off = one.plan.off
+    """Return the last frame with both lamps, the first with one, and the static pixels."""
+    scene = opened(seed)
+    off = scene.plan.off
     before, after = image(seed, off - 1), image(seed, off)
     still = np.ones(before.shape[:2], bool)
     for frame in (off - 1, off):
-        coverage = one.setting.carried.at(_pose(one.plan, frame))[0][..., 3]
+        coverage = scene.setting.carried.place(_pose(scene.plan, frame))[0][..., 3]
         still &= ~grown(coverage > 0, 12)
     return before, after, still
 
@@ -41,7 +43,7 @@ SEEDS = [0, pytest.param(1, marks=pytest.mark.slow)]
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-def test_three_complete_occlusions_away_from_what_the_lamp_does(seed):
+def test_three_complete_occlusions_apart_from_lamp_changes(seed):
     truth = opened(seed).truth()
     hidden = runs(truth.attributes["occluded"])
     ((off, on),) = runs(truth.attributes["lamp off"])
@@ -57,7 +59,7 @@ def test_three_complete_occlusions_away_from_what_the_lamp_does(seed):
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-def test_the_object_moves_and_stays_in_view(seed):
+def test_lights_object_moves_and_stays_in_view(seed):
     x, y, width, height = opened(seed).truth().boxes.T
     assert min(x.min(), y.min()) > 10
     assert (x + width).max() < 310
@@ -70,13 +72,13 @@ def test_the_object_moves_and_stays_in_view(seed):
     assert steps.max() < 2.2
 
 
-def test_visibility_is_the_masks_part_of_the_whole_object():
-    one = opened(0)
-    truth = one.truth()
+def test_lights_visibility_agrees_with_masks():
+    scene = opened(0)
+    truth = scene.truth()
     start, end = runs(truth.attributes["occluded"])[0]
     for frame in range(start - 8, end + 9, 4):
-        whole = one.setting.silhouette.at(_pose(one.plan, frame))[0][..., 3].sum()
-        assert one.mask(frame).sum() / whole == pytest.approx(truth.visibility[frame], abs=0.025)
+        whole = scene.setting.silhouette.place(_pose(scene.plan, frame))[0][..., 3].sum()
+        assert scene.mask(frame).sum() / whole == pytest.approx(truth.visibility[frame], abs=0.025)
     partly, hidden = truth.attributes["partly occluded"], truth.attributes["occluded"]
     assert (hidden == (truth.visibility < 0.5)).all()
     assert (partly == ((truth.visibility >= 0.5) & (truth.visibility < 0.9))).all()
@@ -85,11 +87,11 @@ def test_visibility_is_the_masks_part_of_the_whole_object():
 
 
 @pytest.mark.slow
-def test_what_changes_with_the_objects_print_is_the_mask():
+def test_lights_mask_marks_the_pixels_of_the_print():
     other = LightsScene(0)
     other.setting = LightsSetting(0)
     thing, *rest = other.setting._things
-    inverse = replace(thing.finish, pattern=lambda at: 1 - thing.finish.pattern(at))
+    inverse = replace(thing.finish, pattern=lambda points: 1 - thing.finish.pattern(points))
     other.setting.__dict__["_things"] = [SceneObject(inverse, thing.solids), *rest]
     for part in ("room", "passers"):  # they stay, and take long
         other.setting.__dict__[part] = getattr(opened(0).setting, part)
@@ -103,15 +105,15 @@ def test_what_changes_with_the_objects_print_is_the_mask():
         assert changed[~near].mean() < 1e-3
 
 
-@pytest.mark.parametrize("kind", KINDS)
-def test_what_passes_has_no_holes(kind):
+@pytest.mark.parametrize("kind", OCCLUDERS)
+def test_occluders_have_no_holes(kind):
     for seed in range(3):
-        things = passer(kind, np.random.default_rng(seed))
+        things = occluder_objects(kind, np.random.default_rng(seed))
         seen = render_surfaces(things, (-34, -HALF_HEIGHT), (68, 2 * HALF_HEIGHT), 1)
         assert (seen.owners != NOTHING).all()
 
 
-def test_brightness_falls_to_two_fifths_at_once_and_unevenly():
+def test_lamp_off_reduces_brightness_at_once_and_unevenly():
     before, after, still = around_the_switch(0)
     assert 0.3 < after.mean() / before.mean() < 0.5
     on = opened(0).plan.on
@@ -122,7 +124,7 @@ def test_brightness_falls_to_two_fifths_at_once_and_unevenly():
     assert max(sides) / min(sides) > 1.15
 
 
-def test_ratios_of_channels_stay_as_both_lamps_are_nearly_white():
+def test_lamp_off_keeps_channel_ratios():
     before, after, still = around_the_switch(0)
     bright = still & (after.min(axis=2) > 30) & (before.max(axis=2) < 250)
     assert bright.sum() > 10_000
@@ -132,13 +134,13 @@ def test_ratios_of_channels_stay_as_both_lamps_are_nearly_white():
 
 
 @pytest.mark.parametrize("lamp", [0, 1])
-def test_the_held_thing_throws_a_shadow_away_from_each_lamp(lamp):
-    one = opened(0)
+def test_held_object_casts_a_shadow_from_each_lamp(lamp):
+    scene = opened(0)
     lighting = _lighting(0)
-    pose = _pose(one.plan, 0)
+    pose = _pose(scene.plan, 0)
     away = CardPose((-2000.0, 0.0))
     shaded, free = (lighting.picture([lamp], p, np.zeros(2), []) for p in (pose, away))
-    beside = one.setting.carried.at(pose)[0][..., 3] == 0
+    beside = scene.setting.carried.place(pose)[0][..., 3] == 0
     lost = np.where(beside, 1 - shaded.sum(axis=2) / free.sum(axis=2), 0)
     assert lost.min() > -1e-5
     assert (lost > 0.3).sum() > 300
@@ -148,18 +150,18 @@ def test_the_held_thing_throws_a_shadow_away_from_each_lamp(lamp):
     )
 
 
-def test_what_passes_shades_the_object_before_it_hides_it():
-    one = opened(0)
-    lighting, plan = _lighting(0), one.plan
-    start, _ = runs(one.truth().visibility < 0.9)[0]
+def test_occluder_shades_the_object_before_hiding_it():
+    scene = opened(0)
+    lighting, plan = _lighting(0), scene.plan
+    start, _ = runs(scene.truth().visibility < 0.9)[0]
     losses = []
     for frame in (start - 40, start - 2):
         pose = _pose(plan, frame)
-        passing = [(number, at, 1) for number, at in _passing(plan, frame)]
+        passing = [(number, pose_of, 1) for number, pose_of in _passing(plan, frame)]
         shaded, free = (
-            lighting.picture([0, 1], pose, np.zeros(2), those) for those in (passing, [])
+            lighting.picture([0, 1], pose, np.zeros(2), occluders) for occluders in (passing, [])
         )
-        mask = one.mask(frame)
+        mask = scene.mask(frame)
         losses.append(1 - shaded[mask].sum() / free[mask].sum())
     assert losses[0] < 0.005
     assert losses[1] > 0.01
@@ -174,40 +176,40 @@ POSES = [
 
 @pytest.fixture
 def card():
-    """40 x 60 pixels in three samples each, anchored in its middle."""
+    """Return 40 x 60 pixels in three samples each, anchored in the centre."""
     sheet = np.ones((180, 120, 4), np.float32)
     return FlatCard([sheet, sheet], (20.0, 30.0), 3)
 
 
 @pytest.mark.parametrize("pose", POSES)
-def test_a_card_covers_its_area_around_its_place(card, pose):
-    coverage = card.at(pose)[0][..., 3].astype(float)
+def test_card_covers_its_area_around_its_anchor(card, pose):
+    coverage = card.place(pose)[0][..., 3].astype(float)
     rows, columns = np.indices(coverage.shape) + 0.5
-    middle = np.array([(coverage * at).sum() for at in (columns, rows)]) / coverage.sum()
+    middle = np.array([(coverage * axis).sum() for axis in (columns, rows)]) / coverage.sum()
     assert middle == pytest.approx(pose._place, abs=0.02)
     assert coverage.sum() == pytest.approx(2400 * pose._scale**2, rel=0.02)
 
 
-def test_a_card_leans_to_the_right():
+def test_card_tilts_to_the_right():
     corner = CardPose((0.0, 0.0), 1.0, 0.1).onto_picture(np.array([[0.0, -30.0]]))[0]
     assert corner == pytest.approx([30 * np.sin(0.1), -30 * np.cos(0.1)])
 
 
 @pytest.mark.parametrize("pose", POSES)
-def test_a_point_goes_onto_the_picture_and_back_onto_its_sample(pose):
+def test_card_pose_maps_points_to_image_and_back(pose):
     anchor = np.array([20.0, 30.0])
     point = np.array([[3.0, -7.0]])
-    there = pose.onto_card(anchor, 3)
-    sample = there[:, :2] @ pose.onto_picture(point)[0] + there[:, 2]
+    to_card = pose.onto_card(anchor, 3)
+    sample = to_card[:, :2] @ pose.onto_picture(point)[0] + to_card[:, 2]
     assert sample == pytest.approx(3 * (anchor + point[0]) - 0.5)
 
 
-def test_a_shade_is_the_coverage_softened(card):
+def test_shadow_mask_is_the_softened_coverage(card):
     pose = POSES[1]
     rows, columns = np.indices((240, 320)) + 0.5
     points = np.stack([columns, rows], axis=2).astype(np.float32)
-    sharp, soft = card.shade().at(pose, points), card.shade(4.0).at(pose, points)
-    assert np.abs(sharp - card.at(pose)[0][..., 3]).mean() < 0.001
+    sharp, soft = card.shade().sample(pose, points), card.shade(4.0).sample(pose, points)
+    assert np.abs(sharp - card.place(pose)[0][..., 3]).mean() < 0.001
     assert soft.sum() == pytest.approx(sharp.sum(), rel=0.01)
     edge = points[80, 148]  # about its right edge
     assert edge[0] - pose._place[0] == pytest.approx(22, abs=6)

@@ -9,8 +9,13 @@ from hypothesis import strategies as st
 
 from tests.datasets.synthetic.scenes import SEEDS
 from trackmark.datasets.synthetic.nummiaro2003.driving.car import Car, CarAt
-from trackmark.datasets.synthetic.nummiaro2003.driving.plan import BRAKING, Bend, Way, unhurried
-from trackmark.datasets.synthetic.nummiaro2003.driving.shape import any_shape
+from trackmark.datasets.synthetic.nummiaro2003.driving.plan import (
+    BRAKING,
+    Bend,
+    Route,
+    limit_acceleration,
+)
+from trackmark.datasets.synthetic.nummiaro2003.driving.shape import sample_car_shape
 from trackmark.datasets.synthetic.nummiaro2003.driving.view import PerspectiveView, heading_axes
 
 angles = st.floats(-3.1, 3.1)
@@ -54,8 +59,8 @@ def test_far_ground_is_on_the_horizon():
 
 @settings(max_examples=20)
 @given(seed=SEEDS)
-def test_faces_of_a_car_are_plane_and_look_outwards(seed):
-    facets = any_shape(np.random.default_rng(seed)).facets
+def test_car_faces_are_plane_with_unit_normals(seed):
+    facets = sample_car_shape(np.random.default_rng(seed)).facets
     for corners, count, normal in zip(facets.corners, facets.counts, facets.normals, strict=True):
         heights = (corners[:count] - corners[0]) @ normal
         assert np.abs(heights).max() < 1e-9
@@ -64,8 +69,8 @@ def test_faces_of_a_car_are_plane_and_look_outwards(seed):
 
 @settings(max_examples=20)
 @given(seed=SEEDS, heading=angles)
-def test_a_cars_box_holds_its_length_width_and_height(seed, heading):
-    shape = any_shape(np.random.default_rng(seed))
+def test_car_box_has_its_length_width_and_height(seed, heading):
+    shape = sample_car_shape(np.random.default_rng(seed))
     view = PerspectiveView(
         5000.0, (320.0, 240.0), (0.0, 0.7, -100.0), 0.0, 0.0
     )  # nearly parallel rays
@@ -78,10 +83,10 @@ def test_a_cars_box_holds_its_length_width_and_height(seed, heading):
 
 
 @given(straight=st.floats(8, 30), turn=st.floats(0.5, 2), radius=st.floats(5, 12), heading=angles)
-def test_a_way_ends_turned_by_its_bend(straight, turn, radius, heading):
-    way = Way(2.0, -3.0, heading, [Bend(straight, turn, radius), Bend(15.0)])
+def test_route_ends_turned_by_its_bend(straight, turn, radius, heading):
+    way = Route(2.0, -3.0, heading, [Bend(straight, turn, radius), Bend(15.0)])
     assert way.length == pytest.approx(straight + turn * radius + 15, abs=0.3)
-    start, end = way.at(np.array([0.0, way.length]))
+    start, end = way.places_at(np.array([0.0, way.length]))
     assert start[:2] == pytest.approx([2.0, -3.0], abs=0.1)
     assert end[2] - heading == pytest.approx(turn, abs=0.02)
     along = np.array([math.sin(heading), math.cos(heading)])
@@ -92,10 +97,10 @@ def test_a_way_ends_turned_by_its_bend(straight, turn, radius, heading):
     np.testing.assert_allclose(end[:2], [2.0, -3.0] + along * ahead + right * aside, atol=0.6)
 
 
-def test_drivers_slow_down_for_bends_in_time():
+def test_limit_acceleration_brakes_before_bends():
     limit = np.full(800, 12.0)
     limit[400:440] = 4.0
-    speed = unhurried(limit, 1.0)
+    speed = limit_acceleration(limit, 1.0)
     assert (speed <= limit + 1e-9).all()
     assert speed[-1] == 1.0
     steps = np.diff(speed * speed) / (2 * 0.05)
@@ -104,8 +109,8 @@ def test_drivers_slow_down_for_bends_in_time():
     assert speed[0] < 12.0
 
 
-def test_a_way_is_driven_in_the_frames_that_it_is_to_take():
-    way = Way(0.0, 0.0, 0.0, [Bend(30.0, math.pi / 2, 6.0), Bend(20.0)])
+def test_route_is_driven_in_the_requested_frames():
+    way = Route(0.0, 0.0, 0.0, [Bend(30.0, math.pi / 2, 6.0), Bend(20.0)])
     travelled = way.travelled(300, 6.0, 0.5)
     assert len(travelled) == 300
     assert travelled[[0, -1]] == pytest.approx([0.0, way.length])

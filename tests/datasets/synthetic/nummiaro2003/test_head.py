@@ -1,4 +1,4 @@
-"""`nummiaro2003/head`: where the head is, from where it is seen, and before what."""
+"""`nummiaro2003/head`: place, visibility and motion of the head."""
 
 import numpy as np
 import pytest
@@ -18,7 +18,7 @@ def sequence():
 
 
 @pytest.mark.parametrize("seed", [0, pytest.param(11, marks=pytest.mark.slow)])
-def test_a_box_holds_the_mask_and_its_ellipse_is_the_head(seed):
+def test_head_box_contains_the_mask_and_fits_its_ellipse(seed):
     sequence = datasets.load(f"{NAME}:scene={seed}")
     shares = []
     for frame in range(0, 450, 25):
@@ -43,8 +43,8 @@ def test_a_box_holds_the_mask_and_its_ellipse_is_the_head(seed):
     assert min(shares) > 0.80
 
 
-def test_turned_away_is_where_nothing_is_seen_of_the_face(sequence):
-    """What is painted on the front of the head is out of sight there, and nowhere else."""
+def test_turned_away_marks_frames_without_visible_face(sequence):
+    """Paint on the front of the head is invisible exactly in the marked frames."""
     worker = sequence.frames.worker
     face = slice(66, 92)  # rows of the atlas from the eyes down to the mouth
     atlas = worker._atlas.copy()
@@ -62,7 +62,7 @@ def test_turned_away_is_where_nothing_is_seen_of_the_face(sequence):
     assert np.mean(np.array(seen)[~away]) > 0.9
 
 
-def test_fast_is_a_tenth_of_the_width_in_a_frame(sequence):
+def test_fast_attribute_is_a_tenth_of_the_width_per_frame(sequence):
     centre = sequence.boxes[:, :2] + sequence.boxes[:, 2:] / 2
     speed = np.hypot(*((centre[2:] - centre[:-2]) / 2).T) / sequence.boxes[1:-1, 2]
     fast = sequence.attributes["fast"][1:-1]
@@ -72,7 +72,7 @@ def test_fast_is_a_tenth_of_the_width_in_a_frame(sequence):
 
 @settings(max_examples=3, deadline=None)
 @given(seed=SEEDS)
-def test_head_turns_calmly_and_is_seen_from_all_sides(seed):
+def test_head_turns_calmly_and_shows_all_sides(seed):
     sequence = datasets.load(f"{NAME}:scene={seed}")
     facing = sequence.frames.worker.facing
     turning = np.abs(np.diff(np.degrees(np.arccos(facing))))

@@ -1,4 +1,4 @@
-"""`nummiaro2003/person` and `students`: when the target is there, and what hides him."""
+"""`nummiaro2003/person` and `students`: presence and occlusions of the target."""
 
 import numpy as np
 import pytest
@@ -23,17 +23,17 @@ def opened(name, **knobs):
 
 
 def planned(module, knobs, **values):
-    """Plan of a scene, without its truth, which takes most of the time."""
+    """Return the plan of a scene without its slow ground truth."""
     return module.scene(knobs(**values)).plan
 
 
 def spells(flags):
-    """First frame and length of every run of True."""
+    """Return first frame and length of every run of True."""
     return [(start, end - start) for start, end in runs(flags).tolist()]
 
 
 def check_the_story_of_the_students(sequence):
-    """What the paper tells, at the frames where it tells it."""
+    """Check that occlusions occur at the paper's frames."""
     seen, present = sequence.visibility, sequence.present
     tree, *passers, leaves = spells((seen < 0.5) & present)
     start, frames = spells((seen < 0.3) & present)[0]
@@ -49,21 +49,21 @@ def check_the_story_of_the_students(sequence):
     assert len(spells((seen < 0.9) & present)) == 4  # and nothing else hides him
 
 
-def test_a_tree_and_two_students_hide_the_target_when_the_paper_says():
+def test_students_occlusions_follow_the_paper():
     check_the_story_of_the_students(opened(STUDENTS))
 
 
 @pytest.mark.slow
-def test_they_do_so_in_many_scenes():
+def test_students_occlusions_follow_the_paper_in_many_scenes():
     for seed in (1, 2, *range(100, 160)):
         check_the_story_of_the_students(opened(STUDENTS, scene=seed))
 
 
 @settings(max_examples=5, deadline=None)
 @given(seed=SEEDS)
-def test_nobody_walks_through_a_car_a_tree_or_another(seed):
+def test_people_avoid_cars_trees_and_each_other(seed):
     plan = planned(person, SceneKnobs, scene=seed)
-    courses = [who.course for who in plan.people]
+    courses = [person_.course for person_ in plan.people]
     for car in (prop for prop in plan.posts if prop.z < person.DOORSTEP):
         for course in courses:
             beside = np.abs(course.x - car.x) > 2.3
@@ -73,19 +73,19 @@ def test_nobody_walks_through_a_car_a_tree_or_another(seed):
             assert np.hypot(course.x - other.x, course.z - other.z).min() > 0.45
     plan = planned(students, SceneKnobs, scene=seed)
     tree = plan.posts[0]
-    for who in plan.people:
-        assert np.hypot(who.course.x - tree.x, who.course.z - tree.z).min() > 0.9
+    for person_ in plan.people:
+        assert np.hypot(person_.course.x - tree.x, person_.course.z - tree.z).min() > 0.9
 
 
 @settings(max_examples=4, deadline=None)
 @given(seed=SEEDS)
-def test_the_others_wear_other_colours_than_the_target(seed):
-    target, *others = (who.look for who in students._plan(seed).people)
+def test_bystanders_wear_other_colours_than_the_target(seed):
+    target, *others = (person_.look for person_ in students._plan(seed).people)
     assert len(others) == 7
     worn = [target.shirt, target.trousers]
     for other in others:
         for garment in (other.shirt, other.trousers, *([other.bag] if other.bag else [])):
-            assert min(np.abs(np.subtract(garment, one)).max() for one in worn) > 25
+            assert min(np.abs(np.subtract(garment, worn_colour)).max() for worn_colour in worn) > 25
 
 
 @pytest.fixture(scope="module")
@@ -93,7 +93,7 @@ def visit():
     return datasets.load(STUDENTS)
 
 
-def test_without_the_target_all_is_the_same_but_where_he_is(visit):
+def test_target_changes_only_its_own_pixels(visit):
     plan = visit.frames.plan
     surroundings = type(plan.street("even"))
     nobody = VisitPlan(
@@ -115,7 +115,7 @@ def test_without_the_target_all_is_the_same_but_where_he_is(visit):
         assert (columns.min() >= x - reach - 3) & (columns.max() < x + width + reach + 3)
 
 
-def test_a_target_is_absent_as_soon_as_his_box_is_out_of_the_picture():
+def test_target_is_absent_when_its_box_leaves_the_image():
     way = straight_path(240, 120, (0.0, 8.0), (1.3, 0.0), 0.0)
     someone = Person(WalkerLook((0, 0, 90), (90, 0, 0)), 0, 1.75, way)
     views = sample_fixed_views(np.random.default_rng(0), 240)
@@ -128,7 +128,7 @@ def test_a_target_is_absent_as_soon_as_his_box_is_out_of_the_picture():
     assert x[first + frames - 1] < 640 <= x[first + frames]
 
 
-def test_masks_agree_with_boxes_and_visibility(visit):
+def test_visit_masks_agree_with_boxes_and_visibility(visit):
     plan = visit.frames.plan
     for frame in (*range(visit.first_frame, visit.first_frame + 12), 121, 181, 203, 225, 231):
         mask = visit.mask(frame)
@@ -143,7 +143,7 @@ def test_masks_agree_with_boxes_and_visibility(visit):
             assert inside.mean() > 0.6
 
 
-def test_attributes_are_those_of_the_target_that_is_there(visit):
+def test_visit_attributes_are_false_without_target(visit):
     assert not any(flags[~visit.present].any() for flags in visit.attributes.values())
     occluded = visit.present & (visit.visibility < 0.9)
     assert (visit.attributes["occlusion"] == occluded).all()

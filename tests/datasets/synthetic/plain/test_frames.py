@@ -1,4 +1,4 @@
-"""Frames of `plain/target`: stateless, reproducible, fingerprinted."""
+"""Frames of `plain/target`: stateless and reproducible; fingerprints."""
 
 from concurrent.futures import ThreadPoolExecutor
 
@@ -19,23 +19,23 @@ HARD |= {"light": 0.5, "blur": 0.7, "pan": 3.3, "speed": 6}
     width=st.integers(64, 150),
     height=st.integers(64, 120),
 )
-def test_any_order_and_several_threads_give_the_same_images(target, scene, order, width, height):
+def test_frames_are_equal_in_any_order_and_thread(target, scene, order, width, height):
     knobs = {**HARD, "scene": scene, "width": width, "height": height}
     in_order, other = target(**knobs), target(**knobs)
     expected = [in_order[frame] for frame in sorted(order)]
     assert expected[0].shape == (height, width, 3)
     with ThreadPoolExecutor(4) as threads:
-        found = dict(zip(order, threads.map(other.__getitem__, order), strict=True))
+        images = dict(zip(order, threads.map(other.__getitem__, order), strict=True))
     for frame, image in zip(sorted(order), expected, strict=True):
-        assert (found[frame] == image).all()
+        assert (images[frame] == image).all()
 
 
-def test_a_part_of_a_scene_has_random_numbers_of_its_own():
+def test_part_generators_are_independent():
     draws = {part_generator(seed, part).integers(2**60) for seed in range(5) for part in "abcde"}
     assert len(draws) == 25
 
 
-def test_the_fingerprint_tells_every_knob_apart_and_renders_nothing(target):
+def test_fingerprint_depends_on_every_parameter(target):
     base = {"length": 50}
     others = {"scene": 1, "length": 51, "width": 321, "height": 241, "speed": 3, "scale": 2}
     others |= {"clutter": 1, "occlusion": 0.5, "absence": 1, "light": 0.1, "noise": 1}

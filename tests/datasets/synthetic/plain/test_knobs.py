@@ -1,4 +1,4 @@
-"""Each knob of `plain/target` does what it says, measured in truth and images."""
+"""Each parameter of `plain/target` has its documented effect in ground truth and images."""
 
 import cv2
 import numpy as np
@@ -10,14 +10,14 @@ def centres(sequence):
 
 
 @pytest.mark.parametrize(("speed", "scene"), [(0, 0), (0.7, 1), (2, 0), (6, 2)])
-def test_speed_is_the_displacement_a_frame(target, speed, scene):
+def test_speed_is_the_displacement_per_frame(target, speed, scene):
     steps = np.hypot(*np.diff(centres(target(speed=speed, scene=scene)), axis=0).T)
     assert steps.mean() == pytest.approx(speed, rel=0.03, abs=0.02)
     assert steps.max() <= speed + 0.05
 
 
 @pytest.mark.parametrize("scale", [0.25, 1, 2.2])
-def test_scale_is_the_ratio_of_last_and_first_size(target, scale):
+def test_scale_is_the_ratio_of_last_to_first_size(target, scale):
     sequence = target(scale=scale, scene=3)
     sizes = sequence.boxes[:, 2:]
     assert sizes[-1] / sizes[0] == pytest.approx(scale, rel=2e-3)
@@ -27,7 +27,7 @@ def test_scale_is_the_ratio_of_last_and_first_size(target, scale):
     assert areas[1] / areas[0] == pytest.approx(scale**2, rel=0.04)
 
 
-def test_light_is_the_fraction_gone_in_mid_sequence(target):
+def test_light_is_the_missing_share_in_mid_sequence(target):
     sequence = target(light=0.6, noise=0, scene=1)
     brightness = np.array([image.mean() for image in sequence[::10]])
     assert brightness[6] / brightness[0] == pytest.approx(0.4, abs=0.01)
@@ -45,8 +45,8 @@ def test_light_is_the_fraction_gone_in_mid_sequence(target):
 @pytest.mark.parametrize("noise", [0, 4, 15])
 def test_noise_is_the_deviation_in_grey_levels(target, noise):
     clean, noisy = target(noise=0, scene=1)[5], target(noise=noise, scene=1)[5]
-    kept = (clean > 60) & (clean < 195)
-    difference = noisy.astype(float)[kept] - clean[kept]
+    unclipped = (clean > 60) & (clean < 195)
+    difference = noisy.astype(float)[unclipped] - clean[unclipped]
     assert difference.std() == pytest.approx(noise, rel=0.03, abs=0.35)
     assert abs(difference.mean()) < 0.05 + noise * 0.02
 
@@ -68,7 +68,7 @@ def test_occlusion_is_the_largest_hidden_fraction(target, occlusion, scene):
     assert sequence.attributes["occlusion"].any() == (occlusion > 0)
 
 
-def test_the_target_leaves_and_returns_without_a_jump(target):
+def test_absent_target_leaves_and_returns_smoothly(target):
     sequence = target(absence=25, scene=2)
     assert (~sequence.present).sum() == 25
     gone = np.flatnonzero(~sequence.present)
@@ -81,7 +81,7 @@ def test_the_target_leaves_and_returns_without_a_jump(target):
 
 
 @pytest.mark.parametrize("pan", [0.5, 7])
-def test_pan_moves_the_ground_under_a_target_that_keeps_its_path(target, pan):
+def test_pan_moves_the_ground_but_not_the_target(target, pan):
     still, panned = target(noise=0, scene=1), target(noise=0, scene=1, pan=pan)
     assert (still.boxes == panned.boxes).all()
     apart = max(1, round(4 / pan))
@@ -91,7 +91,7 @@ def test_pan_moves_the_ground_under_a_target_that_keeps_its_path(target, pan):
     assert np.hypot(x, y) / apart == pytest.approx(pan, rel=0.05)
 
 
-def test_clutter_has_the_targets_colours_and_is_not_the_target(target):
+def test_clutter_has_the_target_colours_outside_the_mask(target):
     def target_coloured(sequence):
         """Pixels with a colour of the target, outside it."""
         image, mask = sequence[0].astype(int) // 24, sequence.mask(0)
@@ -108,7 +108,7 @@ def test_clutter_has_the_targets_colours_and_is_not_the_target(target):
     assert not target(scene=1).attributes["clutter"].any()
 
 
-def test_blur_smooths_the_target_and_keeps_the_brightness(target):
+def test_blur_smooths_the_target_at_equal_brightness(target):
     def steepness(sequence, frame):
         x, y, width, height = sequence.boxes[frame].astype(int)
         cut = sequence[frame][y : y + height, x : x + width].astype(float)
@@ -122,7 +122,7 @@ def test_blur_smooths_the_target_and_keeps_the_brightness(target):
     assert (soft.boxes == sharp.boxes).all()
 
 
-def test_blur_smooths_a_panned_ground_along_the_pan_alone(target):
+def test_blur_smooths_a_panned_ground_along_the_pan(target):
     sharp, soft = (target(scene=1, noise=0, pan=10, blur=blur)[7].astype(float) for blur in (0, 1))
     window = cv2.createHanningWindow((320, 240), cv2.CV_64F)
     (x, y), _ = cv2.phaseCorrelate(sharp.mean(axis=2), soft.mean(axis=2), window)
@@ -136,7 +136,7 @@ def test_without_motion_blur_changes_nothing(target):
     assert (target(**still)[9] == target(**still, blur=0.8)[9]).all()
 
 
-def test_the_scene_looks_the_same_at_another_length_and_size(target):
+def test_scene_looks_equal_at_another_length_and_size(target):
     assert (target(length=50)[0] == target(length=200)[0]).all()
     small, large = target(scene=1), target(scene=1, width=640, height=480)
     box = large.boxes[0] / small.boxes[0]

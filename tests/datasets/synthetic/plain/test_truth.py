@@ -1,4 +1,4 @@
-"""Truth of `plain/target` against what is drawn."""
+"""Ground truth of `plain/target`, compared with the images."""
 
 import tracemalloc
 
@@ -31,14 +31,14 @@ def knobs(draw):
 
 
 def corners(mask):
-    """Left, top, right and bottom edge."""
+    """Return the left, top, right and bottom edge."""
     rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
     return np.array([columns[0], rows[0], columns[-1] + 1, rows[-1] + 1])
 
 
 @settings(max_examples=20, deadline=None)
 @given(knobs=knobs())
-def test_the_mask_fills_the_box_and_its_area_is_the_visibility(target, knobs):
+def test_mask_fills_the_box_with_the_visible_area(target, knobs):
     sequence = target(**knobs)
     area_of_unit = np.pi if sequence.frames.motion.power == 2 else 3.7081493546
     for frame in range(0, len(sequence), 3):
@@ -59,8 +59,8 @@ def test_the_mask_fills_the_box_and_its_area_is_the_visibility(target, knobs):
             assert beyond.max() <= 1
 
 
-def test_the_mask_is_on_average_as_large_as_the_silhouette(target):
-    """Over all sub-pixel places no edge is drawn too far out or in, by 0.2 pixels or more."""
+def test_mask_edges_are_unbiased(target):
+    """Averaged over all sub-pixel places, each edge is accurate to 0.2 pixels."""
     for scale in (0.5, 2):
         sequence = target(scale=scale, scene=1)
         x, y, width, height = sequence.boxes.T
@@ -71,8 +71,8 @@ def test_the_mask_is_on_average_as_large_as_the_silhouette(target):
         assert areas.sum() == pytest.approx((np.pi / 4 * width * height).sum(), rel=0.01)
 
 
-def test_a_difference_to_the_scene_without_target_lies_in_box_and_shadow(target):
-    """What changes in the image when the target moves is where truth says it is."""
+def test_target_motion_changes_only_box_and_shadow(target):
+    """Image changes by the target's motion lie within box and shadow."""
     still = {"width": 320, "height": 240, "noise": 0, "scene": 4}
     image, away = target(**still)[0], target(**still)[60]
     box = target(**still).boxes
@@ -89,8 +89,8 @@ def test_a_difference_to_the_scene_without_target_lies_in_box_and_shadow(target)
 
 
 @pytest.mark.parametrize("frame", [0, 119])
-def test_the_vivid_target_is_seen_where_box_and_mask_say(target, frame):
-    """Orange and blue on grey stones: the image alone tells where the target is."""
+def test_vivid_target_pixels_agree_with_box_and_mask(target, frame):
+    """An orange and blue target on grey stones can be segmented from the image alone."""
     sequence = target(scene=2, scale=2.5, noise=0)
     image, mask = sequence[frame].astype(int), sequence.mask(frame)
     vivid = image.max(axis=2) - image.min(axis=2) > 0.45 * (image.max(axis=2) + 10)
@@ -102,7 +102,7 @@ def test_the_vivid_target_is_seen_where_box_and_mask_say(target, frame):
 
 @settings(max_examples=20, deadline=None)
 @given(knobs=knobs())
-def test_boxes_are_finite_where_present_and_absent_as_long_as_asked(knobs):
+def test_boxes_are_nan_for_the_requested_absence(knobs):
     truth = target_truth(TargetMotion(TargetKnobs(**knobs)))
     absent = np.isnan(truth.boxes).any(axis=1)
     assert absent.sum() == knobs["absence"]
@@ -122,7 +122,7 @@ def test_boxes_are_finite_where_present_and_absent_as_long_as_asked(knobs):
 
 
 def test_visibility_in_closed_form_at_the_edge_of_the_view():
-    """An ellipse cut by a straight edge, against the segment's area."""
+    """Compare an ellipse cut by a straight edge with the segment's area."""
     truth = target_truth(
         TargetMotion(TargetKnobs(scene=1, absence=20, length=120))  # leaves below
     )
@@ -141,12 +141,12 @@ def test_visibility_in_closed_form_at_the_edge_of_the_view():
 
 
 @pytest.mark.parametrize(("power", "area"), [(2, np.pi), (4, 3.7081493546)])
-def test_columns_add_up_to_the_silhouettes_area(power, area):
+def test_silhouette_columns_sum_to_its_area(power, area):
     x, chord = silhouette_columns(power)
     assert (2 * chord).sum() * (x[1] - x[0]) == pytest.approx(area, rel=1e-3)
 
 
-def test_loading_a_long_sequence_renders_nothing_and_takes_only_its_truths_memory(target):
+def test_loading_a_long_sequence_renders_nothing(target):
     knobs = {"length": 100_000, "clutter": 3, "occlusion": 1, "absence": 1000, "light": 0.5}
     sequence = target(**knobs)
     assert len(sequence) == 100_000
@@ -158,7 +158,7 @@ def test_loading_a_long_sequence_renders_nothing_and_takes_only_its_truths_memor
     assert peak < 100e6
 
 
-def test_a_frame_costs_no_more_memory_in_a_long_sequence(target):
+def test_frame_memory_is_independent_of_the_length(target):
     peaks = []
     for length in (100, 100_000):
         sequence = target(length=length, width=96, height=64, clutter=2)

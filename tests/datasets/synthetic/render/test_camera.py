@@ -5,7 +5,7 @@ import pytest
 
 from trackmark.datasets.synthetic.render.camera import (
     Camera,
-    developed,
+    develop_light,
     random_bytes,
     slow_exposure,
 )
@@ -17,18 +17,18 @@ def grey(level=128):
     return np.full((*SIZE[::-1], 3), level, np.uint8)
 
 
-def test_without_noise_and_fall_nothing_changes():
+def test_camera_without_noise_and_fall_changes_nothing():
     assert (Camera(SIZE, noise=0.0, fall=(0.0, 0.0)).exposed(grey(), 1, 2) == 128).all()
 
 
-def test_light_falls_to_the_borders_as_asked():
+def test_camera_vignette_reaches_the_requested_fall():
     image = Camera(SIZE, noise=0.0, fall=(0.2, 0.4)).exposed(grey(), 1, 2)[..., 0] / 128
     middle = image[60, 80], image[0, 80], image[-1, 80], image[60, 0], image[60, -1]
     assert middle == pytest.approx([1, 0.8, 0.8, 0.6, 0.6], abs=0.015)
 
 
 @pytest.mark.parametrize("noise", [1.0, 4.0])
-def test_noise_has_its_deviation_and_is_new_in_every_frame_and_seed(noise):
+def test_camera_noise_differs_by_frame_and_seed(noise):
     camera = Camera(SIZE, noise, fall=(0.0, 0.0))
     images = [camera.exposed(grey(), *key).astype(float) for key in ((1, 2), (1, 3), (2, 2))]
     for image in images:
@@ -37,7 +37,7 @@ def test_noise_has_its_deviation_and_is_new_in_every_frame_and_seed(noise):
     assert np.abs(correlations - np.eye(3)).max() < 0.02
 
 
-def test_a_gain_is_of_all_columns_or_of_each():
+def test_camera_gain_is_scalar_or_per_column():
     camera = Camera(SIZE, noise=0.0, fall=(0.0, 0.0))
     assert (camera.exposed(grey(), 1, 2, 0.5) == 64).all()
     each = camera.exposed(grey(), 1, 2, np.repeat([0.5, 1.5], 80))
@@ -47,7 +47,7 @@ def test_a_gain_is_of_all_columns_or_of_each():
 
 def test_a_grey_level_is_the_square_root_of_the_light():
     light = np.repeat(np.array([0.0, 0.09, 0.36, 4.0], np.float32), 40).reshape(1, 160, 1)
-    image = developed(np.broadcast_to(light, (120, 160, 3)).astype(np.float32))[60]
+    image = develop_light(np.broadcast_to(light, (120, 160, 3)).astype(np.float32))[60]
     assert image[[20, 60, 100, 140], 1] == pytest.approx([0, 76.5, 153, 255], abs=0.6)
 
 

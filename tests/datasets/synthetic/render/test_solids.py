@@ -1,4 +1,4 @@
-"""Solids seen by a camera far away: areas, places and light in closed form."""
+"""Ray-traced solids: areas, places and light in closed form."""
 
 import numpy as np
 import pytest
@@ -14,7 +14,7 @@ from trackmark.datasets.synthetic.render.solids import (
     cast_rays,
     half_space,
     limb,
-    packed,
+    pack_objects,
 )
 
 PITCH = 0.3
@@ -23,7 +23,7 @@ FINE = 4
 
 
 def look(*things, shaded=False):
-    """At 40 x 40 pixels around the origin."""
+    """Render 40 x 40 pixels around the origin."""
     return cast_rays(things, VIEW, (-20.0, -20.0), (40, 40), FINE, shaded)
 
 
@@ -38,8 +38,8 @@ def ball(place, radius):
 def test_a_ball_is_seen_as_a_disc():
     owners, places, _ = look([ball((1, 2, 3), 6.0)])
     assert area(owners) == pytest.approx(np.pi * 36, rel=0.01)
-    there = places[owners == 0]
-    assert np.linalg.norm(there - (1, 2, 3), axis=1) == pytest.approx(6, abs=0.03)
+    surface = places[owners == 0]
+    assert np.linalg.norm(surface - (1, 2, 3), axis=1) == pytest.approx(6, abs=0.03)
     rows, columns = np.nonzero(owners == 0)
     assert (columns.mean() + 0.5) / FINE - 20 == pytest.approx(1, abs=0.05)
     assert (rows.mean() + 0.5) / FINE - 20 == pytest.approx(float(VIEW.row(2, 3)), abs=0.05)
@@ -59,13 +59,13 @@ def test_a_box_shows_its_front_and_its_top(turn):
     assert area(owners) == pytest.approx(front + top, rel=0.02)
 
 
-def test_a_box_that_leans_back_by_the_cameras_pitch_shows_its_front_alone():
+def test_box_leaning_by_the_pitch_shows_only_its_front():
     owners, _, _ = look([box((0, 0, 0), (6, 4, 3), 0.01, lean=PITCH)])
     assert area(owners) == pytest.approx(12 * 8, rel=0.02)
 
 
 @pytest.mark.parametrize("closed", [False, True])
-def test_a_bowl_shows_its_far_wall_inside_unless_a_lid_is_on_it(closed):
+def test_open_bowl_shows_its_inner_wall(closed):
     owners, places, _ = look([bowl((0, -5, 0), 10.0, (7.0, 7.0), 0.4, closed)])
     x, y, z = places[owners == 0].T
     far = (z < -3) & (np.abs(x) < 2)
@@ -76,13 +76,13 @@ def test_a_bowl_shows_its_far_wall_inside_unless_a_lid_is_on_it(closed):
     assert area(owners) == pytest.approx(outline, rel=0.04)
 
 
-def test_the_nearest_thing_is_seen_whatever_their_order():
+def test_nearest_object_is_visible_in_any_order():
     near, far, wall = [ball((0, 0, 8), 4.0)], [ball((2, 0, -8), 6.0)], [half_space((0, 0, 1), -15)]
-    one, _, _ = look(near, far, wall)
-    other, _, _ = look(wall, far, near)
-    assert (one == 2 - other).all()
-    assert area(one, 0) == pytest.approx(np.pi * 16, rel=0.02)
-    assert (one != NOTHING).all()
+    first, _, _ = look(near, far, wall)
+    second, _, _ = look(wall, far, near)
+    assert (first == 2 - second).all()
+    assert area(first, 0) == pytest.approx(np.pi * 16, rel=0.02)
+    assert (first != NOTHING).all()
 
 
 def test_solids_that_blend_are_joined_by_a_neck():
@@ -102,7 +102,7 @@ def test_folds_move_the_surface_of_a_cloth_to_and_fro():
     assert 0.6 < np.ptp(folded) < 2.0
 
 
-def test_what_faces_the_lamp_is_brighter_and_throws_a_shadow_on_the_ground():
+def test_lit_side_is_brighter_and_ball_casts_a_shadow():
     ground = [half_space((0, 1, 0), -4)]
     owners, places, lights = look(ground, [ball((0, 3, 0), 4.0)], shaded=True)
     shaft = np.array(VIEW.light)
@@ -116,7 +116,7 @@ def test_what_faces_the_lamp_is_brighter_and_throws_a_shadow_on_the_ground():
     assert bright[dark].max() < 0.75 * bright[free].min()
 
 
-def test_the_lamp_is_reflected_where_the_surface_faces_between_it_and_the_camera():
+def test_lamp_reflection_lies_between_lamp_and_camera():
     owners, places, lights = look([ball((0, 0, 0), 10.0)], shaded=True)
     shine = np.where(owners == 0, lights[..., 1], 0)
     x, _, z = places[np.unravel_index(shine.argmax(), shine.shape)]
@@ -126,21 +126,22 @@ def test_the_lamp_is_reflected_where_the_surface_faces_between_it_and_the_camera
 
 
 @pytest.mark.parametrize("with_planes", [True, False])
-def test_rays_end_as_if_all_distances_were_measured(with_planes):
+def test_cast_rays_agrees_with_full_distance_search(with_planes):
     random = np.random.default_rng(5)
     places = random.uniform(-18, 18, (12, 3))
     things = [
-        [limb(at, at + random.uniform(-6, 6, 3), (2.5, 1.0), blend=1.5) for _ in range(3)]
-        for at in places[:8]
+        [limb(place, place + random.uniform(-6, 6, 3), (2.5, 1.0), blend=1.5) for _ in range(3)]
+        for place in places[:8]
     ]
     things += [
-        [box(at, (4, 3, 2), 0.5, turn=0.4, lean=-0.2, folds=(0.8, 0.9))] for at in places[8:10]
+        [box(place, (4, 3, 2), 0.5, turn=0.4, lean=-0.2, folds=(0.8, 0.9))]
+        for place in places[8:10]
     ]
-    things += [[bowl(at, 5.0, (2.0, 3.0), 0.6)] for at in places[10:]]
+    things += [[bowl(place, 5.0, (2.0, 3.0), 0.6)] for place in places[10:]]
     if with_planes:
         things += [[half_space((0, 1, 0), -15.0)], [half_space((0, 0, 1), -25.0)]]
     owners, seen, _ = look(*things)
-    solids, balls = packed(things)
+    solids, balls = pack_objects(things)
     up, on = np.sin(PITCH), np.cos(PITCH)
     for row, column in random.integers(0, 40 * FINE, (400, 2)):
         x, below = (-20 + (k + 0.5) / FINE for k in (column, row))

@@ -1,4 +1,4 @@
-"""The street: geometry measured in the picture, light, and things that stand about."""
+"""Street: geometry measured in the image, light, static objects."""
 
 from dataclasses import replace
 
@@ -65,7 +65,7 @@ def test_ground_moves_by_its_distance(street, row):
     assert moved == pytest.approx(-0.25 * 700.0 / z, abs=0.35)
 
 
-def test_turning_and_nodding_move_everything_alike(street):
+def test_camera_rotation_shifts_the_whole_image(street):
     first = seen(street, replace(STILL, x=1.0))
     turned = seen(street, replace(STILL, x=1.0, shift_x=24.0))
     for rows in (slice(60, 200), slice(300, 301), slice(440, 441)):
@@ -130,7 +130,7 @@ def test_rows_are_sampled_bilinearly_and_averaged():
         assert np.abs(canvas[y] - expected).max() <= 0.51
 
 
-def test_even_light_is_one_and_dappled_light_is_that_of_the_ground_below_the_ray(street, dappled):
+def test_street_gains_follow_the_ground_below_the_ray(street, dappled):
     heights = np.linspace(0, 1.8, 10)
     assert (street.gains(1.0, 6.0, heights) == 1).all()
     for x, z in ((0.3, 5.0), (2.2, 7.5), (1.1, 9.0)):
@@ -149,7 +149,7 @@ def test_even_light_is_one_and_dappled_light_is_that_of_the_ground_below_the_ray
     assert everywhere.std() > 0.08
 
 
-def test_shade_darkens_the_ground_where_the_light_says_so(street, dappled):
+def test_shade_darkens_the_ground_by_its_gain(street, dappled):
     bright, shaded = seen(street).astype(float), seen(dappled).astype(float)
     for row in (350, 420, 460):
         z = 700.0 * 1.6 / (row + 0.5 - 190.0)
@@ -160,7 +160,7 @@ def test_shade_darkens_the_ground_where_the_light_says_so(street, dappled):
         assert np.abs(ratio - expected).mean() < 0.05
 
 
-def test_things_stand_where_they_are_and_cover_what_they_draw(street):
+def test_props_cover_the_pixels_that_they_draw(street):
     camera = replace(STILL, x=1.5)
     visible = 0
     for prop in street.props:

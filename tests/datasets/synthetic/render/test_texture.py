@@ -1,4 +1,4 @@
-"""Textures: seamless, reproducible, and lively enough to be told apart."""
+"""Textures: seamless, reproducible and rich in contrast."""
 
 import numpy as np
 import pytest

@@ -1,9 +1,9 @@
-"""What is seen of triangles, how sheets lie over pictures, shadows, the camera's curve."""
+"""Rendering of triangles, compositing, and soft shadows."""
 
 import numpy as np
 import pytest
 
-from trackmark.datasets.synthetic.render.lamp import light_left
+from trackmark.datasets.synthetic.render.lamp import remaining_light
 from trackmark.datasets.synthetic.render.triangles import (
     FINE,
     Mesh,
@@ -16,7 +16,7 @@ SIZE = 16, 12
 
 
 def triangles(random, count=12, closed=False):
-    """Large ones that cross the picture's borders and one another."""
+    """Return large triangles that cross the image borders and one another."""
     corners = random.uniform((-5, -5, -9), (21, 17, 9), (3 * count, 3))
     column, row = np.meshgrid(np.linspace(0.1, 1, 130), np.linspace(0.1, 1, 110))
     texture = np.stack([column, row, 1.1 - column], axis=2).astype(np.float32)
@@ -26,7 +26,7 @@ def triangles(random, count=12, closed=False):
 
 
 def looked_at_slowly(mesh, points, lights):
-    """Sample by sample: which triangle is nearest, by barycentric coordinates from a solver."""
+    """Return the nearest triangle and its light per sample, by a linear solver."""
     width, height = SIZE
     owner = np.full((height * FINE, width * FINE), -1)
     light = np.zeros((*owner.shape, 3))
@@ -48,11 +48,11 @@ def looked_at_slowly(mesh, points, lights):
 
 
 @pytest.mark.parametrize("closed", [False, True])
-def test_the_nearest_triangle_is_seen_at_every_sample(closed):
+def test_render_mesh_shows_the_nearest_triangle(closed):
     mesh, points, lights = triangles(np.random.default_rng(4), closed=closed)
-    found = render_mesh(mesh, points, lights, SIZE)
+    rendered = render_mesh(mesh, points, lights, SIZE)
     picture = np.zeros((*SIZE[::-1], 4))
-    picture[found.window] = found.sheet
+    picture[rendered.window] = rendered.sheet
     owner, light = looked_at_slowly(mesh, points, lights)
     covered = (owner >= 0).reshape(SIZE[1], FINE, SIZE[0], FINE).mean(axis=(1, 3))
     assert 0.2 < covered.mean() < 1
@@ -74,7 +74,7 @@ def test_a_grid_covers_its_rectangle_once_and_clockwise():
     assert areas.sum() == 12
 
 
-def test_a_sheet_lies_over_a_picture_by_its_coverage():
+def test_composite_blends_by_coverage():
     random = np.random.default_rng(0)
     picture = random.random((5, 6, 3)).astype(np.float32)
     coverage = random.choice([0, 0.25, 1], (5, 6, 1)).astype(np.float32)
@@ -84,10 +84,10 @@ def test_a_sheet_lies_over_a_picture_by_its_coverage():
     assert picture == pytest.approx(expected, abs=1e-6)
 
 
-def test_a_shadow_is_as_dark_as_asked_and_where_asked():
+def test_remaining_light_has_requested_darkness_and_place():
     coverage = np.zeros((120, 160), np.float32)
     coverage[40:80, 40:80] = 1
-    left = light_left(coverage, np.array([24.0, -8.0]), 4.0, 0.6)
+    left = remaining_light(coverage, np.array([24.0, -8.0]), 4.0, 0.6)
     assert left[52, 84] == pytest.approx(0.4, abs=0.01)
     assert left[100, 20] == pytest.approx(1)
     lost = 1 - left[..., 0]

@@ -1,4 +1,4 @@
-"""Round cones: what they cover, what hides what, and how they are blurred and lit."""
+"""Round cones: coverage, occlusion, blur and light."""
 
 import numpy as np
 import pytest
@@ -16,7 +16,7 @@ def cone(start, end, radii, material=setting.SKIN, colour=(100, 120, 140), creas
 
 
 def drawn(these, canvas=None, texture=None, lamp=HEAD_ON, motion=(0.0, 0.0)):
-    """Picture of cones that move by `motion` [pixels] during the exposure."""
+    """Return an image of cones that move by `motion` [pixels] during the exposure."""
     canvas = np.zeros((40, 60, 3), np.uint8) if canvas is None else canvas
     moments = np.repeat(np.array(these, np.float64)[None], setting.FINE, axis=0)
     for moment, shift in zip(moments, (np.arange(4) + 0.5) / 4 - 0.5, strict=True):
@@ -36,25 +36,25 @@ def area(these, material=setting.SKIN):
     ("start", "flat", "expected"),
     [(45, 0, np.pi * 25), (15, 0, 30 * 10 + np.pi * 25), (15, 1, 30 * 10 + np.pi * 25 / 2)],
 )
-def test_a_cone_covers_its_two_balls_but_for_a_flat_end_and_all_between(start, flat, expected):
-    found = area([cone((start, 20, 0), (45, 20, 0), (5, 5), flat=flat)])
-    assert found == pytest.approx(expected, rel=0.01)
+def test_cone_covers_the_hull_of_its_balls(start, flat, expected):
+    covered = area([cone((start, 20, 0), (45, 20, 0), (5, 5), flat=flat)])
+    assert covered == pytest.approx(expected, rel=0.01)
 
 
 @pytest.mark.parametrize(("depth", "seen"), [(-9, 0.0), (9, np.pi * 16)])
-def test_what_is_nearer_hides_what_is_behind(depth, seen):
+def test_nearer_cone_hides_the_farther_one(depth, seen):
     sleeve = cone((30, 20, 0), (30, 20, 0), (6, 6), setting.CLOTH)
     ball = cone((30, 20, depth), (30, 20, depth), (4, 4))
     assert area([sleeve, ball]) == pytest.approx(seen, rel=0.02)
     assert area([sleeve, ball], setting.CLOTH) == pytest.approx(np.pi * 36 - seen, rel=0.02)
 
 
-def test_what_lies_beyond_the_border_is_cut():
+def test_cones_are_clipped_at_the_border():
     assert area([cone((0, 20, 0), (0, 20, 0), (9, 9))]) == pytest.approx(np.pi * 81 / 2, rel=0.02)
     assert area([cone((-50, 20, 0), (-50, 20, 0), (9, 9))]) == 0
 
 
-def test_a_still_picture_shows_the_background_as_far_as_nothing_covers_it():
+def test_cones_are_blended_by_their_coverage():
     these = [cone((30, 20, 0), (30, 20, 0), (9, 9), colour=(255, 255, 255))]
     black = drawn(these).astype(float)
     white = drawn(these, np.full((40, 60, 3), 255, np.uint8)).astype(float)
@@ -63,7 +63,7 @@ def test_a_still_picture_shows_the_background_as_far_as_nothing_covers_it():
     assert np.abs(share - expected).max() < 0.01
 
 
-def test_motion_blurs_along_itself_and_keeps_the_middle():
+def test_cone_blur_follows_the_motion():
     these = [cone((30, 10, 0), (30, 30, 0), (4, 4))]
     still, moved = drawn(these).sum(axis=2), drawn(these, motion=(2.4, 0)).sum(axis=2)
     assert np.count_nonzero(moved[20]) >= np.count_nonzero(still[20]) + 1
@@ -81,7 +81,7 @@ def test_light_from_one_side_lights_that_side():
     assert up[14, 30, 1] > 1.3 * up[26, 30, 1]
 
 
-def test_a_texture_dims_its_own_material_alone():
+def test_texture_dims_only_its_material():
     texture = np.ones((2, 64, 64))
     texture[setting.CLOTH] = 0.5
     skin = cone((15, 20, 0), (15, 20, 0), (6, 6))
@@ -98,8 +98,8 @@ def test_a_crease_darkens_the_first_end():
     assert row[40] == row[30]
 
 
-def test_neighbours_of_one_material_flow_together():
-    """Where two cylinders meet there is a dark line; less so where they are of one material."""
+def test_adjacent_cones_of_one_material_merge():
+    """The dark line between two cylinders is weaker if they are of one material."""
     two = [cone((28, 5, 0), (28, 35, 0), (3, 3)), cone((32, 5, 0), (32, 35, 0), (3, 3))]
     apart = [two[0], cone((32, 5, 0), (32, 35, 0), (3, 3), setting.CLOTH)]
     assert drawn(two)[20, 29:31, 1].min() > drawn(apart)[20, 29:31, 1].min() + 3

@@ -1,4 +1,4 @@
-"""`wang2010/cup`: where the cup is, what hides it, and what has its colour."""
+"""`wang2010/cup`: place, occlusion and surroundings of the cup."""
 
 import cv2
 import numpy as np
@@ -16,27 +16,27 @@ EVENT = 35
 """Frame 36 of the paper."""
 
 MORE, SLOW = range(1, 8), pytest.mark.slow
-"""Other scenes: to paint one takes seconds."""
+"""Other scenes, which take seconds to paint."""
 
 
-def shrunk(mask, by):
-    return ~grown(~mask, by)
+def shrunk(mask, pixels):
+    return ~grown(~mask, pixels)
 
 
 def sided(cup, part):
-    """Something of the setting as it lies in the pictures."""
+    """Return a part of the setting, flipped like the images."""
     return part[:, ::-1] if cup.plan.mirrored else part
 
 
 def coloured(image):
-    """Hue of clearly coloured pixels, in [0, 180), and NaN of the others."""
+    """Return the hue of clearly coloured pixels, in [0, 180), and NaN of the others."""
     hue, saturation, value = np.moveaxis(cv2.cvtColor(image, cv2.COLOR_BGR2HSV), 2, 0)
     return np.where((saturation > 70) & (value > 50), hue.astype(float), np.nan)
 
 
-def hue_apart(one, other):
-    """Distance of hues, in [0, 90]; NaN where there is none."""
-    return np.abs((one - other + 90) % 180 - 90)
+def hue_apart(hue, other_hue):
+    """Return the distance of hues, in [0, 90]; NaN without hue."""
+    return np.abs((hue - other_hue + 90) % 180 - 90)
 
 
 def hue_of_cup(cup):
@@ -45,15 +45,15 @@ def hue_of_cup(cup):
 
 
 @pytest.mark.parametrize("seed", range(2))
-def test_a_box_is_tight_around_the_whole_cup_and_holds_the_mask(seed):
+def test_cup_box_is_tight_and_contains_the_mask(seed):
     cup = opened(seed)
     for frame in range(0, 80, 9):
         x, y, width, height = cup.truth().boxes[frame]
         ends = [x, y, x + width, y + height]
         whole, _ = cup.seen(frame)
         rows, columns = np.nonzero(sided(cup, whole) >= 0.5)
-        found = [columns.min(), rows.min(), columns.max() + 1, rows.max() + 1]
-        assert found == pytest.approx(ends, abs=1)
+        mask_edges = [columns.min(), rows.min(), columns.max() + 1, rows.max() + 1]
+        assert mask_edges == pytest.approx(ends, abs=1)
         rows, columns = np.nonzero(cup.mask(frame))
         assert columns.min() >= x - 1
         assert rows.min() >= y - 1
@@ -62,7 +62,7 @@ def test_a_box_is_tight_around_the_whole_cup_and_holds_the_mask(seed):
 
 
 @pytest.mark.parametrize("seed", [0, *(pytest.param(k, marks=SLOW) for k in MORE)])
-def test_the_thing_behind_and_the_box_have_the_cups_hue(seed):
+def test_similar_object_and_box_have_the_cup_hue(seed):
     cup = opened(seed)
     image = cup.render(0)
     hue = hue_of_cup(cup)
@@ -77,15 +77,15 @@ def test_the_thing_behind_and_the_box_have_the_cups_hue(seed):
 
 
 @pytest.mark.parametrize("seed", [0, *(pytest.param(k, marks=SLOW) for k in MORE)])
-def test_nothing_else_has_the_cups_hue(seed):
+def test_other_objects_lack_the_cup_hue(seed):
     cup = opened(seed)
     image = cup.render(0)
-    own = cup.mask(0) | (sided(cup, cup.setting.similar + cup.setting.hidden) > 0)
+    allowed = cup.mask(0) | (sided(cup, cup.setting.similar + cup.setting.hidden) > 0)
     near = hue_apart(coloured(image), hue_of_cup(cup)) < 7
-    assert near[~grown(own, 2)].mean() < 0.01
+    assert near[~grown(allowed, 2)].mean() < 0.01
 
 
-def test_at_the_event_the_cup_is_before_its_own_colour_on_every_side():
+def test_cup_is_surrounded_by_its_colour_at_the_event():
     for seed in range(3):
         cup = opened(seed)
         whole, _ = cup.seen(EVENT)

@@ -1,4 +1,4 @@
-"""`wang2010/hand`: where the hand is, when it is before the face, and what has its colour."""
+"""`wang2010/hand`: place of the hand, overlap with the face, and colours."""
 
 import cv2
 import numpy as np
@@ -22,13 +22,13 @@ def middles(boxes):
 
 
 def in_the_hue_of_skin(image):
-    """Pixels with a clear colour between red and orange."""
+    """Return the saturated pixels between red and orange."""
     hue, saturation, _ = np.moveaxis(cv2.cvtColor(image, cv2.COLOR_BGR2HSV).astype(int), 2, 0)
     return (hue >= 4) & (hue <= 18) & (saturation > 50)
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_the_hand_is_centred_on_the_face_in_frame_49_of_the_paper(seed):
+def test_hand_is_centred_on_the_face_in_paper_frame_49(seed):
     hand = opened(seed)
     image, mask = hand.render(0), hand.mask(0)
     bright = image.max(axis=2) > 0.6 * np.median(image[mask].max(axis=1))  # not hair
@@ -42,7 +42,7 @@ def test_the_hand_is_centred_on_the_face_in_frame_49_of_the_paper(seed):
 
 
 @pytest.mark.parametrize("seed", range(2))
-def test_the_face_has_the_hands_colour(seed):
+def test_face_has_the_hand_colour(seed):
     mask = opened(seed).mask(5)
     away = ~grown(mask, 2)
     with_face = in_the_hue_of_skin(opened(seed).render(5))
@@ -51,12 +51,12 @@ def test_the_face_has_the_hands_colour(seed):
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_nothing_else_in_the_office_has_the_hue_of_skin(seed):
+def test_office_lacks_the_hue_of_skin(seed):
     assert in_the_hue_of_skin(opened(seed)._room).mean() < 0.01
 
 
 @pytest.mark.parametrize("side", [-1, 1])
-def test_the_line_around_the_thumbs_ball_is_on_the_thumbs_side(side):
+def test_thumb_crease_is_on_the_side_of_the_thumb(side):
     skin, _ = palm.hand_textures(np.random.default_rng(0), side)
     ball = skin[
         round(palm.WRIST_ROW - 4.5 * palm.TEXELS) : round(palm.WRIST_ROW - 1.5 * palm.TEXELS)

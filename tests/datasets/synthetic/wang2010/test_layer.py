@@ -1,4 +1,4 @@
-"""A layer that is placed and tilted: its parts lie where geometry puts them."""
+"""Placed and tilted layer, compared with geometry."""
 
 import numpy as np
 import pytest
@@ -8,7 +8,7 @@ from trackmark.datasets.synthetic.wang2010.cup import FINE, SIZE, PlacedLayer
 
 @pytest.fixture(scope="module")
 def bar():
-    """12 x 6 pixels, placed by its middle."""
+    """Return 12 x 6 pixels, anchored in the centre."""
     return PlacedLayer(np.full((6 * FINE, 12 * FINE), 255, np.uint8), (6, 3))
 
 
@@ -19,15 +19,15 @@ def centre(coverage):
 
 @pytest.mark.parametrize("tilt", [0.0, 0.06, -1.2])
 @pytest.mark.parametrize("place", [(50.0, 40.0), (30.28125, 41.59375)])
-def test_its_anchor_lies_where_it_is_placed(bar, place, tilt):
+def test_layer_anchor_is_at_the_requested_place(bar, place, tilt):
     coverage = bar.render_at(place, tilt)
     assert coverage.shape == SIZE[::-1]
     assert coverage.sum() == pytest.approx(72, rel=0.01)
     assert centre(coverage) == pytest.approx(place, abs=0.03)
 
 
-def test_it_leans_to_the_right():
-    """A point above the anchor comes to lie to the right of it."""
+def test_layer_tilts_to_the_right():
+    """A point above the anchor moves to the right."""
     picture = np.zeros((20 * FINE, 20 * FINE), np.uint8)
     picture[2 * FINE : 4 * FINE, 9 * FINE : 11 * FINE] = 255
     x, y = centre(PlacedLayer(picture, (10, 10)).render_at((50, 40), 0.5))
@@ -35,7 +35,7 @@ def test_it_leans_to_the_right():
     assert y == pytest.approx(40 - 7 * np.cos(0.5), abs=0.05)
 
 
-def test_its_extents_are_those_of_the_turned_rectangle():
+def test_layer_extents_equal_the_rotated_rectangle():
     bar = PlacedLayer(np.full((6 * FINE, 12 * FINE), 255, np.uint8), (1, 2))
     tilts = np.array([0.0, 0.3])
     boxes = bar.extents(np.array([[50.0, 40.0]] * 2), tilts)

@@ -1,4 +1,4 @@
-"""`wang2010/table-tennis`: motion of ball and bat, and agreement of images with ground truth."""
+"""`wang2010/table-tennis`: motion of ball and bat, images compared with ground truth."""
 
 import numpy as np
 import pytest
@@ -43,7 +43,7 @@ def test_ball_is_in_free_flight_or_on_the_bat(seed):
     assert np.abs(arm).max() < 12  # and never jumps
 
 
-def test_gravity_is_that_of_a_ball_of_40_millimetres_at_30_frames_per_second():
+def test_gravity_matches_a_40_mm_ball_at_30_fps():
     play = Play(3, *table_tennis.SIZE)
     metres = 0.040 / play.diameter
     times = np.arange(11.0, 15.0, 0.5)
@@ -51,14 +51,14 @@ def test_gravity_is_that_of_a_ball_of_40_millimetres_at_30_frames_per_second():
     assert fall == pytest.approx(9.81, rel=0.02)
 
 
-def test_bat_catches_the_ball_with_an_even_deceleration():
+def test_bat_catches_the_ball_with_even_deceleration():
     play = Play(3, *table_tennis.SIZE)
     times = np.linspace(play.flights[1, 1], play.flights[2, 0], 9)
     deceleration = -np.polyfit(times, play.ball(times)[:, 1], 2)[0] * 2
     assert deceleration == pytest.approx(CATCH, rel=0.02)
 
 
-def test_the_wrist_strikes_the_ball_and_the_arm_does_not():
+def test_stroke_moves_the_wrist_but_not_the_arm():
     play = Play(3, *table_tennis.SIZE)
     frames = np.arange(50)
     assert (play.tip(frames[:STROKE]) == 0).all()
@@ -67,7 +67,7 @@ def test_the_wrist_strikes_the_ball_and_the_arm_does_not():
     assert np.abs(np.diff(arm, n=2))[STROKE - 2] < 3
 
 
-def test_speed_up_is_from_the_stroke_to_the_top(sequence):
+def test_speed_up_lasts_from_the_stroke_to_the_top(sequence):
     flagged = np.flatnonzero(sequence.attributes["speed-up"])
     assert flagged[0] == STROKE
     assert (np.diff(flagged) == 1).all()
@@ -77,16 +77,16 @@ def test_speed_up_is_from_the_stroke_to_the_top(sequence):
 
 @pytest.fixture(scope="module")
 def pair():
-    """A scene, and the same with a black ball."""
-    one, other = (table_tennis.scene(SceneKnobs(scene=2)) for _ in range(2))
-    other._ball = one._ball.silhouette(0)
+    """Return a scene, and the same scene with a black ball."""
+    first, second = (table_tennis.scene(SceneKnobs(scene=2)) for _ in range(2))
+    second._ball = first._ball.silhouette(0)
     for part in ("_ball_shadow", "_player", "_wall"):
-        setattr(other, part, getattr(one, part))
-    return one, other
+        setattr(second, part, getattr(first, part))
+    return first, second
 
 
-def test_the_blur_is_as_long_as_the_exposure(pair):
-    """Weighed by its colour, the struck ball is longer by its way in 0.45 frames."""
+def test_ball_blur_has_the_length_of_the_exposure(pair):
+    """Weighted by its colour, the struck ball is longer by its motion in 0.45 frames."""
     spreads = []
     for frame in (8, STROKE):
         red, dark = (scene[frame][:, :, 2].astype(float) for scene in pair)
@@ -115,29 +115,29 @@ def limb():
 
 
 @pytest.mark.parametrize("count", [1, 4])
-def test_columns_go_along_with_the_swing_by_their_share(limb, count):
+def test_blend_swung_shifts_columns_by_their_share(limb, count):
     random = np.random.default_rng(0)
     left, top = random.integers(-20 * 64, 60 * 64, (2, count))
     swings = 2 * random.integers(-10 * 64, 10 * 64, count)
     quarter = np.floor(swings / 4 + 0.5).astype(int)
-    for shares, by in ((256, swings), (128, swings // 2), (64, quarter), (0, 0 * swings)):
+    for shares, shift in ((256, swings), (128, swings // 2), (64, quarter), (0, 0 * swings)):
         drawn = np.full((60, 70, 3), 90, np.uint8)
-        blend_sprite(drawn, limb, left, top + by, 1 << 16)
+        blend_sprite(drawn, limb, left, top + shift, 1 << 16)
         assert (swung(limb, left, top, swings, shares) == drawn).all()
     assert (drawn != 90).any()
 
 
 @pytest.mark.parametrize(("seed", "side", "border"), [(3, 1, 141), (1, -1, 0)])
-def test_the_hand_goes_with_the_bat_and_the_arm_less_towards_the_elbow(seed, side, border):
-    """Where the sleeve's upper edge is, at the border; where the thumb's is, at the blade."""
-    one = table_tennis.scene(SceneKnobs(scene=seed))
-    assert one.play.side == side
-    at = one.play.bat(25)
+def test_player_swing_decreases_towards_the_elbow(seed, side, border):
+    """Compare the sleeve's upper edge at the border with the thumb's at the blade."""
+    scene = table_tennis.scene(SceneKnobs(scene=seed))
+    assert scene.play.side == side
+    bat = scene.play.bat(25)
     tops = []
     for up in (0, 16):
         canvas = np.zeros((115, 142, 3), np.uint8)
-        one._player.draw(canvas, (at - (0, up))[None], at[1], np.zeros(1))
+        scene._player.draw(canvas, (bat - (0, up))[None], bat[1], np.zeros(1))
         covered = canvas.any(axis=2)
-        tops.append([covered[:, column].argmax() for column in (round(at[0]) + 35 * side, border)])
+        tops.append([covered[:, column].argmax() for column in (round(bat[0]) + 35 * side, border)])
     assert tops[0][0] - tops[1][0] == 16
     assert 2 <= tops[0][1] - tops[1][1] <= 12

@@ -12,9 +12,9 @@ from typing import Any
 from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.evaluation.scoring import can_judge, score_both
 from trackmark.bench.experiments.tracker_spec import Identity
-from trackmark.bench.store.database import Database, connected
+from trackmark.bench.store.database import Database, open_database
 from trackmark.bench.store.files import ResultsError
-from trackmark.bench.store.layout import DATABASE, cell_of
+from trackmark.bench.store.layout import DATABASE, run_key
 from trackmark.bench.store.results import Results, order
 from trackmark.bench.store.truth import read_truth
 
@@ -44,11 +44,11 @@ def list_runs(results: Results) -> list[dict[str, Any]]:
 
     Raises `ResultsError` if the file is damaged.
     """
-    with connected(results.folder) as database:
+    with open_database(results.folder) as database:
         return [row for _, row in _listed(database)]
 
 
-def read_index(
+def list_scored_runs(
     results: Results, progress: Callable[[int, int], None] = lambda *_: None
 ) -> list[dict[str, Any]]:
     """Return the rows of `list_runs` with `scores` by name, of `bench.evaluation.score_both`.
@@ -57,7 +57,7 @@ def read_index(
 
     Raises `ResultsError` if the file is damaged.
     """
-    with connected(results.folder) as database:
+    with open_database(results.folder) as database:
         listed = _listed(database)
         stored = {
             row["run"]: json.loads(row["scores"])
@@ -69,7 +69,7 @@ def read_index(
     for begin in range(0, len(unscored), _BATCH):
         batch = unscored[begin : begin + _BATCH]
         for place, row in enumerate(batch, begin + 1):
-            run = results.read(cell_of(row))
+            run = results.read(run_key(row))
             stored_truth = truth(row["sequence"], row["fingerprint"])
             try:
                 row["scores"] = _scores(run, stored_truth)
@@ -84,7 +84,7 @@ def read_index(
     return [{**row, "scores": stored.get(number, row.get("scores"))} for number, row in listed]
 
 
-def index_row(run: Run, truth: Any) -> dict[str, Any]:
+def run_row(run: Run, truth: Any) -> dict[str, Any]:
     """Return the row of a run, with scores by its ground truth."""
     ended = run.status, run.failure, run.identity.repetition, len(run.boxes)
     fields = _fields(run.circumstances, *ended)
@@ -96,18 +96,18 @@ def add_scores(results: Results, rows: Iterable[Mapping[str, Any]]) -> None:
 
     Raises `ResultsError` if they cannot be written.
     """
-    with connected(results.folder, write=True) as database:
+    with open_database(results.folder, write=True) as database:
         for row in rows:
             key = "tracker = ? AND sequence = ? AND repetition = ? AND protocol = ?"
             where = f"SELECT id FROM run WHERE {key} AND version = ? AND status = ?"
-            places = (*cell_of(row), row["version"], row["status"])
+            places = (*run_key(row), row["version"], row["status"])
             for run in database.select(where, *places):
                 database.delete("score", "run = ?", run["id"])
                 scores = run["id"], _scorer_version(), json.dumps(row["scores"])
                 database.insert("score", [scores])
 
 
-def for_json(row: Mapping[str, Any]) -> dict[str, Any]:
+def to_json_row(row: Mapping[str, Any]) -> dict[str, Any]:
     """Return a row for JSON, with null for scores that are not finite."""
     scores = {key: value if isfinite(value) else None for key, value in row["scores"].items()}
     return {**row, "scores": scores}
@@ -127,7 +127,7 @@ def _listed(database: Database) -> list[tuple[int, dict[str, Any]]]:
         circumstances = json.loads(row["circumstances"])
         ended = row["status"], row["failure"], row["repetition"], row["frames"]
         listed.append((row["id"], {**shared[version], **_fields(circumstances, *ended)}))
-    return sorted(listed, key=lambda one: order(cell_of(one[1])))
+    return sorted(listed, key=lambda one: order(run_key(one[1])))
 
 
 def _fields(

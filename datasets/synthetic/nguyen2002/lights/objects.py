@@ -1,6 +1,6 @@
-"""What moves: a printed thing in a hand that comes from below, and what passes before it.
+"""Moving objects: a printed object in a hand that enters from below, and the occluders.
 
-The middle of each is the origin; what passes reaches over the picture's whole height.
+The centre of each is the origin. Occluders are taller than the image.
 """
 
 import numpy as np
@@ -23,27 +23,29 @@ from trackmark.datasets.synthetic.render.finish import (
     picture_on,
     staggered,
 )
-from trackmark.datasets.synthetic.render.prints import KINDS, printed
-from trackmark.datasets.synthetic.render.solids import box, chain, limb, mirrored
+from trackmark.datasets.synthetic.render.prints import KINDS, print_picture
+from trackmark.datasets.synthetic.render.solids import box, chain, limb, mirror_limbs
 from trackmark.datasets.synthetic.render.texture import fractal
 
 Array = NDArray[np.float64]
 
-HALF_WIDTH, HALF_HEIGHT = 108, 130  # what holds any thing that passes [pixels]
-LENGTH = 175.0  # half of its height, so that its ends are out of view [pixels]
-PRINT_FINE = 6  # dots of the print in a pixel, in either direction
-SATURATION = 0.5  # of the print, of that of its inks: a faded print
-DEPTHS = {"book": 5.0, "tea": 11.0, "toy": 13.0}  # half the thickness of things of a kind [pixels]
+HALF_WIDTH, HALF_HEIGHT = 108, 130  # half size of a window that holds any occluder [pixels]
+LENGTH = 175.0  # half height of an occluder, so that its ends are out of view [pixels]
+PRINT_FINE = 6  # printed dots per pixel and axis
+SATURATION = 0.5  # saturation of the faded print relative to its inks
+DEPTHS = {"book": 5.0, "tea": 11.0, "toy": 13.0}  # half the thickness by kind of object [pixels]
 
 
-def held(random: np.random.Generator) -> list[SceneObject]:
-    """A printed thing, the hand that holds it, its sleeve; it leans backwards a little."""
+def held_objects(random: np.random.Generator) -> list[SceneObject]:
+    """Return a printed object, the hand that holds it and its sleeve; it leans back slightly."""
     kind = KINDS[int(random.integers(len(KINDS)))]
     wide = random.uniform(28, 31)
     half = np.array([wide, wide * random.uniform(1.28, 1.36), DEPTHS[kind]])
     lean = random.uniform(0.06, 0.2)
     width, height = (round(2 * PRINT_FINE * side) for side in half[:2])
-    face = picture_on(_faded(printed(random, kind, width, height)), (0.0, 0.0), half[:2], lean)
+    face = picture_on(
+        _faded(print_picture(random, kind, width, height)), (0.0, 0.0), half[:2], lean
+    )
     skin, cloth = sample_skin(random), sample_similar(random, CLOTHES, 0.06)
     side, slope = float(random.choice([-1, 1])), random.uniform(-0.1, 0.4)
     solid = box(np.zeros(3), half, 0.8, lean=-lean)
@@ -60,7 +62,7 @@ def _faded(picture: Image) -> Image:
 
 
 def _hand(half: Array, side: float, slope: float) -> list[Array]:
-    """Thumb before a thing of half a width, height and depth, fingers behind it, palm below."""
+    """Return thumb in front of an object of a half size, fingers behind it, and palm below."""
     _, high, deep = half
     low = -high
     wrist = np.array([8.0 + 26 * slope, low - 40, 4.0])
@@ -77,7 +79,7 @@ def _hand(half: Array, side: float, slope: float) -> list[Array]:
     solids += chain([wrist, ball, joint, tip], (9.0, 7.4, 4.6, 3.4), 4.0)
     arm = wrist + np.array([22 * slope, -24.0, 0.0])
     solids += chain([wrist, arm], (10.5, 12.5), 5.0)
-    return mirrored(solids, side)
+    return mirror_limbs(solids, side)
 
 
 def _sleeve(high: float, side: float, slope: float) -> list[Array]:
@@ -85,7 +87,7 @@ def _sleeve(high: float, side: float, slope: float) -> list[Array]:
     way = np.array([0.9 * slope, -1.0, 0.0])
     cuff = chain([start, start + 7 * way], (15.5, 16.0), 0.0)
     arm = chain([start + 4 * way, start + 60 * way, start + 200 * way], (14.5, 17.5, 25), 2.0)
-    return mirrored([*cuff, *arm], side)
+    return mirror_limbs([*cuff, *arm], side)
 
 
 def _knitted(random: np.random.Generator) -> Pattern:
@@ -97,20 +99,20 @@ def _knitted(random: np.random.Generator) -> Pattern:
     return gain
 
 
-def passer(kind: str, random: np.random.Generator) -> list[SceneObject]:
-    """One of `board`, `door`, `cloth`, `back`."""
+def occluder_objects(kind: str, random: np.random.Generator) -> list[SceneObject]:
+    """Return an occluder of a kind: `board`, `door`, `cloth` or `back`."""
     makers = {"board": _board, "door": _door, "cloth": _cloth, "back": _back}
     return makers[kind](random)
 
 
-def _any(random: np.random.Generator, colours: tuple[tuple[int, int, int], ...]) -> Array:
+def _sample_colour(random: np.random.Generator, colours: tuple[tuple[int, int, int], ...]) -> Array:
     return sample_similar(random, colours, 0.08)
 
 
 def _board(random: np.random.Generator) -> list[SceneObject]:
-    """Three planks that two battens hold together, and something dark behind the gaps."""
+    """Return three planks joined by two battens, with a dark surface behind the gaps."""
     half = random.uniform(56, 62)
-    wood = _any(random, COUNTERS[:3])
+    wood = _sample_colour(random, COUNTERS[:3])
     things = [
         SceneObject(
             Finish(wood * random.uniform(0.86, 1.1), 0.03, _wooden(random)),
@@ -133,7 +135,7 @@ def _board(random: np.random.Generator) -> list[SceneObject]:
 
 
 def _wooden(random: np.random.Generator, along: int = 1) -> Pattern:
-    """Grain along an axis, as a saw lays it open."""
+    """Return sawn wood grain along an axis."""
     warp = fractal(random, 256, 2, 16)
     fine = fractal(random, 256, 16, 128, 0.8)
     shift, pace = random.uniform(0, 256), random.uniform(0.35, 0.55)
@@ -149,9 +151,9 @@ def _wooden(random: np.random.Generator, along: int = 1) -> Pattern:
 
 
 def _door(random: np.random.Generator) -> list[SceneObject]:
-    """A painted cupboard's door: frame, sunk panels, a knob."""
+    """Return a painted cupboard door: frame, sunk panels, a knob."""
     half = random.uniform(58, 66)
-    colour = _any(random, (*ACCENTS[:5], *NEUTRALS[2:]))
+    colour = _sample_colour(random, (*ACCENTS[:5], *NEUTRALS[2:]))
     paint, panel = grain(random, 0.03), grain(random, 0.03)
     stile = 13.0
     rails = [box((side * (half - stile), 0, 2), (stile, LENGTH, 6), 1.4) for side in (-1, 1)]
@@ -170,10 +172,10 @@ def _door(random: np.random.Generator) -> list[SceneObject]:
 
 
 def _cloth(random: np.random.Generator) -> list[SceneObject]:
-    """A printed curtain in folds."""
+    """Return a printed curtain in folds."""
     half = random.uniform(60, 68)
     folds = random.uniform(3.0, 4.2), random.uniform(0.17, 0.24)
-    ground, ink = _any(random, (*CLOTHES, *NEUTRALS)), _any(random, ACCENTS[:5])
+    ground, ink = _sample_colour(random, (*CLOTHES, *NEUTRALS)), _sample_colour(random, ACCENTS[:5])
     pattern = _dotted(random, ink / ground)
     return [
         SceneObject(
@@ -183,7 +185,7 @@ def _cloth(random: np.random.Generator) -> list[SceneObject]:
 
 
 def _dotted(random: np.random.Generator, ink: Array) -> Pattern:
-    """Rows of flowers or dots, every other row shifted; woven."""
+    """Return woven rows of flowers or dots, every other row shifted."""
     pitch, petals = random.uniform(17, 24), int(random.choice([0, 5, 6]))
     weave = grain(random, 0.05, coarsest=32)
     second = 0.5 + 0.5 * ink[::-1]
@@ -200,8 +202,11 @@ def _dotted(random: np.random.Generator, ink: Array) -> Pattern:
 
 
 def _back(random: np.random.Generator) -> list[SceneObject]:
-    """Somebody's back, from the shoulders to the hips, with both arms."""
-    shirt, trousers = _any(random, (*CLOTHES, *ACCENTS[:5])), _any(random, CLOTHES[:2])
+    """Return a person's back, from the shoulders to the hips, with both arms."""
+    shirt, trousers = (
+        _sample_colour(random, (*CLOTHES, *ACCENTS[:5])),
+        _sample_colour(random, CLOTHES[:2]),
+    )
     checks = _checked(random) if random.random() < 0.6 else grain(random, 0.06)
     wide = random.uniform(52, 58)
     hem = random.uniform(-96, -84)
@@ -228,14 +233,14 @@ def _back(random: np.random.Generator) -> list[SceneObject]:
 
 def _checked(random: np.random.Generator) -> Pattern:
     pitch, share = random.uniform(13, 20), random.uniform(0.3, 0.5)
-    one, other = random.uniform(0.55, 0.9, 3), random.uniform(0.6, 1.2, 3)
+    bar_gain, line_gain = random.uniform(0.55, 0.9, 3), random.uniform(0.6, 1.2, 3)
     weave = grain(random, 0.05, coarsest=32)
 
     def gain(places: Array) -> Array:
         bars = [places[:, axis] / pitch - np.floor(places[:, axis] / pitch) for axis in (0, 1)]
-        colour = np.where((bars[0] < share)[:, None], one, 1.0)
-        colour = colour * np.where((bars[1] < share)[:, None], one, 1.0)
+        colour = np.where((bars[0] < share)[:, None], bar_gain, 1.0)
+        colour = colour * np.where((bars[1] < share)[:, None], bar_gain, 1.0)
         thin = (np.abs(bars[0] - 0.75) < 0.05) | (np.abs(bars[1] - 0.75) < 0.05)
-        return np.asarray(np.where(thin[:, None], other * colour, colour) * weave(places))
+        return np.asarray(np.where(thin[:, None], line_gain * colour, colour) * weave(places))
 
     return gain

@@ -5,17 +5,17 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from trackmark.bench.store.database import connected
+from trackmark.bench.store.database import open_database
 from trackmark.bench.store.files import ResultsError
-from trackmark.bench.store.index import list_runs, read_index
-from trackmark.bench.store.layout import Cell, cell_of, experiment_folders
+from trackmark.bench.store.layout import RunKey, experiment_folders, run_key
 from trackmark.bench.store.results import Results
+from trackmark.bench.store.run_rows import list_runs, list_scored_runs
 from trackmark.bench.store.truth import read_truth, store_truth
 
 _BATCH = 200  # runs that are copied in one transaction
 
 
-class Recording(NamedTuple):
+class RecordedData(NamedTuple):
     """Recorded data that runs were made on."""
 
     fingerprint: str  # as in `datasets.Sequence`
@@ -31,17 +31,17 @@ class Recording(NamedTuple):
         return os.path.realpath(self.source), self.truth and os.path.realpath(self.truth)
 
 
-def recordings(rows: Iterable[Mapping[str, Any]]) -> dict[str, set[Recording]]:
+def recorded_data(rows: Iterable[Mapping[str, Any]]) -> dict[str, set[RecordedData]]:
     """Return the recorded data of rows of runs, by the names of their sequences."""
-    found: dict[str, set[Recording]] = {}
+    found: dict[str, set[RecordedData]] = {}
     for row in rows:
         if Path(row["source"]).is_absolute():  # built-in sequences have names
-            one = Recording(row["fingerprint"], row["source"], row["truth"])
+            one = RecordedData(row["fingerprint"], row["source"], row["truth"])
             found.setdefault(row["sequence"], set()).add(one)
     return found
 
 
-def different(one: Recording, others: Iterable[Recording]) -> Recording | None:
+def different(one: RecordedData, others: Iterable[RecordedData]) -> RecordedData | None:
     """Return one of the others with other data; None if there is none.
 
     Data that were changed in their folder count as the same data, and runs on them as stale.
@@ -52,15 +52,15 @@ def different(one: Recording, others: Iterable[Recording]) -> Recording | None:
     return None
 
 
-def damages(folder: Path) -> list[str]:
+def find_damage(folder: Path) -> list[str]:
     """Return a sentence for each damage of an experiment's file; none if it is undamaged."""
     try:
-        with connected(folder) as database:
-            found = database.damages()
+        with open_database(folder) as database:
+            found = database.find_damage()
         if found:
             return found
         for row in list_runs(Results(folder)):
-            Results(folder).read(cell_of(row))
+            Results(folder).read(run_key(row))
             read_truth(folder, row["sequence"], row["fingerprint"])
     except ResultsError as error:
         return [str(error)]
@@ -80,16 +80,16 @@ def merge_results(sources: list[Path], target: Path) -> tuple[int, list[str]]:
     """
     into = Results(target)
     present = list_runs(into)
-    there = {cell_of(row): (row["version"], row["status"], target) for row in present}
-    known = recordings(present)
-    asked = into.asked()
-    wanted: dict[Cell, tuple[Results, dict[str, Any]]] = {}
+    there = {run_key(row): (row["version"], row["status"], target) for row in present}
+    known = recorded_data(present)
+    manifest = into.manifest()
+    wanted: dict[RunKey, tuple[Results, dict[str, Any]]] = {}
     conflicts: list[str] = []
     for folder in [found for source in sources for found in experiment_folders(source)]:
         results = Results(folder)
-        asked = results.asked().and_then(asked)
+        manifest = results.manifest().merged_with(manifest)
         rows = list_runs(results)
-        for name, data in recordings(rows).items():
+        for name, data in recorded_data(rows).items():
             others = known.setdefault(name, set())
             conflicts += [
                 f"{name} is {one} in {folder}, and {unlike} in another folder"
@@ -98,7 +98,7 @@ def merge_results(sources: list[Path], target: Path) -> tuple[int, list[str]]:
             ]
             others |= data
         for row in rows:
-            cell = cell_of(row)
+            cell = run_key(row)
             if cell in there:
                 version, status, other = there[cell]
                 if version != row["version"]:
@@ -112,7 +112,7 @@ def merge_results(sources: list[Path], target: Path) -> tuple[int, list[str]]:
             wanted[cell] = results, row
     if conflicts:
         return 0, conflicts
-    into.prepare(asked)
+    into.prepare(manifest)
     for results, row in wanted.values():
         truth = row["sequence"], row["fingerprint"]
         store_truth(target, truth[1], read_truth(results.folder, *truth))
@@ -120,5 +120,5 @@ def merge_results(sources: list[Path], target: Path) -> tuple[int, list[str]]:
     for begin in range(0, len(cells), _BATCH):
         batch = cells[begin : begin + _BATCH]
         into.write_all((wanted[cell][0].read(cell), "") for cell in batch)
-    read_index(into)
+    list_scored_runs(into)
     return len(wanted), []

@@ -1,4 +1,4 @@
-"""What passes before the target: painted at the size in which it is seen."""
+"""Objects that pass in front of the target, painted at their size in the image."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -11,8 +11,8 @@ from trackmark.datasets.synthetic.nguyen2002.film.sheet import (
     UNIT,
     WOODS,
     PaintedSheet,
-    joined,
-    runs,
+    adjacent_spans,
+    point_list,
 )
 from trackmark.datasets.synthetic.render.colours import sample_colour, vary_colour
 from trackmark.datasets.synthetic.render.texture import noise
@@ -23,18 +23,19 @@ COATS = ((52, 48, 46), (84, 74, 60), (70, 92, 120), (58, 70, 52), (60, 50, 96), 
 
 
 @dataclass(frozen=True)
-class Hider:
-    """A kind of thing that passes before the target."""
+class Occluder:
+    """Kind of occluding object."""
 
-    # paints it, given random numbers, what it must hide and how high it is [UNIT]
+    # paints the object from random numbers and the width and height that it must hide [UNIT]
     paint: Callable[[np.random.Generator, float, float], PaintedSheet]
-    fixed: bool  # it stands where it is: the camera passes it
-    tall: bool  # it reaches from below the picture's lower border to above the upper one
-    stands: bool = False  # it stands on wheels on the ground, nearer than the target
+    fixed: bool  # True if the object is static and only the camera moves past it
+    tall: bool  # True if the object reaches beyond the upper and the lower image border
+    # True if the object stands on wheels on the ground, nearer than the target
+    stands: bool = False
 
 
 def _pillar(random: np.random.Generator, width: float, height: float) -> PaintedSheet:
-    """A round pillar of stone or painted iron, with a base and a bill that somebody glued on."""
+    """Paint a round pillar of stone or painted iron, with a base and a poster."""
     sheet = PaintedSheet(width, height, UNIT, sample_colour(random, STONES + PAINTS[6:8]))
     p = sheet.painting
     for y in np.arange(random.uniform(0, 0.4), height, random.uniform(0.5, 0.9)):
@@ -54,14 +55,14 @@ def _pillar(random: np.random.Generator, width: float, height: float) -> Painted
 
 
 def _trunk(random: np.random.Generator, width: float, height: float) -> PaintedSheet:
-    """A thick trunk with bark; it is nowhere thinner than `width`."""
+    """Paint a thick trunk with bark; it is at least `width` wide everywhere."""
     bulge = 0.12 * width
     sheet = PaintedSheet(
         width + 2 * bulge, height, UNIT, sample_colour(random, ((58, 76, 92), (72, 82, 90)))
     )
     edges = [bulge * (0.5 + 0.45 * np.clip(noise(random, 256, 8)[0, ::8], -1, 1)) for _ in "lr"]
     rows = np.linspace(0, height, len(edges[0]))
-    left, right = joined(bulge - edges[0], rows), joined(width + bulge + edges[1], rows)
+    left, right = point_list(bulge - edges[0], rows), point_list(width + bulge + edges[1], rows)
     sheet.cover(*left, *right[::-1])
     sheet.wear(random, 0.3, 16, 64, stretch=5)
     sheet.wear(random, 0.1, 4, 32)
@@ -70,7 +71,7 @@ def _trunk(random: np.random.Generator, width: float, height: float) -> PaintedS
 
 
 def _wall_end(random: np.random.Generator, width: float, height: float) -> PaintedSheet:
-    """A piece of a wall of bricks or blocks, with a bill or a painted sign."""
+    """Paint a piece of a wall of bricks or blocks, with a poster or a painted sign."""
     colour = sample_colour(random, WALLS)
     sheet = PaintedSheet(width, height, UNIT, colour * 0.72)
     p, course = sheet.painting, random.uniform(0.1, 0.16)
@@ -98,7 +99,7 @@ def _wall_end(random: np.random.Generator, width: float, height: float) -> Paint
 
 
 def _lorry(random: np.random.Generator, width: float, height: float) -> PaintedSheet:
-    """Load of a lorry under canvas, on wheels."""
+    """Paint the canvas-covered load of a lorry, on wheels."""
     sheet = PaintedSheet(width, height + 0.34, UNIT, sample_colour(random, PAINTS))
     p = sheet.painting
     second = sample_colour(random, LIGHTS if random.random() < 0.6 else PAINTS)
@@ -119,7 +120,7 @@ def _lorry(random: np.random.Generator, width: float, height: float) -> PaintedS
 
 
 def _bus(random: np.random.Generator, width: float, height: float) -> PaintedSheet:
-    """Side of a bus or carriage: windows above, panels and a number below."""
+    """Paint the side of a bus or carriage: windows above, panels and a number below."""
     body = sample_colour(random, PAINTS)
     sheet = PaintedSheet(width, height + 0.3, UNIT, body)
     sheet.anchor = width / 2, height / 2
@@ -142,7 +143,7 @@ def _bus(random: np.random.Generator, width: float, height: float) -> PaintedShe
 
 
 def _container(random: np.random.Generator, width: float, height: float) -> PaintedSheet:
-    """A container with corrugated sides, rust and a number, on wheels."""
+    """Paint a container with corrugated sides, rust and a number, on wheels."""
     colour = sample_colour(random, PAINTS)
     sheet = PaintedSheet(width, height + 0.34, UNIT, colour)
     sheet.anchor = width / 2, height / 2
@@ -165,7 +166,7 @@ def _container(random: np.random.Generator, width: float, height: float) -> Pain
 
 
 def _ship(random: np.random.Generator, width: float, height: float) -> PaintedSheet:
-    """A stretch of a ship's side: railing, portholes, plates, the water line."""
+    """Paint a part of a ship's side: railing, portholes, plates, the water line."""
     colour = sample_colour(random, PAINTS)
     rail, draught = 0.16, 0.3
     sheet = PaintedSheet(width, rail + height + draught, UNIT, colour)
@@ -190,14 +191,14 @@ def _ship(random: np.random.Generator, width: float, height: float) -> PaintedSh
 
 
 def _load(random: np.random.Generator, width: float, height: float) -> PaintedSheet:
-    """Boxes on a pallet that hang from a crane."""
+    """Paint boxes on a pallet that hangs from a crane."""
     ropes = 1.9
     sheet = PaintedSheet(width, ropes + height, UNIT, (90, 110, 130))
     sheet.anchor = width / 2, ropes + height / 2
     p = sheet.painting
     rows = int(random.integers(2, 4))
     for row in range(rows):
-        for x, wide in runs(random, width, (0.22, 0.45)):
+        for x, wide in adjacent_spans(random, width, (0.22, 0.45)):
             wood = sample_colour(random, WOODS + PAINTS[6:10])
             p.plate(x, ropes + row * height / rows, wide, height / rows, wood, 0.016)
             p.label(random, x + 0.2 * wide, ropes + (row + 0.3) * height / rows, 0.5 * wide,
@@ -214,9 +215,9 @@ def _load(random: np.random.Generator, width: float, height: float) -> PaintedSh
 
 
 def _passer_by(random: np.random.Generator, width: float, height: float) -> PaintedSheet:
-    """Somebody's back in a long coat, close to the camera; `width` is that of the coat.
+    """Paint the back of a person in a long coat, close to the camera.
 
-    The shoulders are where the target's upper end is, or above.
+    `width` is that of the coat. The shoulders are at least as high as the target's upper end.
     """
     head = 0.62 * width
     cloth = sample_colour(random, COATS)
@@ -248,7 +249,7 @@ def _passer_by(random: np.random.Generator, width: float, height: float) -> Pain
 
 
 def _post(random: np.random.Generator, width: float, height: float) -> PaintedSheet:
-    """A lamp post or a pole with painted rings."""
+    """Paint a lamp post or a pole with painted rings."""
     sheet = PaintedSheet(
         width, height, UNIT, sample_colour(random, ((70, 74, 76), (60, 84, 64), WOODS[2]))
     )
@@ -262,9 +263,9 @@ def _post(random: np.random.Generator, width: float, height: float) -> PaintedSh
 
 
 def _heap(random: np.random.Generator, width: float, height: float) -> PaintedSheet:
-    """Boxes and sacks on a heap, down to the picture's lower border."""
+    """Paint a heap of boxes and sacks, down to the lower image border."""
     sheet = PaintedSheet(width, height, UNIT, (70, 88, 104))
-    for x, wide in runs(random, width, (0.2, 0.4)):
+    for x, wide in adjacent_spans(random, width, (0.2, 0.4)):
         y = random.uniform(0.0, 0.07)
         sheet.cover_box(x, y, wide, height)
         while y < height:
@@ -276,17 +277,17 @@ def _heap(random: np.random.Generator, width: float, height: float) -> PaintedSh
     return sheet
 
 
-HIDERS = {
-    "pillar": Hider(_pillar, True, True),
-    "trunk": Hider(_trunk, True, True),
-    "wall end": Hider(_wall_end, True, True),
-    "lorry": Hider(_lorry, False, False, True),
-    "bus": Hider(_bus, False, False, True),
-    "container": Hider(_container, False, False, True),
-    "ship": Hider(_ship, False, False),
-    "load": Hider(_load, False, False),
-    "passer-by": Hider(_passer_by, False, False),
-    "post": Hider(_post, True, True),
-    "heap": Hider(_heap, False, False),
+OCCLUDERS = {
+    "pillar": Occluder(_pillar, True, True),
+    "trunk": Occluder(_trunk, True, True),
+    "wall end": Occluder(_wall_end, True, True),
+    "lorry": Occluder(_lorry, False, False, True),
+    "bus": Occluder(_bus, False, False, True),
+    "container": Occluder(_container, False, False, True),
+    "ship": Occluder(_ship, False, False),
+    "load": Occluder(_load, False, False),
+    "passer-by": Occluder(_passer_by, False, False),
+    "post": Occluder(_post, True, True),
+    "heap": Occluder(_heap, False, False),
 }
-"""By name; the last two hide a part of the target only."""
+"""Occluding objects by name; the last two hide only a part of the target."""

@@ -5,29 +5,29 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from trackmark.bench.evaluation.scoring import REVISED
-from trackmark.bench.store.asked import Asked
-from trackmark.bench.store.index import NUMBERS, TEXTS, read_index
-from trackmark.bench.store.layout import CELL, Cell, cell_of, experiment_folders
+from trackmark.bench.store.layout import RUN_KEY_COLUMNS, RunKey, experiment_folders, run_key
+from trackmark.bench.store.manifest import Manifest
 from trackmark.bench.store.results import Results
+from trackmark.bench.store.run_rows import NUMBERS, TEXTS, list_scored_runs
 
 if TYPE_CHECKING:
     import pandas as pd
 
 
-def load_results(folder: str | Path, cells: Collection[Cell] | None = None) -> "pd.DataFrame":
+def load_results(folder: str | Path, cells: Collection[RunKey] | None = None) -> "pd.DataFrame":
     """All runs of an experiment, or of all experiments in a folder.
 
     Parameters
     ----------
     folder : str or Path
         `results/<experiment>` or `results`.
-    cells : collection of Cell, optional
+    cells : collection of RunKey, optional
         Selected runs, as (tracker, sequence, repetition, protocol); all by default.
 
     Returns
     -------
     DataFrame
-        One row per run: `experiment`, the fields of `bench.store.index.list_runs` (texts as
+        One row per run: `experiment`, the fields of `bench.store.run_rows.list_runs` (texts as
         categories), and one float column per score, in the order of the requests. Requested runs
         that are not stored come last and have the status `missing`. Runs of another version of the
         tracker or sequence than the requested one have the status `stale`.
@@ -42,14 +42,14 @@ def load_results(folder: str | Path, cells: Collection[Cell] | None = None) -> "
     for path in experiment_folders(Path(folder)):
         rows += [
             {"experiment": path.name, **row}
-            for row in _with_asked(Results(path))
-            if chosen is None or cell_of(row) in chosen
+            for row in _with_manifest(Results(path))
+            if chosen is None or run_key(row) in chosen
         ]
-    return as_frame(rows)
+    return to_data_frame(rows)
 
 
-def as_frame(rows: Iterable[Mapping[str, Any]]) -> "pd.DataFrame":
-    """Return rows of `read_index`, possibly with further texts, as a data frame."""
+def to_data_frame(rows: Iterable[Mapping[str, Any]]) -> "pd.DataFrame":
+    """Return rows of `list_scored_runs`, possibly with further texts, as a data frame."""
     import pandas as pd
 
     rows = list(rows)
@@ -74,7 +74,7 @@ def as_frame(rows: Iterable[Mapping[str, Any]]) -> "pd.DataFrame":
 _FIELDS = {*TEXTS, *NUMBERS, "scores"}
 
 
-def as_revised(runs: "pd.DataFrame") -> "pd.DataFrame | None":
+def with_revised_scores(runs: "pd.DataFrame") -> "pd.DataFrame | None":
     """Return the runs with the scores of their revised boxes; None if no run has revised boxes.
 
     `runs`: of `load_results`. Runs without revised boxes keep the scores of their online boxes.
@@ -94,24 +94,27 @@ def ordered_rows(results: Results, **only: str) -> list[dict[str, Any]]:
     """
     return [
         row
-        for row in _with_asked(results)
+        for row in _with_manifest(results)
         if row["status"] != "missing" and all(row[name] == text for name, text in only.items())
     ]
 
 
-def _with_asked(results: Results) -> list[dict[str, Any]]:
+def _with_manifest(results: Results) -> list[dict[str, Any]]:
     """Return stored rows in the order of the requests, then other stored, then missing ones."""
-    return with_asked(read_index(results), results.asked())
+    return with_manifest(list_scored_runs(results), results.manifest())
 
 
-def with_asked(rows: Iterable[dict[str, Any]], asked: Asked) -> list[dict[str, Any]]:
+def with_manifest(rows: Iterable[dict[str, Any]], manifest: Manifest) -> list[dict[str, Any]]:
     """Return rows in the order of `load_results`, with the missing runs and stale ones marked."""
-    stored = {cell_of(row): row for row in rows}
+    stored = {run_key(row): row for row in rows}
     found = []
-    for cell, version in asked.cells.items():
+    for cell, version in manifest.versions.items():
         if row := stored.get(cell):
             found.append(row if row["version"] == version else {**row, "status": "stale"})
-    found += [row for cell, row in stored.items() if cell not in asked.cells]
-    missing = [cell for cell in asked.cells if cell not in stored]
+    found += [row for cell, row in stored.items() if cell not in manifest.versions]
+    missing = [cell for cell in manifest.versions if cell not in stored]
     ended = {"status": "missing", "failure": ""}
-    return [*found, *({**dict(zip(CELL, cell, strict=True)), **ended} for cell in missing)]
+    return [
+        *found,
+        *({**dict(zip(RUN_KEY_COLUMNS, cell, strict=True)), **ended} for cell in missing),
+    ]

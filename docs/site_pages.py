@@ -1,0 +1,67 @@
+"""Hook of MkDocs: adds the pages outside `docs/` and the Python API to the documentation site."""
+
+import posixpath
+import re
+from pathlib import Path
+from typing import Any
+
+from mkdocs.structure.files import File, Files
+
+from trackmark import bench, datasets, trackers
+
+ROOT = Path(__file__).parents[1]
+ROOT_PAGES = {
+    "README.md": "index.md",
+    "ARCHITECTURE.md": "architecture.md",
+    "CONTRIBUTING.md": "contributing.md",
+    "CHANGELOG.md": "changelog.md",
+}
+"""Pages outside `docs/`, with their names on the site."""
+
+API = {
+    "trackmark": (bench, "Run trackers, score them and read results."),
+    "trackmark.trackers": (trackers, "Create trackers and write your own."),
+    "trackmark.datasets": (datasets, "Load sequences."),
+}
+
+
+def on_files(files: Files, config: Any) -> Files:
+    """Add the pages that are not in `docs/`."""
+    for source, name in ROOT_PAGES.items():
+        files.append(File.generated(config, name, content=(ROOT / source).read_text("utf-8")))
+    files.append(File.generated(config, "api.md", content=_api_page()))
+    return files
+
+
+def on_page_markdown(markdown: str, page: Any, **_: Any) -> str:
+    """Point the links between pages to their names on the site."""
+    name = page.file.src_uri
+    source = {site: root for root, site in ROOT_PAGES.items()}.get(name, f"docs/{name}")
+    folder = posixpath.dirname(source)
+
+    def replace(match: re.Match[str]) -> str:
+        text, target, anchor = match["text"], match["target"], match["anchor"] or ""
+        if target.startswith("http"):
+            return match.group()
+        path = posixpath.normpath(posixpath.join(folder, target))
+        new = ROOT_PAGES.get(path, path.removeprefix("docs/"))
+        if new == path:  # a file of the repository that the site does not have
+            return text.removeprefix("[").removesuffix("]")
+        return f"{text}({posixpath.relpath(new, posixpath.dirname(name) or '.')}{anchor})"
+
+    return re.sub(
+        r"(?P<text>\[[^\]\n]*\])\((?P<target>[^)#\s]+)(?P<anchor>#[^)]*)?\)", replace, markdown
+    )
+
+
+def _api_page() -> str:
+    """Return a page with a directive of mkdocstrings for every public name."""
+    lines = [
+        "# Python API",
+        "",
+        "Every public name of `import trackmark`. [trackmark from Python](python.md) has examples.",
+    ]
+    for module_name, (module, purpose) in API.items():
+        lines += ["", f"## {module_name}", "", purpose]
+        lines += [f"\n::: {module.__name__}.{name}" for name in module.__all__]
+    return "\n".join([*lines, ""])
