@@ -1,4 +1,4 @@
-# Everything a user or a developer types. Each goal does the set-up that it needs.
+# Commands for users and developers. Each goal installs what it needs.
 PYTHON ?= python3
 VENV   := .venv
 BIN    := $(VENV)/bin
@@ -7,15 +7,14 @@ READY  := $(VENV)/.ready
 FULL   := $(VENV)/.ready-full
 DOCS   := $(VENV)/.ready-docs
 SITE   := out/site
-# Twice quiet: errors are shown, warnings (about the index's folders, say) are not.
+# Quiet twice: show errors, but no warnings, for example about missing folders of the package index.
 INSTALL = PIP_CONSTRAINT=constraints.txt $(BIN)/python -m pip install --quiet --quiet \
           --disable-pip-version-check --editable
-# Hundreds of processes are started: what Python compiles for one is kept for the others, whatever the
-# surroundings say.
+# Tests start hundreds of processes: keep compiled bytecode for them, even if the environment forbids it.
 test test-full test-weekly test-newest: export PYTHONDONTWRITEBYTECODE =
-# A process a core; the tests of a file in one of them, which compiles and loads what they share.
-# In the order of the folders: files with few and long tests are not left for the end.
-SIDE_BY_SIDE = -n auto --dist loadfile --no-loadscope-reorder
+# One process per core. Tests of a file run in one process, which compiles and loads shared code once.
+# Files run in the order of the folders, so that files with few long tests do not come last.
+PARALLEL = -n auto --dist loadfile --no-loadscope-reorder
 
 .PHONY: setup demo test test-full test-weekly test-newest lint check seal bench docs clean
 
@@ -43,15 +42,15 @@ demo: $(READY)
 	@$(BIN)/trackmark demo
 
 test: $(READY)
-	$(BIN)/python -m pytest $(SIDE_BY_SIDE)
+	$(BIN)/python -m pytest $(PARALLEL)
 
 test-full: $(FULL)
 	@command -v chromium chromium-browser google-chrome >/dev/null || \
 	  echo "NO BROWSER: tests that drive pages are skipped. Install Debian's chromium." >&2
-	$(BIN)/python -m pytest $(SIDE_BY_SIDE) -m "not weekly"
+	$(BIN)/python -m pytest $(PARALLEL) -m "not weekly"
 
 test-weekly: $(FULL)
-	$(BIN)/python -m pytest $(SIDE_BY_SIDE) -m weekly
+	$(BIN)/python -m pytest $(PARALLEL) -m weekly
 
 # The everyday tests, or TESTS="tests/datasets ...", with the newest packages instead of those of
 # constraints.txt. The newest packages can need a newer Python: NEWEST_PYTHON selects another.
@@ -66,7 +65,7 @@ test-newest:
 	  --disable-pip-version-check --editable '.[dev]'
 	@$(NEWEST)/bin/python -m pip freeze --exclude-editable --disable-pip-version-check | \
 	  diff constraints.txt - | grep '^>' || echo "No package is newer than in constraints.txt."
-	$(NEWEST)/bin/python -m pytest $(SIDE_BY_SIDE) $(TESTS)
+	$(NEWEST)/bin/python -m pytest $(PARALLEL) $(TESTS)
 
 lint: $(READY)
 	$(BIN)/ruff format --check .
@@ -78,7 +77,7 @@ lint: $(READY)
 check: $(READY)
 	@$(BIN)/trackmark check tests/baseline.toml --seeds 6 --sequences 'plain/*' --output "$$(mktemp -d)"
 
-# What a changed scene or tracker gives, against what it gave; NEW=name for what is meant to differ.
+# Compare the output of changed scenes and trackers with the stored digests. NEW=name accepts a change.
 seal: $(READY)
 	$(BIN)/python -m trackmark.bench.evaluation.version_check $(addprefix --new ,$(NEW))
 

@@ -136,10 +136,10 @@ def summary_table(
     Parameters
     ----------
     runs : DataFrame
-        One row per run with `tracker`, `sequence`, `repetition`, `status` (`finished`, `failed`,
-        `missing` or `stale`; the last two make a mean missing), `failure`, one column per measure,
-        and optionally `unit`, the unit of the average (by default the sequence). Failed runs count
-        if they have a score.
+        One row per run with `tracker`, `sequence`, `repetition`, `status`, `failure` and one column
+        per measure. Optional is `unit`, the unit of the average; by default the sequence. A
+        `status` of `missing` or `stale` makes a mean missing. Failed runs count if they have a
+        score.
     measures : sequence of ScoreMeasure
         Score columns.
     title, preset : str

@@ -1,4 +1,4 @@
-"""A headless Chromium that tests drive over its debugging pipe: no driver, no network."""
+"""Headless Chromium that tests control over its debugging pipe, without a driver or network."""
 
 import json
 import os
@@ -12,9 +12,9 @@ import pytest
 
 CHROMIUM = next(
     (
-        found
+        program
         for name in ("chromium", "chromium-browser", "google-chrome")
-        if (found := shutil.which(name))
+        if (program := shutil.which(name))
     ),
     None,
 )
@@ -23,7 +23,7 @@ needs_browser = pytest.mark.skipif(
     CHROMIUM is None, reason="no Chromium on PATH: install Debian's `chromium` to drive pages"
 )
 
-PATIENCE = 120  # seconds: however busy it is here
+PATIENCE = 120  # seconds, also on a busy machine
 
 KEYS = {
     "ArrowLeft": 37, "ArrowRight": 39, "Home": 36, "End": 35, "Escape": 27, "Enter": 13,
@@ -32,7 +32,7 @@ KEYS = {
 
 
 class Browser:
-    """One page of it; what it says on its console is kept as `console`."""
+    """One page of the browser; `console` holds its console messages and network requests."""
 
     def __init__(self, profile):
         read, self._in = os.pipe()
@@ -72,49 +72,49 @@ class Browser:
             os.close(self._out)
 
     def call(self, method, **parameters):
-        """Have the browser do something, and give its answer."""
+        """Call a method of the debugging protocol and return its result."""
         self._number += 1
-        asked = {"id": self._number, "method": method, "params": parameters}
+        request = {"id": self._number, "method": method, "params": parameters}
         if self._session:
-            asked["sessionId"] = self._session
-        os.write(self._in, json.dumps(asked).encode() + b"\0")
+            request["sessionId"] = self._session
+        os.write(self._in, json.dumps(request).encode() + b"\0")
         while True:
-            told = self._read(PATIENCE)
-            assert told is not None, f"the browser does not answer {method}"
-            if told.get("id") == self._number:
-                assert "error" not in told, told["error"]
-                return told["result"]
+            message = self._read(PATIENCE)
+            assert message is not None, f"the browser does not answer {method}"
+            if message.get("id") == self._number:
+                assert "error" not in message, message["error"]
+                return message["result"]
 
     def _read(self, patience):
-        """The next message, an event kept on the way; None where none comes in so many seconds."""
+        """Return the next message, or None after `patience` seconds; note events in `console`."""
         while b"\0" not in self._left:
             if not select.select([self._out], [], [], patience)[0]:
                 return None
             piece = os.read(self._out, 1 << 20)
             assert piece, "the browser went away"
             self._left += piece
-        message, _, self._left = self._left.partition(b"\0")
-        told = json.loads(message)
-        if (method := told.get("method")) is not None:
+        encoded, _, self._left = self._left.partition(b"\0")
+        message = json.loads(encoded)
+        if (method := message.get("method")) is not None:
             if method in ("Runtime.exceptionThrown", "Log.entryAdded") or (
-                method == "Runtime.consoleAPICalled" and told["params"]["type"] != "debug"
+                method == "Runtime.consoleAPICalled" and message["params"]["type"] != "debug"
             ):
-                self.console.append(json.dumps(told["params"]))
+                self.console.append(json.dumps(message["params"]))
             if method == "Network.requestWillBeSent":
-                url = told["params"]["request"]["url"]
+                url = message["params"]["request"]["url"]
                 if not url.startswith(("data:", "blob:", "file:", "about:")):
                     self.console.append(f"asked the network for {url}")
-        return told
+        return message
 
     def open(self, url):
-        """Open a page, also one that differs in its hash alone, and wait until it is loaded."""
+        """Open a page and wait until it is loaded, also if only the hash of the address differs."""
         self.call("Page.navigate", url="about:blank")
         self.wait("location.href === 'about:blank'")
         self.call("Page.navigate", url=url)
         self.wait("location.href !== 'about:blank' && document.readyState === 'complete'")
 
     def size(self, width, height, *, dark=False, mobile=False, still=False):
-        """What is seen of a page, and how it likes to be shown."""
+        """Set the size of the view and the preferences of the reader."""
         self.call(
             "Emulation.setDeviceMetricsOverride",
             width=width, height=height, deviceScaleFactor=1, mobile=mobile,
@@ -124,16 +124,16 @@ class Browser:
         self.call("Emulation.setEmulatedMedia", features=features)
 
     def run(self, script):
-        """Value of an expression on the page; promises are awaited."""
-        told = self.call(
+        """Return the value of an expression on the page; promises are awaited."""
+        answer = self.call(
             "Runtime.evaluate", expression=script, awaitPromise=True, returnByValue=True,
             userGesture=True,
         )  # fmt: skip
-        assert "exceptionDetails" not in told, told["exceptionDetails"]
-        return told["result"].get("value")
+        assert "exceptionDetails" not in answer, answer["exceptionDetails"]
+        return answer["result"].get("value")
 
     def wait(self, script):
-        """Wait until an expression is true, and give its value."""
+        """Wait until an expression is true and return its value."""
         until = time.monotonic() + PATIENCE
         while not (value := self.run(script)):
             assert time.monotonic() < until, f"never true: {script}"
@@ -141,36 +141,36 @@ class Browser:
         return value
 
     def point(self, selector):
-        """Move the mouse to the middle of an element, and give the place."""
-        found = f"document.querySelector({json.dumps(selector)})"
-        self.run(f"{found}.scrollIntoView({{block: 'center', behavior: 'instant'}})")
+        """Move the mouse to the middle of an element and return the position."""
+        element = f"document.querySelector({json.dumps(selector)})"
+        self.run(f"{element}.scrollIntoView({{block: 'center', behavior: 'instant'}})")
         self.run("new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))")
         place = self.run(
             f"(({{x, y, width, height}}) => ({{x: x + width / 2, y: y + height / 2}}))"
-            f"({found}.getBoundingClientRect())"
+            f"({element}.getBoundingClientRect())"
         )
         self.call("Input.dispatchMouseEvent", type="mouseMoved", **place)
         return place
 
     def click(self, selector):
-        """Click into the middle of an element, as a mouse does."""
+        """Click the middle of an element with the mouse."""
         place = self.point(selector)
         for kind in ("mousePressed", "mouseReleased"):
             self.call("Input.dispatchMouseEvent", type=kind, button="left", clickCount=1, **place)
 
     def key(self, key, *, shift=False, held=False):
-        """Press a key, and let it go unless it is to be `held`."""
+        """Press a key, and release it unless `held`."""
         text = {"text": "\r" if key == "Enter" else key} if len(key) == 1 or key == "Enter" else {}
         code = {"windowsVirtualKeyCode": KEYS.get(key, ord(key[0].upper()))}
-        told = {"key": key, "modifiers": 8 if shift else 0, **code}
-        self.call("Input.dispatchKeyEvent", type="keyDown", **told, **text)
+        event = {"key": key, "modifiers": 8 if shift else 0, **code}
+        self.call("Input.dispatchKeyEvent", type="keyDown", **event, **text)
         if not held:
             self.release(key)
 
     def release(self, key):
-        """Let a key go."""
+        """Release a key."""
         self.call("Input.dispatchKeyEvent", type="keyUp", key=key)
 
     def shoot(self, path):
-        """Keep a picture of what is seen."""
+        """Write a picture of the view."""
         path.write_bytes(b64decode(self.call("Page.captureScreenshot")["data"]))

@@ -1,4 +1,4 @@
-"""What holds for all tests."""
+"""Settings and fixtures of all tests."""
 
 import os
 
@@ -7,13 +7,13 @@ from hypothesis import settings
 
 from trackmark.bench.numba_compilation import attend
 
-# A kernel's first call compiles it, and the machine may be busy: time decides nothing here.
+# No deadline: the first call of a kernel compiles it, and the machine can be busy.
 settings.register_profile("everyday", deadline=None, max_examples=50)
 settings.register_profile("nightly", deadline=None, max_examples=200)
 
-os.environ["COLUMNS"] = "100"  # however wide the terminal is that they run in
+os.environ["COLUMNS"] = "100"  # independent of the terminal
 
-attend()  # tests run side by side
+attend()  # tests run in parallel
 
 EVIDENCE = pytest.StashKey()
 
@@ -25,11 +25,11 @@ def pytest_configure(config):
 
 @pytest.fixture
 def evidence(request):
-    """Note a line that stands at the end of the tests' report."""
+    """Return a function that adds a line to the end of the test report."""
     return request.config.stash.setdefault(EVIDENCE, []).append
 
 
 def pytest_terminal_summary(terminalreporter, config):
-    """Say what was counted."""
+    """Print the lines of `evidence`."""
     for line in config.stash.get(EVIDENCE, []):
         terminalreporter.write_line(line)

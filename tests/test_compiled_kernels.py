@@ -1,8 +1,7 @@
-"""Compiled kernels that call one another stand in one file.
+"""Compiled kernels that call one another are in one file.
 
-Numba's cache on disk notices a change of a kernel's own file only: a kernel that calls one of
-another file would go on running the old code, while the version of its tracker says that it is
-new.
+Numba's cache on disk notices changes only in a kernel's own file. A kernel that calls one of
+another file would run old code, although the version of its tracker is new.
 """
 
 import importlib
@@ -15,19 +14,21 @@ from numba.core.dispatcher import Dispatcher
 from trackmark import datasets, trackers
 
 
-def modules(package: ModuleType) -> list[str]:
-    found = pkgutil.walk_packages(package.__path__, f"{package.__name__}.")
+def module_names(package: ModuleType) -> list[str]:
+    modules = pkgutil.walk_packages(package.__path__, f"{package.__name__}.")
     return [
-        module.name for module in found if not module.name.startswith("trackmark.trackers.opencv_")
+        module.name
+        for module in modules
+        if not module.name.startswith("trackmark.trackers.opencv_")
     ]
 
 
-@pytest.mark.parametrize("name", modules(trackers) + modules(datasets))
-def test_a_kernel_calls_only_kernels_of_its_own_file(name):
+@pytest.mark.parametrize("name", module_names(trackers) + module_names(datasets))
+def test_kernel_calls_only_kernels_of_its_file(name):
     module = importlib.import_module(name)
     kernels = [value for value in vars(module).values() if isinstance(value, Dispatcher)]
-    own = [kernel for kernel in kernels if kernel.py_func.__module__ == name]
-    for kernel in own:
+    defined_here = [kernel for kernel in kernels if kernel.py_func.__module__ == name]
+    for kernel in defined_here:
         called = (vars(module).get(used) for used in kernel.py_func.__code__.co_names)
         foreign = [
             used.py_func.__name__

@@ -1,4 +1,4 @@
-"""The wheel: its files, and its installation beside packages with similar names."""
+"""The wheel: its files, and its installation next to packages with similar names."""
 
 import subprocess
 import sys
@@ -23,15 +23,15 @@ print(our_trackers.resolve("static").file, ours.load("samples/face").fingerprint
 """
 
 
-def test_the_wheel_holds_all_that_pages_are_made_of():
-    held = {file.path for file in WheelBuilder(str(ROOT)).recurse_included_files()}
+def test_wheel_has_all_page_files():
+    included = {file.path for file in WheelBuilder(str(ROOT)).recurse_included_files()}
     parts = [path for path in (ROOT / "reports" / "page").iterdir() if path.is_file()]
     assert {".html", ".css", ".js", ".py"} == {path.suffix for path in parts}
-    assert {str(path) for path in parts} <= held
+    assert {str(path) for path in parts} <= included
 
 
 def write_foreign_wheel(folder, name):
-    """Write a wheel of another project with a top-level package of this name."""
+    """Write a wheel of another project that has a top-level package of this name."""
     info = f"{name}-5.2.dist-info"
     file = folder / f"{name}-5.2-py3-none-any.whl"
     with ZipFile(file, "w") as wheel:
@@ -43,7 +43,7 @@ def write_foreign_wheel(folder, name):
 
 
 @pytest.mark.slow
-def test_wheel_works_beside_foreign_packages(tmp_path):
+def test_wheel_works_next_to_foreign_packages(tmp_path):
     build = [sys.executable, "-m", "pip", "wheel", "--quiet", "--no-deps", "--wheel-dir", tmp_path]
     subprocess.run([*build, ROOT], check=True)
     (wheel,) = tmp_path.glob("*.whl")

@@ -34,8 +34,8 @@ def plan_experiment(
             experiment,
             options.output,
             retry_failed=retry_failed,
-            known={} if opened_sequences is None else opened_sequences,
-            opened=opened,
+            known_sequences={} if opened_sequences is None else opened_sequences,
+            on_opened=opened,
             **options.engine_settings,
         )
 

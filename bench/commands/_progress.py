@@ -24,9 +24,9 @@ def print_message(text: str) -> None:
 def patience(
     work: str, print_line: Callable[[str], None] = print_message
 ) -> Iterator[Callable[[int, int], None]]:
-    """Print what is being done, and how far it is, if it takes longer than `PATIENCE`.
+    """Print a line with the work and its progress if it takes longer than `PATIENCE`.
 
-    In a terminal the line is repeated at growing intervals.
+    In a terminal, the line is repeated at growing intervals.
     """
     progress = ""
     done = threading.Event()
@@ -73,7 +73,7 @@ def progress_bar(total: int | None, unit: str) -> Iterator[Progress]:
             bar.delay = 0.0  # so that tqdm also closes a bar without progress
             bar.refresh()
 
-        # A line would break the bar, which shows by itself that nothing happens.
+        # A printed line would break the bar, and the bar itself shows a lack of progress.
         print_line = print_message if bar.disable else appear
         work = f"Waiting for the first {unit}" if total else f"Looking for {unit}s"
         waiting.enter_context(patience(work, print_line))

@@ -1,4 +1,4 @@
-"""Output of the command: cleaned for terminals; its errors do not end the work."""
+"""Output of the command: escapes control characters; write errors do not end the work."""
 
 import os
 import signal

@@ -81,7 +81,7 @@ def command(options: AnnotateOptions) -> None:
     marked = _marked(options.boxes, options.keys)
     with patience(f"Opening {video}"):
         loaded = datasets.load(video)
-    # An existing truth file must not hide the images that follow its last row.
+    # An existing ground-truth file would hide the images after its last row.
     sequence = datasets.Sequence(loaded.name, loaded.frames, fingerprint="")
     default = video / "truth.csv" if video.is_dir() else video.with_suffix(".csv")
     target = options.output or default
@@ -99,7 +99,9 @@ def command(options: AnnotateOptions) -> None:
         *([options.note] if options.note else []),
     ]
     strip = target.with_name(f"{target.stem}-check.png")
-    if target.resolve().parent == video.resolve():  # among the images it would be one of them
+    if (
+        target.resolve().parent == video.resolve()
+    ):  # a picture among the images would become a frame
         strip = video.resolve().with_name(f"{video.resolve().name}-check.png")
     picture = _check_strip(sequence, truth, f"{strip.stem}: check that every box fits")
     write_file(target, lambda file: truth_file.write(file, truth, comments))
@@ -118,7 +120,7 @@ def _marked(texts: tuple[str, ...], keys: Path | None) -> "Boxes":
 
     marked = dict(_parse_box(text) for text in texts)
     rows = [] if keys is None else truth_file.read(keys).boxes.tolist()
-    # The file has no row for a frame of NaN.
+    # Frames without a row in the file have NaN boxes.
     return {frame: box for frame, box in enumerate(rows) if box[0] == box[0]} | marked
 
 
@@ -131,7 +133,10 @@ def _parse_box(text: str) -> tuple[int, list[float]]:
             return int(frame), box
     except ValueError:
         pass
-    raise click.BadParameter(f"{text!r} is not FRAME:X,Y,WIDTH,HEIGHT.", param_hint="--box")
+    raise click.BadParameter(
+        f"{text!r} is not FRAME:X,Y,WIDTH,HEIGHT. Use, for example, 0:310,120,64,80.",
+        param_hint="--box",
+    )
 
 
 def _frame_range(text: str) -> tuple[int, int]:
@@ -148,9 +153,9 @@ def _check_target(target: Path, *, force: bool) -> None:
 
     check_name(target.absolute())
     if target.suffix != ".csv":
-        raise ExperimentError(f"{target}: the name of a ground-truth file ends in .csv.")
+        raise ExperimentError(f"{target}: not a .csv file. Give a name that ends in .csv.")
     if target.exists() and not force:
-        raise ExperimentError(f"{target} exists; --force replaces it.")
+        raise ExperimentError(f"{target}: the file exists. Replace it with --force.")
 
 
 def _truth(sequence: "Sequence", marked: "Boxes", absent: list[tuple[int, int]]) -> "GroundTruth":
@@ -159,7 +164,7 @@ def _truth(sequence: "Sequence", marked: "Boxes", absent: list[tuple[int, int]])
 
     n = len(sequence)
     if len(marked) == 1 and n > 1:
-        raise ExperimentError("one key frame is not enough: mark the target in two frames or more.")
+        raise ExperimentError("1 key frame is given. Mark the target in two frames or more.")
     height, width = sequence[0].shape[:2]
     return interpolate(marked, n, absent, (width, height))
 

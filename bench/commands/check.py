@@ -151,24 +151,25 @@ def command(options: CheckOptions) -> int:
 
 
 def _check_usage(stored: "Baseline", options: CheckOptions) -> None:
-    """Raise `UsageError` for options that do not go together or do not fit the baseline."""
+    """Raise `UsageError` for options that contradict each other or the baseline."""
     accept, seeds = options.accept, options.seeds
     if (accept is None) != (not (options.because or "").strip()):
-        raise click.UsageError("--accept TRACKER goes with --because TEXT.")
+        raise click.UsageError("--accept TRACKER requires --because TEXT, and vice versa.")
     if accept is not None and accept not in stored.entries:
         raise click.UsageError(
             f"--accept: the baseline has no {accept!r}; it has {', '.join(stored.entries)}."
         )
     if accept is not None and (options.timed or seeds is not None):
-        raise click.UsageError("--accept does not go with --time or --seeds.")
+        raise click.UsageError("--accept cannot be combined with --time or --seeds.")
     if options.timed != (options.against is not None):
         raise click.UsageError(
-            "--time goes with --against REVISION: speeds are compared with those of a git revision."
+            "--time requires --against REVISION, and vice versa: speeds are compared with those "
+            "of a git revision."
         )
     if seeds is not None and seeds > stored.seeds:
         raise click.UsageError(
-            f"--seeds: the baseline has {stored.seeds} seeds ({seeds}). Give at most so many, or "
-            "make the baseline again with more."
+            f"--seeds: {seeds} is more than the {stored.seeds} seeds of the baseline. Give fewer, "
+            "or recreate the baseline with more."
         )
 
 
@@ -186,7 +187,8 @@ def _part(baseline: "Baseline", options: CheckOptions) -> "Baseline":
     entries = {tracker: row for tracker, row in entries.items() if row}
     if not entries:
         raise click.UsageError(
-            f"nothing in the baseline fits {options.trackers!r} and {options.sequences!r}."
+            f"no entry of the baseline matches --trackers {options.trackers!r} and --sequences "
+            f"{options.sequences!r}."
         )
     return replace(baseline, entries=entries)
 

@@ -55,7 +55,7 @@ def command(options: DemoOptions) -> int:
     )
     results = options.output / "results" / experiment.name
     engine_options = EngineOptions(output=results.parent, jobs=options.jobs)
-    # Times first, so that the table of scores has them.
+    # Timing runs come first: the table of scores includes their times.
     timed = replace(experiment, timing=True, repetitions=1)
     for runs, metrics in ((timed, []), (experiment, ["native"])):
         if status := execute(plan_experiment(runs, engine_options), metrics):

@@ -48,7 +48,7 @@ def command(options: DescribeOptions) -> None:
     """
     name, truth = options.name, options.truth
     if not name.strip():
-        raise click.UsageError("NAME is empty: give what to describe (`trackmark list`).")
+        raise click.UsageError("NAME is empty. Give a name of `trackmark list` or a path.")
     description = _tracker(name) or (_named(name) if truth is None else None)
     data, lines = description or _sequence(name, truth, measure=options.measure)
     as_json = json.dumps(data, indent=1, default=str) if options.as_json else ""
@@ -86,9 +86,9 @@ def _tracker(name: str) -> Description | None:
 
 
 def _unusable(name: str, error: Exception) -> dict[str, Any]:
-    """Return what the file of a tracker says whose library is not installed.
+    """Return name and summary from the source file of a tracker whose library is not installed.
 
-    Raises `error` for a tracker that is not in the package.
+    Raises `error` for a tracker outside the package.
     """
     from trackmark import trackers
 
@@ -101,7 +101,7 @@ def _unusable(name: str, error: Exception) -> dict[str, Any]:
 
 
 def _named(name: str) -> Description | None:
-    """Describe what has a name other than a tracker or a sequence; None for other names."""
+    """Describe a preset, protocol, attribute or group of sequences; None for other names."""
     from trackmark.bench import metrics, protocols
 
     bare = name.partition(":")[0]

@@ -95,13 +95,13 @@ def command(options: ReportOptions) -> int:
     if results is None and not (options.results_of and sequences):
         raise click.UsageError("Give RESULTS, or --results-of and --sequences.")
     if results is not None and sequences is not None:
-        raise click.UsageError("--sequences goes without RESULTS, whose sequences are known.")
+        raise click.UsageError("--sequences cannot be combined with RESULTS.")
     if options.as_json and options.form is not None:
-        raise click.UsageError("--json and --format exclude each other.")
+        raise click.UsageError("--json and --format exclude each other. Give one.")
     if options.form in FIGURES and (options.folder is None or options.no_pictures):
-        raise click.UsageError(f"--format {options.form} sets the format of plots: give --folder.")
+        raise click.UsageError(f"--format {options.form} is a format of plots. Give --folder.")
     if options.frames and not options.has_page:
-        raise click.UsageError("--frames needs a page, which is not written: give --folder.")
+        raise click.UsageError("--frames requires a page, which is not written. Give --folder.")
     stored = [] if results is None else experiment_folders(results)
     with with_imported(stored, parse_imported(options.results_of), sequences) as experiments:
         for number, experiment in enumerate(experiments):
@@ -198,7 +198,7 @@ def _write_page(
 
 
 def _print_left_out(experiments: Sequence[Path]) -> int:
-    """Print a line on every tracker whose every run failed; return the exit status."""
+    """Print a line per tracker whose runs all failed; return the exit code."""
     from trackmark.bench.reporting.failed_runs import failed_runs
     from trackmark.bench.store.data_frames import load_results
 

@@ -78,7 +78,9 @@ def command(options: ShowOptions) -> int:
     if output.suffix not in (".png", ".mp4"):
         raise click.BadParameter(f"{output} is neither .png nor .mp4.", param_hint="--output")
     if results is None and options.trace != "online":
-        raise click.BadParameter("it selects boxes of --results: give both.", param_hint="--trace")
+        raise click.BadParameter(
+            "requires --results: it selects boxes of stored runs.", param_hint="--trace"
+        )
     with patience(f"Opening {sequence}"):
         opened = datasets.load(sequence, truth=options.truth)
     source = Path(sequence).resolve()
@@ -115,7 +117,7 @@ def _live(options: ShowOptions, trackers: list[str]) -> int:
     if output.suffix != ".html":
         raise click.BadParameter(f"{output} is not an .html file.", param_hint="--output")
     if not trackers:
-        raise click.BadParameter("it names no tracker.", param_hint="--live")
+        raise click.BadParameter("the list is empty. Name at least one.", param_hint="--live")
     source = SequenceSource(options.sequence, options.truth)
     with progress_bar(None, "frame") as progress:
         paths, failures = write_live_page(trackers, source, output, progress, options.repetition)
@@ -137,13 +139,13 @@ def _stored(
 
     boxes, outlines = boxes_on(results, sequence.name, repetition, trace)
     if not boxes:
-        raise ResultsError(f"{results}: there are no runs on {sequence.name}.")
+        raise ResultsError(f"{results}: no runs on {sequence.name} found. Run it first.")
     if len(boxes[TRUTH]) != len(sequence) or (
         sequence.present.any() and not np.array_equal(boxes[TRUTH], sequence.boxes, equal_nan=True)
     ):
         raise ResultsError(
-            f"{results}: the runs on {sequence.name} were made on another version of it. "
-            "Run them again on the current sequence."
+            f"{results}: the runs on {sequence.name} used another version of the sequence. "
+            "Repeat them on the current one."
         )
     return boxes, outlines
 

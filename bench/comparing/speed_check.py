@@ -15,7 +15,7 @@ import pandas as pd
 
 from trackmark import datasets, trackers
 from trackmark.bench.comparing.baseline import Baseline, BaselineError
-from trackmark.bench.evaluation.ground_truth import reference
+from trackmark.bench.evaluation.ground_truth import select_ground_truth
 from trackmark.bench.evaluation.interleaved_timing import Clip, Setup, TurnError, in_turns
 from trackmark.bench.experiments.experiment import SequenceSource
 from trackmark.bench.experiments.tracker_spec import BOXES, run_seed, split_text
@@ -143,7 +143,7 @@ def _clip(source: SequenceSource, init: str, label: str, stem: Path) -> Clip | N
         images=images,
         first=first - begin,
         frames=stop - first - 1,
-        box=reference(sequence, init, sequence.name).boxes[first].tolist(),
+        box=select_ground_truth(sequence, init, sequence.name).boxes[first].tolist(),
         mask="" if mask is None else f"{stem}-mask.npy",
         seed=run_seed(label, sequence.name, 0).spawn_key,
     )

@@ -34,7 +34,7 @@ from trackmark.bench.engine.process_state import (
 )
 from trackmark.bench.engine.stack_trace import select_line
 from trackmark.bench.engine.work_unit import Failure, Outcome, Probed, Request, Unit
-from trackmark.bench.evaluation.ground_truth import reference
+from trackmark.bench.evaluation.ground_truth import select_ground_truth
 from trackmark.bench.evaluation.loop import NULL_OBSERVER, Observer, run_protocol
 from trackmark.bench.evaluation.recorder import (
     COLUMNS,
@@ -173,7 +173,7 @@ def record_failure(unit: Unit, failure: Failure) -> Outcome:
     if len(failure.rows) == rows.nbytes:
         rows = np.frombuffer(failure.rows).reshape(rows.shape).copy()
     if not segments:
-        init_boxes = reference(sequence, tracker.init, sequence.name).boxes
+        init_boxes = select_ground_truth(sequence, tracker.init, sequence.name).boxes
         rows[sequence.first_frame, :4] = init_boxes[sequence.first_frame]
     known = 0 <= failure.frame < len(sequence)
     where = f"{sequence.frame_name(failure.frame)}: " if known else ""

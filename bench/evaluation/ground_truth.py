@@ -7,19 +7,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackmark.bench.experiments.tracker_spec import BOXES
-from trackmark.bench.metrics.native import GroundTruth
+from trackmark.bench.metrics.native import GroundTruthLike
 from trackmark.datasets import SequenceError
 from trackmark.datasets.spec_string import close_match
 
 
 @dataclass(frozen=True)
-class Reference:
+class RegionGroundTruth:
     """Ground truth with one of its regions in place of its boxes."""
 
     boxes: NDArray[np.float64]
     regions: Mapping[str, NDArray[np.float64]]
     visibility: NDArray[np.float64]
-    origin: GroundTruth
+    origin: GroundTruthLike
 
     @property
     def image_size(self) -> tuple[int, int] | None:
@@ -28,7 +28,9 @@ class Reference:
         return size
 
 
-def reference(truth: GroundTruth, region: str, name: str = "the sequence") -> GroundTruth:
+def select_ground_truth(
+    truth: GroundTruthLike, region: str, name: str = "the sequence"
+) -> GroundTruthLike:
     """Return the ground truth of a run that is initialised with a region.
 
     `truth`: a sequence, or its stored ground truth. `region`: `boxes`, or one of `truth.regions`.
@@ -39,11 +41,11 @@ def reference(truth: GroundTruth, region: str, name: str = "the sequence") -> Gr
     if region == BOXES:
         return truth
     if region not in truth.regions:
-        known = [BOXES, *sorted(truth.regions)]
-        hint = close_match(region, known)
+        valid_names = [BOXES, *sorted(truth.regions)]
+        hint = close_match(region, valid_names)
         raise SequenceError(
             f"{name} has no region {region!r} to initialise with (init={region}).{hint} "
-            f"Known: {', '.join(known)}."
+            f"Known: {', '.join(valid_names)}."
         )
     boxes = truth.regions[region]
     present = np.flatnonzero(np.isfinite(truth.boxes).all(axis=1))
@@ -52,4 +54,4 @@ def reference(truth: GroundTruth, region: str, name: str = "the sequence") -> Gr
             f"{name}: the region {region!r} is absent in frame {present[0]}, where the target "
             "appears; no tracker can be initialised with it."
         )
-    return Reference(boxes, truth.regions, truth.visibility, truth)
+    return RegionGroundTruth(boxes, truth.regions, truth.visibility, truth)

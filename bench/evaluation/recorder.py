@@ -20,7 +20,7 @@ from trackmark.bench.evaluation.estimates import (
     checked_estimate,
     checked_mask,
 )
-from trackmark.bench.evaluation.ground_truth import reference
+from trackmark.bench.evaluation.ground_truth import select_ground_truth
 from trackmark.bench.evaluation.run_record import RESERVED_COLUMNS, Run
 from trackmark.bench.experiments.tracker_spec import TrackerSpec, run_identity, run_seed
 from trackmark.bench.metrics.regions import Segmentation, contour_accuracy, region_similarity
@@ -127,7 +127,7 @@ class Recorder:
         self._segment, self._sequence = segment, view
         self._start, self._stop = self._stop, self._stop + len(view)
         self._rows = self._all_rows[self._start : self._stop]
-        truth = reference(view, self._chosen.init, view.name)
+        truth = select_ground_truth(view, self._chosen.init, view.name)
         self._truth_boxes = truth.boxes
         self._controller = self._protocol.controller(truth, view.first_frame, view.image_size)
         self._made: Tracker | None = None
@@ -376,6 +376,6 @@ def segment_frames(protocol: str, sequence: Sequence, init: str) -> tuple[NDArra
 
 
 def _segments(protocol: str, sequence: Sequence, init: str) -> tuple[Segment, ...]:
-    boxes = reference(sequence, init, sequence.name).boxes
+    boxes = select_ground_truth(sequence, init, sequence.name).boxes
     present = sequence.present & np.isfinite(boxes).all(axis=1)
     return tuple(stored_protocol(protocol).segments(present, sequence.values))

@@ -7,11 +7,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from trackmark import datasets
-from trackmark.bench.evaluation.ground_truth import reference
+from trackmark.bench.evaluation.ground_truth import select_ground_truth
 from trackmark.bench.evaluation.run_record import Run, Trace
 from trackmark.bench.metrics import canonical_name
 from trackmark.bench.metrics import preset as metrics_preset
-from trackmark.bench.metrics.native import GroundTruth
+from trackmark.bench.metrics.native import GroundTruthLike
 from trackmark.bench.metrics.preset import GroundTruthArrays, PresetResult, RunEstimates
 from trackmark.bench.metrics.regions import segmentation_scores
 from trackmark.bench.metrics.times import time_scores
@@ -23,7 +23,7 @@ REVISED = "revised_"
 
 
 def judge(
-    run: Run, sequence: str | GroundTruth, preset: str = "native", trace: Trace = "online"
+    run: Run, sequence: str | GroundTruthLike, preset: str = "native", trace: Trace = "online"
 ) -> PresetResult:
     """Return the scores and curves of a run by a preset.
 
@@ -39,7 +39,7 @@ def judge(
         raise ValueError(
             f"{run!r} was made on another sequence, or on another version of it; run it again."
         )
-    init = reference(scored, run.identity.init, run.identity.sequence)
+    init = select_ground_truth(scored, run.identity.init, run.identity.sequence)
     chosen = metrics_preset(preset)
     if not can_judge(preset, run.identity.protocol):
         names = [
@@ -103,7 +103,7 @@ def _check_segments(run: Run, boxes: NDArray[Any], init_boxes: NDArray[Any]) -> 
         )
 
 
-def _select_frames(truth: GroundTruth, frames: NDArray[Any]) -> GroundTruthArrays:
+def _select_frames(truth: GroundTruthLike, frames: NDArray[Any]) -> GroundTruthArrays:
     """Return the ground truth of a segment, in the order of its frames."""
     shapes = getattr(truth, "shapes", None)
     step = -1 if frames[-1] == 0 else 1  # to an end of the sequence
@@ -117,7 +117,7 @@ def _select_frames(truth: GroundTruth, frames: NDArray[Any]) -> GroundTruthArray
 
 
 def score(
-    run: Run, sequence: str | GroundTruth, preset: str = "native", trace: Trace = "online"
+    run: Run, sequence: str | GroundTruthLike, preset: str = "native", trace: Trace = "online"
 ) -> dict[str, float]:
     """Score a run by the ground truth that it was initialised with.
 
@@ -151,7 +151,7 @@ def score(
     return scores if run.times is None else {**scores, **time_scores(run.times)}
 
 
-def score_both(run: Run, sequence: str | GroundTruth) -> dict[str, float]:
+def score_both(run: Run, sequence: str | GroundTruthLike) -> dict[str, float]:
     """Return the scores of a run by the preset `native`, and those of its revised boxes, if any.
 
     The names of the latter start with `REVISED`. Parameters and errors are those of `score`.
@@ -164,7 +164,7 @@ def score_both(run: Run, sequence: str | GroundTruth) -> dict[str, float]:
 
 
 def score_boxes(
-    boxes: ArrayLike, sequence: str | GroundTruth, preset: str = "native"
+    boxes: ArrayLike, sequence: str | GroundTruthLike, preset: str = "native"
 ) -> dict[str, float]:
     """Score boxes of any origin.
 
@@ -191,5 +191,5 @@ def score_boxes(
     return dict(metrics_preset(preset).judge(_truth(sequence), RunEstimates(boxes)).scores)
 
 
-def _truth(sequence: str | GroundTruth) -> GroundTruth:
+def _truth(sequence: str | GroundTruthLike) -> GroundTruthLike:
     return datasets.load(sequence) if isinstance(sequence, str) else sequence

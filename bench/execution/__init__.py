@@ -1,1 +1,1 @@
-"""What is left of an experiment, how long that will take, and doing it."""
+"""Planning, time estimates and execution of experiments."""

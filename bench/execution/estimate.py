@@ -1,8 +1,8 @@
-"""How long the rest of a plan will take: from what was measured before, or from a probe.
+"""Estimate of the time that the remaining runs of a plan take.
 
-The best that is known counts: what the same tracker took on the same sequence; on others; what
-trackers of its name took; and for a tracker that never ran, its first frames on the shortest
-sequence, of which nothing is kept.
+The time of a run is estimated from earlier runs of the same tracker: on the same sequence, on other
+sequences, or with other parameters, in this order. A tracker without earlier runs is probed on the
+first frames of the shortest sequence; the probe is not stored.
 """
 
 import heapq
@@ -28,27 +28,27 @@ from trackmark.trackers import Randomness
 
 PROBED_FRAMES = 12
 _START_SECONDS = (2.0, 5.0)  # of a worker process, with its imports
-_PROBE_SECONDS = 10.0  # for a frame; who asks for an estimate does not wait for long
+_PROBE_SECONDS = 10.0  # time limit of a frame: an estimate must be quick
 _STORE_SECONDS = 0.01  # to score and write a run
 
 
 class Basis(IntEnum):
-    """What the time of a run is estimated from."""
+    """Source of the estimated time of a run."""
 
     NOTHING = 0
-    """Its tracker never ran, and failed when it was probed."""
+    """No source: the tracker never ran, and failed in the probe."""
 
     PROBE = 1
-    """Its tracker's first frames on the shortest sequence."""
+    """The tracker's first frames on the shortest sequence."""
 
     NAME = 2
-    """Runs of its tracker with other parameters."""
+    """Runs of the tracker with other parameters."""
 
     TRACKER = 3
-    """Runs of its tracker on other sequences."""
+    """Runs of the tracker on other sequences."""
 
     SEQUENCE = 4
-    """Runs of its tracker on its sequence."""
+    """Runs of the tracker on the same sequence."""
 
 
 _RANGES = {
@@ -58,21 +58,21 @@ _RANGES = {
     Basis.TRACKER: (0.6, 1.8),
     Basis.SEQUENCE: (0.7, 1.6),
 }
-"""By what factors the time of a unit turns out to differ, as far as was seen."""
+"""Observed ratios of the real to the estimated time of a unit, lowest and highest."""
 
 
 @dataclass(frozen=True)
 class Estimate:
-    """How long the rest will take."""
+    """Estimated time of the remaining runs."""
 
-    low: float  # in seconds, by the wall clock
+    low: float  # wall time [s]
     high: float
-    bases: dict[Basis, int]  # numbers of runs by what their time was estimated from
+    bases: dict[Basis, int]  # number of runs by source
 
 
 Measured = tuple[str, str, str, float, float, int]
-"""Name and text form of a tracker, a sequence, means of seconds per frame of the tracker and of
-decoding or rendering, and their number of runs."""
+"""Times of the runs of a tracker on a sequence: the tracker's name and label, the sequence, mean
+time per frame of the tracker and of decoding or rendering [s], and the number of runs."""
 
 _MEASURED = """
     SELECT json_extract(t.identity, '$.tracker_name'), r.tracker, r.sequence,
@@ -114,13 +114,13 @@ def estimate(units: Units, measured: Sequence[Measured], limits: Limits) -> Esti
         basis[:, unknown] = np.where(np.isfinite(took), Basis.PROBE, Basis.NOTHING)
         reading = np.where(np.isnan(reading), frame_seconds, reading)
     reading = np.where(np.isnan(reading), np.nanmean(reading), reading)
-    of = {sequence.source: number for number, sequence in enumerate(plan.sequences)}
-    numbers = {text: number for number, text in enumerate(plan.trackers)}
+    sequence_numbers = {sequence.source: number for number, sequence in enumerate(plan.sequences)}
+    tracker_numbers = {text: number for number, text in enumerate(plan.trackers)}
 
-    def of_unit(side: int, unit: Unit) -> float:
-        """Return the time to open twice, read frames, track and write."""
-        sequence = of[unit.source]
-        trackers = [numbers[entry.tracker] for entry in unit.entries]
+    def unit_seconds(side: int, unit: Unit) -> float:
+        """Return the time of a unit; `side`: 0 for the low end of the range, 1 for the high end."""
+        sequence = sequence_numbers[unit.source]
+        trackers = [tracker_numbers[entry.tracker] for entry in unit.entries]
         frame = reading[sequence] + float(seconds[sequence, trackers].sum())
         opening = 2 * plan.sequences[sequence].opening_seconds
         factors = [_RANGES[Basis(kind)][side] for kind in basis[sequence, trackers]]
@@ -128,21 +128,21 @@ def estimate(units: Units, measured: Sequence[Measured], limits: Limits) -> Esti
         return float(factor * (unit.frames * frame + opening + _STORE_SECONDS * len(trackers)))
 
     low, high = (
-        start + _makespan(units, partial(of_unit, side))
+        start + _makespan(units, partial(unit_seconds, side))
         for side, start in enumerate(_START_SECONDS)
     )
     bases = {kind: int(runs[basis == kind].sum()) for kind in Basis}
     return Estimate(low, high, {kind: count for kind, count in bases.items() if count})
 
 
-def words(found: Estimate) -> str:
-    """The range for people, at most two digits each."""
+def words(estimate: Estimate) -> str:
+    """Return the range as text, with at most two significant digits."""
     size, unit = next(
         (size, unit)
         for size, unit in ((86400, "days"), (3600, "hours"), (60, "minutes"), (1, "seconds"))
-        if found.high >= 2 * size or size == 1
+        if estimate.high >= 2 * size or size == 1
     )
-    low, high = (_two_digits(max(seconds, 1.0) / size) for seconds in (found.low, found.high))
+    low, high = (_two_digits(max(seconds, 1.0) / size) for seconds in (estimate.low, estimate.high))
     return f"{low:g} to {high:g} {unit}"
 
 
@@ -151,7 +151,7 @@ def _two_digits(number: float) -> float:
 
 
 def _makespan(units: Units, seconds: Callable[[Unit], float]) -> float:
-    """When the last worker ends, each of which takes the next unit when it is through."""
+    """Return the end of the last worker, if each takes the next unit when it is free [s]."""
     ends = [0.0] * units.workers
     for unit in units:
         heapq.heapreplace(ends, ends[0] + seconds(unit))
@@ -164,18 +164,20 @@ def _tracker_seconds(
     """Return seconds of a tracker per frame, and their basis, by sequence and tracker."""
     shape = len(plan.sequences), len(plan.trackers)
     seconds, basis = np.zeros(shape), np.zeros(shape, np.uint8)
-    by_name = _means(((name,), own, n) for name, _, _, own, _, n in measured)
-    by_tracker = _means(((label,), own, n) for _, label, _, own, _, n in measured)
-    by_both = _means(((label, on), own, n) for _, label, on, own, _, n in measured)
-    for i, sequence in enumerate(plan.sequences):
-        for j, chosen in enumerate(plan.trackers.values()):
-            known = (
-                (Basis.SEQUENCE, by_both.get((chosen.label, sequence.name))),
-                (Basis.TRACKER, by_tracker.get((chosen.label,))),
-                (Basis.NAME, by_name.get((chosen.name,))),
+    by_name = _means(((name,), seconds, n) for name, _, _, seconds, _, n in measured)
+    by_tracker = _means(((label,), seconds, n) for _, label, _, seconds, _, n in measured)
+    by_both = _means(
+        ((label, sequence), seconds, n) for _, label, sequence, seconds, _, n in measured
+    )
+    for i, planned in enumerate(plan.sequences):
+        for j, spec in enumerate(plan.trackers.values()):
+            candidates = (
+                (Basis.SEQUENCE, by_both.get((spec.label, planned.name))),
+                (Basis.TRACKER, by_tracker.get((spec.label,))),
+                (Basis.NAME, by_name.get((spec.name,))),
             )
-            found = ((level, mean) for level, mean in known if mean is not None)
-            basis[i, j], seconds[i, j] = next(found, (Basis.NOTHING, 0.0))
+            means = ((level, mean) for level, mean in candidates if mean is not None)
+            basis[i, j], seconds[i, j] = next(means, (Basis.NOTHING, 0.0))
     return seconds, basis
 
 
@@ -199,28 +201,28 @@ def _means(
 
 
 def _probed(plan: Plan, trackers: list[int], limits: Limits) -> tuple[NDArray[np.float64], float]:
-    """Seconds of trackers for a frame, NaN for those that failed; and those to read one."""
+    """Return the time per frame of each tracker, NaN if it failed, and of reading a frame [s]."""
     shortest = min(plan.sequences, key=lambda sequence: sequence.frames)
     texts = list(plan.trackers)
     groups: list[list[int]] = [[]]
     for number in trackers:
-        chosen = plan.trackers[texts[number]]
-        if owner_of(chosen) or chosen.randomness is Randomness.PROCESS:
+        spec = plan.trackers[texts[number]]
+        if owner_of(spec) or spec.randomness is Randomness.PROCESS:
             groups.append([number])
         else:
             groups[0].append(number)
     took: dict[int, float] = {}
     reading = 0.0
-    brief = replace(limits, frame_seconds=min(limits.frame_seconds, _PROBE_SECONDS))
+    probe_limits = replace(limits, frame_seconds=min(limits.frame_seconds, _PROBE_SECONDS))
     while groups:
         group = groups.pop(0)
         entries = tuple(Entry(texts[number], 0, "") for number in group)
         owner = owner_of(plan.trackers[texts[group[0]]]) if group else ""
         unit = Unit(shortest.source, entries, "accuracy", shortest.frames, owner)
-        found = probe(unit, PROBED_FRAMES, brief)
-        if found is not None:
-            took |= dict(zip(group, found.seconds, strict=True))
-            reading = found.frame_seconds if isfinite(found.frame_seconds) else reading
-        elif len(group) > 1:  # somebody among them harms the process
+        result = probe(unit, PROBED_FRAMES, probe_limits)
+        if result is not None:
+            took |= dict(zip(group, result.seconds, strict=True))
+            reading = result.frame_seconds if isfinite(result.frame_seconds) else reading
+        elif len(group) > 1:  # one of the trackers ended or hung the process
             groups += [[number] for number in group]
     return np.array([took.get(number, np.nan) for number in trackers]), reading

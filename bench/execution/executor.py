@@ -1,4 +1,4 @@
-"""Execution of an experiment: its plan, its missing runs, their index and log."""
+"""Execution of an experiment: runs what is missing, stores and scores it, writes the log."""
 
 import math
 import os
@@ -95,17 +95,19 @@ class Execution:
     engine: str = "local"
     address: str | None = None
     limits: Limits = field(default_factory=Limits)
-    known: KnownSequences = field(default_factory=dict)  # sequences that are open
-    opened: Callable[[int, int], None] = lambda *_: None  # called with numbers of opened ones, all
+    known_sequences: KnownSequences = field(default_factory=dict)  # already opened
+    on_opened: Callable[[int, int], None] = lambda *_: None  # gets numbers of opened sequences, all
     errors: list[str] = field(default_factory=list)  # of sequences that could not be read
 
     def __post_init__(self) -> None:
         self.folder = self.output / self.experiment.name
         self._results = Results(self.folder)
         jobs = self.jobs or os.cpu_count() or 1
-        self.plan: Plan = make_plan(self.experiment, self._results, self.known, self.opened, jobs)
-        self._own_seconds = 0.0
-        self._shown_frames = 0
+        self.plan: Plan = make_plan(
+            self.experiment, self._results, self.known_sequences, self.on_opened, jobs
+        )
+        self._harness_seconds = 0.0
+        self._frame_count = 0
         self._truths: set[tuple[SequenceSource, str]] = set()  # stored, with fingerprints
 
     @cached_property
@@ -128,10 +130,10 @@ class Execution:
     @property
     def overhead(self) -> float:
         """Time of the harness itself per frame and tracker [s]; NaN before the first run."""
-        return self._own_seconds / self._shown_frames if self._shown_frames else math.nan
+        return self._harness_seconds / self._frame_count if self._frame_count else math.nan
 
     def rows(self, progress: Callable[[int], None] | None = None) -> Iterator[dict[str, Any]]:
-        """Execute the missing runs; yield the index row of each finished run.
+        """Execute the missing runs; yield the row of each stored run.
 
         Raises `ResultsError` if results cannot be written.
         """
@@ -158,8 +160,8 @@ class Execution:
                     continue
                 log.write("unit", **_unit_entry(unit), **_outcome_entry(outcome, rows))
                 if math.isfinite(outcome.overhead):
-                    self._own_seconds += outcome.overhead * unit.work
-                    self._shown_frames += unit.work
+                    self._harness_seconds += outcome.overhead * unit.work
+                    self._frame_count += unit.work
                 scored += rows
                 yield from rows
             end = "finished"
@@ -168,7 +170,7 @@ class Execution:
             log.write("end", outcome=end, seconds=round(time.monotonic() - started_at, 3))
 
     def _store(self, unit: Unit, outcome: Outcome) -> list[dict[str, Any]]:
-        """Store and score the runs of a unit; return their rows of the index."""
+        """Store and score the runs of a unit; return their rows."""
         source = unit.source.absolute()
         if (unit.source, unit.truth) not in self._truths:
             sequence = datasets.load(source.text, truth=source.truth)

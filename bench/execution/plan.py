@@ -12,56 +12,56 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackmark import datasets
-from trackmark.bench.evaluation.ground_truth import reference
+from trackmark.bench.evaluation.ground_truth import select_ground_truth
 from trackmark.bench.evaluation.recorder import segment_frames
 from trackmark.bench.experiments.experiment import Experiment, ExperimentError, SequenceSource
 from trackmark.bench.experiments.tracker_files import resolve_trackers
 from trackmark.bench.experiments.tracker_spec import BOXES, TrackerSpec, run_identity
 from trackmark.bench.protocols import STORED_ONE_PASS
 from trackmark.bench.store.layout import RunKey, run_key
-from trackmark.bench.store.maintenance import RecordedData, different, recorded_data
+from trackmark.bench.store.maintenance import RecordedData, find_different_data, group_recorded_data
 from trackmark.bench.store.manifest import Manifest
 from trackmark.bench.store.results import MAX_RUNS, Results
 from trackmark.bench.store.run_rows import list_runs
 from trackmark.datasets import Sequence, SequenceError
 from trackmark.trackers import Randomness
 
-WORTH_WORKERS = 12
-"""Sequences from which on worker processes, which take seconds to start, open them sooner."""
+MIN_SEQUENCES_FOR_WORKERS = 12
+"""Minimum number of sequences that are opened by worker processes, which take seconds to start."""
 
 
 class State(IntEnum):
-    """What is known of a run that was asked for."""
+    """State of a requested run."""
 
     LEFT = 0
-    """Nothing is there."""
+    """No run is stored."""
 
     STALE = 1
-    """A run lies in its place that something else determined: it will be run again."""
+    """The stored run has another version: it will be executed again."""
 
     FAILED = 2
-    """It is there, and the tracker failed."""
+    """The run is stored, and its tracker failed."""
 
     DONE = 3
-    """It is there, finished."""
+    """The run is stored and finished."""
 
 
 @dataclass(frozen=True)
 class PlannedSequence:
-    """What must be known of a sequence once it has been opened and checked."""
+    """Properties of a sequence that was opened and checked."""
 
     source: SequenceSource
     name: str  # as `datasets.Sequence` has them
     fingerprint: str
-    frames: int  # of a run: of all its segments, where the protocol has some
-    images_beyond_truth: int  # images that nobody reads
-    starts: frozenset[str]  # truths that a run can start from; see `bench.evaluation.reference`
-    opening_seconds: float  # how long it took to open it
-    protocol: str = STORED_ONE_PASS  # by which `frames` are those of a run, in all its segments
+    frames: int  # of a run, in all its segments
+    images_beyond_truth: int  # images that no run reads
+    starts: frozenset[str]  # regions that can initialise a tracker; see `ground_truth`
+    opening_seconds: float
+    protocol: str = STORED_ONE_PASS  # that determines `frames`
 
 
 KnownSequences = dict[SequenceSource, PlannedSequence]
-"""Sequences that were opened before, and need not be again."""
+"""Opened sequences, which need not be opened again."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,41 +151,43 @@ class Plan:
 def make_plan(
     experiment: Experiment,
     results: Results,
-    known: KnownSequences | None = None,
-    opened: Callable[[int, int], None] = lambda *_: None,
+    known_sequences: KnownSequences | None = None,
+    on_opened: Callable[[int, int], None] = lambda *_: None,
     jobs: int = 1,
 ) -> Plan:
-    """Settle trackers and sequences, and look up which runs are there.
+    """Resolve trackers and sequences, and read the states of the runs.
 
-    `experiment`: what is asked for. `results`: where the runs lie, and go. `known`: sequences that
-    were opened for another plan; those of this one are added. `opened`: told how many sequences
-    have been opened, and of how many. `jobs`: processes that open them, where there are many.
+    `known_sequences`: sequences that were opened for another plan; those of this plan are added.
+    `on_opened`: called with the number of opened sequences and of all. `jobs`: number of processes
+    that open sequences, if there are many.
 
-    Raises `TrackerError`, `SequenceError`, `ExperimentError`, `ResultsError` for anything that can
-    be known to fail before the first run.
+    Raises `TrackerError`, `SequenceError`, `ExperimentError` or `ResultsError` for every error that
+    can be found before the first run.
     """
     trackers = _distinct_trackers(experiment)
     repetitions = [
         1
-        if entry.randomness is Randomness.NONE and not experiment.timing
+        if spec.randomness is Randomness.NONE and not experiment.timing
         else experiment.repeated.get(text, experiment.repetitions)
-        for text, entry in trackers.items()
+        for text, spec in trackers.items()
     ]
     sequences: list[PlannedSequence] = []
     versions: list[list[str]] = []
     protocol = experiment.filed_under
-    known = {} if known is None else known
-    _forget_others(known, experiment)
-    left = [source for source in dict.fromkeys(experiment.sequences) if source not in known]
-    if jobs > 1 and len(left) >= WORTH_WORKERS:
-        _open_by_workers(left, known, opened, jobs, _frames_by(experiment))
-    for found in _distinct_sequences(experiment, known, opened):
-        for entry in trackers.values():
-            if entry.init not in found.starts:  # then this says why
-                reference(_opened(found.source), entry.init, found.name)
-        sequences.append(found)
+    known_sequences = {} if known_sequences is None else known_sequences
+    _drop_other_protocols(known_sequences, experiment)
+    unopened = [
+        source for source in dict.fromkeys(experiment.sequences) if source not in known_sequences
+    ]
+    if jobs > 1 and len(unopened) >= MIN_SEQUENCES_FOR_WORKERS:
+        _open_by_workers(unopened, known_sequences, on_opened, jobs, _frame_protocol(experiment))
+    for sequence in _distinct_sequences(experiment, known_sequences, on_opened):
+        for spec in trackers.values():
+            if spec.init not in sequence.starts:  # raises an error with the reason
+                select_ground_truth(_open(sequence.source), spec.init, sequence.name)
+        sequences.append(sequence)
         versions.append(
-            [run_identity(one, found, 0, protocol).version for one in trackers.values()]
+            [run_identity(spec, sequence, 0, protocol).version for spec in trackers.values()]
         )
     number = len(sequences) * sum(repetitions)
     if number > MAX_RUNS:
@@ -201,54 +203,54 @@ def make_plan(
 
 
 def _distinct_trackers(experiment: Experiment) -> dict[str, TrackerSpec]:
-    """Trackers by text: what is the same but for its spelling runs once."""
-    found: dict[str, tuple[str, TrackerSpec]] = {}
-    for text, entry in resolve_trackers(experiment.trackers).items():
-        other = found.setdefault(entry.label, (text, entry))[1]
-        if (other.file, other.version) != (entry.file, entry.version):
+    """Return trackers by text; several texts of the same tracker count once."""
+    by_label: dict[str, tuple[str, TrackerSpec]] = {}
+    for text, spec in resolve_trackers(experiment.trackers).items():
+        other = by_label.setdefault(spec.label, (text, spec))[1]
+        if (other.file, other.version) != (spec.file, spec.version):
             raise ExperimentError(
-                f"two trackers are called {entry.label!r}: {other.file} and {entry.file}. "
-                "Call one something else with as=NAME."
+                f"two trackers are called {spec.label!r}: {other.file} and {spec.file}. "
+                "Give one of them another name with as=NAME."
             )
-    return dict(found.values())
+    return dict(by_label.values())
 
 
 def _distinct_sequences(
-    experiment: Experiment, known: KnownSequences, opened: Callable[[int, int], None]
+    experiment: Experiment, known_sequences: KnownSequences, on_opened: Callable[[int, int], None]
 ) -> list[PlannedSequence]:
-    """Sequences, no name twice, checked to be runnable."""
-    found: dict[str, PlannedSequence] = {}
+    """Return the opened sequences; raise `ExperimentError` if two have the same name."""
+    by_name: dict[str, PlannedSequence] = {}
     for number, source in enumerate(experiment.sequences):
-        opened(number, len(experiment.sequences))
-        if source not in known:
-            known[source] = _planned(source, _frames_by(experiment))
-        sequence = known[source]
-        other = found.setdefault(sequence.name, sequence)
+        on_opened(number, len(experiment.sequences))
+        if source not in known_sequences:
+            known_sequences[source] = _open_planned(source, _frame_protocol(experiment))
+        sequence = known_sequences[source]
+        other = by_name.setdefault(sequence.name, sequence)
         if other.fingerprint != sequence.fingerprint:
             raise ExperimentError(
                 f"two different sequences are called {sequence.name!r}: {other.source.text} and "
                 f"{source.text}. Rename a folder or a file."
             )
-    return list(found.values())
+    return list(by_name.values())
 
 
-def _frames_by(experiment: Experiment) -> str:
-    """The protocol that says how many frames a run has; timing runs have those of one pass."""
+def _frame_protocol(experiment: Experiment) -> str:
+    """Return the protocol that determines the frames of a run; timing runs have one pass."""
     return STORED_ONE_PASS if experiment.timing else experiment.filed_under
 
 
-def _forget_others(known: KnownSequences, experiment: Experiment) -> None:
-    """Leave out sequences whose runs have other numbers of frames, by other protocols."""
-    protocol = _frames_by(experiment)
+def _drop_other_protocols(known_sequences: KnownSequences, experiment: Experiment) -> None:
+    """Remove sequences whose number of frames belongs to another protocol."""
+    protocol = _frame_protocol(experiment)
     for source in experiment.sequences:
-        if source in known and known[source].protocol != protocol:
-            del known[source]
+        if source in known_sequences and known_sequences[source].protocol != protocol:
+            del known_sequences[source]
 
 
 def _open_by_workers(
-    left: list[SequenceSource],
-    known: KnownSequences,
-    opened: Callable[[int, int], None],
+    sources: list[SequenceSource],
+    known_sequences: KnownSequences,
+    on_opened: Callable[[int, int], None],
     jobs: int,
     protocol: str,
 ) -> None:
@@ -256,34 +258,34 @@ def _open_by_workers(
 
     executor = ProcessPoolExecutor(max_workers=jobs)
     try:
-        # `map` would cancel what is left where one raises, for which loky's thread has a traceback.
-        futures = [executor.submit(_planned, source, protocol) for source in left]
+        # If one call raises, `map` cancels the others; loky's thread then prints a traceback.
+        futures = [executor.submit(_open_planned, source, protocol) for source in sources]
         for number, future in enumerate(futures):
             sequence = future.result()
-            opened(number, len(left))
-            known[sequence.source] = sequence
+            on_opened(number, len(sources))
+            known_sequences[sequence.source] = sequence
     finally:
         executor.shutdown(wait=True, kill_workers=True)
 
 
 def _check_names(plan: Plan, rows: list[dict[str, Any]], folder: Path) -> None:
-    """Refuse sequences called like others whose runs lie there: those runs would be replaced."""
-    known = recorded_data(rows)
+    """Raise `ExperimentError` if stored runs are on other data of the same name."""
+    stored = group_recorded_data(rows)
     for sequence in plan.sequences:
-        if sequence.name not in known:
+        if sequence.name not in stored:
             continue
         origin = sequence.source.absolute()
-        here = RecordedData(sequence.fingerprint, origin.text, str(origin.truth or ""))
-        if other := different(here, known[sequence.name]):
+        data = RecordedData(sequence.fingerprint, origin.text, str(origin.truth or ""))
+        if other := find_different_data(data, stored[sequence.name]):
             raise ExperimentError(
-                f"{folder} holds runs on other data that are called {sequence.name!r}, too: "
-                f"{other}. Keep runs on {here} elsewhere, with --name or --output."
+                f"{folder} holds runs on other data that are also called {sequence.name!r}: "
+                f"{other}. Store runs on {data} elsewhere, with --name or --output."
             )
 
 
-def _planned(source: SequenceSource, protocol: str) -> PlannedSequence:
-    began = perf_counter()
-    sequence = _opened(source)
+def _open_planned(source: SequenceSource, protocol: str) -> PlannedSequence:
+    started_at = perf_counter()
+    sequence = _open(source)
     fingerprint = sequence.fingerprint
     return PlannedSequence(
         source=source,
@@ -292,12 +294,12 @@ def _planned(source: SequenceSource, protocol: str) -> PlannedSequence:
         frames=sum(map(len, segment_frames(protocol, sequence, BOXES))) or len(sequence),
         images_beyond_truth=sequence.images_beyond_truth,
         starts=frozenset(filter(partial(_can_start, sequence), [BOXES, *sequence.regions])),
-        opening_seconds=perf_counter() - began,
+        opening_seconds=perf_counter() - started_at,
         protocol=protocol,
     )
 
 
-def _opened(source: SequenceSource) -> Sequence:
+def _open(source: SequenceSource) -> Sequence:
     sequence = datasets.load(source.text, truth=source.truth)
     sequence.check_runnable()
     return sequence
@@ -305,7 +307,7 @@ def _opened(source: SequenceSource) -> Sequence:
 
 def _can_start(sequence: Sequence, region: str) -> bool:
     try:
-        reference(sequence, region)
+        select_ground_truth(sequence, region)
     except SequenceError:
         return False
     return True

@@ -25,7 +25,7 @@ VISIBLE_FRACTION = 0.3
 """Minimum visible fraction of a frame that can contribute to a failure."""
 
 
-class GroundTruth(Protocol):
+class GroundTruthLike(Protocol):
     """Ground truth of n frames for scores, for example a `datasets.Sequence`."""
 
     @property
@@ -45,7 +45,7 @@ class GroundTruth(Protocol):
 
 
 def native(
-    truth: GroundTruth, estimate: NDArray[np.float64], visible: NDArray[np.bool_] | None = None
+    truth: GroundTruthLike, estimate: NDArray[np.float64], visible: NDArray[np.bool_] | None = None
 ) -> dict[str, float]:
     """Compute the scores of the preset `native`, which are described by its columns.
 

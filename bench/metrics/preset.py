@@ -13,7 +13,7 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from trackmark.bench.metrics.native import GroundTruth
+from trackmark.bench.metrics.native import GroundTruthLike
 from trackmark.bench.metrics.region_overlap import Shapes
 
 Protocol: TypeAlias = Literal["one pass", "supervised", "anchors"]
@@ -127,7 +127,7 @@ class Preset:
     """
 
     columns: Mapping[str, Column]
-    judge: Callable[[GroundTruth, RunEstimates], PresetResult]
+    judge: Callable[[GroundTruthLike, RunEstimates], PresetResult]
     combine: Callable[[Runs], PresetResult] = mean_of_sequences
     curves: Mapping[str, Axes] = field(default_factory=dict)
     protocol: Protocol = "one pass"
@@ -159,7 +159,7 @@ class EvaluatedRun:
     shapes: Shapes
 
 
-def select_evaluated(truth: GroundTruth, estimates: RunEstimates) -> EvaluatedRun:
+def select_evaluated(truth: GroundTruthLike, estimates: RunEstimates) -> EvaluatedRun:
     """Select the frames of a run and its ground truth from the initialisation on.
 
     Raises `ValueError` if there is no ground truth or the numbers of rows differ.

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from trackmark.bench.pages.player_runs import ERRORS, OVERLAPS, JudgedRun, PageRuns, SequenceRuns
+from trackmark.bench.pages.player_runs import ERRORS, OVERLAPS, PageRun, PageRuns, SequenceRuns
 from trackmark.bench.reporting.shared_charts import speed_chart, survival_chart, survival_line
 from trackmark.bench.reporting.tables import SUMMARY
 from trackmark.bench.statistics.rules import MIN_UNITS
@@ -107,7 +107,7 @@ def _share_line(runs: PageRuns, tracker: int, chart: _ShareChart) -> Line:
     return Line(label, tracker, chart.thresholds, shares, places=places, value=f"{figure:.3f}")
 
 
-def finished_clips(stage: SequenceRuns) -> Iterator[tuple[int, list[JudgedRun]]]:
+def finished_clips(stage: SequenceRuns) -> Iterator[tuple[int, list[PageRun]]]:
     """Yield the index of each tracker with its one-pass runs on a sequence that did not fail."""
     for tracker in sorted({clip.take.tracker for clip in stage.clips}):
         if clips := [clip for clip in stage.clips_of(tracker) if not clip.take.failure]:
@@ -135,7 +135,7 @@ def error_charts(runs: PageRuns) -> list[Chart]:
     return charts
 
 
-def _error_line(position: int, name: str, clips: Sequence[JudgedRun]) -> Line:
+def _error_line(position: int, name: str, clips: Sequence[PageRun]) -> Line:
     """Return a line through the worst frame of each interval, which opens the worst repetition."""
     errors = np.array([clip.errors for clip in clips])
     judged = np.isfinite(errors).any(axis=0)

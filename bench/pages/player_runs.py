@@ -13,7 +13,7 @@ from typing import Any, Literal, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from trackmark.bench.evaluation.ground_truth import reference
+from trackmark.bench.evaluation.ground_truth import select_ground_truth
 from trackmark.bench.evaluation.run_record import Run, Trace
 from trackmark.bench.evaluation.scoring import REVISED
 from trackmark.bench.metrics.centre_error import centre_error
@@ -53,7 +53,7 @@ class ThresholdShares(NamedTuple):
 
 
 @dataclass(frozen=True)
-class JudgedRun:
+class PageRun:
     """Run or segment of a run with its scores by frame."""
 
     take: PlayerRun
@@ -71,15 +71,15 @@ class SequenceRuns:
     row: Mapping[str, Any]
     stored: StoredTruth
     truth: Array
-    clips: list[JudgedRun] = field(default_factory=list)  # of one-pass runs
-    others: list[JudgedRun] = field(default_factory=list)  # of runs by other protocols
+    clips: list[PageRun] = field(default_factory=list)  # of one-pass runs
+    others: list[PageRun] = field(default_factory=list)  # of runs by other protocols
 
     @property
     def name(self) -> str:
         """Name of the sequence."""
         return str(self.row["sequence"])
 
-    def clips_of(self, tracker: int) -> list[JudgedRun]:
+    def clips_of(self, tracker: int) -> list[PageRun]:
         """Return the one-pass runs of a tracker."""
         return [clip for clip in self.clips if clip.take.tracker == tracker]
 
@@ -151,7 +151,7 @@ def collect_runs(
     stages: dict[str, SequenceRuns] = {}
     circumstances: dict[str, Mapping[str, Any]] = {}
     for row, run, stored in runs:
-        truth = np.asarray(reference(stored, run.identity.init, row["sequence"]).boxes)
+        truth = np.asarray(select_ground_truth(stored, run.identity.init, row["sequence"]).boxes)
         stage = stages.setdefault(row["sequence"], SequenceRuns(row, stored, truth))
         if row["fingerprint"] != stage.row["fingerprint"]:
             continue  # the run is stale, as the sequence has another version; tables report it
@@ -229,7 +229,7 @@ def _from_other_protocol(run: Run, truth: Array) -> _RunPart:
 
 def _judge(
     truth: Array, part: _RunPart, row: Mapping[str, Any], tracker: int, layers: Layers
-) -> JudgedRun:
+) -> PageRun:
     """Compute the scores of a part of a run by frame."""
     run, one_pass = part.run, part.judged is None
     judged = np.flatnonzero(_present(truth))[1:]
@@ -263,7 +263,7 @@ def _judge(
         [] if part.judged is None else _spans(part.judged),
         part.marks,
     )
-    return JudgedRun(take, end, overlaps, errors, shares, _worst(truth, run, row, judged, end))
+    return PageRun(take, end, overlaps, errors, shares, _worst(truth, run, row, judged, end))
 
 
 def _threshold_shares(

@@ -10,7 +10,7 @@ from typing import TypeAlias
 import pandas as pd
 
 from trackmark import datasets
-from trackmark.bench.evaluation.ground_truth import reference
+from trackmark.bench.evaluation.ground_truth import select_ground_truth
 from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.bench.papers.description import Description
 from trackmark.bench.papers.measures import JudgedRun, Measure
@@ -83,7 +83,7 @@ class StoredRuns:
         for folder, cell in self.files(tracker, sequence):
             run = Results(folder).read(cell)
             truth = self._truth(folder, run.identity.sequence, run.identity.fingerprint)
-            started_from = reference(truth, run.identity.init, run.identity.sequence)
+            started_from = select_ground_truth(truth, run.identity.init, run.identity.sequence)
             truth = replace(truth, boxes=started_from.boxes)
             judged_runs.append(JudgedRun(run, truth, self._description, tracker))
         return judged_runs

@@ -24,7 +24,7 @@ from loky import ProcessPoolExecutor
 from numpy.typing import NDArray
 
 from trackmark import datasets, trackers
-from trackmark.bench.evaluation.ground_truth import reference
+from trackmark.bench.evaluation.ground_truth import select_ground_truth
 from trackmark.bench.evaluation.interleaved_timing import Reference, one_thread, take_turns
 from trackmark.bench.experiments.tracker_spec import BOXES, parse_tracker
 from trackmark.bench.metrics.times import DISTURBED_RATIO
@@ -72,7 +72,7 @@ def open_clips(
     `frames`: of each stretch, after its first image. `region`: where the boxes are read from.
     """
     sequence = datasets.load(scene)
-    boxes = reference(sequence, region, scene).boxes
+    boxes = select_ground_truth(sequence, region, scene).boxes
     present = np.flatnonzero(np.isfinite(boxes).all(axis=1))
     latest = max(min(present[-1], len(sequence) - 1 - frames), present[0])
     starts = np.linspace(present[0], latest, stretches).astype(int)

@@ -18,7 +18,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from trackmark.bench.metrics.native import GroundTruth
+from trackmark.bench.metrics.native import GroundTruthLike
 from trackmark.datasets.spec_string import close_match, format_text, parse_text
 from trackmark.trackers.base.parameters import Parameters, TrackerError
 
@@ -137,7 +137,7 @@ class Protocol(Parameters):
         """
         return [Segment()]
 
-    def controller(self, truth: GroundTruth, first: int, size: tuple[int, int]) -> Controller:
+    def controller(self, truth: GroundTruthLike, first: int, size: tuple[int, int]) -> Controller:
         """Return the controller of one segment; by default the tracker is updated at every frame.
 
         `truth`: ground truth of the init box. `first`: frame of initialisation. `size`: width and

@@ -12,7 +12,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from trackmark.bench.metrics.native import GroundTruth
+from trackmark.bench.metrics.native import GroundTruthLike
 from trackmark.bench.protocols import Controller, Protocol
 
 
@@ -35,7 +35,7 @@ class LongTerm(Protocol):
 
     preset: ClassVar[str] = "long-term"
 
-    def controller(self, truth: GroundTruth, first: int, size: tuple[int, int]) -> Controller:
+    def controller(self, truth: GroundTruthLike, first: int, size: tuple[int, int]) -> Controller:
         """See `Protocol.controller`."""
         return _ConfidenceCheck()
 

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
-from trackmark.bench.metrics.native import GroundTruth
+from trackmark.bench.metrics.native import GroundTruthLike
 from trackmark.bench.protocols import Action, Controller, Protocol
 
 
@@ -78,7 +78,7 @@ class RealTime(Protocol):
         """See `Protocol.time_dependent`."""
         return not self.seconds
 
-    def controller(self, truth: GroundTruth, first: int, size: tuple[int, int]) -> Controller:
+    def controller(self, truth: GroundTruthLike, first: int, size: tuple[int, int]) -> Controller:
         """See `Protocol.controller`."""
         return _Clock(len(truth.boxes), first, self.fps, self._update_seconds())
 

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from trackmark.bench.metrics.native import GroundTruth
+from trackmark.bench.metrics.native import GroundTruthLike
 from trackmark.bench.metrics.preset import FrameState
 from trackmark.bench.metrics.region_overlap import raster_overlap
 from trackmark.bench.protocols import Action, Controller, Protocol
@@ -30,7 +30,7 @@ class _Supervision(Controller):
     states: NDArray[np.int32]
 
     def __init__(
-        self, truth: GroundTruth, first: int, size: tuple[int, int], skip: int, threshold: float
+        self, truth: GroundTruthLike, first: int, size: tuple[int, int], skip: int, threshold: float
     ) -> None:
         self._truth, self._shapes = truth.boxes, getattr(truth, "shapes", None)
         self._present: NDArray[np.bool_] = np.asarray(np.isfinite(truth.boxes).all(axis=1))
@@ -73,7 +73,7 @@ class Supervised(Protocol):
         0.0, ge=0, lt=1, description="largest overlap that counts as a failure"
     )
 
-    def controller(self, truth: GroundTruth, first: int, size: tuple[int, int]) -> Controller:
+    def controller(self, truth: GroundTruthLike, first: int, size: tuple[int, int]) -> Controller:
         """See `Protocol.controller`."""
         return _Supervision(truth, first, size, self.skip, self.threshold)
 

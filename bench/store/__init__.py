@@ -1,1 +1,1 @@
-"""Results on disk: runs, the truth they are scored by, what was asked for, and an index of all."""
+"""Stored results: requested runs, runs with their scores, and ground truth."""

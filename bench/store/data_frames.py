@@ -8,14 +8,14 @@ from trackmark.bench.evaluation.scoring import REVISED
 from trackmark.bench.store.layout import RUN_KEY_COLUMNS, RunKey, experiment_folders, run_key
 from trackmark.bench.store.manifest import Manifest
 from trackmark.bench.store.results import Results
-from trackmark.bench.store.run_rows import NUMBERS, TEXTS, list_scored_runs
+from trackmark.bench.store.run_rows import NUMBER_FIELDS, TEXT_FIELDS, list_scored_runs
 
 if TYPE_CHECKING:
     import pandas as pd
 
 
 def load_results(folder: str | Path, cells: Collection[RunKey] | None = None) -> "pd.DataFrame":
-    """All runs of an experiment, or of all experiments in a folder.
+    """Return all runs of an experiment, or of all experiments in a folder.
 
     Parameters
     ----------
@@ -35,15 +35,16 @@ def load_results(folder: str | Path, cells: Collection[RunKey] | None = None) ->
     Raises
     ------
     ResultsError
-        If there are no results, or a file is damaged.
+        If there are no results, or a file is damaged. A damaged run does not raise it: a warning
+        names the run, and its status is `missing`.
     """
-    chosen = None if cells is None else set(cells)
+    selected = None if cells is None else set(cells)
     rows: list[dict[str, Any]] = []
     for path in experiment_folders(Path(folder)):
         rows += [
             {"experiment": path.name, **row}
-            for row in _with_manifest(Results(path))
-            if chosen is None or run_key(row) in chosen
+            for row in with_manifest(list_scored_runs(Results(path)), Results(path).manifest())
+            if selected is None or run_key(row) in selected
         ]
     return to_data_frame(rows)
 
@@ -55,15 +56,15 @@ def to_data_frame(rows: Iterable[Mapping[str, Any]]) -> "pd.DataFrame":
     rows = list(rows)
     columns: dict[str, Any] = {}
     further = dict.fromkeys(name for row in rows for name in row if name not in _FIELDS)
-    for name in (*further, *TEXTS):
+    for name in (*further, *TEXT_FIELDS):
         values = [row.get(name) for row in rows]
         stored = {str(row[name]) for row in rows if row["status"] != "missing"}
         ordered = dict.fromkeys([*sorted(stored), *values])
         columns[name] = pd.Categorical(values, [v for v in ordered if v is not None])
     missing = any(row["status"] == "missing" for row in rows)
-    kinds: dict[str, Any] = dict.fromkeys(NUMBERS, "float64") | {"repetition": "int32"}
+    kinds: dict[str, Any] = dict.fromkeys(NUMBER_FIELDS, "float64") | {"repetition": "int32"}
     kinds["frames"] = "float64" if missing else "int32"
-    for name in NUMBERS:
+    for name in NUMBER_FIELDS:
         columns[name] = pd.Series([row.get(name) for row in rows], dtype=kinds[name])
     for name in dict.fromkeys(name for row in rows for name in row.get("scores", ())):
         scores = [row.get("scores", {}).get(name) for row in rows]
@@ -71,7 +72,7 @@ def to_data_frame(rows: Iterable[Mapping[str, Any]]) -> "pd.DataFrame":
     return pd.DataFrame(columns)
 
 
-_FIELDS = {*TEXTS, *NUMBERS, "scores"}
+_FIELDS = {*TEXT_FIELDS, *NUMBER_FIELDS, "scores"}
 
 
 def with_revised_scores(runs: "pd.DataFrame") -> "pd.DataFrame | None":
@@ -79,11 +80,11 @@ def with_revised_scores(runs: "pd.DataFrame") -> "pd.DataFrame | None":
 
     `runs`: of `load_results`. Runs without revised boxes keep the scores of their online boxes.
     """
-    beside = [name for name in runs if str(name).startswith(REVISED)]
-    if not runs[beside].notna().any(axis=None):
+    revised_names = [name for name in runs if str(name).startswith(REVISED)]
+    if not runs[revised_names].notna().any(axis=None):
         return None
-    names = [str(name).removeprefix(REVISED) for name in beside]
-    revised = runs[beside].set_axis(names, axis=1)
+    names = [str(name).removeprefix(REVISED) for name in revised_names]
+    revised = runs[revised_names].set_axis(names, axis=1)
     return runs.assign(**revised.where(revised.notna(), runs[names]))
 
 
@@ -94,27 +95,21 @@ def ordered_rows(results: Results, **only: str) -> list[dict[str, Any]]:
     """
     return [
         row
-        for row in _with_manifest(results)
+        for row in with_manifest(list_scored_runs(results), results.manifest())
         if row["status"] != "missing" and all(row[name] == text for name, text in only.items())
     ]
 
 
-def _with_manifest(results: Results) -> list[dict[str, Any]]:
-    """Return stored rows in the order of the requests, then other stored, then missing ones."""
-    return with_manifest(list_scored_runs(results), results.manifest())
-
-
 def with_manifest(rows: Iterable[dict[str, Any]], manifest: Manifest) -> list[dict[str, Any]]:
-    """Return rows in the order of `load_results`, with the missing runs and stale ones marked."""
+    """Return requested runs in order, other stored ones, and missing ones, with their states."""
     stored = {run_key(row): row for row in rows}
-    found = []
-    for cell, version in manifest.versions.items():
-        if row := stored.get(cell):
-            found.append(row if row["version"] == version else {**row, "status": "stale"})
-    found += [row for cell, row in stored.items() if cell not in manifest.versions]
-    missing = [cell for cell in manifest.versions if cell not in stored]
-    ended = {"status": "missing", "failure": ""}
-    return [
-        *found,
-        *({**dict(zip(RUN_KEY_COLUMNS, cell, strict=True)), **ended} for cell in missing),
-    ]
+    ordered = []
+    for key, version in manifest.versions.items():
+        if row := stored.get(key):
+            ordered.append(row if row["version"] == version else {**row, "status": "stale"})
+    ordered += [row for key, row in stored.items() if key not in manifest.versions]
+    for key in manifest.versions:
+        if key not in stored:
+            fields = dict(zip(RUN_KEY_COLUMNS, key, strict=True))
+            ordered.append({**fields, "status": "missing", "failure": ""})
+    return ordered

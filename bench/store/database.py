@@ -9,6 +9,8 @@ import sqlite3
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import closing, contextmanager
+from functools import reduce
+from operator import xor
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
@@ -75,8 +77,15 @@ class DamagedError(ResultsError):
 
 def digest(values: Iterable[Any]) -> bytes:
     """Return the SHA-256 digest of texts, numbers, null values and bytes, with their types."""
-    short = [hashlib.sha256(v).digest() if isinstance(v, bytes) else v for v in values]
-    return hashlib.sha256(repr(short).encode("utf-8", "backslashreplace")).digest()
+    # A long value counts by its digest, so that `repr` stays short.
+    values = [hashlib.sha256(v).digest() if isinstance(v, bytes) else v for v in values]
+    return hashlib.sha256(repr(values).encode("utf-8", "backslashreplace")).digest()
+
+
+def is_intact(row: sqlite3.Row) -> bool:
+    """Return whether a row is as it was written, by its digest in the last column."""
+    *columns, sha256 = row
+    return bool(digest(columns) == sha256)
 
 
 class Database:
@@ -85,7 +94,7 @@ class Database:
     def __init__(self, path: Path, connection: sqlite3.Connection) -> None:
         self.path = path
         self._connection = connection
-        self._changed: Counter[str] = Counter()  # exclusive or of added and removed rows
+        self._changed: Counter[str] = Counter()  # exclusive or of added and removed rows' digests
 
     def select(self, query: str, *values: Any) -> list[Any]:
         """Return the rows of a query without checking digests."""
@@ -96,23 +105,34 @@ class Database:
 
         Raises `DamagedError` if a row is not what was written.
         """
-        found = self.select(f"SELECT * FROM {table} WHERE {where}", *values)
-        for row in found:
-            *columns, sha256 = row
-            if digest(columns) != sha256:
-                named = ", ".join(str(value)[:60] for value in columns[:5] if value != "")
-                raise self.damaged(f"a row of its table {table!r} was changed ({named})")
-        return found
+        rows = self.select(f"SELECT * FROM {table} WHERE {where}", *values)
+        for row in rows:
+            if not is_intact(row):
+                raise self._changed_row(table, row)
+        return rows
+
+    def intact_rows(self, table: str) -> tuple[list[sqlite3.Row], list[DamagedError]]:
+        """Return all rows that are as written, and an error for each row that was changed.
+
+        Raises `DamagedError` if rows are missing.
+        """
+        rows = self.select(f"SELECT * FROM {table}")
+        stored = [row["sha256"] for row in rows]
+        computed = [digest([*row][:-1]) for row in rows]
+        # In a changed row either the digest or another column is still the original.
+        if int(self.setting(_total(table)), 16) not in (_combine(stored), _combine(computed)):
+            raise self.damaged(f"rows of its table {table!r} are missing")
+        if stored == computed:
+            return rows, []
+        changed = [self._changed_row(table, row) for row in rows if not is_intact(row)]
+        return [row for row in rows if is_intact(row)], changed
 
     def table(self, name: str) -> list[sqlite3.Row]:
-        """Return all rows of a table.
-
-        Raises `DamagedError` if a row is not what was written, or rows are missing.
-        """
-        found = self.rows(name)
-        if _combined(row["sha256"] for row in found) != int(self.setting(_total(name)), 16):
-            raise self.damaged(f"rows of its table {name!r} are missing")
-        return found
+        """Return all rows of a table; raise `DamagedError` if any is changed or missing."""
+        rows, errors = self.intact_rows(name)
+        if errors:
+            raise errors[0]
+        return rows
 
     def setting(self, name: str) -> str:
         """Return a setting; raise `DamagedError` if it is missing."""
@@ -129,23 +149,23 @@ class Database:
         """Insert rows: values of all columns without the digest."""
         sealed = [(*row, digest(row)) for row in rows]
         if sealed:
-            places = ", ".join("?" * len(sealed[0]))
-            self._connection.executemany(f"INSERT INTO {table} VALUES ({places})", sealed)
-            self._changed[table] ^= _combined(row[-1] for row in sealed)
+            marks = ", ".join("?" * len(sealed[0]))
+            self._connection.executemany(f"INSERT INTO {table} VALUES ({marks})", sealed)
+            self._changed[table] ^= _combine(row[-1] for row in sealed)
 
     def delete(self, table: str, where: str = "1", *values: Any) -> None:
         """Delete rows."""
-        gone = self.select(f"SELECT sha256 FROM {table} WHERE {where}", *values)
-        if gone:
+        removed = self.select(f"SELECT sha256 FROM {table} WHERE {where}", *values)
+        if removed:
             self._connection.execute(f"DELETE FROM {table} WHERE {where}", values)
-            self._changed[table] ^= _combined(row["sha256"] for row in gone)
+            self._changed[table] ^= _combine(row["sha256"] for row in removed)
 
-    def recount(self) -> None:
-        """Compute the digests of all tables anew, after damaged rows may have been removed."""
-        for table in _TABLES.keys() - {"setting"}:
+    def recount(self, *tables: str) -> None:
+        """Compute the digests of tables, by default of all, after damaged rows were removed."""
+        for table in tables or _TABLES.keys() - {"setting"}:
             rows = self.select(f"SELECT sha256 FROM {table}")
-            self.set(_total(table), f"{_combined(row['sha256'] for row in rows):x}")
-        self._changed.clear()
+            self.set(_total(table), f"{_combine(row['sha256'] for row in rows):x}")
+            del self._changed[table]
 
     def store_totals(self) -> None:
         """Store the digests of the tables that were changed."""
@@ -154,10 +174,10 @@ class Database:
 
     def find_damage(self) -> list[str]:
         """Return a sentence for each damage of the file's structure and of its rows."""
-        said = []
+        messages = []
         structure = [row[0] for row in self.select("PRAGMA integrity_check(1)")]
         if structure != ["ok"]:
-            said.append(str(self.damaged(structure[0].replace("\n", " "))))
+            messages.append(str(self.damaged(structure[0].replace("\n", " "))))
         for table in _TABLES:
             try:
                 if table == "setting":
@@ -166,10 +186,14 @@ class Database:
                 else:
                     self.table(table)
             except DamagedError as error:
-                said.append(str(error))
+                messages.append(str(error))
             except (sqlite3.Error, UnicodeDecodeError) as error:
-                said.append(str(_explained(self.path, error)))
-        return said
+                messages.append(str(_explained(self.path, error)))
+        return messages
+
+    def _changed_row(self, table: str, row: sqlite3.Row) -> DamagedError:
+        values = ", ".join(str(value)[:60] for value in tuple(row)[:5] if value != "")
+        return self.damaged(f"a row of its table {table!r} was changed ({values})")
 
     def damaged(self, reason: str) -> DamagedError:
         """Return the error for damage of the file."""
@@ -179,12 +203,12 @@ class Database:
         )
 
     def copy(self, target: Path) -> None:
-        """Copy the file to another folder, which has none."""
+        """Copy the file to a folder without results."""
         with closing(sqlite3.connect(target / DATABASE)) as copy:
             self._connection.backup(copy)
 
     def create(self) -> None:
-        """Create the tables, which are empty."""
+        """Create empty tables."""
         for statement in _STATEMENTS:
             self._connection.execute(statement)
         self._connection.execute(f"PRAGMA application_id = {APPLICATION_ID}")
@@ -237,7 +261,8 @@ def _open(path: Path, *, write: bool) -> sqlite3.Connection:
             raise ResultsError(
                 f"{path} cannot be written: {error.strerror}. Choose another folder with --output."
             ) from error
-    # `rw` falls back to reading only if the file is write-protected.
+    # `rw` falls back to reading if the file is write-protected. `immutable=1` must not be used: it
+    # ignores the journal of an interrupted transaction and returns half of its changes.
     mode = "rwc" if write else "rw"
     connection = sqlite3.connect(
         f"file:{quote(str(path.absolute()))}?mode={mode}",
@@ -247,7 +272,12 @@ def _open(path: Path, *, write: bool) -> sqlite3.Connection:
     )
     connection.row_factory = sqlite3.Row
     connection.execute("PRAGMA foreign_keys = ON")
+    # EXTRA also syncs the folder after the journal is deleted: after a power cut the journal could
+    # come back and undo a transaction that was reported as complete. The journal mode stays DELETE,
+    # since WAL fails on network file systems and needs write access for reading.
     connection.execute("PRAGMA synchronous = EXTRA")
+    # IMMEDIATE waits for other writers here. Otherwise two transactions that both read first could
+    # each wait for the other one, and SQLite would end one without waiting.
     connection.execute("BEGIN IMMEDIATE" if write else "BEGIN")
     return connection
 
@@ -260,10 +290,7 @@ def _in_memory() -> sqlite3.Connection:
 
 
 def _checked(path: Path, connection: sqlite3.Connection) -> Database | None:
-    """Return the tables if the file has this version's, None if it is empty.
-
-    Raises `ResultsError` for any other file.
-    """
+    """Return the database; None if the file is empty. Raise `ResultsError` for other files."""
     application = connection.execute("PRAGMA application_id").fetchone()[0]
     version = connection.execute("PRAGMA user_version").fetchone()[0]
     tables = connection.execute("SELECT count(*) FROM sqlite_schema").fetchone()[0]
@@ -271,8 +298,9 @@ def _checked(path: Path, connection: sqlite3.Connection) -> Database | None:
         return None
     if application != APPLICATION_ID:
         raise DamagedError(
-            f"{path} is damaged or no file of trackmark: its application id is {application:#x}, "
-            f"expected {APPLICATION_ID:#x}. Move it elsewhere, or restore it from a backup."
+            f"{path} is damaged or not a file of trackmark: its application id is "
+            f"{application:#x}, expected {APPLICATION_ID:#x}. Move it "
+            "elsewhere, or restore it from a backup."
         )
     if version != SCHEMA_VERSION:
         raise ResultsError(
@@ -291,20 +319,19 @@ def _total(table: str) -> str:
     return f"digest of {table}"
 
 
-def _combined(digests: Iterable[bytes]) -> int:
-    combined = 0
-    for one in digests:
-        combined ^= int.from_bytes(one, "big")
-    return combined
+def _combine(digests: Iterable[bytes]) -> int:
+    # In a damaged file a digest may be null or a text.
+    valid = (sha256 for sha256 in digests if isinstance(sha256, bytes))
+    return reduce(xor, (int.from_bytes(sha256, "big") for sha256 in valid), 0)
 
 
 def _explained(path: Path, error: Exception) -> ResultsError:
-    """Return the error of the store for an error of SQLite or in the text of its message."""
+    """Return the error of the store for an error of SQLite, or of decoding its message."""
     name = getattr(error, "sqlite_errorname", "")
     if name.startswith(("SQLITE_BUSY", "SQLITE_LOCKED")):
         return ResultsError(
-            f"{path}: another process has locked this file for {_BUSY_SECONDS:.0f} s. Is it "
-            "stopped? End it, and run the same command again."
+            f"{path}: another process has locked this file for {_BUSY_SECONDS:.0f} s. End that "
+            "process, and run the same command again."
         )
     if name == "SQLITE_READONLY_ROLLBACK":
         return ResultsError(

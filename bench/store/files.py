@@ -10,9 +10,9 @@ class ResultsError(ValueError):
 
 
 def write_atomically(path: Path, content: bytes) -> None:
-    """Write a file, or replace it. After a crash the old or the new file is there, complete.
+    """Write a file, or replace it. After a crash, either the old or the new file is complete.
 
-    `path`: the file; its folder is made. `content`: what the file shall contain.
+    `path`: file; a missing folder is created. `content`: new content of the file.
 
     Raises `ResultsError` if the file cannot be written.
     """

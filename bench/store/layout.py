@@ -45,7 +45,7 @@ def experiment_folders(folder: Path) -> list[Path]:
     candidates = [folder, *sorted(folder.glob("*/"))] if folder.is_dir() else []
     for path in candidates:
         refuse_parquet_layout(path)
-    found = [path for path in candidates if (path / DATABASE).is_file()]
-    if not found:
+    folders = [path for path in candidates if (path / DATABASE).is_file()]
+    if not folders:
         raise ResultsError(f"{folder}: there are no results here. `trackmark run` makes some.")
-    return found
+    return folders

@@ -1,4 +1,4 @@
-"""Maintenance of stored results: check, merge, and data of the same name."""
+"""Maintenance of stored results: damage, merging, and different data of one name."""
 
 import os
 from collections.abc import Iterable, Mapping
@@ -16,7 +16,7 @@ _BATCH = 200  # runs that are copied in one transaction
 
 
 class RecordedData(NamedTuple):
-    """Recorded data that runs were made on."""
+    """Recorded sequence of stored runs."""
 
     fingerprint: str  # as in `datasets.Sequence`
     source: str  # path from which it was opened
@@ -26,29 +26,31 @@ class RecordedData(NamedTuple):
         return f"{self.source} with the truth {self.truth}" if self.truth else self.source
 
     @property
-    def place(self) -> tuple[str, str]:
-        """Real paths."""
+    def real_paths(self) -> tuple[str, str]:
+        """Real paths of the data and of a given ground truth."""
         return os.path.realpath(self.source), self.truth and os.path.realpath(self.truth)
 
 
-def recorded_data(rows: Iterable[Mapping[str, Any]]) -> dict[str, set[RecordedData]]:
+def group_recorded_data(rows: Iterable[Mapping[str, Any]]) -> dict[str, set[RecordedData]]:
     """Return the recorded data of rows of runs, by the names of their sequences."""
-    found: dict[str, set[RecordedData]] = {}
+    by_name: dict[str, set[RecordedData]] = {}
     for row in rows:
-        if Path(row["source"]).is_absolute():  # built-in sequences have names
-            one = RecordedData(row["fingerprint"], row["source"], row["truth"])
-            found.setdefault(row["sequence"], set()).add(one)
-    return found
+        if Path(row["source"]).is_absolute():  # the source of a built-in sequence is its name
+            data = RecordedData(row["fingerprint"], row["source"], row["truth"])
+            by_name.setdefault(row["sequence"], set()).add(data)
+    return by_name
 
 
-def different(one: RecordedData, others: Iterable[RecordedData]) -> RecordedData | None:
-    """Return one of the others with other data; None if there is none.
+def find_different_data(
+    data: RecordedData, candidates: Iterable[RecordedData]
+) -> RecordedData | None:
+    """Return a candidate that differs from the data; None if there is none.
 
-    Data that were changed in their folder count as the same data, and runs on them as stale.
+    Data that were changed in their folder do not count as different: runs on them are stale.
     """
-    for other in others:
-        if other.fingerprint != one.fingerprint and other.place != one.place:
-            return other
+    for candidate in candidates:
+        if candidate.fingerprint != data.fingerprint and candidate.real_paths != data.real_paths:
+            return candidate
     return None
 
 
@@ -56,9 +58,9 @@ def find_damage(folder: Path) -> list[str]:
     """Return a sentence for each damage of an experiment's file; none if it is undamaged."""
     try:
         with open_database(folder) as database:
-            found = database.find_damage()
-        if found:
-            return found
+            messages = database.find_damage()
+        if messages:
+            return messages
         for row in list_runs(Results(folder)):
             Results(folder).read(run_key(row))
             read_truth(folder, row["sequence"], row["fingerprint"])
@@ -71,54 +73,54 @@ def merge_results(sources: list[Path], target: Path) -> tuple[int, list[str]]:
     """Copy runs of experiments into an experiment.
 
     `sources`: folders of experiments, or folders that contain experiments. `target`: the
-    experiment's folder; made if it is missing.
+    experiment's folder; created if it is missing.
 
     Returns the number of copied runs, and the conflicts: runs that are stored in two folders with
     different identities. If there are conflicts, nothing is copied.
 
     Raises `ResultsError` if a folder has no results or a file cannot be read or written.
     """
-    into = Results(target)
-    present = list_runs(into)
-    there = {run_key(row): (row["version"], row["status"], target) for row in present}
-    known = recorded_data(present)
-    manifest = into.manifest()
-    wanted: dict[RunKey, tuple[Results, dict[str, Any]]] = {}
+    target_results = Results(target)
+    present = list_runs(target_results)
+    stored = {run_key(row): (row["version"], row["status"], target) for row in present}
+    data_by_name = group_recorded_data(present)
+    manifest = target_results.manifest()
+    missing: dict[RunKey, tuple[Results, dict[str, Any]]] = {}
     conflicts: list[str] = []
-    for folder in [found for source in sources for found in experiment_folders(source)]:
+    for folder in [path for source in sources for path in experiment_folders(source)]:
         results = Results(folder)
         manifest = results.manifest().merged_with(manifest)
         rows = list_runs(results)
-        for name, data in recorded_data(rows).items():
-            others = known.setdefault(name, set())
+        for name, data in group_recorded_data(rows).items():
+            others = data_by_name.setdefault(name, set())
             conflicts += [
-                f"{name} is {one} in {folder}, and {unlike} in another folder"
-                for one in sorted(data)
-                if (unlike := different(one, others))
+                f"{name} is {recorded} in {folder}, and {different} in another folder"
+                for recorded in sorted(data)
+                if (different := find_different_data(recorded, others))
             ]
             others |= data
         for row in rows:
-            cell = run_key(row)
-            if cell in there:
-                version, status, other = there[cell]
+            key = run_key(row)
+            if key in stored:
+                version, status, other = stored[key]
                 if version != row["version"]:
                     conflicts.append(
-                        f"{cell[0]} on {cell[1]}, repetition {cell[2]}, differs between {other} "
+                        f"{key[0]} on {key[1]}, repetition {key[2]}, differs between {other} "
                         f"and {folder}"
                     )
                 if status == "finished" or row["status"] == "failed":
                     continue
-            there[cell] = (row["version"], row["status"], folder)
-            wanted[cell] = results, row
+            stored[key] = (row["version"], row["status"], folder)
+            missing[key] = results, row
     if conflicts:
         return 0, conflicts
-    into.prepare(manifest)
-    for results, row in wanted.values():
+    target_results.prepare(manifest)
+    for results, row in missing.values():
         truth = row["sequence"], row["fingerprint"]
         store_truth(target, truth[1], read_truth(results.folder, *truth))
-    cells = list(wanted)
-    for begin in range(0, len(cells), _BATCH):
-        batch = cells[begin : begin + _BATCH]
-        into.write_all((wanted[cell][0].read(cell), "") for cell in batch)
-    list_scored_runs(into)
-    return len(wanted), []
+    keys = list(missing)
+    for begin in range(0, len(keys), _BATCH):
+        batch = keys[begin : begin + _BATCH]
+        target_results.write_all((missing[key][0].read(key), "") for key in batch)
+    list_scored_runs(target_results)
+    return len(missing), []

@@ -8,14 +8,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-_LEVEL = 6
+_LEVEL = 6  # of zlib
 _HEADER = 4  # bytes of the size of the header
 
 
 def pack(arrays: Mapping[str, NDArray[Any]]) -> bytes:
     """Return arrays by name as bytes: a header, and the bytes of the arrays, compressed together.
 
-    The first bytes of all elements come first, then the second, …: they compress better.
+    The first bytes of all elements come first, then all second bytes, and so on: neighbouring
+    values differ in few bytes, so that this order compresses better.
     """
     header: list[tuple[str, str, tuple[int, ...]]] = []
     parts = []
@@ -27,16 +28,21 @@ def pack(arrays: Mapping[str, NDArray[Any]]) -> bytes:
     return zlib.compress(len(head).to_bytes(_HEADER, "little") + head + b"".join(parts), _LEVEL)
 
 
+def select_group(arrays: Mapping[str, NDArray[Any]], group: str) -> dict[str, NDArray[Any]]:
+    """Return the arrays whose names start with `group/`, by the rest of their names."""
+    return {k.partition("/")[2]: a for k, a in arrays.items() if k.startswith(f"{group}/")}
+
+
 def unpack(data: bytes) -> dict[str, NDArray[Any]]:
-    """Return the arrays that `pack` was given; they cannot be written to."""
+    """Return the arrays that were packed; they are read-only."""
     raw = zlib.decompress(data)
-    place = _HEADER + int.from_bytes(raw[:_HEADER], "little")
+    offset = _HEADER + int.from_bytes(raw[:_HEADER], "little")
     arrays = {}
-    for name, text, shape in json.loads(raw[_HEADER:place]):
+    for name, text, shape in json.loads(raw[_HEADER:offset]):
         dtype = np.dtype(text)
         size = int(np.prod(shape)) * dtype.itemsize
-        flat = np.frombuffer(raw, np.uint8, size, place).reshape(dtype.itemsize, -1).T
+        flat = np.frombuffer(raw, np.uint8, size, offset).reshape(dtype.itemsize, -1).T
         arrays[name] = np.ascontiguousarray(flat).reshape(-1).view(dtype).reshape(shape)
         arrays[name].flags.writeable = False  # runs may be shared; see `run_cache`
-        place += size
+        offset += size
     return arrays

@@ -64,16 +64,16 @@ def convert_results(folder: Path, progress: Callable[[int, int], None] = lambda 
         raise ResultsError(f"{folder} has no plan.json: it holds no results of older versions.")
     if (folder / DATABASE).exists():
         raise ResultsError(f"{folder / DATABASE} exists. Remove it to convert the results again.")
-    with TemporaryDirectory(dir=folder, prefix=".convert-") as made:
-        number = _convert(folder, Path(made), progress)
-        (Path(made) / DATABASE).replace(folder / DATABASE)
+    with TemporaryDirectory(dir=folder, prefix=".convert-") as temporary:
+        number = _convert(folder, Path(temporary), progress)
+        (Path(temporary) / DATABASE).replace(folder / DATABASE)
     return number
 
 
 def _convert(folder: Path, target: Path, progress: Callable[[int, int], None]) -> int:
     files = sorted(folder.glob("[!_.]*/*/*.parquet"))
     results = Results(target)
-    results.prepare(_requested(folder / "plan.json"))
+    results.prepare(_read_manifest(folder / "plan.json"))
     truths: set[tuple[str, str]] = set()
     for begin in range(0, len(files), _BATCH):
         runs = [_read_run(file) for file in files[begin : begin + _BATCH]]
@@ -90,20 +90,20 @@ def _convert(folder: Path, target: Path, progress: Callable[[int, int], None]) -
     return len(files)
 
 
-def _content(path: Path) -> bytes:
+def _read_checked(path: Path) -> bytes:
     """Return the content of a file; raise `DamagedError` if its digest is of another content."""
     try:
         content = path.read_bytes()
     except OSError as error:
         raise ResultsError(f"{path} cannot be read: {error.strerror}.") from error
-    for seal in set(re.findall(re.escape(_MARK) + b"[0-9a-f]{64}", content)):
-        blank = content.replace(seal, _MARK + b"0" * 64)
-        if seal == _MARK + hashlib.sha256(blank).hexdigest().encode():
+    for stored in set(re.findall(re.escape(_MARK) + b"[0-9a-f]{64}", content)):
+        blank = content.replace(stored, _MARK + b"0" * 64)
+        if stored == _MARK + hashlib.sha256(blank).hexdigest().encode():
             return content
     raise DamagedError(f"{path} is damaged: its digest does not match. Remove it and try again.")
 
 
-def _described(path: Path, table: "pa.Table") -> dict[str, Any]:
+def _read_metadata(path: Path, table: "pa.Table") -> dict[str, Any]:
     metadata: dict[str, Any] = json.loads(table.schema.metadata[_KEY])
     _check_schema(path, metadata["schema"])
     return metadata
@@ -116,63 +116,65 @@ def _check_schema(path: Path, schema: object) -> None:
         )
 
 
-def _requested(path: Path) -> Manifest:
-    plan = json.loads(_content(path))
+def _read_manifest(path: Path) -> Manifest:
+    plan = json.loads(_read_checked(path))
     _check_schema(path, plan["schema"])
     names, series = plan["names"], plan["series"]
     keys = ("tracker", "sequence", "protocol", "version", "first", "count")
-    cells: dict[RunKey, str] = {}
+    versions: dict[RunKey, str] = {}
     for numbers in zip(*(series[key] for key in keys), strict=True):
         tracker, sequence, protocol, version = (
             names[key][number] for key, number in zip(keys[:4], numbers[:4], strict=True)
         )
         first, count = numbers[4:]
-        cells |= {(tracker, sequence, first + i, protocol): version for i in range(count)}
-    return Manifest(plan["title"], cells)
+        versions |= {(tracker, sequence, first + i, protocol): version for i in range(count)}
+    return Manifest(plan["title"], versions)
 
 
 def _read_run(path: Path) -> Run:
     import pyarrow as pa
     from pyarrow import feather, parquet
 
-    table = parquet.ParquetFile(pa.BufferReader(_content(path))).read(use_threads=False)
-    told = _described(path, table)
+    table = parquet.ParquetFile(pa.BufferReader(_read_checked(path))).read(use_threads=False)
+    metadata = _read_metadata(path, table)
     columns = {name: table.column(name).to_numpy() for name in table.column_names}
-    others = {kind: _content(path.with_name(name)) for kind, name in told["companions"].items()}
+    companions = {
+        kind: _read_checked(path.with_name(name)) for kind, name in metadata["companions"].items()
+    }
     segmentation = times = revised = None
-    if told.get("segmented"):
+    if metadata.get("segmented"):
         segmentation = Segmentation(columns["region_similarity"], columns["contour_accuracy"])
-    if "initialisation" in told:
+    if "initialisation" in metadata:
         warm = (columns.get(f"warm_{clock}_seconds") for clock in ("wall", "cpu"))
         decoded = columns["wall_seconds"], columns["cpu_seconds"]
-        times = Times(*decoded, *told["initialisation"], *warm)
-    ours = {
+        times = Times(*decoded, *metadata["initialisation"], *warm)
+    harness_columns = {
         name: columns[name]
         for name in ("state", "answered", "segment")
-        if name in columns and name not in told["details"]
+        if name in columns and name not in metadata["details"]
     }
     segments: tuple[NDArray[Any], ...] = ()
-    if "segment" in ours:
-        borders = np.flatnonzero(np.diff(ours["segment"])) + 1
+    if "segment" in harness_columns:
+        borders = np.flatnonzero(np.diff(harness_columns["segment"])) + 1
         segments = tuple(np.split(columns["frame"], borders))
-    if "revised.arrow" in others:
-        revised = _boxes(feather.read_table(pa.BufferReader(others["revised.arrow"])), "")
+    if "revised.arrow" in companions:
+        revised = _boxes(feather.read_table(pa.BufferReader(companions["revised.arrow"])), "")
     return Run(
-        identity=Identity(**told["identity"]),
+        identity=Identity(**metadata["identity"]),
         boxes=_boxes(table, ""),
         visible=columns["visible"],
         confidence=columns["confidence"],
-        details={name: columns[name] for name in told["details"]},
-        failure=told["failure"],
+        details={name: columns[name] for name in metadata["details"]},
+        failure=metadata["failure"],
         revised=revised,
-        arrays=_arrays(others["arrays.npz"]) if "arrays.npz" in others else {},
+        arrays=_arrays(companions["arrays.npz"]) if "arrays.npz" in companions else {},
         segmentation=segmentation,
         times=times,
-        states=ours.get("state"),
-        answered=ours.get("answered"),
+        states=harness_columns.get("state"),
+        answered=harness_columns.get("answered"),
         segments=segments,
-        circumstances=told["circumstances"],
-        output=told["output"],
+        circumstances=metadata["circumstances"],
+        output=metadata["output"],
     )
 
 
@@ -180,27 +182,31 @@ def _read_truth(path: Path, sequence: str) -> StoredTruth:
     import pyarrow as pa
     from pyarrow import feather
 
-    table = feather.read_table(pa.BufferReader(_content(path)))
-    told = _described(path, table)
-    if told["name"] != sequence:
-        raise DamagedError(f"{path} holds the ground truth of {told['name']}, not of {sequence}.")
-    size = told.get("image_size")
+    table = feather.read_table(pa.BufferReader(_read_checked(path)))
+    metadata = _read_metadata(path, table)
+    if metadata["name"] != sequence:
+        raise DamagedError(
+            f"{path} holds the ground truth of {metadata['name']}, not of {sequence}."
+        )
+    size = metadata.get("image_size")
     return StoredTruth(
         name=sequence,
         boxes=_boxes(table, "boxes/"),
-        regions={name: _boxes(table, f"{name}/") for name in told["regions"] if name != "boxes"},
+        regions={
+            name: _boxes(table, f"{name}/") for name in metadata["regions"] if name != "boxes"
+        },
         visibility=table.column("visibility").to_numpy(),
         attributes={
-            name: table.column(f"attribute/{name}").to_numpy() for name in told["attributes"]
+            name: table.column(f"attribute/{name}").to_numpy() for name in metadata["attributes"]
         },
-        fps=told["fps"],
+        fps=metadata["fps"],
         image_size=tuple(size) if size else None,
         shapes=_shapes(table, size),
     )
 
 
 def _shapes(table: "pa.Table", size: tuple[int, int] | None) -> Shapes | None:
-    known: dict[int, NDArray[np.float64] | EncodedMask] = {}
+    shapes: dict[int, NDArray[np.float64] | EncodedMask] = {}
     for kind in ("polygon", "mask"):
         rows = (
             table.column(f"shape/{kind}").to_pylist()
@@ -209,11 +215,11 @@ def _shapes(table: "pa.Table", size: tuple[int, int] | None) -> Shapes | None:
         )
         for frame, row in enumerate(rows):
             if row is not None and kind == "polygon":
-                known[frame] = np.array(row, np.float64).reshape(-1, 2)
+                shapes[frame] = np.array(row, np.float64).reshape(-1, 2)
             elif row is not None:
                 x, y, width, height, *runs = row
-                known[frame] = EncodedMask(x, y, width, height, np.array(runs, np.int64))
-    return Shapes(known, range(len(table)), size or (0, 0)) if known else None
+                shapes[frame] = EncodedMask(x, y, width, height, np.array(runs, np.int64))
+    return Shapes(shapes, range(len(table)), size or (0, 0)) if shapes else None
 
 
 def _boxes(table: "pa.Table", prefix: str) -> NDArray[np.float64]:

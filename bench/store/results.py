@@ -21,17 +21,17 @@ from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.experiments.tracker_spec import Identity
 from trackmark.bench.metrics.regions import Segmentation
 from trackmark.bench.metrics.times import Times
-from trackmark.bench.store.database import Database, open_database
+from trackmark.bench.store.database import Database, is_intact, open_database
 from trackmark.bench.store.files import ResultsError
 from trackmark.bench.store.layout import DATABASE, RunKey, run_key
 from trackmark.bench.store.manifest import Manifest, read_manifest, write_manifest
-from trackmark.bench.store.packing import pack, unpack
+from trackmark.bench.store.packing import pack, select_group, unpack
 from trackmark.datasets.source_digest import library_versions
 
 MAX_RUNS = 1_000_000
 """Maximum number of requested runs of an experiment."""
 
-_CELL = "tracker = ? AND sequence = ? AND repetition = ? AND protocol = ?"
+_KEY = "tracker = ? AND sequence = ? AND repetition = ? AND protocol = ?"
 _SECONDS = ("seconds", "frame_seconds", "update_seconds")
 
 
@@ -50,8 +50,8 @@ class Results:
         Raises `ResultsError` if the file cannot be written, or there are too many runs, and
         `UnicodeEncodeError` for a name that is not UTF-8, before anything is created.
         """
-        for cell in manifest.versions:
-            "".join(map(str, cell)).encode()
+        for key in manifest.versions:
+            "".join(map(str, key)).encode()
         with open_database(self.folder, write=True) as database:
             present = read_manifest(database)
             both = present.merged_with(manifest)
@@ -60,9 +60,8 @@ class Results:
                     f"{len(both.versions)} runs are requested in {self.folder}; an experiment has "
                     f"at most {MAX_RUNS}. Use another experiment with --name."
                 )
-            if both.title != present.title or [*both.versions.items()] != [
-                *present.versions.items()
-            ]:
+            # Dictionaries in another order are equal, but the order of requests matters, too.
+            if both != present or [*both.versions] != [*present.versions]:
                 write_manifest(database, both)
 
     def manifest(self) -> Manifest:
@@ -105,33 +104,33 @@ class Results:
         Raises `ResultsError` if the file cannot be written.
         """
         with open_database(self.folder, write=True) as database:
-            for cell in cells:
-                for row in database.select(f"SELECT id FROM run WHERE {_CELL}", *cell):
+            for key in cells:
+                for row in database.select(f"SELECT id FROM run WHERE {_KEY}", *key):
                     _delete(database, row["id"])
-                database.delete("requested", _CELL, *cell)
+                database.delete("requested", _KEY, *key)
             database.delete("tracker", "version NOT IN (SELECT version FROM run)")
             database.delete(
                 "truth", "(sequence, fingerprint) NOT IN (SELECT sequence, fingerprint FROM run)"
             )
             database.recount()  # damaged rows may have been removed
 
-    def read(self, cell: RunKey) -> Run:
+    def read(self, key: RunKey) -> Run:
         """Read a run; within `run_cache` only once.
 
         Raises `ResultsError` naming the file and the run if it is damaged or missing.
         """
         with open_database(self.folder) as database:
-            row = next(iter(database.rows("run", _CELL, *cell)), None)
+            row = next(iter(database.rows("run", _KEY, *key)), None)
             if row is None:
                 raise ResultsError(
-                    f"{self.folder / DATABASE} has no run of {cell[0]} on {cell[1]}, repetition "
-                    f"{cell[2]}, by {cell[3]!r}. Run the same command again."
+                    f"{self.folder / DATABASE} has no run of {key[0]} on {key[1]}, repetition "
+                    f"{key[2]}, by {key[3]!r}. Run the same command again."
                 )
-            kept = run_cache.get()
-            if kept is not None and (known := kept.get(row["sha256"])):
-                return known
-            run = _run(database, row)
-        return run if kept is None else kept.keep(row["sha256"], run)
+            cache = run_cache.get()
+            if cache is not None and (run := cache.get(row["sha256"])):
+                return run
+            run = _read_run(database, row)
+        return run if cache is None else cache.add(row["sha256"], run)
 
 
 class RunCache(dict[Hashable, Run]):
@@ -140,10 +139,10 @@ class RunCache(dict[Hashable, Run]):
     free = 1 << 30
     """Remaining bytes. Runs that do not fit are read whenever they are needed."""
 
-    def keep(self, key: Hashable, run: Run) -> Run:
-        """Keep a run if it fits, and return it."""
+    def add(self, key: Hashable, run: Run) -> Run:
+        """Add a run if it fits, and return it."""
         arrays = [array for named in run.arrays.values() for array in named.values()]
-        arrays += [run.boxes] * 3 + list(run.details.values())  # 3: for all columns of our own
+        arrays += [run.boxes] * 3 + list(run.details.values())  # 3: estimate for the other columns
         size = sum(array.nbytes for array in arrays)
         if size <= self.free:
             self.free -= size
@@ -152,7 +151,7 @@ class RunCache(dict[Hashable, Run]):
 
 
 run_cache: ContextVar[RunCache | None] = ContextVar("run_cache", default=None)
-"""Set by a command that reads each run once."""
+"""Cache of a command that reads each run once; None by default."""
 
 
 def identity_text(identity: Identity) -> str:
@@ -161,9 +160,9 @@ def identity_text(identity: Identity) -> str:
     return json.dumps(fields)
 
 
-def order(cell: RunKey) -> tuple[str, str, str, int]:
+def order(key: RunKey) -> tuple[str, str, str, int]:
     """Return the sort key of stored runs."""
-    tracker, sequence, repetition, protocol = cell
+    tracker, sequence, repetition, protocol = key
     return tracker, protocol, sequence, repetition
 
 
@@ -174,7 +173,7 @@ def _row_of(run: Run) -> tuple[Identity, tuple[Any, ...], dict[str, bytes]]:
     if run.revised is not None:
         contents["revised"] = pack({"boxes": run.revised.T})
     if run.arrays:
-        flat = {f"{at}/{name}": a for at, named in run.arrays.items() for name, a in named.items()}
+        flat = {f"{frame}/{k}": a for frame, named in run.arrays.items() for k, a in named.items()}
         contents["arrays"] = pack(flat)
     circumstances = {
         "date": datetime.now(UTC).isoformat(timespec="seconds"),
@@ -213,7 +212,7 @@ def run_columns(run: Run) -> dict[str, NDArray[Any]]:
         columns["states"] = run.states.astype(np.int32)
     if run.answered is not None:
         columns["answered"] = run.answered.astype(np.int32)
-    columns |= {f"segment/{i}": of.astype(np.int32) for i, of in enumerate(run.segments)}
+    columns |= {f"segment/{i}": frames.astype(np.int32) for i, frames in enumerate(run.segments)}
     if run.times is not None:
         times = {name: value for name, value in vars(run.times).items() if value is not None}
         columns |= {f"times/{name}": np.asarray(value) for name, value in times.items()}
@@ -223,30 +222,32 @@ def run_columns(run: Run) -> dict[str, NDArray[Any]]:
 def _write(
     database: Database, row: tuple[Identity, tuple[Any, ...], dict[str, bytes]], replaces: str
 ) -> bool:
-    key, columns, contents = row
-    cell = run_key(key)
+    identity, columns, contents = row
+    key = run_key(identity)
     failed = columns[2] == "failed"
-    for present in database.rows("run", _CELL, *cell):
-        if present["version"] == key.version:
+    for present in database.select(f"SELECT * FROM run WHERE {_KEY}", *key):
+        intact = is_intact(present)  # a damaged run counts as missing, and is replaced
+        if intact and present["version"] == identity.version:
             # A finished run is never repeated, and always replaces a failed one.
-            replaceable = present["status"] == "failed" and (replaces != "" or not failed)
-        else:
-            replaceable = present["version"] == replaces
-        if not replaceable:
+            if present["status"] != "failed" or (failed and not replaces):
+                return False
+        elif intact and present["version"] != replaces:
             return False
         _delete(database, present["id"])
-    if not database.rows("tracker", "version = ?", key.version):
-        database.insert("tracker", [(key.version, identity_text(key))])
-    number = database.select("SELECT coalesce(max(id), 0) + 1 FROM run")[0][0]
-    database.insert("run", [(number, *cell, *columns)])
-    database.insert("content", [(number, name, data) for name, data in contents.items()])
+        if not intact:  # the digest of the row may be wrong, and with it those of the tables
+            database.recount("run", "content", "score")
+    if not database.rows("tracker", "version = ?", identity.version):
+        database.insert("tracker", [(identity.version, identity_text(identity))])
+    run_id = database.select("SELECT coalesce(max(id), 0) + 1 FROM run")[0][0]
+    database.insert("run", [(run_id, *key, *columns)])
+    database.insert("content", [(run_id, name, data) for name, data in contents.items()])
     return True
 
 
-def _delete(database: Database, number: int) -> None:
-    database.delete("content", "run = ?", number)
-    database.delete("score", "run = ?", number)
-    database.delete("run", "id = ?", number)
+def _delete(database: Database, run_id: int) -> None:
+    database.delete("content", "run = ?", run_id)
+    database.delete("score", "run = ?", run_id)
+    database.delete("run", "id = ?", run_id)
 
 
 @cache
@@ -255,9 +256,9 @@ def _libraries() -> dict[str, str]:
     return library_versions({"av", "cv2", "numba", "numpy", "scipy"})
 
 
-def _run(database: Database, row: Row) -> Run:
+def _read_run(database: Database, row: Row) -> Run:
     trackers = database.rows("tracker", "version = ?", row["version"])
-    data = {one["name"]: one["data"] for one in database.rows("content", "run = ?", row["id"])}
+    data = {part["name"]: part["data"] for part in database.rows("content", "run = ?", row["id"])}
     digests = {name: sha256(content).hexdigest() for name, content in data.items()}
     if not trackers or digests != json.loads(row["contents"]):
         raise database.damaged(
@@ -266,12 +267,9 @@ def _run(database: Database, row: Row) -> Run:
         )
     identity = Identity(**json.loads(trackers[0]["identity"]), repetition=row["repetition"])
     columns = unpack(data["frames"])
-
-    def named(kind: str) -> dict[str, NDArray[Any]]:
-        return {k.partition("/")[2]: a for k, a in columns.items() if k.startswith(f"{kind}/")}
-
-    segmentation = named("segmentation")
-    times: dict[str, Any] = {k: a if a.shape else float(a) for k, a in named("times").items()}
+    segmentation = select_group(columns, "segmentation")
+    measured = select_group(columns, "times")
+    times: dict[str, Any] = {k: a if a.shape else float(a) for k, a in measured.items()}
     arrays: dict[int, dict[str, NDArray[Any]]] = {}
     for key, array in unpack(data["arrays"]).items() if "arrays" in data else ():
         frame, _, name = key.partition("/")
@@ -281,7 +279,7 @@ def _run(database: Database, row: Row) -> Run:
         boxes=columns["boxes"].T,
         visible=columns["visible"],
         confidence=columns["confidence"],
-        details=named("detail"),
+        details=select_group(columns, "detail"),
         failure=row["failure"],
         revised=unpack(data["revised"])["boxes"].T if "revised" in data else None,
         arrays=arrays,
@@ -289,7 +287,7 @@ def _run(database: Database, row: Row) -> Run:
         times=Times(**times) if times else None,
         states=columns.get("states"),
         answered=columns.get("answered"),
-        segments=tuple(named("segment").values()),
+        segments=tuple(select_group(columns, "segment").values()),
         circumstances=json.loads(row["circumstances"]),
         output=row["output"],
     )

@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import logging
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from functools import cache, partial
@@ -12,23 +13,23 @@ from typing import Any
 from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.evaluation.scoring import can_judge, score_both
 from trackmark.bench.experiments.tracker_spec import Identity
-from trackmark.bench.store.database import Database, open_database
+from trackmark.bench.store.database import DamagedError, Database, is_intact, open_database
 from trackmark.bench.store.files import ResultsError
 from trackmark.bench.store.layout import DATABASE, run_key
 from trackmark.bench.store.results import Results, order
 from trackmark.bench.store.truth import read_truth
 
 SCORED_BY = ("centre_error", "native", "overlap", "regions", "times")
-"""Modules of `bench.metrics` that define the stored scores; other presets change none."""
+"""Modules of `bench.metrics` that define the stored scores."""
 
-TEXTS = (
+TEXT_FIELDS = (
     *("tracker", "tracker_name", "preset", "parameters", "version", "tracker_version"),
     *("sequence", "fingerprint", "protocol", "status", "failure", "source", "truth"),
 )
-"""Fields of a row that are texts."""
+"""Fields of a row with texts."""
 
-NUMBERS = ("repetition", "frames", "seconds", "frame_seconds", "update_seconds")
-"""Fields of a row that are numbers."""
+NUMBER_FIELDS = ("repetition", "frames", "seconds", "frame_seconds", "update_seconds")
+"""Fields of a row with numbers."""
 
 _BATCH = 1000  # runs that are scored in one transaction
 
@@ -36,16 +37,17 @@ _BATCH = 1000  # runs that are scored in one transaction
 def list_runs(results: Results) -> list[dict[str, Any]]:
     """Return the rows of finished and failed runs without scores, in order.
 
-    The keys are `tracker`, `tracker_name`, `preset`, `parameters` (JSON), `version` (of tracker,
-    parameters and sequence together), `tracker_version` (of the tracker's code and libraries), the
-    fields `sequence`, `fingerprint`, `protocol`, `status`, `failure`, `source` and `truth` (paths
-    from which the sequence was opened), `repetition`, `frames`, `seconds` of the tracker,
-    `frame_seconds` to decode or render a frame, and `update_seconds` of CPU of an update (median).
+    The keys are those of `TEXT_FIELDS` and `NUMBER_FIELDS`. `parameters` is JSON. `version` covers
+    tracker, parameters and sequence; `tracker_version` covers the tracker's code and libraries.
+    `source` and `truth` are the paths from which the sequence was opened. Times are in seconds:
+    `seconds` of all calls of the tracker, `frame_seconds` to decode or render a frame (mean), and
+    `update_seconds` of CPU time of an update (median).
 
-    Raises `ResultsError` if the file is damaged.
+    A damaged run is left out; a warning on standard error names it. Raises `ResultsError` if
+    anything else in the file is damaged.
     """
     with open_database(results.folder) as database:
-        return [row for _, row in _listed(database)]
+        return [row for _, row in _read_rows(database)]
 
 
 def list_scored_runs(
@@ -53,23 +55,27 @@ def list_scored_runs(
 ) -> list[dict[str, Any]]:
     """Return the rows of `list_runs` with `scores` by name, of `bench.evaluation.score_both`.
 
-    `progress`: called with the numbers of runs that have been scored, and of all that must be.
+    `progress`: called with the number of runs that have been scored, and of all without scores.
 
-    Raises `ResultsError` if the file is damaged.
+    Damaged runs and other damage are handled as in `list_runs`.
     """
     with open_database(results.folder) as database:
-        listed = _listed(database)
-        stored = {
-            row["run"]: json.loads(row["scores"])
-            for row in database.table("score")
-            if row["scorer"] == _scorer_version()
-        }
-    unscored = [row for number, row in listed if number not in stored]
+        rows = dict(_read_rows(database))
+        for score in database.intact_rows("score")[0]:  # damaged scores are computed again
+            if score["run"] in rows and score["scorer"] == _scorer_version():
+                rows[score["run"]]["scores"] = json.loads(score["scores"])
+    unscored = [number for number, row in rows.items() if "scores" not in row]
     truth = cache(partial(read_truth, results.folder))
     for begin in range(0, len(unscored), _BATCH):
-        batch = unscored[begin : begin + _BATCH]
-        for place, row in enumerate(batch, begin + 1):
-            run = results.read(run_key(row))
+        scored = []
+        for done, number in enumerate(unscored[begin : begin + _BATCH], begin + 1):
+            row = rows[number]
+            try:
+                run = results.read(run_key(row))
+            except DamagedError as error:  # in its contents
+                _warn(str(error))
+                del rows[number]
+                continue
             stored_truth = truth(row["sequence"], row["fingerprint"])
             try:
                 row["scores"] = _scores(run, stored_truth)
@@ -78,10 +84,11 @@ def list_scored_runs(
                     f"{results.folder / DATABASE}: {run} is damaged ({error}). Remove the run "
                     "(`trackmark results remove`) and run the same command again."
                 ) from error
-            progress(place, len(unscored))
-        with suppress(ResultsError):  # a read-only folder is read more slowly
-            add_scores(results, batch)
-    return [{**row, "scores": stored.get(number, row.get("scores"))} for number, row in listed]
+            scored.append(row)
+            progress(done, len(unscored))
+        with suppress(ResultsError):  # in a read-only folder, each reader computes the scores again
+            add_scores(results, scored)
+    return list(rows.values())
 
 
 def run_row(run: Run, truth: Any) -> dict[str, Any]:
@@ -102,7 +109,10 @@ def add_scores(results: Results, rows: Iterable[Mapping[str, Any]]) -> None:
             where = f"SELECT id FROM run WHERE {key} AND version = ? AND status = ?"
             places = (*run_key(row), row["version"], row["status"])
             for run in database.select(where, *places):
-                database.delete("score", "run = ?", run["id"])
+                for score in database.select("SELECT * FROM score WHERE run = ?", run["id"]):
+                    database.delete("score", "run = ?", run["id"])
+                    if not is_intact(score):
+                        database.recount("score")
                 scores = run["id"], _scorer_version(), json.dumps(row["scores"])
                 database.insert("score", [scores])
 
@@ -113,12 +123,21 @@ def to_json_row(row: Mapping[str, Any]) -> dict[str, Any]:
     return {**row, "scores": scores}
 
 
-def _listed(database: Database) -> list[tuple[int, dict[str, Any]]]:
-    """Return the numbers and rows of all runs."""
+@cache
+def _warn(message: str) -> None:
+    """Log a message once per process: to standard error, unless logging is set up otherwise."""
+    logging.getLogger("trackmark").warning(message)
+
+
+def _read_rows(database: Database) -> list[tuple[int, dict[str, Any]]]:
+    """Return the numbers and rows of all undamaged runs, in order."""
     identities = {row["version"]: json.loads(row["identity"]) for row in database.table("tracker")}
     shared: dict[str, dict[str, Any]] = {}
-    listed = []
-    for row in database.table("run"):
+    rows = []
+    stored, errors = database.intact_rows("run")
+    for error in errors:
+        _warn(str(error))
+    for row in stored:
         version = row["version"]
         if version not in shared:
             if version not in identities:
@@ -126,8 +145,8 @@ def _listed(database: Database) -> list[tuple[int, dict[str, Any]]]:
             shared[version] = _of_identity(Identity(**identities[version], repetition=0))
         circumstances = json.loads(row["circumstances"])
         ended = row["status"], row["failure"], row["repetition"], row["frames"]
-        listed.append((row["id"], {**shared[version], **_fields(circumstances, *ended)}))
-    return sorted(listed, key=lambda one: order(run_key(one[1])))
+        rows.append((row["id"], {**shared[version], **_fields(circumstances, *ended)}))
+    return sorted(rows, key=lambda numbered: order(run_key(numbered[1])))
 
 
 def _fields(
@@ -140,7 +159,7 @@ def _fields(
         "truth": circumstances.get("truth", ""),
         "repetition": repetition,
         "frames": frames,
-        **{name: circumstances.get(name) for name in NUMBERS[2:]},
+        **{name: circumstances.get(name) for name in NUMBER_FIELDS[2:]},
     }
 
 

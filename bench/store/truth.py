@@ -1,4 +1,4 @@
-"""Ground truth of the runs of an experiment: scores need no sequence to be opened."""
+"""Ground truth of the runs of an experiment. Scoring needs no access to the sequences."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from trackmark.bench.store.database import Database, open_database
 from trackmark.bench.store.files import ResultsError
 from trackmark.bench.store.layout import DATABASE
-from trackmark.bench.store.packing import pack, unpack
+from trackmark.bench.store.packing import pack, select_group, unpack
 from trackmark.datasets import Sequence, SequenceError
 from trackmark.datasets.shapes import EncodedMask, Shapes
 
@@ -23,7 +23,7 @@ _KEY = "sequence = ? AND fingerprint = ?"
 
 @dataclass(frozen=True)
 class StoredTruth:
-    """A sequence's ground truth when runs were made; shapes as in `datasets.Sequence`."""
+    """Ground truth of a sequence at the time of its runs; fields are those of `Sequence`."""
 
     name: str
     boxes: NDArray[Any]
@@ -60,8 +60,12 @@ def store_truth(folder: Path, fingerprint: str, truth: StoredTruth) -> None:
     """
     key = truth.name, fingerprint
     with open_database(folder) as database:
-        there = _stored(database, *key)
-    if there and (there.image_size or not truth.image_size) and (there.shapes or not truth.shapes):
+        stored = _stored(database, *key)
+    if (
+        stored
+        and (stored.image_size or not truth.image_size)
+        and (stored.shapes or not truth.shapes)
+    ):
         return
     data = pack(_arrays_of(truth))
     with open_database(folder, write=True) as database:
@@ -90,12 +94,12 @@ def find_attributes(folder: Path, runs: "pd.DataFrame") -> dict[str, set[str]]:
 
     Raises `ResultsError` naming the file if a ground truth is missing or damaged.
     """
-    found: dict[str, set[str]] = {}
+    occurring: dict[str, set[str]] = {}
     for sequence, fingerprint in set(zip(runs["sequence"], runs["fingerprint"], strict=True)):
         attributes = read_truth(folder, sequence, fingerprint).attributes
         names = {name for name, flags in attributes.items() if flags.any()}
-        found[sequence] = found.get(sequence, set()) | names
-    return found
+        occurring.setdefault(sequence, set()).update(names)
+    return occurring
 
 
 def _stored(database: Database, sequence: str, fingerprint: str) -> StoredTruth | None:
@@ -124,29 +128,26 @@ def _arrays_of(truth: StoredTruth) -> dict[str, NDArray[Any]]:
         if isinstance(shape, np.ndarray):
             arrays[f"polygon/{frame}"] = shape
         elif shape is not None:
-            place = [shape.x, shape.y, shape.width, shape.height]
-            arrays[f"mask/{frame}"] = np.array([*place, *shape.runs], np.int64)
+            bounds = [shape.x, shape.y, shape.width, shape.height]
+            arrays[f"mask/{frame}"] = np.array([*bounds, *shape.runs], np.int64)
     return arrays
 
 
 def _truth_of(name: str, arrays: Mapping[str, NDArray[Any]]) -> StoredTruth:
-    def named(kind: str) -> dict[str, NDArray[Any]]:
-        return {k.partition("/")[2]: a for k, a in arrays.items() if k.startswith(f"{kind}/")}
-
     size: Any = tuple(arrays["image_size"].tolist()) if "image_size" in arrays else None
     shapes: dict[int, NDArray[np.float64] | EncodedMask] = {
-        int(frame): polygon for frame, polygon in named("polygon").items()
+        int(frame): polygon for frame, polygon in select_group(arrays, "polygon").items()
     }
-    for frame, (x, y, width, height, *runs) in named("mask").items():
-        whole = (int(x), int(y), int(width), int(height))
-        shapes[int(frame)] = EncodedMask(*whole, np.array(runs, np.int64))
+    for frame, (x, y, width, height, *runs) in select_group(arrays, "mask").items():
+        bounds = (int(x), int(y), int(width), int(height))
+        shapes[int(frame)] = EncodedMask(*bounds, np.array(runs, np.int64))
     n = len(arrays["visibility"])
     return StoredTruth(
         name=name,
         boxes=arrays["boxes"].T,
-        regions={key: boxes.T for key, boxes in named("region").items()},
+        regions={key: boxes.T for key, boxes in select_group(arrays, "region").items()},
         visibility=arrays["visibility"],
-        attributes=named("attribute"),
+        attributes=select_group(arrays, "attribute"),
         fps=float(arrays["fps"]) if "fps" in arrays else None,
         image_size=size,
         shapes=Shapes(shapes, range(n), size or (0, 0)) if shapes else None,

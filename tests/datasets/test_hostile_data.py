@@ -121,14 +121,26 @@ def truncated_palette(folder, write_images):
     return path
 
 
-def decompression_bomb(folder, write_images):
-    path, mask, _ = layouts.davis(folder, write_images, None, n=1)
+def huge_png():
+    """Return a PNG file of 60000x60000 pixels in a few bytes."""
     header = (60000).to_bytes(4, "big") * 2 + b"\x08\x03\0\0\0"
     pixels = chunk(b"IDAT", zlib.compress(bytes(10_000)))
     palette = chunk(b"PLTE", bytes(6))
     start = b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header)
-    mask.write_bytes(start + palette + pixels + chunk(b"IEND", b""))
+    return start + palette + pixels + chunk(b"IEND", b"")
+
+
+def decompression_bomb(folder, write_images):
+    path, mask, _ = layouts.davis(folder, write_images, None, n=1)
+    mask.write_bytes(huge_png())
     return path
+
+
+def mask_of_huge_image(folder, write_images):
+    folder.mkdir()
+    (folder / "1.png").write_bytes(huge_png())
+    (folder / "groundtruth.txt").write_text("m0,0,1,1,0,1\n")
+    return folder
 
 
 HOSTILE = {
@@ -147,6 +159,7 @@ HOSTILE = {
     latin_file_name: r"\\udce9\.png: this name is not UTF-8",
     damaged_first_image: r"00000\.jpg: damaged, or not an image",
     truncated_palette: r"00000\.png: the mask cannot be read",
+    mask_of_huge_image: r"groundtruth\.txt: line 1: it claims 60000x60000 pixels",
     decompression_bomb: r"00000\.png: the mask cannot be read \(it claims 60000x60000 pixels",
 }
 

@@ -1,14 +1,14 @@
-"""How well a colour is seen on another, as WCAG 2 defines it."""
+"""Contrast of two colours as defined by WCAG 2."""
 
 import numpy as np
 
 
 def linear(colour):
-    """Light of red, green and blue, in 0..255, as shares of the most."""
+    """Convert red, green and blue from 0 to 255 to linear light in [0, 1]."""
     parts = np.asarray(colour) / 255
     return np.where(parts <= 0.04045, parts / 12.92, ((parts + 0.055) / 1.055) ** 2.4)
 
 
-def contrast(one, other):
-    dark, light = sorted(linear(colour) @ [0.2126, 0.7152, 0.0722] for colour in (one, other))
+def contrast(first, second):
+    dark, light = sorted(linear(colour) @ [0.2126, 0.7152, 0.0722] for colour in (first, second))
     return (light + 0.05) / (dark + 0.05)

@@ -1,4 +1,4 @@
-"""`write_file`: what it replaces, what it writes to, and what it leaves alone."""
+"""Replacement and protection of files by `write_file`."""
 
 import os
 import stat
@@ -71,7 +71,7 @@ def test_write_file_writes_to_a_fifo(tmp_path):
 
 @pytest.fixture
 def device(tmp_path):
-    """A null device of the test's own: broken code run by root would replace the system's."""
+    """Provide a null device of the test: broken code run by root would replace the real one."""
     path = tmp_path / "null"
     try:
         os.mknod(path, 0o666 | stat.S_IFCHR, os.makedev(1, 3))

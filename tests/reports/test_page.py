@@ -1,4 +1,4 @@
-"""What a page's player reads, against plain definitions."""
+"""Data for the player of a page against plain definitions."""
 
 import json
 import re
@@ -36,7 +36,7 @@ BOXES = arrays(
 
 
 def unpacked(text, rows):
-    """The player's way back, number by number."""
+    """Decode boxes as the player does, number by number."""
     content = zlib.decompress(b64decode(text))
     n = len(content) // 4
     steps = [sum(content[k * n + i] << 8 * k for k in range(4)) for i in range(n)]
@@ -53,21 +53,21 @@ def unpacked(text, rows):
 def test_boxes_come_back_to_a_tenth_of_a_pixel(boxes):
     whole = np.stack([quantise(row) for row in boxes])
     assert unpacked(pack_boxes(whole), len(boxes)) == whole.ravel().tolist()
-    known = np.isfinite(boxes).all(axis=2)
-    assert (whole[~known] == ABSENT).all()
-    assert (whole[known] != ABSENT).all()
-    near = known & (np.abs(boxes) < 1e7).all(axis=2)
+    finite = np.isfinite(boxes).all(axis=2)
+    assert (whole[~finite] == ABSENT).all()
+    assert (whole[finite] != ABSENT).all()
+    near = finite & (np.abs(boxes) < 1e7).all(axis=2)
     np.testing.assert_allclose(whole[near] / 10, boxes[near], atol=0.0501)
 
 
-def test_a_page_of_nothing_but_words_is_one(tmp_path):
+def test_page_can_contain_texts_only(tmp_path):
     (path,) = write_page(tmp_path / "a.html", Page("T", [PageSection("a", "A", ["<b>"])]))
     text = path.read_text()
     assert "&lt;b&gt;" in text
     assert "player" not in text.partition("</style>")[2].partition("<script")[0]
 
 
-def test_gaps_and_infinities_are_no_numbers_in_the_page(tmp_path):
+def test_page_data_have_null_for_gaps_and_infinities(tmp_path):
     chart = Chart("c", "x", "y", [Line("l", 0, [0, 1], [np.nan, np.inf])], "words")
     table = Table("t", "", ["", "n"], 1, [[Cell("a"), Cell("—")]])
     sheet = PageTable(table, [[float("nan")]], [[None]])
@@ -97,7 +97,7 @@ def test_frames_stand_in_chunks_in_order_and_are_not_enlarged():
     ]
 
 
-def test_an_address_says_names_as_they_are():
+def test_address_contains_names_unchanged():
     place = PlayerPosition(0, 0, 2, 7)
     scene = PlayerScene("a&b=ц#", (4, 3), np.zeros((9, 4)), [])
     assert Page("", [], ["x y"], [scene]).address(place) == (

@@ -1,4 +1,4 @@
-"""Colours: that each is seen on its ground, and that no two are taken for one another."""
+"""Contrast and distinguishability of colours."""
 
 from itertools import combinations, product
 from pathlib import Path
@@ -28,19 +28,19 @@ SEEN = {
 
 
 def lab(values):
-    """CIE L*a*b* of linear sRGB under D65."""
+    """Convert linear sRGB to CIE L*a*b* under D65."""
     to_xyz = [[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]]
     x, y, z = np.cbrt(np.clip(to_xyz @ values, 1e-4, None) / [0.9505, 1.0, 1.089])
     return np.array([116 * y - 16, 500 * (x - y), 200 * (y - z)])
 
 
 @pytest.mark.parametrize("ground", GROUNDS)
-def test_every_line_is_seen_on_its_ground(ground):
+def test_line_colours_contrast_with_backgrounds(ground):
     for shade, behind in product(COLOURS, GROUNDS[ground]):
         assert contrast(rgb(shade), rgb(behind)) >= 3, (shade, behind)
 
 
-def test_the_grounds_are_those_of_pages():
+def test_backgrounds_are_those_of_pages():
     css = Path(page.__file__).with_name("page.css").read_text()
     light, dark = css.split("prefers-color-scheme: dark")
     assert "--paper: #fff;" in light
@@ -49,9 +49,9 @@ def test_the_grounds_are_those_of_pages():
 
 
 @pytest.mark.parametrize("sight", SEEN)
-def test_no_two_colours_are_taken_for_one_another(sight):
+def test_colours_are_distinguishable(sight):
     seen = [lab(np.clip(SEEN[sight] @ linear(rgb(shade)), 0, 1)) for shade in COLOURS]
-    assert min(np.linalg.norm(one - other) for one, other in combinations(seen, 2)) > 19
+    assert min(np.linalg.norm(first - second) for first, second in combinations(seen, 2)) > 19
 
 
 def test_lines_differ_in_more_than_colour():
@@ -62,6 +62,6 @@ def test_lines_differ_in_more_than_colour():
     assert styles[2]["color"] == colour(2)
 
 
-def test_colours_are_seen_on_the_ground_of_film_strips():
+def test_colours_contrast_with_film_strip_background():
     for shade in COLOURS:
         assert contrast(rgb(shade), [BACKGROUND] * 3) >= 3

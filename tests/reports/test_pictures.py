@@ -1,4 +1,4 @@
-"""Film strips and videos: that they show the boxes, where they belong."""
+"""Film strips and videos: positions of their boxes."""
 
 import av
 import cv2
@@ -25,11 +25,11 @@ def changed(drawn):
 
 
 def is_colour(pixels, position, within=40):
-    """Whether the pixels, shape (..., 3), have the colour of a position."""
+    """Return whether pixels, shape (..., 3), have the colour with an index."""
     return np.abs(pixels.astype(int) - to_bgr(colour(position))).max(axis=-1) < within
 
 
-def test_a_box_is_drawn_along_its_edges_and_nowhere_else():
+def test_overlay_draws_only_the_edges_of_a_box():
     drawn = on_grey([20, 10, 30, 25])
     y, x = changed(drawn).T + 0.5
     outside = np.max([20 - x, x - 50, 10 - y, y - 35, 0 * x], axis=0)
@@ -40,7 +40,7 @@ def test_a_box_is_drawn_along_its_edges_and_nowhere_else():
 
 
 @pytest.mark.parametrize("scale", [1.0, 1.37, 3.0])
-def test_a_box_lies_at_its_exact_place_between_pixels(scale):
+def test_overlay_draws_box_with_subpixel_accuracy(scale):
     errors = []
     for part in np.linspace(0, 2, 33):
         drawn = on_grey([10 + part, 8 + part, 40, 30], scale)
@@ -57,7 +57,7 @@ def test_a_box_lies_at_its_exact_place_between_pixels(scale):
 
 
 @pytest.mark.parametrize("scale", [1.0, 3.0])
-def test_an_ellipse_is_inscribed_in_its_box(scale):
+def test_overlay_inscribes_ellipse_in_box(scale):
     y, x = (changed(on_grey([20, 10, 40, 30], scale, "ellipse")).T + 0.5) / scale
     radius = np.hypot((x - 40) / 20, (y - 25) / 15)
     assert np.abs(radius - 1).max() * 15 * scale < 4.5
@@ -66,7 +66,7 @@ def test_an_ellipse_is_inscribed_in_its_box(scale):
     assert (x.min(), x.max()) == (pytest.approx(20, abs=3), pytest.approx(60, abs=3))
 
 
-def test_a_contour_is_closed_and_its_parts_are_not_joined():
+def test_overlay_closes_contours_and_separates_parts():
     first = np.array([[10.0, 10], [30, 10], [30, 30]])
     second = np.array([[50.0, 30], [70, 30], [70, 50]])
     gap = np.full((1, 2), np.nan)
@@ -80,7 +80,7 @@ def test_a_contour_is_closed_and_its_parts_are_not_joined():
 
 
 @pytest.mark.parametrize("ground", [0, 128, 255])
-def test_the_truth_is_dashed_white_on_black_and_seen_on_any_ground(ground):
+def test_overlay_shows_ground_truth_on_any_background(ground):
     image = np.full((60, 80, 3), ground, np.uint8)
     drawn = overlay(image, {TRUTH: np.array([10.125, 10.125, 60, 40])}, {}, scale=4)
     top = drawn[40, 46:276]
@@ -91,7 +91,7 @@ def test_the_truth_is_dashed_white_on_black_and_seen_on_any_ground(ground):
 
 
 @pytest.mark.parametrize("shape", ["ellipse", "contour"])
-def test_a_truth_of_another_shape_is_dashed_all_the_way_round(shape):
+def test_overlay_dashes_ground_truth_of_any_shape(shape):
     angles = np.linspace(0, 2 * np.pi, 200)
     circle = 100 + 80 * np.stack([np.cos(angles), np.sin(angles)], axis=1)
     truth = np.array([20, 20, 160, 160]) if shape == "ellipse" else circle[::4]
@@ -104,7 +104,7 @@ def test_a_truth_of_another_shape_is_dashed_all_the_way_round(shape):
     assert np.diff(around).max() < 1.5 * 2 * np.pi / len(around)
 
 
-def test_a_box_right_on_the_truth_is_seen_through_its_dashes():
+def test_overlay_shows_box_at_ground_truth_between_dashes():
     box = np.array([10.125, 10.125, 60, 40])
     drawn = overlay(GREY, {TRUTH: box, "a": box}, {"a": colour(0)}, scale=4)
     top = drawn[40, 46:276]
@@ -112,7 +112,7 @@ def test_a_box_right_on_the_truth_is_seen_through_its_dashes():
     assert (top.min(axis=1) > 180).mean() > 0.25
 
 
-def test_boxes_that_are_absent_or_far_outside_are_no_trouble_and_the_image_stays():
+def test_overlay_accepts_absent_and_distant_boxes():
     before = GREY.copy()
     boxes = {"a": np.full(4, np.nan), "b": np.array([-1e9, -1e9, 1e12, 5])}
     drawn = overlay(GREY, boxes, {"a": colour(0), "b": colour(1)}, words="7")
@@ -122,14 +122,14 @@ def test_boxes_that_are_absent_or_far_outside_are_no_trouble_and_the_image_stays
     assert np.array_equal(GREY, before)
 
 
-def test_a_long_legend_wraps():
+def test_legend_wraps_long_labels():
     labels = {f"tracker-with-a-long-name-{i}": colour(i) for i in range(6)}
     assert legend(labels, labels, 2000).shape[0] < legend(labels, labels, 400).shape[0]
     assert legend(labels, labels, 400).shape[1] == 400
 
 
 @given(st.integers(0, 50), st.integers(0, 500), st.integers(1, 40))
-def test_frames_are_spaced_evenly_from_the_first_to_the_last(first, more, count):
+def test_evenly_spaced_includes_first_and_last_frame(first, more, count):
     numbers = evenly_spaced(first, first + more, count)
     assert numbers[0] == first
     assert len(numbers) == min(count, more + 1)
@@ -138,15 +138,15 @@ def test_frames_are_spaced_evenly_from_the_first_to_the_last(first, more, count)
         assert np.ptp(np.diff(numbers)) <= 1
 
 
-def test_a_strip_shows_the_frames_asked_for_in_order(tmp_path):
+def test_film_strip_shows_requested_frames_in_order(tmp_path):
     def image_of(number):
         return np.full((40, 60, 3), 10 * number, np.uint8)
 
-    asked = [1, 5, 9, 13, 17, 21, 25]
-    strip = film_strip(image_of, asked, {}, "title", columns=4, width=800)
+    frames = [1, 5, 9, 13, 17, 21, 25]
+    strip = film_strip(image_of, frames, {}, "title", columns=4, width=800)
     assert strip.shape[1] == pytest.approx(800, abs=4)
     tile_height = round(40 * (800 - 12) / 4 / 60)
-    for position, number in enumerate(asked):
+    for position, number in enumerate(frames):
         y = 28 + (position // 4) * (tile_height + 4) + tile_height // 2
         x = (position % 4) * 201 + 100
         assert strip[y, x].tolist() == [10 * number] * 3
@@ -155,7 +155,7 @@ def test_a_strip_shows_the_frames_asked_for_in_order(tmp_path):
 
 
 @pytest.mark.parametrize("size", [(60, 80), (61, 83), (480, 640)])
-def test_a_video_is_h264_with_every_frame_and_its_boxes(tmp_path, size):
+def test_video_is_h264_with_all_frames_and_boxes(tmp_path, size):
     n = 12
     boxes = {"a": np.array([[10 + i, 10, 30, 25] for i in range(n)], float)}
     images = ((i, np.full((*size, 3), 128, np.uint8)) for i in range(n))
@@ -174,7 +174,7 @@ def test_a_video_is_h264_with_every_frame_and_its_boxes(tmp_path, size):
         assert np.abs(decoded[i][int((10 + 12) * scale), int(x)].astype(int) - 128).max() < 12
 
 
-def test_a_video_without_frames_or_interrupted_leaves_nothing(tmp_path):
+def test_video_without_frames_leaves_no_file(tmp_path):
     def images():
         for number in range(100):
             yield number, GREY
@@ -188,7 +188,7 @@ def test_a_video_without_frames_or_interrupted_leaves_nothing(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_file_that_was_there_survives_a_failure_to_replace_it(tmp_path):
+def test_old_file_survives_failed_replacement(tmp_path):
     path = tmp_path / "a.txt"
     path.write_text("old")
 
@@ -201,13 +201,13 @@ def test_a_file_that_was_there_survives_a_failure_to_replace_it(tmp_path):
     assert [(file.name, file.read_text()) for file in tmp_path.iterdir()] == [("a.txt", "old")]
 
 
-def test_every_frame_of_a_strip_has_its_own_boxes_or_contours():
+def test_film_strip_frames_have_own_boxes_or_contours():
     boxes = np.array([[4 + 10 * i, 10, 20, 20] for i in range(4)], float)
     corners = np.array([[0, 0], [1, 0], [1, 1], [0, 1]])
     contours = {i: box[:2] + corners * box[2:] for i, box in enumerate(boxes)}
     strips = [
-        film_strip(lambda number: GREY, [1, 3], {"a": shown}, columns=2, width=804, shape=shape)
-        for shown, shape in ((boxes, "box"), (contours, "contour"))
+        film_strip(lambda number: GREY, [1, 3], {"a": shapes}, columns=2, width=804, shape=shape)
+        for shapes, shape in ((boxes, "box"), (contours, "contour"))
     ]
     assert np.array_equal(*strips)
     for tile, number in enumerate([1, 3]):
@@ -216,31 +216,35 @@ def test_every_frame_of_a_strip_has_its_own_boxes_or_contours():
         assert strips[0][y, x - 12].tolist() == [128] * 3
 
 
-def test_a_strip_draws_ellipses_in_given_shades_counts_as_told_and_says_more_of_a_frame():
+def test_film_strip_draws_ellipses_shades_and_words():
     boxes = {"a": np.tile([20.0, 10, 40, 30], (3, 1))}
     options = {"columns": 1, "width": 320, "shape": "ellipse", "shades": {"a": colour(2)}}
     plain = film_strip(lambda number: GREY, [1], boxes, **options)
-    said = film_strip(lambda number: GREY, [1], boxes, words={1: "initialising"}, **options)
+    strip = film_strip(lambda number: GREY, [1], boxes, words={1: "initialising"}, **options)
     counted = film_strip(lambda number: GREY, [0], boxes, count_from=1, **options)
     assert is_colour(plain[10 * 4, 40 * 4], 2)
     assert plain[10 * 4 + 4, 20 * 4 + 4].tolist() == [128] * 3
-    assert np.argwhere((plain != said).any(axis=2))[:, 1].min() > 8  # beyond the number
+    assert np.argwhere((plain != strip).any(axis=2))[:, 1].min() > 8  # beyond the number
     assert np.array_equal(plain, counted)
 
 
 @pytest.mark.parametrize(("scale", "step"), [(1.0, 100), (2.5, 50), (8.0, 10), (0.1, 1000)])
-def test_a_ruler_marks_pixels_at_their_place(scale, step):
+def test_ruler_marks_pixels(scale, step):
     image = np.full((500, 700, 3), 128, np.uint8)
     draw_ruler(image, scale)
     places = [round(i * step * scale / 5) for i in range(1000)]
     # Beside the corner, where both edges' marks meet, and above and left of the numbers.
     across = np.flatnonzero((image[3] == 255).all(axis=-1))
     down = np.flatnonzero((image[:, 3] == 255).all(axis=-1))
-    assert [at for at in across if at > 10] == [at for at in places if 10 < at < 700]
-    assert [at for at in down if at > 10] == [at for at in places if 10 < at < 500]
+    assert [offset for offset in across if offset > 10] == [
+        offset for offset in places if 10 < offset < 700
+    ]
+    assert [offset for offset in down if offset > 10] == [
+        offset for offset in places if 10 < offset < 500
+    ]
 
 
-def test_words_that_are_no_text_are_written_and_cost_no_life():
+def test_write_words_accepts_surrogates():
     image = np.zeros((30, 200, 3), np.uint8)
     write_words(image, "caf\udce9", (5, 20))
     assert image.any()

@@ -1,4 +1,4 @@
-"""Plots: their lines are the data, and everything lies inside the picture."""
+"""Plots: their lines are the data, and all parts are inside the image."""
 
 import numpy as np
 import pytest
@@ -24,7 +24,7 @@ def chart(labels, x=(0.0, 1.0), y=(1.0, 0.5), **options):
 
 
 def scores(*overlaps):
-    """Runs with these overlaps by frame, and an error of 30 pixels without overlap."""
+    """Return runs with these overlaps by frame, and an error of 30 px without overlap."""
     values = np.array(overlaps, float)
     return FrameScores(values, 30 * (1 - values))
 
@@ -38,8 +38,8 @@ def test_chart_has_lines_with_bands_and_figures():
         Line("a", 0, [0, 1], [1, 0.5], [1, 0.2], [1, 0.8], value="0.750"),
         Line("b", 2, [0, 1], [1, 1]),
     ]
-    shown = Chart("C", "overlap", "share", lines, "", "step", top=1.0, value_name="area")
-    figure = chart_plot(shown, "T", ["a", "x", "b"])
+    chart = Chart("C", "overlap", "share", lines, "", "step", top=1.0, value_name="area")
+    figure = chart_plot(chart, "T", ["a", "x", "b"])
     (axes,) = figure.axes
     assert (axes.get_xlabel(), axes.get_ylabel(), axes.get_ylim()) == (
         "overlap",
@@ -64,14 +64,14 @@ def test_chart_of_dots_has_intervals():
 
 
 @pytest.mark.parametrize("name", ["a$\\frac{$", "$a$ and $b$", "_mine.py:Mine", "\x1b[2J"])
-def test_name_is_no_formula_and_stands_in_the_legend(name, tmp_path):
+def test_legend_shows_names_with_dollar_signs(name, tmp_path):
     for figure in (
         chart_plot(chart([name]), name),
         frame_plot(name, {0: scores([0.5])}, [name], set()),
     ):
         assert write_figure(tmp_path / "plot.png", figure).stat().st_size
-        (shown,) = legend(figure)
-        assert shown.replace("\\$", "$").strip().startswith(printable(name))
+        (label,) = legend(figure)
+        assert label.replace("\\$", "$").strip().startswith(printable(name))
 
 
 def test_frame_plot_has_medians_quartiles_and_counts_of_runs():
@@ -102,7 +102,7 @@ def test_frames_of_more_than_seven_trackers_have_rows():
     assert len(frame_plot("s", runs, labels, set()).axes) == 2
 
 
-def test_speed_plot_has_no_dot_of_a_disturbed_tracker():
+def test_speed_plot_has_no_dot_for_disturbed_tracker():
     times = {"a": (0.002, 0.003), "b": (np.nan, np.nan)}
     (axes,) = speed_plot(times, "warm", "T", ["x", "a", "b"]).axes
     assert [label.get_text() for label in axes.get_yticklabels()] == ["a", "b"]
@@ -113,7 +113,7 @@ def test_speed_plot_has_no_dot_of_a_disturbed_tracker():
     assert "warm [ms]" in axes.get_xlabel()
 
 
-def test_series_has_a_panel_below_the_other():
+def test_series_plot_stacks_panels():
     five = np.array([[i, i + 2.0, np.nan] for i in range(5)])
     figure = series_plot(
         {"z": {"b": five}, "y": {"a": five[:1]}}, "T", "Hx", ["a", "b"], "scenes", 3
@@ -158,7 +158,9 @@ def test_long_labels_lie_inside_and_leave_room(labels):
         for axes in figure.axes:
             assert axes.bbox.width > (0.5 if len(figure.axes) <= 2 else 0.25) * width
             assert axes.bbox.height > 100
-            assert not any(one.get_window_extent().overlaps(axes.bbox) for one in figure.legends)
+            assert not any(
+                artist.get_window_extent().overlaps(axes.bbox) for artist in figure.legends
+            )
         for artist in (*figure.axes, *figure.legends, *figure.texts):
             drawn = artist.get_tightbbox()
             assert min(drawn.x0, drawn.y0) >= -1
@@ -166,7 +168,7 @@ def test_long_labels_lie_inside_and_leave_room(labels):
             assert drawn.y1 <= height + 1
 
 
-def test_legend_uses_the_columns_that_have_room():
+def test_legend_uses_columns_that_fit():
     def lines(label):
         figure = chart_plot(chart([f"{label}{i}" for i in range(4)]), "T")
         figure.draw_without_rendering()
@@ -198,7 +200,9 @@ def test_single_point_is_seen_in_every_panel(n):
         axes = figure.axes[number if n == 8 else 0]
         axes.set_axis_off()
         figure.draw_without_rendering()
-        (line,) = [one for one in axes.get_lines() if one.get_color() == colour(number)][-1:]
+        (line,) = [artist for artist in axes.get_lines() if artist.get_color() == colour(number)][
+            -1:
+        ]
         line.set_visible(False)
         figure.canvas.draw()
         without = np.asarray(figure.canvas.buffer_rgba()).copy()

@@ -1,4 +1,4 @@
-"""The table model and its four renderers, against sums done by hand."""
+"""The table model and its renderers against values computed by hand."""
 
 import io
 import shutil
@@ -59,12 +59,12 @@ def sequences(rows, measures=(OVERLAP,)):
     return sequence_table(runs(*rows), measures, "T", "native")
 
 
-def test_each_sequence_counts_once_however_often_it_was_repeated():
+def test_summary_weights_sequences_equally():
     table = summary([done("a", "s", 0, 0.2), done("a", "s", 1, 0.4), done("a", "t", 0, 0.9)])
     assert texts(table) == [["a", "0.600"]]  # (0.3 + 0.9) / 2, not (0.2 + 0.4 + 0.9) / 3
 
 
-def test_the_spread_is_the_standard_deviation_of_the_mean_over_repetitions():
+def test_spread_is_standard_deviation_over_repetitions():
     rows = [done("a", "s", 0, 0.2), done("a", "s", 1, 0.4)]
     more = [done("a", "t", 0, 0.6), done("a", "t", 1, 0.5)]
     spread = np.std([0.4, 0.45], ddof=1)
@@ -73,20 +73,20 @@ def test_the_spread_is_the_standard_deviation_of_the_mean_over_repetitions():
 
 
 @pytest.mark.parametrize("status", ["missing", "stale"])
-def test_runs_that_are_not_there_or_of_another_version_are_in_no_mean(status):
+def test_missing_and_stale_runs_make_mean_missing(status):
     table = sequences([done("a", "s", 0, 0.2), ("a", "s", 1, status, 0.9, 0.0)])
     assert texts(table) == [["s", "a", f"— (1 of 2 {status})"]]
     assert table.notes[0].startswith(f"{status}: a, 1 ")
 
 
-def test_failed_runs_without_a_score_make_the_mean_missing():
+def test_failed_runs_without_score_make_mean_missing():
     failed = ("a", "s", 1, "failed", np.nan, np.nan)
     table = summary([done("a", "s", 0, 0.2), failed, done("b", "s", 0, 0.5)])
     assert texts(table) == [["a", "— (1 of 2 failed)"], ["b", "0.500"]]
     assert table.notes == ["a: 1 of 2 runs failed: sequence s, ValueError: why"]
 
 
-def test_failed_runs_with_a_score_count():
+def test_failed_runs_with_score_count():
     failed = ("a", "s", 1, "failed", 0.0, 9.0)
     table = sequences([done("a", "s", 0, 0.2), failed])
     assert table.rows[0][2].text.startswith("0.100")
@@ -113,7 +113,7 @@ def test_summary_averages_over_units_and_shows_their_intervals():
     assert table.caption.endswith("in 2 units, each counting once; metrics preset native. Meaning.")
 
 
-def test_a_tracker_that_lacks_a_sequence_has_no_mean_and_no_row_of_it():
+def test_tracker_without_sequence_has_no_mean_and_no_row():
     rows = [done("a", "s", 0, 0.2), done("a", "t", 0, 0.2), done("b", "s", 0, 0.9)]
     table = summary(rows)
     assert texts(table) == [["a", "0.200"], ["b", "— (1 of 2 not run)"]]
@@ -128,11 +128,11 @@ def test_malformed_boxes_are_counted_by_tracker():
     assert note == "malformed: a, 3 boxes not finite with a positive size: misses"
 
 
-def test_a_missing_score_is_not_passed_over():
+def test_missing_score_makes_mean_missing():
     assert texts(summary([done("a", "s", 0, np.nan), done("a", "s", 1, 0.5)])) == [["a", "—"]]
 
 
-def test_complete_adds_what_lacks_and_nothing_else():
+def test_complete_adds_only_missing_pairs():
     full = runs(done("a", "s", 0, 0.1), done("b", "s", 0, 0.1))
     assert complete(full) is full
     added = complete(runs(done("a", "s", 0, 0.1), done("b", "t", 0, 0.1)))
@@ -144,12 +144,12 @@ def test_complete_adds_what_lacks_and_nothing_else():
     }
 
 
-def test_a_table_of_sequences_marks_nothing():
+def test_sequence_table_has_no_marks():
     table = sequences([done("a", "s", 0, 0.9), done("b", "s", 0, 0.8)])
     assert not any(cell.best for row in table.rows for cell in row)
 
 
-def test_counts_are_out_of_what_there_is_and_a_scale_changes_only_what_is_shown():
+def test_cells_show_totals_of_counts_and_scaled_values():
     assert texts(sequences([done("a", "s", 0, 0.5)], [COUNT])) == [["s", "a", "50 of 100"]]
     percent = ScoreMeasure("overlap", "o", "%", "higher", 1, scale=100)
     table = summary([done("a", "s", 0, 0.25)], [percent])
@@ -167,7 +167,7 @@ def table():
     return summary(rows, [OVERLAP, ERROR], "A & B_c")
 
 
-def test_text_is_aligned_and_marks_the_best(table):
+def test_text_is_aligned_and_has_marks(table):
     assert to_text(table).splitlines()[2:] == [
         "tracker                         overlap          error [px]",
         "--------------------  ------------------  ------------------",
@@ -178,7 +178,7 @@ def test_text_is_aligned_and_marks_the_best(table):
     ]
 
 
-def test_wide_signs_do_not_break_the_alignment():
+def test_text_aligns_wide_characters():
     table = summary([done("追跡", "s", 0, 0.5), done("abcd", "s", 0, 0.25)])
     lines = to_text(table).splitlines()[4:]
     assert lines == ["追跡       0.500*", "abcd       0.250"]
@@ -191,7 +191,7 @@ def test_markdown_has_as_many_cells_in_every_row(table):
     assert "**0.750**" in lines[3]
 
 
-def test_csv_comes_back_at_full_precision_with_preset_and_what_a_count_is_out_of():
+def test_csv_has_unrounded_values_preset_and_totals():
     table = sequences([done("a,b", "s", 0, 0.1 + 0.2)], [OVERLAP, COUNT])
     back = pd.read_csv(io.StringIO(to_csv(table)))
     assert back["mean"].tolist() == [0.1 + 0.2, (0.1 + 0.2) * 100]
@@ -204,13 +204,13 @@ NAMES = ["=1+1", "@SUM(A1)", "-2 px", "+x", "'=1", "''-x", "-3", "'quoted'", "a-
 NAMES += ["＝1+1", "-inf", "-1_0", "\t=1"]
 
 
-def test_heads_of_csv_are_no_formulas():
+def test_csv_headings_are_not_formulas():
     table = Table("t", "", ["sequence", "=1+1"], 1, [], data=pd.DataFrame({"=1+1": [-0.5]}))
     assert to_csv(table).splitlines() == ["'=1+1", "-0.5"]
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_csv_has_no_formulas_and_names_come_back_as_docs_say(name):
+def test_csv_protects_formulas_as_documented(name):
     table = summary([done(name, "s", 0, -0.5)])
     text = to_csv(table)
     row = text.splitlines()[1]
@@ -223,7 +223,7 @@ def test_csv_has_no_formulas_and_names_come_back_as_docs_say(name):
 
 
 @pytest.mark.parametrize("render", [to_csv, to_latex, to_markdown, to_text])
-def test_a_name_stays_on_its_line_and_in_its_cell(render):
+def test_name_stays_in_its_line_and_cell(render):
     plain, odd = (
         render(summary([done(name, "s", 0, 0.5)], title=f"T {name}"))
         for name in ("name", "na\nme\r| \x1b[2J\u2028")
@@ -234,7 +234,7 @@ def test_a_name_stays_on_its_line_and_in_its_cell(render):
 
 
 @pytest.mark.parametrize(
-    ("name", "shown"),
+    ("name", "escaped"),
     [
         ("[x](javascript:alert)", r"\[x\](javascript:alert)"),
         ("a [x][y]", r"a [x\][y]"),
@@ -243,17 +243,17 @@ def test_a_name_stays_on_its_line_and_in_its_cell(render):
         ("error [px]", "error [px]"),
     ],
 )
-def test_markdown_of_a_name_is_no_markup(name, shown):
-    assert f"| {shown} |" in to_markdown(summary([done(name, "s", 0, 0.5)]))
+def test_markdown_escapes_names(name, escaped):
+    assert f"| {escaped} |" in to_markdown(summary([done(name, "s", 0, 0.5)]))
 
 
 @pytest.mark.parametrize("name", ["[x]", "*x"])
-def test_latex_does_not_take_a_name_for_an_option_of_the_row_before(name):
+def test_latex_protects_names_from_options(name):
     rows = to_latex(summary([done(name, "s", 0, 0.5)])).splitlines()
     assert f"{{}}{name} & 0.500 \\\\" in rows
 
 
-def test_latex_escapes_what_latex_would_read_as_commands(table):
+def test_latex_escapes_commands(table):
     text = to_latex(table)
     assert r"\caption{A \& B\_c:" in text
     assert r"odd\textbar{}\_*\&\%\$\#\{\}\textasciitilde{}\textasciicircum{}" in text
@@ -306,7 +306,7 @@ def aligned():
     [("-0.5", "-0"), ("[-12.3, 4]", "[-12"), (".047", ""), ("< .001", "< "), ("7 of 9", "7"),
      ("~3.1", "~3"), ("1e-5", "1"), ("2026-11-23", None), ("294f9", None), ("—", None), ("", None)],
 )  # fmt: skip
-def test_number_is_split_at_its_units(text, whole):
+def test_number_is_split_after_units_digit(text, whole):
     number = number_in(text)
     assert number is None if whole is None else number == (whole, text.removeprefix(whole))
 
@@ -328,7 +328,7 @@ def test_units_are_aligned_in_every_format(aligned):
     assert "| --- | ---: | ---: | --- | ---: |" in to_markdown(aligned)
 
 
-def test_several_statements_are_a_text():
+def test_cells_with_statements_are_texts():
     rows = [[Cell("a"), Cell("0 of 2")], [Cell("b"), Cell("1 of 4; post hoc 2 of 4; fragile")]]
     assert text_columns(Table("t", "", ["claim", "holds in"], 1, rows)) == [True, True]
     assert text_columns(Table("t", "", ["claim", "holds in"], 1, rows[:1])) == [True, False]
@@ -339,7 +339,7 @@ def test_several_statements_are_a_text():
     st.lists(st.floats(0, 1), min_size=1, max_size=6),
     st.lists(st.floats(0, 1), min_size=1, max_size=6),
 )
-def test_the_mean_is_that_of_the_sequences_means(first, second):
+def test_mean_is_mean_of_sequence_means(first, second):
     rows = [done("a", "s", i, v) for i, v in enumerate(first)]
     rows += [done("a", "t", i, v) for i, v in enumerate(second)]
     assert summary(rows).data["mean"][0] == pytest.approx((np.mean(first) + np.mean(second)) / 2)

@@ -1,4 +1,4 @@
-"""OpenCV on one thread, as what it is compared with."""
+"""OpenCV on one thread, as the code that it is compared with."""
 
 import cv2
 import pytest

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackmark.bench.metrics.curves import share_curve
-from trackmark.bench.metrics.native import GroundTruth
+from trackmark.bench.metrics.native import GroundTruthLike
 from trackmark.bench.metrics.overlap import is_well_formed, overlap
 from trackmark.bench.metrics.preset import (
     Axes,
@@ -27,7 +27,7 @@ from trackmark.bench.metrics.preset import (
 _THRESHOLDS = np.linspace(0, 1, 101)
 
 
-def judge(truth: GroundTruth, estimates: RunEstimates) -> PresetResult:
+def judge(truth: GroundTruthLike, estimates: RunEstimates) -> PresetResult:
     """Return scores and curve of a run."""
     run = select_evaluated(truth, estimates)
     t, e = run.truth, run.estimate

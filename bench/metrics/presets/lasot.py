@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackmark.bench.metrics.curves import DISTANCES, NORMALISED_DISTANCES, OVERLAPS, share_curve
-from trackmark.bench.metrics.native import GroundTruth
+from trackmark.bench.metrics.native import GroundTruthLike
 from trackmark.bench.metrics.overlap import is_well_formed, overlap
 from trackmark.bench.metrics.preset import (
     Axes,
@@ -28,7 +28,7 @@ from trackmark.bench.metrics.preset import (
 _INDEX_OF_20 = 20  # threshold of 20 px, and of 0.20 target sizes
 
 
-def judge(truth: GroundTruth, estimates: RunEstimates) -> PresetResult:
+def judge(truth: GroundTruthLike, estimates: RunEstimates) -> PresetResult:
     """Return scores and curves of a run."""
     run = select_evaluated(truth, estimates)
     t, present = run.truth, run.present

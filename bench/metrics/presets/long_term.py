@@ -14,7 +14,7 @@ of VOT.
 import numpy as np
 from numpy.typing import NDArray
 
-from trackmark.bench.metrics.native import GroundTruth
+from trackmark.bench.metrics.native import GroundTruthLike
 from trackmark.bench.metrics.preset import (
     Axes,
     Column,
@@ -30,7 +30,7 @@ from trackmark.bench.metrics.region_overlap import raster_overlap
 _MAX_THRESHOLDS = 98  # in addition to infinity and minus infinity
 
 
-def judge(truth: GroundTruth, estimates: RunEstimates) -> PresetResult:
+def judge(truth: GroundTruthLike, estimates: RunEstimates) -> PresetResult:
     """Return the scores of a run, and its curves for a data set of this run alone."""
     run = select_evaluated(truth, estimates)
     n = len(run.truth)

@@ -8,11 +8,11 @@ of 0.5 or more. All sequences have equal weights. No toolkit computes the same s
 
 import numpy as np
 
-from trackmark.bench.metrics.native import GroundTruth, native
+from trackmark.bench.metrics.native import GroundTruthLike, native
 from trackmark.bench.metrics.preset import Column, Preset, PresetResult, RunEstimates
 
 
-def judge(truth: GroundTruth, estimates: RunEstimates) -> PresetResult:
+def judge(truth: GroundTruthLike, estimates: RunEstimates) -> PresetResult:
     """Return the scores of a run; the preset has no thresholds and thus no curves."""
     return PresetResult(
         native(truth, np.asarray(estimates.boxes, np.float64), estimates.visible), {}

@@ -12,7 +12,7 @@ import numpy as np
 
 from trackmark.bench.metrics.centre_error import centre_error
 from trackmark.bench.metrics.curves import DISTANCES, OVERLAPS, share_curve
-from trackmark.bench.metrics.native import GroundTruth
+from trackmark.bench.metrics.native import GroundTruthLike
 from trackmark.bench.metrics.overlap import overlap
 from trackmark.bench.metrics.preset import (
     Axes,
@@ -31,7 +31,7 @@ _TIES = [(k, k + 0.5e-4) for k in DISTANCES.tolist()]
 _LIMITS = np.array([x if round(x, 4) <= k else np.nextafter(x, 0) for k, x in _TIES])
 
 
-def judge(truth: GroundTruth, estimates: RunEstimates) -> PresetResult:
+def judge(truth: GroundTruthLike, estimates: RunEstimates) -> PresetResult:
     """Return scores and curves of a run."""
     run = select_evaluated(truth, estimates)
     t, e, n = run.truth, run.estimate, len(run.truth)

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackmark.bench.metrics.curves import OVERLAPS, share_curve
-from trackmark.bench.metrics.native import GroundTruth
+from trackmark.bench.metrics.native import GroundTruthLike
 from trackmark.bench.metrics.overlap import is_well_formed, overlap
 from trackmark.bench.metrics.preset import (
     Axes,
@@ -28,7 +28,7 @@ _PIXELS = np.linspace(0, 50, 21)
 _SIZES = np.linspace(0, 0.5, 21)
 
 
-def judge(truth: GroundTruth, estimates: RunEstimates) -> PresetResult:
+def judge(truth: GroundTruthLike, estimates: RunEstimates) -> PresetResult:
     """Return scores and curves of a run."""
     run = select_evaluated(truth, estimates)
     # A box whose size is rounded to 0 is well-formed: it has a centre.

@@ -14,7 +14,7 @@ et al., "The eighth visual object tracking VOT2020 challenge results", ECCV work
 import numpy as np
 from numpy.typing import NDArray
 
-from trackmark.bench.metrics.native import GroundTruth, first_streak
+from trackmark.bench.metrics.native import GroundTruthLike, first_streak
 from trackmark.bench.metrics.overlap import is_well_formed
 from trackmark.bench.metrics.preset import (
     Axes,
@@ -33,7 +33,7 @@ _FAILURE_OVERLAP = 0.1
 _MIN_LENGTH, _MAX_LENGTH = 115, 754
 
 
-def judge(truth: GroundTruth, estimates: RunEstimates) -> PresetResult:
+def judge(truth: GroundTruthLike, estimates: RunEstimates) -> PresetResult:
     """Return the scores of a run, and its curve for a data set of this run alone."""
     run = select_evaluated(truth, estimates)
     overlaps = raster_overlap(run.truth, run.estimate, run.size, run.shapes)

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from trackmark.bench.metrics.native import GroundTruth
+from trackmark.bench.metrics.native import GroundTruthLike
 from trackmark.bench.metrics.preset import (
     Axes,
     Column,
@@ -37,7 +37,7 @@ _MIN_LENGTH, _MAX_LENGTH = 100, 356
 _OVERLAP_FUNCTIONS = {"": raster_overlap, "_exact": exact_overlap}
 
 
-def judge(truth: GroundTruth, estimates: RunEstimates) -> PresetResult:
+def judge(truth: GroundTruthLike, estimates: RunEstimates) -> PresetResult:
     """Return the scores of a run, and its curve for a data set of this run alone.
 
     Raises `ValueError` for a run that was not restarted after a failure.

@@ -219,11 +219,11 @@ def test_tracker_that_draws_now_is_run_with_all_seeds(trackmark, edit):
 
 
 REFUSED = {
-    ("own", "--trackers", "zzz"): "nothing in the baseline fits",
-    ("own", "--accept", "static", "--because", " "): "goes with --because",
+    ("own", "--trackers", "zzz"): "no entry of the baseline matches",
+    ("own", "--accept", "static", "--because", " "): "requires --because",
     ("own", "--accept", "zzz", "--because", "x"): "has no 'zzz'",
-    ("own", "--accept", "static", "--because", "x", "--seeds", "6"): "does not go with",
-    ("own", "--seeds", "7"): "the baseline has 6 seeds (7)",
+    ("own", "--accept", "static", "--because", "x", "--seeds", "6"): "cannot be combined with",
+    ("own", "--seeds", "7"): "7 is more than the 6 seeds",
     ("own", "--seeds", "5"): "is not in the range",
     ("own", "--budget", "soon"): "not a valid duration",
 }

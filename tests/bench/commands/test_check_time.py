@@ -138,12 +138,12 @@ def test_tracker_that_cannot_be_timed_is_inconclusive(trackmark, committed_basel
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (("--time",), "--time goes with --against REVISION"),
-        (("--against", "HEAD"), "--time goes with --against REVISION"),
+        (("--time",), "--time requires --against REVISION"),
+        (("--against", "HEAD"), "--time requires --against REVISION"),
         (AGAINST, "not a git repository"),
         (("--time", "--against", "nowhere"), "there is no revision 'nowhere'"),
         (("--time", "--against", "--all"), "there is no revision '--all'"),
-        ((*AGAINST, "--accept", "mine", "--because", "x"), "does not go with --time"),
+        ((*AGAINST, "--accept", "mine", "--because", "x"), "cannot be combined with --time"),
     ],
 )
 def test_wrong_usage_of_time_exits_with_2(trackmark, baseline_without_runs, git, arguments, words):

@@ -35,7 +35,7 @@ def scores(workspace, preset, score, protocol=""):
     return {(row["tracker"], row["sequence"]): float(row["mean"]) for row in rows}
 
 
-@pytest.mark.skipif(not PUBLISHED.is_dir(), reason="published boxes lie beside the project alone")
+@pytest.mark.skipif(not PUBLISHED.is_dir(), reason="needs published boxes next to the checkout")
 def test_published_boxes_give_the_published_scores(trackmark, workspace):
     trackers = [f"{name}={PUBLISHED}/boxes/{name}" for name in ("STRUCK", "MEEM", "MUSTer")]
     options = [part for text in trackers for part in ("--results-of", text)]

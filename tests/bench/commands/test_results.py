@@ -192,8 +192,10 @@ def test_command_reads_each_run_once(trackmark, workspace, monkeypatch, command)
     where = (*SMALL, "--seeds", 2, "--name", "stored")
     trackmark("run", "--trackers", "static,camshift,knob.py:Knob", *where)
     monkeypatch.setattr(run_rows, "_scorer_version", lambda: "another")
-    reads, decode = Counter(), results._run
-    monkeypatch.setattr(results, "_run", lambda *row: reads.update([row[1]["id"]]) or decode(*row))
+    reads, decode = Counter(), results._read_run
+    monkeypatch.setattr(
+        results, "_read_run", lambda *row: reads.update([row[1]["id"]]) or decode(*row)
+    )
     trackmark(*command, stored, "--metrics", "native,otb", "--folder", "out")
     assert sorted(reads.values()) == [1] * 4
     data = *command, stored, "--metrics", "native,otb,lasot", "--json"

@@ -282,7 +282,7 @@ SHARED = Path(__file__).parents[3].parent / "shared" / "sequences"
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(not SHARED.is_dir(), reason="needs the recorded sequences beside the checkout")
+@pytest.mark.skipif(not SHARED.is_dir(), reason="needs recorded sequences next to the checkout")
 def test_recorded_sequences_and_a_video_run(trackmark_process, workspace):
     names = ",".join(str(SHARED / "otb" / name) for name in ("Crossing", "Couple"))
     trackers = "static,camshift,opencv-mil"

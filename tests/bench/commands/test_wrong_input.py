@@ -104,7 +104,7 @@ reproduce multipart --quick --all | either --quick or --all
 show data/Small | Give --output
 show data/Small --output a.gif | neither .png nor .mp4
 show data/Small --output a.png --first 9 | not among 0 to 4
-show data/Small --output a.png --trace revised | give both
+show data/Small --output a.png --trace revised | requires --results
 show data/Small --live static --first 1 | exclude each other
 check nowhere | baseline not found
 """.strip().splitlines()

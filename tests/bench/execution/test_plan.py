@@ -283,8 +283,8 @@ def test_workers_open_the_sequences_of_a_large_plan_as_this_process_does(workspa
     )
     results, told = Results(workspace / "results" / "large"), []
     alone = make_plan(large, results)
-    monkeypatch.setattr("trackmark.bench.execution.plan.WORTH_WORKERS", 4)
-    shared = make_plan(large, results, opened=lambda *number: told.append(number), jobs=2)
+    monkeypatch.setattr("trackmark.bench.execution.plan.MIN_SEQUENCES_FOR_WORKERS", 4)
+    shared = make_plan(large, results, on_opened=lambda *number: told.append(number), jobs=2)
     assert told[:4] == [(number, 4) for number in range(4)]
     for field in ("name", "fingerprint", "frames", "starts"):
         assert [getattr(one, field) for one in shared.sequences] == [

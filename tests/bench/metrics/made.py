@@ -1,4 +1,4 @@
-"""Made-up truths and answers of which tests of metrics presets know what they score."""
+"""Artificial ground truth and estimates for tests of metrics presets."""
 
 import numpy as np
 
@@ -12,7 +12,7 @@ def truth_of(boxes, **further):
 
 
 def walk(n, seed=0):
-    """Truth of a target that walks about inside the image and changes its size."""
+    """Return ground truth of a target that moves inside the image and changes its size."""
     rng = np.random.default_rng(seed)
     place = 100 + np.cumsum(rng.normal(0, 2, (n, 2)), axis=0).clip(-90, 80)
     size = 30 + np.cumsum(rng.normal(0, 0.5, (n, 2)), axis=0).clip(-15, 15)
@@ -20,14 +20,14 @@ def walk(n, seed=0):
 
 
 def noisy(truth, scale=4.0, seed=1):
-    """Boxes as a tracker might give them, with positive sizes."""
+    """Return estimated boxes with positive sizes."""
     boxes = truth + np.random.default_rng(seed).normal(0, scale, truth.shape)
     boxes[:, 2:] = np.maximum(boxes[:, 2:], 1.0)
     return boxes
 
 
 def states_of(n, failures=(), skip=5):
-    """States of a supervised run of n frames that failed in some."""
+    """Return the states of a supervised run of n frames with failures."""
     states = np.full(n, FrameState.TRACKED)
     states[:1] = FrameState.INITIALISED
     for frame in failures:
@@ -38,6 +38,6 @@ def states_of(n, failures=(), skip=5):
 
 
 def answer_of(boxes, **further):
-    """An answer that every preset takes."""
+    """Return estimates that every preset accepts."""
     boxes = np.asarray(boxes, float)
     return RunEstimates(boxes, **{"states": states_of(len(boxes)), **further})

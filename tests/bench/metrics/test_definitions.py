@@ -1,4 +1,4 @@
-"""Definitions of presets against slow ones, written frame by frame, and published figures."""
+"""Presets against slow definitions, written frame by frame, and published scores."""
 
 import csv
 import json
@@ -27,7 +27,7 @@ def scores(name, truth, boxes, **further):
 
 
 def iou(a, b):
-    """Of two boxes; NaN where one has a NaN."""
+    """Return the overlap of two boxes; NaN if one of them has a NaN."""
     if any(isnan(value) for value in (*a, *b)):
         return nan
     if min(b[2:]) <= 0 or not all(map(isfinite, b)):
@@ -39,7 +39,7 @@ def iou(a, b):
 
 
 def apart(a, b, sized=False):
-    """Distance of the centres of two boxes, in sizes of the first one if `sized`."""
+    """Return the distance of two box centres, in sizes of the first box if `sized`."""
     units = a[2:] if sized else (1, 1)
     if 0 in units:
         return nan
@@ -69,7 +69,7 @@ def slow_otb(truth, boxes):
 
 
 def centres_apart(a, b, sized=False):
-    """Distance as in LaSOT's file: centres are divided by the true size, then subtracted."""
+    """Return the distance as in LaSOT's code: centres are divided by the size, then subtracted."""
     units = a[2:] if sized else (1, 1)
     if 0 in units:
         return nan
@@ -78,7 +78,7 @@ def centres_apart(a, b, sized=False):
 
 
 def slow_lasot(truth, boxes):
-    """As the MATLAB file goes: numbers from 1, results mended, absent frames taken out."""
+    """Compute scores as the MATLAB code does: it counts from 1 and replaces malformed results."""
     truth, boxes = truth + [1, 1, 0, 0], boxes + [1, 1, 0, 0]
     n = len(truth)
     results = [truth[0].tolist(), *boxes[1:].tolist()]
@@ -163,7 +163,7 @@ def test_otb_rounds_centre_errors_to_four_decimals(offset, hit):
 
 
 def test_lasot_scores_a_target_that_touches_the_first_pixel():
-    """A miss for success and a hit for precision, as in the toolkit: -1 is 0 in numbers from 1."""
+    """Check that a box at -1 is a miss for success and a hit for precision, as in the toolkit."""
     truth = walk(50)
     boxes = noisy(truth)
     truth[10:20, 0] = boxes[10:20, 0] = -1
@@ -220,7 +220,7 @@ def test_got10k_moves_boxes_into_the_image(target, estimate, overlap):
     assert scores("got10k", truth, boxes)["ao"] == pytest.approx(overlap)
 
 
-def test_a_sequence_without_hits_counts():
+def test_sequence_without_hits_counts():
     truth = walk(50)
     preset = metrics.preset("lasot")
     runs = [[preset.judge(truth_of(truth), answer_of(boxes))] for boxes in (truth, truth + 900)]

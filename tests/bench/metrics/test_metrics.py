@@ -69,7 +69,7 @@ def test_centre_error_and_centre_inside_closed_forms():
 
 
 EDGES = [(-1, 4), (9, 4), (-1.1, 4), (4, -1), (4, 19)]
-"""Left edge, right edge, left of it, top edge, bottom edge."""
+"""Points at the left edge, right edge, left of the box, top edge and bottom edge."""
 
 
 def test_perfect_tracker_scores_one():

@@ -1,4 +1,4 @@
-"""Behaviour that every metrics preset has; the tests find the presets by themselves."""
+"""Conformance of all metrics presets, which the tests find automatically."""
 
 import re
 from pathlib import Path
@@ -32,7 +32,7 @@ def judge(name, truth, boxes, **further):
 
 
 def shares_of(name, judged):
-    """Return the scores of which 1 is best."""
+    """Return the scores with the best value 1."""
     columns = metrics.preset(name).columns
     return {key: value for key, value in judged.scores.items() if columns[key].perfect == 1.0}
 
@@ -95,7 +95,7 @@ def test_malformed_boxes_are_no_better_than_distant_ones(name):
 
 
 @every_preset
-def test_shares_stay_in_range_without_target_and_beyond_the_border(name):
+def test_shares_stay_in_range_for_extreme_runs(name):
     absent, beyond = TRUTH.copy(), TRUTH.copy()
     absent[100:150] = np.nan
     beyond[:, :2] -= TRUTH[0, :2] + 10  # half of it outside, left and above
@@ -149,7 +149,7 @@ def test_judging_changes_no_argument_and_is_repeatable(name):
 @settings(max_examples=10, deadline=None)
 @given(st.integers(-40, 40), st.integers(-40, 40), st.sampled_from([2, 4]))
 def test_scores_are_invariant_to_moves_and_scale(name, dx, dy, factor):
-    """Whole pixels survive rasters, and nothing is cut off; scores in pixels are left out."""
+    """Check scores of boxes in whole pixels, far from the border; scores in pixels are excluded."""
     truth = np.round(walk(120) + [60, 60, 0, 0])
     boxes = np.round(noisy(truth))
 

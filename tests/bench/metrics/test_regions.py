@@ -37,7 +37,7 @@ EMPTY, SQUARE = rectangle(0, 0, 0, 0), rectangle(10, 10, 20, 20)
 
 
 def slow_contour(mask):
-    """Return the pixels of which a neighbour to the right, below, or both, differs."""
+    """Return the pixels whose right, lower or lower right neighbour differs."""
     contour = np.zeros_like(mask)
     for row, column in np.ndindex(mask.shape):
         neighbours = mask[row : row + 2, column : column + 2]
@@ -46,7 +46,7 @@ def slow_contour(mask):
 
 
 def slow_accuracy(estimate, truth, tolerance):
-    """Return F by the distance of every contour pixel to the nearest of the other contour."""
+    """Compute F from the distance of each contour pixel to the other contour."""
     reach = ceil(tolerance * hypot(*truth.shape))
     e, t = slow_contour(estimate), slow_contour(truth)
     if not e.any() or not t.any():

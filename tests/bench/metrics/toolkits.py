@@ -1,13 +1,13 @@
-"""Made-up boxes, and what other people's toolkits score them: recorded once, compared ever after.
+"""Artificial boxes with the scores of toolkits: recorded once, compared in the tests.
 
-The toolkits want Pythons and libraries of their own. To record anew, with `numpy<2 six got10k
-shapely` installed for a Python 3.10, and `vot-toolkit==0.7.1` for a Python 3.7:
+The toolkits need other versions of Python and libraries. To record the scores again, install
+`numpy<2 six got10k shapely` for Python 3.10 and `vot-toolkit==0.7.1` for Python 3.7. Then run:
 
     PYTHON-3.10 tests/bench/metrics/toolkits.py got10k
     PYTHON-3.7 tests/bench/metrics/toolkits.py vot
 
-Each writes a file beside this one. NumPy's old generator is used since it gives the same numbers in
-all versions.
+Each command writes a JSON file into the folder of this module. NumPy's old generator is used, as
+its numbers are equal in all versions.
 """
 
 import json
@@ -22,14 +22,14 @@ HERE = Path(__file__).resolve().parent
 SIZE = (320, 240)
 LENGTHS = (160, 131, 173)
 FAILURES = {0: [[], [40, 90]], 1: [[12], [12, 100]], 2: [[50], []]}
-"""By sequence the frames in which its two supervised runs fail."""
+"""Frames of failure of two supervised runs, by sequence."""
 ANCHORS = {0: (0, 60, -159), 1: (0, -100), 2: (20,)}
-"""By sequence the frames that runs start in; backwards from negative ones."""
+"""Start frames of runs by sequence; negative ones run backwards."""
 SKIP = 5
 
 
 def truth(i, absent=True):
-    """Boxes of a sequence, shape (n, 4), NaN where the target is absent."""
+    """Return the boxes of a sequence, shape (n, 4); NaN if the target is absent."""
     random = np.random.RandomState(100 + i)
     n = LENGTHS[i]
     place = 110 + 40 * i + np.cumsum(random.normal(0, 3, (n, 2)), axis=0)
@@ -41,7 +41,7 @@ def truth(i, absent=True):
 
 
 def estimate(i, run=0):
-    """Boxes of a tracker that drifts off and comes back, shape (n, 4)."""
+    """Return the boxes of a tracker that drifts and recovers, shape (n, 4)."""
     random = np.random.RandomState(1000 + 10 * i + run)
     whole = truth(i, absent=False)
     n = len(whole)
@@ -56,31 +56,31 @@ def estimate(i, run=0):
 
 
 def cover(i):
-    """Visible share of the target in eighths, as GOT-10k has it."""
+    """Return the visible share of the target in eighths, as in GOT-10k."""
     return np.random.RandomState(50 + i).randint(0, 9, LENGTHS[i])
 
 
 def confidence(i):
-    """How sure a tracker is, shape (n,)."""
+    """Return confidences, shape (n,)."""
     return np.round(np.random.RandomState(70 + i).uniform(0, 1, LENGTHS[i]), 3)
 
 
 def states(i, run):
-    """States of a supervised run: 0 skipped, 1 initialised, 2 failed, 3 tracked."""
-    found = np.full(LENGTHS[i], 3)
-    found[0] = 1
+    """Return the states of a supervised run: 0 skipped, 1 initialised, 2 failed, 3 tracked."""
+    scores = np.full(LENGTHS[i], 3)
+    scores[0] = 1
     for frame in FAILURES[i][run]:
-        found[frame], found[frame + 1 : frame + SKIP], found[frame + SKIP] = 2, 0, 1
-    return found
+        scores[frame], scores[frame + 1 : frame + SKIP], scores[frame + SKIP] = 2, 0, 1
+    return scores
 
 
 def from_anchor(boxes, anchor):
-    """Rows of a run from an anchor, in the order in which it goes."""
+    """Return the rows of a run from an anchor, in temporal order of the run."""
     return boxes[anchor:] if anchor >= 0 else boxes[-anchor::-1]
 
 
 def pairs():
-    """Boxes and polygons in pairs with boxes: at halves, small, crossing the image's border."""
+    """Return pairs of boxes or polygons with boxes: at half pixels, small, or across the border."""
     random = np.random.RandomState(7)
     boxes = np.round(random.uniform(-20, 60, (60, 4)) * 2) / 2
     boxes[:, 2:] = np.abs(boxes[:, 2:]) + 2
@@ -93,16 +93,16 @@ def pairs():
 
 
 THIN = (((10, 10, 1, 20), (10, 40, 1, 20)), ((5, 5, 1, 1), (5, 30, 1, 1)), ((-9, 0, 10, 20),) * 2)
-"""Boxes in pairs of which one column of pixels is to be seen: two times apart, then the same."""
+"""Pairs of boxes with one visible column of pixels: two different pairs, then an equal one."""
 MALFORMED = ((50, 50, 0, 0), (float("nan"),) * 4, (50, 50, -4, 9), (40, 40, float("inf"), 20))
-"""Boxes that are none, of a target at TARGET."""
+"""Malformed estimates of a target at TARGET."""
 TARGET = (40, 40, 20, 20)
 SMALL = (60, 50)
-"""Size of the image that `pairs` lie in and beyond."""
+"""Size of the image for `pairs`, which also reach beyond it."""
 
 
 class _Data:
-    """A data set as got10k's experiments use one."""
+    """Data set for the experiments of got10k."""
 
     def __init__(self, sequences):
         self.seq_names = [str(i) for i in range(3)]
@@ -119,7 +119,7 @@ class _Data:
 
 
 def record_got10k():
-    """What the experiments of got10k report."""
+    """Return the reports of the experiments of got10k."""
     import matplotlib as mpl
 
     mpl.use("Agg")
@@ -150,17 +150,17 @@ def record_got10k():
             reports[name] = experiment.report(["made"])["made"]
     from got10k.utils.metrics import center_error, rect_iou
 
-    there, given = np.array([TARGET] * len(MALFORMED), float), np.array(MALFORMED, float)
+    truth_boxes, estimates = np.array([TARGET] * len(MALFORMED), float), np.array(MALFORMED, float)
     reports["malformed"] = {
-        "distance": center_error(given, there).tolist(),
-        "overlap": rect_iou(given, there).tolist(),
-        "overlap cut": rect_iou(given, there, SIZE).tolist(),
+        "distance": center_error(estimates, truth_boxes).tolist(),
+        "overlap": rect_iou(estimates, truth_boxes).tolist(),
+        "overlap cut": rect_iou(estimates, truth_boxes, SIZE).tolist(),
     }
     return reports
 
 
 class _Sequence:
-    """A sequence as the analyses of vot-toolkit use one."""
+    """Sequence for the analyses of vot-toolkit."""
 
     def __init__(self, i):
         self.name, self.i, self.size = str(i), i, SIZE
@@ -177,12 +177,12 @@ class _Sequence:
         return None
 
     def values(self, index=None):
-        there = {abs(anchor): 1 if anchor >= 0 else -1 for anchor in ANCHORS[self.i]}
-        return {"anchor": there.get(index, 0)}
+        truth_boxes = {abs(anchor): 1 if anchor >= 0 else -1 for anchor in ANCHORS[self.i]}
+        return {"anchor": truth_boxes.get(index, 0)}
 
 
 class _Trajectory:
-    """What a tracker gave, as the analyses use it."""
+    """Estimates of a tracker for the analyses of vot-toolkit."""
 
     def __init__(self, regions, confidence=None):
         self._regions, self._confidence = regions, confidence
@@ -232,23 +232,23 @@ def _regions(boxes, codes=None, first=None):
 
 
 def record_vot():
-    """What the analyses of vot-toolkit make of the runs."""
+    """Return the scores of the analyses of vot-toolkit."""
     from vot.analysis import longterm, multistart, supervised
     from vot.region import Polygon, Rectangle, calculate_overlap
 
     sequences = [_Sequence(i) for i in range(3)]
-    found = {}
+    scores = {}
 
-    begun = _Experiment(
+    supervised_runs = _Experiment(
         lambda i: [_Trajectory(_regions(estimate(i, run), states(i, run))) for run in (0, 1)]
     )
     alone = supervised.AccuracyRobustness()
-    each = [alone.subcompute(begun, None, sequence, []) for sequence in sequences]
+    each = [alone.subcompute(supervised_runs, None, sequence, []) for sequence in sequences]
     accuracy, failures, (robustness, _), _ = supervised.AverageAccuracyRobustness().aggregate(
         None, sequences, each
     )
-    (curve,) = supervised.EAOCurve().subcompute(begun, None, sequences, [])
-    found["supervised"] = {
+    (curve,) = supervised.EAOCurve().subcompute(supervised_runs, None, sequences, [])
+    scores["supervised"] = {
         "sequences": [[a, f, r] for a, f, (r, _), _ in each],
         "accuracy": accuracy,
         "failures": failures,
@@ -266,8 +266,8 @@ def record_vot():
     curves = multistart.EAOCurves(high=755)
     phi = [curves.subcompute(_Experiment(), None, s, []) for s in sequences]
     (curve,) = multistart.EAOCurve(high=755).aggregate(None, sequences, phi)
-    found["anchors"] = {
-        "sequences": [one[:2] for one in each],
+    scores["anchors"] = {
+        "sequences": [result[:2] for result in each],
         "accuracy": accuracy,
         "robustness": robustness,
         "curve": list(curve),
@@ -282,14 +282,14 @@ def record_vot():
     precision, recall = np.mean(each, axis=0)
     f = 2 * precision * recall / (precision + recall)
     best = int(f.argmax())
-    found["longterm"] = {
+    scores["longterm"] = {
         "precision": precision[best],
         "recall": recall[best],
         "f": f[best],
         "curve": np.column_stack([recall, precision]).tolist(),
     }
 
-    found["thin"] = [calculate_overlap(Rectangle(*a), Rectangle(*b), SIZE) for a, b in THIN]
+    scores["thin"] = [calculate_overlap(Rectangle(*a), Rectangle(*b), SIZE) for a, b in THIN]
     boxes, others, polygons, convex = pairs()
     shapes = {
         "boxes": [Rectangle(*box) for box in boxes],
@@ -298,11 +298,11 @@ def record_vot():
     }
     for kind, regions in shapes.items():
         for cut, bounds in (("", None), (" cut", SMALL)):
-            found[kind + cut] = [
+            scores[kind + cut] = [
                 calculate_overlap(region, Rectangle(*box), bounds)
                 for region, box in zip(regions, others)  # noqa: B905  # as above
             ]
-    return found
+    return scores
 
 
 if __name__ == "__main__":

@@ -1,14 +1,14 @@
-"""The browser that tests of pages share, and a page that it opens."""
+"""Shared browser, results and page of the tests of pages."""
 
 import pytest
 
 from tests import browser
-from tests.bench.pages.reading import written
+from tests.bench.pages.reading import write_experiment_page
 from trackmark import bench
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 
 DRIFTING = '''
-"""Goes astray, each time another way."""
+"""Drifts randomly."""
 from trackmark.trackers.base.interface import Estimate, Randomness, TrackerPlugin
 
 
@@ -39,7 +39,7 @@ def chromium(tmp_path_factory):
 
 @pytest.fixture(scope="session")
 def drifting(tmp_path_factory):
-    """A tracker that draws and revises, as it is asked for."""
+    """Provide the specification of a stochastic tracker that revises boxes."""
     file = tmp_path_factory.mktemp("drifting") / "drifting.py"
     file.write_text(DRIFTING)
     return f"{file}:Drifting"
@@ -47,25 +47,25 @@ def drifting(tmp_path_factory):
 
 @pytest.fixture(scope="session")
 def results(tmp_path_factory, without_processes, drifting):
-    """Three trackers on six sequences, three times, run once for all tests of a process."""
+    """Provide runs of three trackers on six sequences with three repetitions, once per process."""
     sources = [f"plain/target:length=60:scene={n}" for n in range(5)]
     sources += ["plain/target:length=60:scene=9:noise=30"]
     trackers = ("static", "camshift", drifting)
-    asked = Experiment("trial", trackers, tuple(map(SequenceSource, sources)), repetitions=3)
+    experiment = Experiment("trial", trackers, tuple(map(SequenceSource, sources)), repetitions=3)
     with without_processes():
-        return bench.run(asked, tmp_path_factory.mktemp("paged"), jobs=1)
+        return bench.run(experiment, tmp_path_factory.mktemp("paged"), jobs=1)
 
 
 @pytest.fixture(scope="session")
 def page(results, tmp_path_factory):
-    """Their page."""
-    return written(results, tmp_path_factory.mktemp("page"))
+    """Provide the page of `results`."""
+    return write_experiment_page(results, tmp_path_factory.mktemp("page"))
 
 
 @pytest.fixture
-def shown(chromium, page):
-    """The page in a browser that has nothing to complain of."""
-    chromium.open("data:text/html,")  # what the page before has still to say is its own matter
+def opened_page(chromium, page):
+    """Open the page in a browser, and check at the end that its console is empty."""
+    chromium.open("data:text/html,")  # messages of the previous page are ignored
     chromium.console.clear()
     chromium.size(1280, 900)
     chromium.open(page.as_uri())

@@ -11,7 +11,7 @@ from trackmark.bench.reporting.tables import tables
 
 
 class Cells(HTMLParser):
-    """Tables of a page, read from its HTML alone."""
+    """Parser of the tables in the HTML of a page."""
 
     def __init__(self, text):
         super().__init__()
@@ -19,19 +19,19 @@ class Cells(HTMLParser):
         self._table = self._row = self._cell = None
         self.feed(text)
 
-    def handle_starttag(self, tag, given):
-        told = dict(given)
+    def handle_starttag(self, tag, attributes):
+        values = dict(attributes)
         self.tags.append(tag)
         if tag == "table":
-            self._table = self.tables[told["id"]] = []
+            self._table = self.tables[values["id"]] = []
         if tag == "tr":
             self._row = []
             self._table.append(self._row)
         if tag in ("td", "th"):
-            self._cell = {"text": "", "value": told.get("data-value"), "link": None}
+            self._cell = {"text": "", "value": values.get("data-value"), "link": None}
             self._row.append(self._cell)
         if tag == "a" and self._cell is not None:
-            self._cell["link"] = told["href"]
+            self._cell["link"] = values["href"]
 
     def handle_endtag(self, tag):
         if tag in ("td", "th"):
@@ -47,40 +47,42 @@ def data_of(text):
     return json.loads(re.search(r'id="data">(.*?)</script>', text, re.S)[1])
 
 
-def written(experiment, folder, made=None, **options):
-    """Write the page of an experiment, with tables that were made or with its own."""
+def write_experiment_page(experiment, folder, report_tables=None, **options):
+    """Write the page of an experiment, by default with its own tables."""
     commands, path = Commands(str(experiment)), folder / "report.html"
-    made = tables(experiment) if made is None else made
-    paths = write_report_page(experiment, path, made, "Trial", commands, lambda *_: None, **options)
+    report_tables = tables(experiment) if report_tables is None else report_tables
+    paths = write_report_page(
+        experiment, path, report_tables, "Trial", commands, lambda *_: None, **options
+    )
     return paths[0]
 
 
-def named(text):
-    """Return a sequence's canonical name."""
+def canonical_name(text):
+    """Return the canonical name of a sequence."""
     return datasets.load(text).name
 
 
-def state(shown):
-    return dict(shown.run("[...state]"))
+def state(browser):
+    return dict(browser.run("[...state]"))
 
 
-def seen(shown, **address):
-    """Open the player at an address, and wait for its frame."""
-    shown.run(f"location.hash = {json.dumps(urlencode(address))}")
+def open_frame(browser, **address):
+    """Open the player at an address and wait for its frame."""
+    browser.run(f"location.hash = {json.dumps(urlencode(address))}")
     number = address["frame"]
     name = json.dumps(address["sequence"])
-    shown.wait(f"scene && scene.name === {name} && paintedFrame === {number}")
+    browser.wait(f"scene && scene.name === {name} && paintedFrame === {number}")
 
 
-def filter_tables(shown, words):
+def filter_tables(browser, words):
     """Type words into the filter of tables."""
-    shown.run(f"byId('filter').value = {json.dumps(words)}")
-    shown.run("byId('filter').dispatchEvent(new Event('input'))")
+    browser.run(f"byId('filter').value = {json.dumps(words)}")
+    browser.run("byId('filter').dispatchEvent(new Event('input'))")
 
 
-def scroll_to(shown, chart):
-    """Scroll to a chart, and wait until it is drawn."""
-    shown.wait(
+def scroll_to(browser, chart):
+    """Scroll to a chart and wait until it is drawn."""
+    browser.wait(
         f"new Promise((done) => {{ byId('{chart}').scrollIntoView({{block: 'center', behavior: "
         "'instant'}); requestAnimationFrame(() => "
         f"done(document.querySelector('#{chart} svg') !== null)); }})"

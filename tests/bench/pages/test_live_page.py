@@ -1,4 +1,4 @@
-"""Pages of trackers that run now: everything that they return is on the page."""
+"""Pages of `show --live`: all estimates of a tracker are on the page."""
 
 import json
 import re
@@ -18,13 +18,13 @@ from trackmark.bench.pages.live_page import write_live_page
 from trackmark.bench.reporting.stored_runs import one_pass_runs
 
 SEEING = '''
-"""Returns all that can be returned, where the target was at first."""
+"""Returns all kinds of estimates at the init box."""
 import numpy as np
 from trackmark.trackers.base.interface import Estimate, TrackerPlugin
 
 
 class Seeing(TrackerPlugin):
-    """Sees much."""
+    """Returns all kinds of estimates."""
 
     name = "seeing"
 
@@ -78,7 +78,7 @@ def block(page, name):
     return b64decode(re.search(f'id="{re.escape(name)}">(.*?)</script>', page.read_text())[1])
 
 
-def test_page_holds_what_trackers_return_in_each_frame(page):
+def test_page_contains_estimates_of_each_frame(page):
     data = data_of(page.read_text())
     (scene,) = data["scenes"]
     assert data["labels"] == ["seeing", "static"]
@@ -103,8 +103,8 @@ def test_page_holds_what_trackers_return_in_each_frame(page):
     (sizes,) = scene["reels"]["map0.0"]
     assert sizes[0] == 0  # the first frame has no map
     film = block(page, "map0.0-0-0")
-    shown = cv2.imdecode(np.frombuffer(film[: sizes[1]], np.uint8), 1)
-    assert shown[:, :40].mean() > 100 > 20 > shown[:, -40:].mean()
+    decoded = cv2.imdecode(np.frombuffer(film[: sizes[1]], np.uint8), 1)
+    assert decoded[:, :40].mean() > 100 > 20 > decoded[:, -40:].mean()
 
 
 @browser.needs_browser
@@ -197,7 +197,7 @@ def test_show_live_writes_a_page_of_a_failed_run(trackmark, break_tracker, works
     [
         (("--live", "statik", "data/Small"), "static"),
         (("--live", "static", "data/Smal"), "data/Smal"),
-        (("--live", "", "data/Small"), "names no tracker"),
+        (("--live", "", "data/Small"), "the list is empty"),
         (("--live", "static", "data/Small", "--output", "a.png"), "not an .html"),
         (("--live", "static", "data/Small", "--frames", 3), "--frames and --live"),
         (("--live", "static", "data/Small/img"), "truth"),
@@ -218,11 +218,11 @@ def test_arrays_are_stored_for_new_one_pass_runs(workspace, trackmark, monkeypat
     for name in ("outlined.png", "boxes.png"):
         trackmark(*drawn, name, "--results", "results/mine")
         strips.append(cv2.imread(str(workspace / name)))
-        monkeypatch.setattr(show, "_stored", lambda *given: (read(*given)[0], {}))
+        monkeypatch.setattr(show, "_stored", lambda *arguments: (read(*arguments)[0], {}))
     assert (strips[0] != strips[1]).any(axis=2).sum() > 50  # the contour's pixels
-    with pytest.raises(ExperimentError, match="one pass"):
+    with pytest.raises(ExperimentError, match="one-pass"):
         Experiment("a", ("static",), (SequenceSource("b"),), arrays=True, protocol="tre")
-    assert "one pass" in trackmark(*run, "--arrays", "--timing", status=2).stderr
+    assert "one-pass" in trackmark(*run, "--arrays", "--timing", status=2).stderr
 
 
 def test_map_of_another_size_fails_the_run(make_sequence):

@@ -1,4 +1,4 @@
-"""Results in a notebook: what it is given is HTML, whole and without others' markup."""
+"""Results in a notebook: complete HTML without injected markup."""
 
 import json
 import re
@@ -13,7 +13,7 @@ NAME = "\"><script>alert('x')⁄<!-- ключ 跟踪"
 
 
 class Tags(HTMLParser):
-    """Elements that are open at the end, and the attributes of all."""
+    """Parser that collects unclosed elements and all attributes."""
 
     def __init__(self, text):
         super().__init__()
@@ -21,9 +21,9 @@ class Tags(HTMLParser):
         self.feed(text)
         self.close()
 
-    def handle_starttag(self, tag, given):
+    def handle_starttag(self, tag, attributes):
         self.open.append(tag)
-        self.seen.append((tag, dict(given)))
+        self.seen.append((tag, dict(attributes)))
 
     def handle_endtag(self, tag):
         assert self.open.pop() == tag
@@ -40,35 +40,35 @@ def results(trackmark, workspace, otb):
     return workspace / "results"
 
 
-def test_results_are_a_data_frame_that_a_notebook_shows_as_tables(results):
+def test_notebook_shows_results_as_tables(results):
     runs = bench.load_results(results)
     assert len(runs) == 4
     assert type(runs[runs["tracker"] == "static"]) is pd.DataFrame
-    shown = Tags(runs._repr_html_())
-    assert shown.open == []
-    assert {tag for tag, _ in shown.seen} <= {
+    tags = Tags(runs._repr_html_())
+    assert tags.open == []
+    assert {tag for tag, _ in tags.seen} <= {
         *["table", "caption", "thead", "tbody", "tr", "th", "td", "p", "b"]
     }
-    assert not any(given for _, given in shown.seen)
-    assert NAME in shown.text
+    assert not any(attributes for _, attributes in tags.seen)
+    assert NAME in tags.text
     mean = runs["mean_overlap"][runs["tracker"] == "knob.py:Knob"].mean()
-    assert f"{mean:.3f}" in shown.text
+    assert f"{mean:.3f}" in tags.text
 
 
-def test_a_player_is_a_page_of_one_sequence_in_a_frame_of_its_own(results, tmp_path):
-    made = bench.player(bench.load_results(results), NAME, "knob.py:Knob", frame=2)
-    shown = Tags(made._repr_html_())
-    ((tag, given),) = shown.seen
+def test_player_is_page_of_one_sequence_in_sandbox(results, tmp_path):
+    player = bench.player(bench.load_results(results), NAME, "knob.py:Knob", frame=2)
+    tags = Tags(player._repr_html_())
+    ((tag, attributes),) = tags.seen
     assert tag == "iframe"
-    assert "allow-same-origin" not in given["sandbox"]
-    assert given["srcdoc"] == made.page
-    data = json.loads(re.search(r'id="data">(.*?)</script>', made.page, re.S)[1])
+    assert "allow-same-origin" not in attributes["sandbox"]
+    assert attributes["srcdoc"] == player.page
+    data = json.loads(re.search(r'id="data">(.*?)</script>', player.page, re.S)[1])
     assert [scene["name"] for scene in data["scenes"]] == [NAME]
     assert len(data["scenes"][0]["takes"]) == 2
     assert data["start"].endswith("tracker=knob.py%3AKnob&repetition=0&frame=2")
-    assert "alert('x')" not in made.page
-    made.save(tmp_path / "page.html")
-    assert (tmp_path / "page.html").read_text() == made.page
+    assert "alert('x')" not in player.page
+    player.save(tmp_path / "page.html")
+    assert (tmp_path / "page.html").read_text() == player.page
 
 
 def test_player_lists_valid_names_in_errors(results):

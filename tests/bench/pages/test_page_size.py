@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tests import browser
-from tests.bench.pages.reading import seen, written
+from tests.bench.pages.reading import open_frame, write_experiment_page
 from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.execution.plan import make_plan
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
@@ -48,7 +48,7 @@ def stored(folder, sequences, repetitions):
 def test_page_of_many_runs_opens(tmp_path, evidence, count, length, repetitions):
     names = [f"plain/target:length={length}:width=640:height=480:scene={n}" for n in range(count)]
     folder = stored(tmp_path, names, repetitions)
-    page = written(folder, tmp_path)
+    page = write_experiment_page(folder, tmp_path)
     size = page.stat().st_size
     evidence(f"page of {count} sequences, {length} frames each: {size / MEGABYTE:.1f} MB")
     assert size < 25 * MEGABYTE
@@ -57,7 +57,7 @@ def test_page_of_many_runs_opens(tmp_path, evidence, count, length, repetitions)
     opened = browser.Browser(tmp_path / "profile")
     try:
         opened.open(page.as_uri())
-        seen(opened, sequence=load(names[-1]).name, frame=50)
+        open_frame(opened, sequence=load(names[-1]).name, frame=50)
         assert opened.console == []
     finally:
         opened.close()

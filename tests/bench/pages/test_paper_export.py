@@ -10,7 +10,7 @@ import pandas as pd
 import pytest
 from matplotlib.figure import Figure
 
-from tests.bench.pages.reading import written
+from tests.bench.pages.reading import write_experiment_page
 from trackmark.bench.pages.paper_export import write_paper
 from trackmark.bench.pages.report_figures import FigureFiles
 from trackmark.bench.reporting.by_preset import preset_report
@@ -49,8 +49,8 @@ def test_page_is_written_in_markdown_and_latex(page, tmp_path, suffix):
     tables = {f"heat{ending}" for ending in (".txt", ".md", ".csv", ".tex")}
     assert {path.name for path in paths} == {*tables, "report.md", "report.tex"}
     text = (tmp_path / "report.md").read_text()
-    shown = re.findall(r"^!\[.*\]\((.*)\)$", text, re.M)
-    assert shown == [quote(f"{name}{suffix}") for name in FIGURES]
+    figures_in_text = re.findall(r"^!\[.*\]\((.*)\)$", text, re.M)
+    assert figures_in_text == [quote(f"{name}{suffix}") for name in FIGURES]
     assert text.count("\n    a b\n") == 1
     assert not re.search(r"(?<!\\)<", text)
     latex = (tmp_path / "report.tex").read_text()
@@ -103,7 +103,7 @@ def test_long_tables_and_words_fit_a_page_of_latex(tmp_path):
 def test_figures_of_runs_are_written_next_to_the_page(results, tmp_path, drifting):
     report, messages = preset_report(results, ["native", "otb"]), []
     figures = FigureFiles(".svg", messages.append, report.scored)
-    written(results, tmp_path, figures=figures)
+    write_experiment_page(results, tmp_path, figures=figures)
     names = {path.stem for path in tmp_path.glob("*.svg")}
     scenes = {f"frames-plain-target-length-60-scene-{n}" for n in range(1, 5)}
     assert names == {

@@ -1,4 +1,4 @@
-"""The player of a page: frames and boxes behind numbers, driven in a browser."""
+"""The player of a page, driven in a browser."""
 
 import json
 import re
@@ -11,7 +11,14 @@ import numpy as np
 import pytest
 
 from tests import browser
-from tests.bench.pages.reading import data_of, named, scroll_to, seen, state, written
+from tests.bench.pages.reading import (
+    canonical_name,
+    data_of,
+    open_frame,
+    scroll_to,
+    state,
+    write_experiment_page,
+)
 from trackmark import bench, datasets
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 from trackmark.bench.metrics.centre_error import centre_error, centre_inside
@@ -27,43 +34,45 @@ PIXELS = "screen.toDataURL()"
 MESSAGE = "byId('said').textContent"
 
 
-def test_number_opens_its_worst_frame_and_the_copied_link_the_same(shown):
-    href = shown.run("document.querySelector('#sequences tbody tr:nth-child(3) a').hash")
-    shown.click("#sequences tbody tr:nth-child(3) a")
-    shown.wait("byId('player').open && paintedFrame >= 0")
-    address = dict(shown.run(f"[...new URLSearchParams({json.dumps(href)}.slice(1))]"))
-    assert state(shown) == address
+def test_number_and_copied_link_open_worst_frame(opened_page):
+    href = opened_page.run("document.querySelector('#sequences tbody tr:nth-child(3) a').hash")
+    opened_page.click("#sequences tbody tr:nth-child(3) a")
+    opened_page.wait("byId('player').open && paintedFrame >= 0")
+    address = dict(opened_page.run(f"[...new URLSearchParams({json.dumps(href)}.slice(1))]"))
+    assert state(opened_page) == address
     for key in ("2", "e", "m", "ArrowLeft"):
-        shown.key(key)
-    shown.run("navigator.clipboard.writeText = async (text) => { window.copied = text; }")
-    shown.key("l")
-    link = shown.wait("window.copied")
-    before = state(shown)
+        opened_page.key(key)
+    opened_page.run("navigator.clipboard.writeText = async (text) => { window.copied = text; }")
+    opened_page.key("l")
+    link = opened_page.wait("window.copied")
+    before = state(opened_page)
     changes = {"show": "0.2", "curve": "overlap", "lens": "1"}
     assert before == address | {"frame": str(int(address["frame"]) - 1)} | changes
-    shown.open(link)
-    shown.wait("byId('player').open && paintedFrame >= 0")
-    assert state(shown) == before
-    assert shown.run("frame") == int(before["frame"])
-    shown.key("Escape")
-    shown.wait("!byId('player').open && !location.hash.includes('sequence')")
+    opened_page.open(link)
+    opened_page.wait("byId('player').open && paintedFrame >= 0")
+    assert state(opened_page) == before
+    assert opened_page.run("frame") == int(before["frame"])
+    opened_page.key("Escape")
+    opened_page.wait("!byId('player').open && !location.hash.includes('sequence')")
 
 
-def test_boxes_are_drawn_at_their_places(shown, results):
+def test_boxes_are_drawn_at_their_places(opened_page, results):
     stored = {row["tracker"]: (row, run, truth) for row, run, truth in one_pass_runs(results)}
     row, run, truth = stored["camshift"]
-    tracker = shown.run("data.labels.indexOf('camshift')")
+    tracker = opened_page.run("data.labels.indexOf('camshift')")
     repetition = row["repetition"]
-    seen(shown, sequence=row["sequence"], tracker="camshift", repetition=repetition, frame=30)
-    got = shown.run(f"scene.box(scene.take({tracker}, {repetition}).row, 30)")
+    open_frame(
+        opened_page, sequence=row["sequence"], tracker="camshift", repetition=repetition, frame=30
+    )
+    got = opened_page.run(f"scene.box(scene.take({tracker}, {repetition}).row, 30)")
     assert got == pytest.approx(run.boxes[30], abs=0.0501)
-    assert shown.run("scene.box(0, 30)") == pytest.approx(truth.boxes[30], abs=0.0501)
+    assert opened_page.run("scene.box(0, 30)") == pytest.approx(truth.boxes[30], abs=0.0501)
     # The right edge of the ground truth, in the middle, is white or black: its dashes.
-    shown.run("choose({show: 'none'})")
-    shown.wait("!byId('legend').querySelector('[aria-pressed=true]')")
+    opened_page.run("choose({show: 'none'})")
+    opened_page.wait("!byId('legend').querySelector('[aria-pressed=true]')")
     x, y, width, height = truth.boxes[30]
-    scale = shown.run("screen.width / scene.size[0]")
-    pixels = shown.run(
+    scale = opened_page.run("screen.width / scene.size[0]")
+    pixels = opened_page.run(
         f"[...pen.getImageData({(x + width) * scale - 1}, {y * scale}, 2, {height * scale}).data]"
     )
     colours = np.reshape(pixels, (-1, 4))[:, :3]
@@ -71,44 +80,46 @@ def test_boxes_are_drawn_at_their_places(shown, results):
     assert (colours.min(axis=1) > 200).any()
 
 
-def test_keys_move_by_frames_to_failures_and_to_disagreements(shown, results):
-    name = named(NOISY)
-    seen(shown, sequence=name, tracker=shown.run("data.labels[0]"), repetition=1, frame=5)
+def test_keys_move_by_frames_to_failures_and_to_disagreements(opened_page, results):
+    name = canonical_name(NOISY)
+    open_frame(
+        opened_page, sequence=name, tracker=opened_page.run("data.labels[0]"), repetition=1, frame=5
+    )
     for key, shift, frame in (
         ("ArrowRight", False, 6), ("ArrowRight", True, 16), ("ArrowLeft", False, 15),
         ("ArrowLeft", True, 5), ("End", False, 59), ("ArrowRight", False, 59), ("Home", False, 0),
     ):  # fmt: skip
-        shown.key(key, shift=shift)
-        assert shown.run("frame") == frame, key
+        opened_page.key(key, shift=shift)
+        assert opened_page.run("frame") == frame, key
     boxes, truth = {}, None
     for row, run, stored in one_pass_runs(results, sequence=name):
         if row["repetition"] == 1 or row["tracker"] not in boxes:
             boxes[row["tracker"]], truth = run.boxes, stored.boxes
     out = [~centre_inside(truth, its) for its in boxes.values()]
-    leaving = sorted({int(f) for one in out for f in np.flatnonzero(one[1:] & ~one[:-1]) + 1})
+    leaving = sorted({int(f) for entry in out for f in np.flatnonzero(entry[1:] & ~entry[:-1]) + 1})
     for frame in [*leaving, leaving[0]]:
-        shown.key("f")
-        assert shown.run("frame") == frame
+        opened_page.key("f")
+        assert opened_page.run("frame") == frame
     pairs = [(a, b) for a in boxes for b in boxes if a < b]
     apart = np.max([centre_error(boxes[a], boxes[b]) for a, b in pairs], axis=0)
-    shown.key("d")
-    first = shown.run("frame")
+    opened_page.key("d")
+    first = opened_page.run("frame")
     assert apart[first] == pytest.approx(apart.max(), abs=0.2)
-    shown.key("d")
+    opened_page.key("d")
     far = np.abs(np.arange(60) - first) >= 10
-    assert apart[shown.run("frame")] == pytest.approx(apart[far].max(), abs=0.2)
-    shown.run("byId('play').focus()")
-    for keys, frame in (("4Escape", shown.run("frame")), ("42Enter", 42)):
-        shown.key("g")
-        shown.run("byId('frame').select()")
+    assert apart[opened_page.run("frame")] == pytest.approx(apart[far].max(), abs=0.2)
+    opened_page.run("byId('play').focus()")
+    for keys, frame in (("4Escape", opened_page.run("frame")), ("42Enter", 42)):
+        opened_page.key("g")
+        opened_page.run("byId('frame').select()")
         for key in re.findall(r"\d|[A-Z]\w+", keys):
-            shown.key(key)
-        assert shown.run("[byId('frame').value, frame]") == [str(frame), frame]
-        assert shown.run("document.activeElement === byId('play')")
-        assert not shown.run("state.has('show')")  # no digit hid a tracker
-    shown.key("?")
-    shown.key("Escape")
-    assert shown.run("byId('player').open && byId('help').hidden")
+            opened_page.key(key)
+        assert opened_page.run("[byId('frame').value, frame]") == [str(frame), frame]
+        assert opened_page.run("document.activeElement === byId('play')")
+        assert not opened_page.run("state.has('show')")  # no digit hid a tracker
+    opened_page.key("?")
+    opened_page.key("Escape")
+    assert opened_page.run("byId('player').open && byId('help').hidden")
 
 
 CONTROLS = [
@@ -118,162 +129,166 @@ CONTROLS = [
 ]  # fmt: skip
 
 
-def test_keys_work_after_a_click_on_any_control(shown):
-    seen(shown, sequence=named(NOISY), frame=5)
-    shown.run("navigator.clipboard.writeText = async () => {}; screen.toBlob = () => {}; 0")
+def test_keys_work_after_a_click_on_any_control(opened_page):
+    open_frame(opened_page, sequence=canonical_name(NOISY), frame=5)
+    opened_page.run("navigator.clipboard.writeText = async () => {}; screen.toBlob = () => {}; 0")
     for control in CONTROLS:
-        shown.click(control)
+        opened_page.click(control)
         if control == "#repetition":  # a menu, which is a window of its own
-            shown.run("byId('repetition').value = 1")
-            shown.run("byId('repetition').dispatchEvent(new Event('change'))")
-            assert shown.run("repetition()") == 1
-        shown.run("stop(); move(20)")
-        shown.key("ArrowRight")
-        assert shown.run("frame") == 21, control
-        shown.key(" ")
-        assert shown.run("!!playing"), control
-        shown.key(" ")
-        assert not shown.run("playing"), control
+            opened_page.run("byId('repetition').value = 1")
+            opened_page.run("byId('repetition').dispatchEvent(new Event('change'))")
+            assert opened_page.run("repetition()") == 1
+        opened_page.run("stop(); move(20)")
+        opened_page.key("ArrowRight")
+        assert opened_page.run("frame") == 21, control
+        opened_page.key(" ")
+        assert opened_page.run("!!playing"), control
+        opened_page.key(" ")
+        assert not opened_page.run("playing"), control
 
 
-def test_keyboard_keeps_the_focus_and_does_one_thing_at_a_time(shown):
-    seen(shown, sequence=named(NOISY), frame=5)
+def test_keyboard_keeps_the_focus_and_does_one_thing_at_a_time(opened_page):
+    open_frame(opened_page, sequence=canonical_name(NOISY), frame=5)
     where = "document.activeElement.id || document.activeElement.dataset.key"
     visited = [""]
     while visited[-1] != "lens":
-        shown.key("Tab")
-        visited.append(shown.run(where))
-        assert shown.run("document.activeElement.matches(':focus-visible')")
+        opened_page.key("Tab")
+        visited.append(opened_page.run(where))
+        assert opened_page.run("document.activeElement.matches(':focus-visible')")
     assert {"scene", "other", "play", "frame", "slider"} <= {*visited}
-    shown.key(" ")
-    assert state(shown)["lens"] == "1"
-    assert not shown.run("playing")
-    assert shown.run(where) == "lens"
-    shown.run("byId('legend').children[2].focus()")
-    shown.key(" ")
-    assert shown.run("[...byId('legend').children].indexOf(document.activeElement)") == 2
+    opened_page.key(" ")
+    assert state(opened_page)["lens"] == "1"
+    assert not opened_page.run("playing")
+    assert opened_page.run(where) == "lens"
+    opened_page.run("byId('legend').children[2].focus()")
+    opened_page.key(" ")
+    assert opened_page.run("[...byId('legend').children].indexOf(document.activeElement)") == 2
 
 
-def test_player_plays_scrubs_holds_enlarges_and_saves(shown, results):
-    name = named(FIRST)
-    tracker = shown.run("data.labels[2]")
-    seen(shown, sequence=name, tracker=tracker, repetition=0, frame=0)
-    shown.run(
+def test_player_plays_scrubs_holds_enlarges_and_saves(opened_page, results):
+    name = canonical_name(FIRST)
+    tracker = opened_page.run("data.labels[2]")
+    open_frame(opened_page, sequence=name, tracker=tracker, repetition=0, frame=0)
+    opened_page.run(
         "window.visited = [];"
         "{ const before = seek; seek = (f) => { visited.push(f); return before(f); }; }"
     )
-    shown.key(" ")
-    shown.wait("visited.length >= 12")
-    shown.key(" ")
-    assert shown.run("visited")[:12] == list(range(1, 13))  # no frame is skipped
-    shown.run("byId('slider').value = 33; byId('slider').dispatchEvent(new Event('input'))")
-    shown.wait("paintedFrame === 33")
+    opened_page.key(" ")
+    opened_page.wait("visited.length >= 12")
+    opened_page.key(" ")
+    assert opened_page.run("visited")[:12] == list(range(1, 13))  # no frame is skipped
+    opened_page.run("byId('slider').value = 33; byId('slider').dispatchEvent(new Event('input'))")
+    opened_page.wait("paintedFrame === 33")
     place = "(({{x, width}}) => [x, width])(byId('{}').getBoundingClientRect())"
-    cursor, slider = (shown.run(place.format(one)) for one in ("cursor", "slider"))
+    cursor, slider = (opened_page.run(place.format(entry)) for entry in ("cursor", "slider"))
     thumb = slider[0] + 8 + 33 / 59 * (slider[1] - 16)  # its centre; it is 16 pixels wide
     assert cursor[0] + cursor[1] / 2 == pytest.approx(thumb, abs=0.6)
-    plain, entry = shown.run(PIXELS), "byId('legend').children[3].textContent"
-    shown.run("choose({other: '2.1', show: '2'})")
+    plain, entry = opened_page.run(PIXELS), "byId('legend').children[3].textContent"
+    opened_page.run("choose({other: '2.1', show: '2'})")
     numbers = []
     for held in (False, True):
         if held:
-            shown.key("c", held=True)
-            assert shown.run("drawnTakes().map(take => take.repetition)") == [1]
-            assert "(repetition 1)" in shown.run(entry)
-        numbers.append(re.findall(r"[\d.]+", shown.run(entry.replace("]", "].lastChild")))[-2:])
-    shown.release("c")
+            opened_page.key("c", held=True)
+            assert opened_page.run("drawnTakes().map(take => take.repetition)") == [1]
+            assert "(repetition 1)" in opened_page.run(entry)
+        numbers.append(
+            re.findall(r"[\d.]+", opened_page.run(entry.replace("]", "].lastChild")))[-2:]
+        )
+    opened_page.release("c")
     for row, run, truth in one_pass_runs(results, sequence=name):
         if row["tracker"] == tracker and row["repetition"] < 2:
             near, error = map(float, numbers[row["repetition"]])
             assert near == pytest.approx(overlap(truth.boxes[33:34], run.boxes[33:34])[0], abs=0.01)
             expected = centre_error(truth.boxes[33:34], run.boxes[33:34])[0]
             assert error == pytest.approx(expected, abs=0.15)
-    shown.run("choose({show: null})")
-    assert shown.run(PIXELS) == plain
-    shown.key("m")
-    shown.wait(f"{PIXELS} !== {json.dumps(plain)}")  # without a pointer, at the target
-    shown.run(
+    opened_page.run("choose({show: null})")
+    assert opened_page.run(PIXELS) == plain
+    opened_page.key("m")
+    opened_page.wait(f"{PIXELS} !== {json.dumps(plain)}")  # without a pointer, at the target
+    opened_page.run(
         "HTMLAnchorElement.prototype.click = function () {"
         " window.saved = [this.href, this.download]; }"
     )
-    shown.key("s")
-    url, file = shown.wait("window.saved")
-    size = shown.run(
+    opened_page.key("s")
+    url, file = opened_page.wait("window.saved")
+    size = opened_page.run(
         f"fetch({url!r}).then(r => r.blob()).then(createImageBitmap).then(i => [i.width, i.height])"
     )
-    assert size == shown.run("[screen.width, screen.height]")
+    assert size == opened_page.run("[screen.width, screen.height]")
     assert file == re.sub(r"[^\w.-]+", "-", name) + "-00033.png"
 
 
-def test_player_switches_to_revised_boxes(shown, results):
-    name, tracker = named(FIRST), shown.run("data.labels[2]")
-    seen(shown, sequence=name, tracker=tracker, repetition=0, frame=3)
-    online = shown.run("drawnTakes().map(rowOf)")
-    shown.key("o")
-    assert state(shown)["trace"] == "revised"
-    revised = shown.run("drawnTakes().map(rowOf)")
+def test_player_switches_to_revised_boxes(opened_page, results):
+    name, tracker = canonical_name(FIRST), opened_page.run("data.labels[2]")
+    open_frame(opened_page, sequence=name, tracker=tracker, repetition=0, frame=3)
+    online = opened_page.run("drawnTakes().map(rowOf)")
+    opened_page.key("o")
+    assert state(opened_page)["trace"] == "revised"
+    revised = opened_page.run("drawnTakes().map(rowOf)")
     assert revised == [*online[:2], online[2] + 1]  # one of the trackers revises
     (run, *_) = (
         run for row, run, _ in one_pass_runs(results, sequence=name) if row["tracker"] == tracker
     )
-    rows = shown.run(f"[{online[2]}, {revised[2]}].map((row) => scene.box(row, 3)[0])")
+    rows = opened_page.run(f"[{online[2]}, {revised[2]}].map((row) => scene.box(row, 3)[0])")
     assert rows == pytest.approx([run.boxes[3, 0], run.revised[3, 0]], abs=0.051)
 
 
 @pytest.mark.parametrize(
     ("width", "height"), [(1366, 768), (1920, 1080), (390, 844), (844, 390), (1280, 500)]
 )
-def test_frame_keeps_its_shape_and_uses_its_room(shown, width, height):
-    shown.size(width, height, mobile=width < 900)
-    seen(shown, sequence=named(FIRST), frame=3)
+def test_frame_keeps_aspect_ratio_and_fills_space(opened_page, width, height):
+    opened_page.size(width, height, mobile=width < 900)
+    open_frame(opened_page, sequence=canonical_name(FIRST), frame=3)
     rect = "(({width, height}) => [width, height])(screen.getBoundingClientRect())"
-    wide, tall = shown.run(rect)
-    assert wide / tall == pytest.approx(shown.run("scene.size[0] / scene.size[1]"), rel=0.005)
+    wide, tall = opened_page.run(rect)
+    assert wide / tall == pytest.approx(opened_page.run("scene.size[0] / scene.size[1]"), rel=0.005)
     assert wide > {1920: 900, 390: 360}.get(width, 300)
-    assert shown.run("dialog.scrollHeight <= dialog.clientHeight")
-    assert shown.run("dialog.scrollWidth") <= width
+    assert opened_page.run("dialog.scrollHeight <= dialog.clientHeight")
+    assert opened_page.run("dialog.scrollWidth") <= width
     if height > 600:  # else controls scroll beside the frame
         bottom = "(one) => one.getBoundingClientRect().bottom"
-        assert max(shown.run(f"[...dialog.querySelectorAll('button')].map({bottom})")) <= height
+        assert (
+            max(opened_page.run(f"[...dialog.querySelectorAll('button')].map({bottom})")) <= height
+        )
 
 
-def touch(shown, kind, *places):
-    shown.call("Input.dispatchTouchEvent", type=kind, touchPoints=list(places))
+def touch(opened_page, kind, *places):
+    opened_page.call("Input.dispatchTouchEvent", type=kind, touchPoints=list(places))
 
 
-def test_finger_opens_points_holds_a_run_and_moves_the_magnifier(shown, page):
-    shown.size(390, 844, dark=True, mobile=True)
-    shown.call("Emulation.setTouchEmulationEnabled", enabled=True)
-    shown.open(page.as_uri())
-    assert shown.run("document.documentElement.scrollWidth") == 390
-    scroll_to(shown, "errors-2")
+def test_finger_opens_points_holds_a_run_and_moves_the_magnifier(opened_page, page):
+    opened_page.size(390, 844, dark=True, mobile=True)
+    opened_page.call("Emulation.setTouchEmulationEnabled", enabled=True)
+    opened_page.open(page.as_uri())
+    assert opened_page.run("document.documentElement.scrollWidth") == 390
+    scroll_to(opened_page, "errors-2")
     middle = (
         "(({{x, y, width, height}}) => ({{x: x + width / 2, y: y + height / 2}}))"
         "(document.querySelector('{}').getBoundingClientRect())"
     )
-    touch(shown, "touchStart", shown.run(middle.format("#errors-2 svg")))
-    touch(shown, "touchEnd")
-    shown.wait("byId('player').open && paintedFrame >= 0")
-    assert shown.run("scene.number") == 2
-    shown.run("choose({other: '2.1'})")
-    touch(shown, "touchStart", shown.run(middle.format("#hold")))
-    shown.wait("held && drawnTakes()[0].repetition === 1")
-    touch(shown, "touchEnd")
-    shown.wait("!held")
-    shown.key("m")
-    place = shown.run(middle.format("#screen"))
-    touch(shown, "touchStart", place)
-    drawn = shown.run(PIXELS)
-    touch(shown, "touchMove", {"x": place["x"] + 60, "y": place["y"] + 40})
-    shown.wait(f"{PIXELS} !== {json.dumps(drawn)}")
-    moved = shown.run(PIXELS)
-    touch(shown, "touchEnd")
-    assert shown.run(PIXELS) == moved
-    shown.call("Emulation.setTouchEmulationEnabled", enabled=False)
+    touch(opened_page, "touchStart", opened_page.run(middle.format("#errors-2 svg")))
+    touch(opened_page, "touchEnd")
+    opened_page.wait("byId('player').open && paintedFrame >= 0")
+    assert opened_page.run("scene.number") == 2
+    opened_page.run("choose({other: '2.1'})")
+    touch(opened_page, "touchStart", opened_page.run(middle.format("#hold")))
+    opened_page.wait("held && drawnTakes()[0].repetition === 1")
+    touch(opened_page, "touchEnd")
+    opened_page.wait("!held")
+    opened_page.key("m")
+    place = opened_page.run(middle.format("#screen"))
+    touch(opened_page, "touchStart", place)
+    drawn = opened_page.run(PIXELS)
+    touch(opened_page, "touchMove", {"x": place["x"] + 60, "y": place["y"] + 40})
+    opened_page.wait(f"{PIXELS} !== {json.dumps(drawn)}")
+    moved = opened_page.run(PIXELS)
+    touch(opened_page, "touchEnd")
+    assert opened_page.run(PIXELS) == moved
+    opened_page.call("Emulation.setTouchEmulationEnabled", enabled=False)
 
 
-def test_link_to_what_is_not_there_is_answered(shown):
-    for asked, message in (
+def test_link_to_missing_item_shows_message(opened_page):
+    for query, message in (
         ({"tracker": "none <b>", "frame": 3}, "There is no run of none <b> here."),
         ({"repetition": 77, "frame": 3}, "There is no repetition 77 here."),
         ({"repetition": 77, "frame": 6000}, "There is no repetition 77 here. There is no frame"),
@@ -284,61 +299,67 @@ def test_link_to_what_is_not_there_is_answered(shown):
         ({"other": "1.9", "frame": 3}, "There is no run of camshift, repetition 9, to hold."),
         ({"map": "hue", "frame": 3}, "There is no map hue here."),
     ):
-        shown.run(f"location.hash = {json.dumps(urlencode({'sequence': named(FIRST), **asked}))}")
-        shown.wait(f"{MESSAGE}.startsWith({json.dumps(message)})")
+        opened_page.run(
+            f"location.hash = {json.dumps(urlencode({'sequence': canonical_name(FIRST), **query}))}"
+        )
+        opened_page.wait(f"{MESSAGE}.startsWith({json.dumps(message)})")
         chosen = "['other', 'map'].map((id) => byId(id).selectedOptions[0].text)"
-        assert shown.run(chosen) == ["another run", "none"]
-    shown.run(f"location.hash = {json.dumps(urlencode({'sequence': 'gone <b>', 'frame': 3}))}")
+        assert opened_page.run(chosen) == ["another run", "none"]
+    opened_page.run(
+        f"location.hash = {json.dumps(urlencode({'sequence': 'gone <b>', 'frame': 3}))}"
+    )
     words = "There is no sequence gone <b> on this page"
-    shown.wait(f"byId('missing').textContent.includes('{words}')")
-    assert shown.run("!dialog.open && byId('missing').role === 'status'")
-    assert shown.run("state.get('sequence')") == "gone <b>"  # the address keeps the request
-    shown.call("Emulation.setEmulatedMedia", media="print")
-    assert not shown.run("byId('missing').checkVisibility()")
-    shown.call("Emulation.setEmulatedMedia", media="")
-    shown.click("#missing button")
-    shown.wait("byId('missing').textContent === '' && !location.hash")
+    opened_page.wait(f"byId('missing').textContent.includes('{words}')")
+    assert opened_page.run("!dialog.open && byId('missing').role === 'status'")
+    assert opened_page.run("state.get('sequence')") == "gone <b>"  # the address keeps the request
+    opened_page.call("Emulation.setEmulatedMedia", media="print")
+    assert not opened_page.run("byId('missing').checkVisibility()")
+    opened_page.call("Emulation.setEmulatedMedia", media="")
+    opened_page.click("#missing button")
+    opened_page.wait("byId('missing').textContent === '' && !location.hash")
 
 
-def test_page_of_some_frames_marks_these_and_explains_others(shown):
-    shown.run("data.scenes[0].kept = [10, 11, 12, 30]; 0")
-    shown.run(
+def test_page_of_some_frames_marks_these_and_explains_others(opened_page):
+    opened_page.run("data.scenes[0].kept = [10, 11, 12, 30]; 0")
+    opened_page.run(
         "window.texts = []; { const before = pen.fillText; pen.fillText = function (...given) {"
         " texts.push(given[0]); before.apply(this, given); }; } window.marks = [];"
         " CanvasRenderingContext2D.prototype.fillRect = function (x) {"
         " if (this === curvePen) marks.push(x); }; 0"
     )
-    seen(shown, sequence=named(FIRST), frame=11)
-    assert shown.run("painted !== null && texts.length === 0")
-    left, right = shown.run("[PLOT.left, curvePen.canvas.clientWidth - PLOT.right]")
+    open_frame(opened_page, sequence=canonical_name(FIRST), frame=11)
+    assert opened_page.run("painted !== null && texts.length === 0")
+    left, right = opened_page.run("[PLOT.left, curvePen.canvas.clientWidth - PLOT.right]")
     ends = [left + (number - 0.5) / 59 * (right - left) for number in (10, 11, 12, 30)]
-    assert shown.run("marks") == [pytest.approx(end) for end in ends]
-    shown.key("ArrowRight", shift=True)
-    shown.wait("paintedFrame === 21")
-    assert shown.run("texts") == [
+    assert opened_page.run("marks") == [pytest.approx(end) for end in ends]
+    opened_page.key("ArrowRight", shift=True)
+    opened_page.wait("paintedFrame === 21")
+    assert opened_page.run("texts") == [
         "The page keeps the worst frames alone,", "those with a line beneath the curve."
     ]  # fmt: skip
 
 
-def test_curve_of_overlaps_has_the_line_of_success(shown):
-    seen(shown, sequence=named(FIRST), frame=3)
-    shown.run(
+def test_curve_of_overlaps_has_the_line_of_success(opened_page):
+    open_frame(opened_page, sequence=canonical_name(FIRST), frame=3)
+    opened_page.run(
         "window.texts = []; { const before = curvePen.fillText; curvePen.fillText = function"
         " (...given) { texts.push(given[0]); before.apply(this, given); }; } 0"
     )
-    shown.key("e")
-    assert {"0", "0.5", "1", "20", "40", "overlap; success from 0.5"} <= {*shown.wait("texts")}
+    opened_page.key("e")
+    assert {"0", "0.5", "1", "20", "40", "overlap; success from 0.5"} <= {
+        *opened_page.wait("texts")
+    }
 
 
 def test_frames_beside_the_page_are_loaded_when_needed(chromium, results, tmp_path, monkeypatch):
     monkeypatch.setattr(pages, "MAX_INLINE_FRAMES", 0)
-    beside = written(results, tmp_path, full=True)
+    beside = write_experiment_page(results, tmp_path, full=True)
     assert len(list((tmp_path / "report-frames").glob("thumbnails-*.js"))) >= 6
     chromium.console.clear()
     chromium.open(beside.as_uri())
     assert chromium.run("document.querySelectorAll('script[src]').length") == 0
-    name = named("plain/target:length=60:scene=1")
-    seen(chromium, sequence=name, frame=7)
+    name = canonical_name("plain/target:length=60:scene=1")
+    open_frame(chromium, sequence=name, frame=7)
     size = datasets.load(name).image_size
     chromium.wait(f"painted.width === {size[0]}")  # its own size, by --frames
     assert chromium.console == []
@@ -363,27 +384,27 @@ def test_frames_are_kept_in_order_and_small(page):
             assert np.abs(got.astype(int) - wanted).mean() < 14  # of noise, too
 
 
-def test_absent_failures_and_disagreements_are_stated(shown):
-    trackers = shown.run("data.labels")
-    seen(shown, sequence=named(FIRST), frame=3)
+def test_absent_failures_and_disagreements_are_stated(opened_page):
+    trackers = opened_page.run("data.labels")
+    open_frame(opened_page, sequence=canonical_name(FIRST), frame=3)
     alone = f"{trackers[0]} alone is shown: a disagreement needs two."
     none = "No tracker is shown."
     for show, key, message in (("none", "f", none), ("none", "d", none), ("0", "d", alone)):
-        shown.run(f"choose({{show: '{show}', frame: 3}})")
-        shown.key(key)
-        assert shown.run(MESSAGE).startswith(message)
-        assert shown.run("frame") == 3
-    shown.run("{ const curve = scene.curve(1); curve.out.fill(0); curve.out[40] = 1; } 0")
-    shown.run("choose({show: '0'})")
+        opened_page.run(f"choose({{show: '{show}', frame: 3}})")
+        opened_page.key(key)
+        assert opened_page.run(MESSAGE).startswith(message)
+        assert opened_page.run("frame") == 3
+    opened_page.run("{ const curve = scene.curve(1); curve.out.fill(0); curve.out[40] = 1; } 0")
+    opened_page.run("choose({show: '0'})")
     for frame in (3, 40, 50):
-        shown.run(f"move({frame})")
-        shown.key("f")
-        assert shown.run("frame") == 40
+        opened_page.run(f"move({frame})")
+        opened_page.key("f")
+        assert opened_page.run("frame") == 40
         message = f"{trackers[0]} leaves the truth's box at frame 40. It is the only one."
-        assert shown.run(MESSAGE) == message
-    shown.run("scene.curve(1).out.fill(0)")
-    shown.key("f")
-    assert shown.run(MESSAGE) == "No shown tracker leaves the truth's box."
+        assert opened_page.run(MESSAGE) == message
+    opened_page.run("scene.curve(1).out.fill(0)")
+    opened_page.key("f")
+    assert opened_page.run(MESSAGE) == "No shown tracker leaves the truth's box."
 
 
 FAILING = '''
@@ -410,7 +431,7 @@ def test_failed_run_is_shown_to_its_last_box_with_the_reason(chromium, tmp_path,
     trackers = ("static", f"{tmp_path / 'failing.py'}:Failing")
     experiment = Experiment("mine", trackers, (SequenceSource("plain/target:length=20"),))
     with without_processes():
-        page = written(bench.run(experiment, tmp_path, jobs=1), tmp_path)
+        page = write_experiment_page(bench.run(experiment, tmp_path, jobs=1), tmp_path)
     chromium.console.clear()
     chromium.size(1280, 900)
     chromium.open(page.as_uri())
@@ -453,17 +474,17 @@ follow(); 0"""
 
 
 @pytest.mark.parametrize(("width", "height"), [(390, 667), (768, 1024), (1280, 720)])
-def test_legend_of_many_trackers_scrolls_to_the_chosen_one(shown, width, height):
-    shown.size(width, height, mobile=width < 400)
-    seen(shown, sequence=named(FIRST), frame=3)
-    shown.run(MANY)
-    shown.wait("byId('legend').children.length === 25")
-    assert shown.run("byId('legend').scrollWidth <= byId('legend').clientWidth")
-    assert shown.run("byId('legend').scrollHeight > byId('legend').clientHeight")
-    assert shown.run("byId('stage').getBoundingClientRect().height") > height / 5
-    shown.run("choose({tracker: data.labels[20]})")
-    shown.wait("inLegend(byId('legend').children[21])")
-    shown.run("byId('legend').lastChild.focus()")
-    assert shown.run("inLegend(byId('legend').lastChild)")
-    shown.key(" ")
-    assert shown.run("byId('legend').lastChild.ariaPressed") == "true"
+def test_legend_of_many_trackers_scrolls_to_the_chosen_one(opened_page, width, height):
+    opened_page.size(width, height, mobile=width < 400)
+    open_frame(opened_page, sequence=canonical_name(FIRST), frame=3)
+    opened_page.run(MANY)
+    opened_page.wait("byId('legend').children.length === 25")
+    assert opened_page.run("byId('legend').scrollWidth <= byId('legend').clientWidth")
+    assert opened_page.run("byId('legend').scrollHeight > byId('legend').clientHeight")
+    assert opened_page.run("byId('stage').getBoundingClientRect().height") > height / 5
+    opened_page.run("choose({tracker: data.labels[20]})")
+    opened_page.wait("inLegend(byId('legend').children[21])")
+    opened_page.run("byId('legend').lastChild.focus()")
+    assert opened_page.run("inLegend(byId('legend').lastChild)")
+    opened_page.key(" ")
+    assert opened_page.run("byId('legend').lastChild.ariaPressed") == "true"

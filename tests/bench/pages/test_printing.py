@@ -1,11 +1,11 @@
-"""A page on paper: all of it, on light ground, without what only a screen can do."""
+"""Printed pages: complete, on light background, without interactive elements."""
 
 from base64 import b64decode
 
 import pytest
 
 from tests import browser
-from tests.bench.pages.reading import seen, state
+from tests.bench.pages.reading import open_frame, state
 from trackmark.reports.page.content import Card, Chart, Line, Page, PageSection, PageTable
 from trackmark.reports.page.page import write_page
 from trackmark.reports.tables import Cell, Table
@@ -34,7 +34,7 @@ def table(name, columns, rows=40):
 
 @pytest.fixture(scope="module")
 def tables(tmp_path_factory):
-    """A page of narrow and wide tables, of charts and of a folded section."""
+    """Return a page with narrow and wide tables, charts and a folded section."""
     lines = [Line(f"t{n}", n, [0, 1, 2], [0, n, 1]) for n in range(9)]
     charts = [Chart(f"Chart {n}", "x", "y", lines[: 3 + n], "words") for n in range(6)]
     wide = [PageTable(table(f"wide-{columns}", columns)) for columns in (3, 8, 25)]
@@ -51,7 +51,7 @@ def tables(tmp_path_factory):
 
 @pytest.fixture
 def on_paper(chromium):
-    """`on_paper(page)` opens a page and lays it out as it is printed."""
+    """Provide `on_paper(page)`, which opens a page with its print layout."""
 
     def on_paper(page, *, dark=False):
         chromium.open(page.as_uri())
@@ -91,7 +91,7 @@ def test_paper_has_whole_tables_and_charts_on_light_ground(on_paper, tables, dar
 def test_controls_are_not_printed(chromium, page):
     chromium.open(page.as_uri())
     scene = chromium.run("data.scenes[0].name")
-    seen(chromium, sequence=scene, tracker="static", repetition=0, frame=5)
+    open_frame(chromium, sequence=scene, tracker="static", repetition=0, frame=5)
     chromium.call("Emulation.setEmulatedMedia", media="print")
     controls = "[...document.querySelectorAll('nav, input, select, dialog, header label, .copy')]"
     assert chromium.run(f"{controls}.filter(one => one.checkVisibility()).length") == 0

@@ -10,7 +10,13 @@ import numpy as np
 import pytest
 
 from tests import browser
-from tests.bench.pages.reading import Cells, data_of, named, seen, written
+from tests.bench.pages.reading import (
+    Cells,
+    canonical_name,
+    data_of,
+    open_frame,
+    write_experiment_page,
+)
 from trackmark import bench
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 from trackmark.bench.metrics.centre_error import centre_error
@@ -33,28 +39,28 @@ PROTOCOLS = (
 
 @pytest.fixture(scope="module")
 def by_protocols(drifting, tmp_path_factory, without_processes):
-    """Runs of a tracker by several protocols, and their page."""
+    """Provide runs of a tracker by several protocols, and their page."""
     folder = tmp_path_factory.mktemp("protocols")
     for protocol in PROTOCOLS:
         sources = (SequenceSource(SOURCE),)
         experiment = Experiment("trial", (drifting,), sources, repetitions=2, protocol=protocol)
         with without_processes():
-            made = bench.run(experiment, folder, jobs=1)
+            stored = bench.run(experiment, folder, jobs=1)
         if protocol == "real-time:seconds=0.1":
-            text = written(made, folder / "first").read_text()
+            text = write_experiment_page(stored, folder / "first").read_text()
             assert "No comparison: nothing was run in one pass." in text
-    return made, written(made, folder, preset_report(made, ["native"]).tables)
+    return stored, write_experiment_page(stored, folder, preset_report(stored, ["native"]).tables)
 
 
 def unpacked(text, frames):
-    """Return boxes of a page in pixels, (rows, frames, 4); NaN where there is none."""
+    """Return boxes of a page in pixels, (rows, frames, 4); NaN if missing."""
     content = np.frombuffer(zlib.decompress(b64decode(text)), np.uint8).reshape(4, -1)
     steps = np.ascontiguousarray(content.T).view("<i4").reshape(-1, frames, 4)
     whole = steps.cumsum(axis=1, dtype=np.int32)
     return np.where(whole == ABSENT, np.nan, whole / 10)
 
 
-def test_runs_have_their_boxes_in_the_frames_of_their_segments(by_protocols):
+def test_segments_have_boxes_in_their_frames(by_protocols):
     folder, page = by_protocols
     text = page.read_text()
     data = data_of(text)
@@ -113,7 +119,11 @@ def test_player_shows_segments_and_restarts(chromium, by_protocols):
     chromium.console.clear()
     chromium.size(1280, 1000)
     chromium.open(page.as_uri())
-    labels, name, text = chromium.run("data.labels"), named(SOURCE), "byId('told').textContent"
+    labels, name, text = (
+        chromium.run("data.labels"),
+        canonical_name(SOURCE),
+        "byId('told').textContent",
+    )
     supervised, tre = (
         next(label for label in labels if word in label) for word in ("supervised", "tre")
     )
@@ -124,9 +134,9 @@ def test_player_shows_segments_and_restarts(chromium, by_protocols):
     mark = chromium.run(f"scene.take({number}, 0, 0).marks[0]")
     heights = []
     for frame, words in ((mark, "begun with the truth"), (mark - 1, "not asked"), (1, "")):
-        seen(chromium, **address, frame=frame)
-        shown = chromium.run(text)
-        assert words in shown if words else shown == ""
+        open_frame(chromium, **address, frame=frame)
+        visible_text = chromium.run(text)
+        assert words in visible_text if words else visible_text == ""
         heights.append(chromium.run("byId('told').clientHeight"))
     assert len({*heights[1:]}) == 1  # nothing moves
     assert chromium.run(f"Number.isNaN(scene.curve(scene.take({number}, 0, 0).row).error[{mark}])")
@@ -134,9 +144,9 @@ def test_player_shows_segments_and_restarts(chromium, by_protocols):
     for _ in range(4):
         chromium.key("f")
         messages.append(chromium.run("byId('said').textContent"))
-    assert any(f"begun again at frame {mark}." in one for one in messages)
+    assert any(f"begun again at frame {mark}." in message for message in messages)
     assert chromium.run("byId('shown').parentNode.hidden")  # `show` draws one-pass runs only
-    seen(chromium, sequence=name, tracker=tre, show=labels.index(tre), repetition=1, frame=50)
+    open_frame(chromium, sequence=name, tracker=tre, show=labels.index(tre), repetition=1, frame=50)
     before = chromium.run("screen.toDataURL()")
     assert chromium.run("[...byId('start').options].length") == 3
     chromium.run("byId('start').value = '2'; byId('start').dispatchEvent(new Event('change'))")

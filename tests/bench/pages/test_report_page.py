@@ -10,7 +10,14 @@ import numpy as np
 import pytest
 
 from tests import browser
-from tests.bench.pages.reading import Cells, data_of, filter_tables, named, scroll_to, written
+from tests.bench.pages.reading import (
+    Cells,
+    canonical_name,
+    data_of,
+    filter_tables,
+    scroll_to,
+    write_experiment_page,
+)
 from trackmark import bench
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 from trackmark.bench.metrics.centre_error import centre_error
@@ -37,11 +44,11 @@ def test_numbers_are_those_of_csv_and_json(trackmark, workspace):
     assert lines.stderr.splitlines()[-2] == "report/report.html"
     count = len([*(workspace / "report").glob("*.csv")])
     assert f"Beside it: {count} tables as .txt, .md, .csv and .tex" in lines.stderr
-    told = trackmark("report", "results/mine", "--json", "--metrics", "native,otb").stdout
-    tables = {one["table"]: one["rows"] for one in map(json.loads, told.splitlines())}
+    output = trackmark("report", "results/mine", "--json", "--metrics", "native,otb").stdout
+    tables = {entry["table"]: entry["rows"] for entry in map(json.loads, output.splitlines())}
     page = (workspace / "report" / "report.html").read_text()
-    shown = Cells(page).tables
-    assert tables.keys() == shown.keys()
+    page_tables = Cells(page).tables
+    assert tables.keys() == page_tables.keys()
     assert {"summary", "sequences", "metrics-otb", "heat", "comparison", "comparison-pairs",
             "parts", "comparison-parts", "trackers", "circumstances"} <= tables.keys()  # fmt: skip
     for name, rows in tables.items():
@@ -49,7 +56,7 @@ def test_numbers_are_those_of_csv_and_json(trackmark, workspace):
             in_csv = [*csv.DictReader(file)]
         for row, line in zip(rows, in_csv, strict=True):
             assert {key: as_in_json(value, line[key]) for key, value in row.items()} == row
-        cells = [cell for row in shown[name][1:] for cell in row]
+        cells = [cell for row in page_tables[name][1:] for cell in row]
         on_page = [float(cell["value"]) for cell in cells if cell["value"] is not None]
         if name in ("summary", "sequences", "metrics-otb"):
             assert on_page == [row["mean"] for row in rows]
@@ -58,13 +65,13 @@ def test_numbers_are_those_of_csv_and_json(trackmark, workspace):
         texts = (workspace / "report" / f"{name}.txt").read_text()
         assert all(cell["text"] in texts for cell in cells)
     overlaps = {r["tracker"]: r for r in tables["summary"] if r["measure"] == "mean_overlap"}
-    for cells, (tracker, row) in zip(shown["summary"][1:], overlaps.items(), strict=True):
+    for cells, (tracker, row) in zip(page_tables["summary"][1:], overlaps.items(), strict=True):
         interval = f"{row['mean']:.3f} [{row['low']:.3f}, {row['high']:.3f}]"
         assert [cell["text"] for cell in cells[:2]] == [tracker, interval]
     for line in data_of(page)["charts"]["speed-0"]["lines"]:
         row = overlaps[line["label"]]
-        found = [line["y"][0], line["low"][0], line["high"][0]]
-        assert found == pytest.approx([row["mean"], row["low"], row["high"]], rel=1e-4)
+        point = [line["y"][0], line["low"][0], line["high"][0]]
+        assert point == pytest.approx([row["mean"], row["low"], row["high"]], rel=1e-4)
 
 
 def as_in_json(value, text):
@@ -109,7 +116,7 @@ def test_score_of_revised_boxes_opens_these(page):
 
 def test_parts_open_the_worst_frame_of_their_sequences(results, page):
     tables = Cells(page.read_text()).tables
-    name = named("plain/target:length=60:scene=9:noise=30")
+    name = canonical_name("plain/target:length=60:scene=9:noise=30")
     worst = {(row[0]["text"], row[1]["text"]): row[2]["link"] for row in tables["sequences"][1:]}
     parts = {row[0]["text"]: row for row in tables["parts"][1:]}
     trackers = [head["text"] for head in tables["parts"][0][2:]]
@@ -120,12 +127,12 @@ def test_parts_open_the_worst_frame_of_their_sequences(results, page):
     assert all("noise%3D30" in cell["link"] for row in rows for cell in row[2:])
 
 
-def test_page_without_parts_says_what_there_would_be(without_processes, tmp_path):
+def test_page_without_parts_explains_parts(without_processes, tmp_path):
     sources = tuple(SequenceSource(f"plain/target:length=15:scene={n}") for n in range(2))
     with without_processes():
         experiment = Experiment("trial", ("static", "camshift:window=adaptive"), sources)
         folder = bench.run(experiment, tmp_path, jobs=1)
-    text = written(folder, tmp_path / "page").read_text()
+    text = write_experiment_page(folder, tmp_path / "page").read_text()
     assert "These sequences have no parts to compare trackers on" in text
     assert "parts" not in Cells(text).tables
 
@@ -138,11 +145,11 @@ def test_names_and_messages_cannot_inject_markup(trackmark, workspace, break_tra
     trackmark(*run, "--name", "mine", status=1)
     trackmark("report", "results/mine", "--folder", "report", status=1)
     text = (workspace / "report" / "report.html").read_text()
-    found = Cells(text)
+    cells = Cells(text)
     main = re.search(r"<main>.*</main>", text, re.S)[0]
     assert "alert('x')" not in re.sub(r"\\u[0-9a-f]{4}", "", main)
-    assert found.tags.count("script") == text.count("<script")
-    row = found.tables["failed"][1]
+    assert cells.tags.count("script") == text.count("<script")
+    row = cells.tables["failed"][1]
     assert row[1]["text"] == name
     assert HOSTILE in row[4]["text"]
     assert data_of(text)["scenes"][0]["name"] == name
@@ -164,7 +171,7 @@ def test_failures_come_first_and_open_the_last_box(trackmark, workspace, break_t
         assert "frame=2" in row[3]["link"]
 
 
-def test_sequences_that_are_gone_or_changed_have_numbers(trackmark, workspace, otb):
+def test_missing_or_changed_sequences_keep_scores(trackmark, workspace, otb):
     otb(workspace / "data" / "Other", 4)
     trackmark("run", "--trackers", "static", "--sequences", "data/Small,data/Other", "--name", "m")
     shutil.rmtree(workspace / "data" / "Small")
@@ -181,16 +188,16 @@ def test_sequences_that_are_gone_or_changed_have_numbers(trackmark, workspace, o
     assert "No frames" in bench.player("results/m", "Other").page
 
 
-def test_point_of_a_curve_opens_the_frame_nearest_to_its_threshold(results, page):
+def test_curve_point_opens_frame_nearest_to_threshold(results, page):
     data = data_of(page.read_text())
     values = {"curves-0": {}, "curves-1": {}}
     for row, run, truth in one_pass_runs(results):
         key = row["tracker"], row["sequence"], row["repetition"]
         values["curves-0"][key] = overlap(truth.boxes[1:], run.boxes[1:])
         values["curves-1"][key] = centre_error(truth.boxes[1:], run.boxes[1:])
-    for name, of in values.items():
+    for name, runs_by_key in values.items():
         for line in data["charts"][name]["lines"]:
-            mine = {key: one for key, one in of.items() if key[0] == line["label"]}
+            mine = {key: entry for key, entry in runs_by_key.items() if key[0] == line["label"]}
             every = np.concatenate([*mine.values()])
             shares = [  # each sequence has equal weight, and all are repeated equally often
                 np.mean([np.mean(v >= x if name == "curves-0" else v <= x) for v in mine.values()])
@@ -202,49 +209,49 @@ def test_point_of_a_curve_opens_the_frame_nearest_to_its_threshold(results, page
                 key = data["labels"][tracker], data["scenes"][sequence]["name"], repetition
                 far = abs(mine[key][frame - 1] - threshold)
                 assert far == pytest.approx(np.abs(every - threshold).min())
-            told = np.mean([*map(np.mean, mine.values())]) if name == "curves-0" else shares[20]
-            assert float(line["told"]) == pytest.approx(told, abs=5.1e-4)
+            printed = np.mean([*map(np.mean, mine.values())]) if name == "curves-0" else shares[20]
+            assert float(line["told"]) == pytest.approx(printed, abs=5.1e-4)
 
 
 @browser.needs_browser
-def test_sorting_and_filter_are_kept_in_the_address(shown, page):
+def test_address_contains_sorting_and_filter(opened_page, page):
     column = "[...document.querySelectorAll('#summary tbody tr')].map(row => row.cells[1])"
     column = f"{column}.map(cell => Number(cell.dataset.value))"
-    shown.click("#summary thead th:nth-child(2) button")
-    values = shown.run(column)
+    opened_page.click("#summary thead th:nth-child(2) button")
+    values = opened_page.run(column)
     assert values == sorted(values, reverse=True)
-    shown.click("#summary thead th:nth-child(2) button")
-    assert shown.run("document.querySelector('th[aria-sort]').ariaSort") == "ascending"
-    filter_tables(shown, "noise=30")
+    opened_page.click("#summary thead th:nth-child(2) button")
+    assert opened_page.run("document.querySelector('th[aria-sort]').ariaSort") == "ascending"
+    filter_tables(opened_page, "noise=30")
     visible = "[...document.querySelectorAll('#heat tbody tr')].filter(row => !row.hidden).length"
-    assert shown.run(visible) == 1
-    shown.wait("location.hash.includes('sort.summary=1a')")
-    shown.run("document.querySelector('nav a').click()")
-    shown.wait("location.hash.includes('part-') || location.hash.includes('sort.summary=1a')")
-    shown.open(page.as_uri() + "#filter=noise%3D30&sort.summary=1a")
-    assert shown.run(visible) == 1
-    assert shown.run(column) == values[::-1]
+    assert opened_page.run(visible) == 1
+    opened_page.wait("location.hash.includes('sort.summary=1a')")
+    opened_page.run("document.querySelector('nav a').click()")
+    opened_page.wait("location.hash.includes('part-') || location.hash.includes('sort.summary=1a')")
+    opened_page.open(page.as_uri() + "#filter=noise%3D30&sort.summary=1a")
+    assert opened_page.run(visible) == 1
+    assert opened_page.run(column) == values[::-1]
 
 
 @browser.needs_browser
-def test_filter_finds_words_in_heads_of_columns(shown):
+def test_filter_finds_words_in_heads_of_columns(opened_page):
     seen_in = (
         "[...document.querySelectorAll('#heat tr')].filter(row => !row.hidden)"
         ".map(row => [...row.cells].filter(cell => !cell.hidden).map(cell => cell.textContent))"
     )
-    filter_tables(shown, "camshift")
-    rows = shown.run(seen_in)
+    filter_tables(opened_page, "camshift")
+    rows = opened_page.run(seen_in)
     assert [len(row) for row in rows] == [2] * 7
     assert rows[0][1:] == ["camshift"]
-    filter_tables(shown, "")
-    assert {len(row) for row in shown.run(seen_in)} == {4}
+    filter_tables(opened_page, "")
+    assert {len(row) for row in opened_page.run(seen_in)} == {4}
 
 
 @browser.needs_browser
-def test_texts_are_sorted_by_their_first_number(shown):
+def test_texts_are_sorted_by_their_first_number(opened_page):
     values = ["[-0.2, 0.1]", "< .001", "~3.1", "54 of 99", "2026-11-23", "294f9cd0", "— (1 failed)"]
     cells = json.dumps(values)
-    assert shown.run(f"{cells}.map(text => valueOf(make('td', {{}}, text)))") == [
+    assert opened_page.run(f"{cells}.map(text => valueOf(make('td', {{}}, text)))") == [
         -0.2, 0.001, 3.1, 54, *values[4:],
     ]  # fmt: skip
 
@@ -281,21 +288,21 @@ def test_units_of_a_column_are_aligned(chromium, tmp_path):
 
 
 @browser.needs_browser
-def test_ticks_bars_and_words_stay_in_their_charts(shown):
+def test_ticks_bars_and_words_stay_in_their_charts(opened_page):
     dot = {"label": "a", "position": 0, "told": "", "places": [], "x": [0.3], "y": [0.3],
            "low": [-0.4], "high": [1.1]}  # fmt: skip
     chart = {"x": "ms", "y": "overlap", "words": "w", "kind": "dots", "log": True, "top": None,
              "told": "", "lines": [dot]}  # fmt: skip
-    made = json.dumps(chart)
-    ends = shown.run(
-        f"[...plot({made}).querySelectorAll('line:not(.grid)')]"
+    chart_json = json.dumps(chart)
+    ends = opened_page.run(
+        f"[...plot({chart_json}).querySelectorAll('line:not(.grid)')]"
         ".map(line => [Number(line.getAttribute('y1')), Number(line.getAttribute('y2'))])"
     )
     assert all(8 <= end <= 300 - 34 for bar in ends for end in bar)
-    ticks = shown.run(f"scalesOf({made}, 460, 300).ticks")
-    assert all(4 <= len(one) <= 9 for one in ticks[1:])
-    scroll_to(shown, "survival-0")
-    assert shown.run(
+    ticks = opened_page.run(f"scalesOf({chart_json}, 460, 300).ticks")
+    assert all(4 <= len(entry) <= 9 for entry in ticks[1:])
+    scroll_to(opened_page, "survival-0")
+    assert opened_page.run(
         "(() => { const svg = document.querySelector('#survival-0 svg');"
         " const edge = svg.getBoundingClientRect().right + 0.5;"
         " return [...svg.querySelectorAll('text')]"
@@ -304,31 +311,31 @@ def test_ticks_bars_and_words_stay_in_their_charts(shown):
 
 
 @browser.needs_browser
-def test_point_of_a_chart_is_opened_by_a_click_and_by_keys(shown):
-    scroll_to(shown, "errors-2")
-    shown.point("#errors-2 svg")
-    tip = shown.wait("!tip.hidden && tip.textContent")
-    shown.click("#errors-2 svg")
-    shown.wait("byId('player').open && paintedFrame >= 0")
-    assert tip.endswith(f"at frame {shown.run('frame')}")
-    assert shown.run("scene.number") == 2
-    shown.key("Escape")
+def test_chart_point_opens_by_click_and_keys(opened_page):
+    scroll_to(opened_page, "errors-2")
+    opened_page.point("#errors-2 svg")
+    tip = opened_page.wait("!tip.hidden && tip.textContent")
+    opened_page.click("#errors-2 svg")
+    opened_page.wait("byId('player').open && paintedFrame >= 0")
+    assert tip.endswith(f"at frame {opened_page.run('frame')}")
+    assert opened_page.run("scene.number") == 2
+    opened_page.key("Escape")
     chart = "document.querySelector('#errors-2 svg')"
-    shown.run(f"{chart}.focus()")
-    tips = [shown.wait("tip.textContent")]
+    opened_page.run(f"{chart}.focus()")
+    tips = [opened_page.wait("tip.textContent")]
     for key in ("ArrowRight", "ArrowDown", "End"):
-        shown.key(key)
-        tips.append(shown.run("tip.textContent"))
+        opened_page.key(key)
+        tips.append(opened_page.run("tip.textContent"))
     assert len(set(tips)) == 4
     assert "at frame 59" in tips[-1]
-    assert shown.run(f"{chart}.getAttribute('aria-roledescription')")
-    assert shown.run("tip.getAttribute('role')") == "status"
-    shown.key("Enter")
-    shown.wait("byId('player').open && paintedFrame === 59")
-    assert tips[-1].startswith(shown.run("state.get('tracker')"))
-    shown.key("Escape")
-    shown.wait("!byId('player').open")
-    assert shown.run(f"document.activeElement === {chart}")
+    assert opened_page.run(f"{chart}.getAttribute('aria-roledescription')")
+    assert opened_page.run("tip.getAttribute('role')") == "status"
+    opened_page.key("Enter")
+    opened_page.wait("byId('player').open && paintedFrame === 59")
+    assert tips[-1].startswith(opened_page.run("state.get('tracker')"))
+    opened_page.key("Escape")
+    opened_page.wait("!byId('player').open")
+    assert opened_page.run(f"document.activeElement === {chart}")
 
 
 USABLE = """[...document.querySelectorAll(
@@ -337,30 +344,32 @@ USABLE = """[...document.querySelectorAll(
 
 
 @browser.needs_browser
-def test_keyboard_reaches_all_controls(shown):
-    shown.run(
+def test_keyboard_reaches_all_controls(opened_page):
+    opened_page.run(
         "document.querySelectorAll('figure.chart').forEach((one) => { near.unobserve(one);"
         " if (!one.querySelector('svg')) fill(one, data.charts[one.id]); });"
         f" window.usable = {USABLE}; 0"
     )
     reached = []
-    for _ in range(shown.run("usable.length")):
-        shown.key("Tab")
-        reached.append(shown.run("usable.indexOf(document.activeElement)"))
+    for _ in range(opened_page.run("usable.length")):
+        opened_page.key("Tab")
+        reached.append(opened_page.run("usable.indexOf(document.activeElement)"))
         seen = "getComputedStyle(document.activeElement)"
-        assert shown.run(f"{seen}.outlineStyle !== 'none' && parseFloat({seen}.outlineWidth) > 0")
+        assert opened_page.run(
+            f"{seen}.outlineStyle !== 'none' && parseFloat({seen}.outlineWidth) > 0"
+        )
     assert reached == list(range(len(reached)))
 
 
 @browser.needs_browser
 @pytest.mark.parametrize("still", [True, False])
-def test_nothing_moves_if_motion_is_reduced(shown, still):
-    shown.size(1280, 900, still=still)
+def test_nothing_moves_if_motion_is_reduced(opened_page, still):
+    opened_page.size(1280, 900, still=still)
     behaviour = "getComputedStyle(document.documentElement).scrollBehavior"
-    assert shown.run(behaviour) == ("auto" if still else "smooth")
+    assert opened_page.run(behaviour) == ("auto" if still else "smooth")
     moving = (
         "[...document.querySelectorAll('*')].filter((one) => { const style = getComputedStyle(one);"
         " return style.animationName !== 'none' || parseFloat(style.transitionDuration) > 0"
         " || ['MARQUEE', 'VIDEO'].includes(one.tagName); }).length"
     )
-    assert shown.run(moving) == 0
+    assert opened_page.run(moving) == 0

@@ -1,4 +1,4 @@
-"""Scores against attributes: bins, intervals, chance, and what is told of them."""
+"""Scores by attributes: bins, correlations, tables and plots."""
 
 from itertools import pairwise
 from math import isnan
@@ -29,7 +29,7 @@ OVERLAP = SUMMARY[0]
 
 @given(st.lists(st.integers(0, 12), max_size=60))
 @settings(max_examples=100, deadline=None)
-def test_bins_hold_every_sequence_once_in_order_and_never_part_equal_ones(places):
+def test_bins_partition_sequences_and_keep_ties_together(places):
     values = np.array(places, float)
     bins = bins_of(values)
     if not bins:
@@ -43,38 +43,38 @@ def test_bins_hold_every_sequence_once_in_order_and_never_part_equal_ones(places
 
 
 @pytest.mark.parametrize(("n", "count"), [(4, 0), (11, 0), (12, 2), (17, 2), (30, 5), (100, 5)])
-def test_there_are_as_many_bins_as_have_six_sequences(n, count):
+def test_bins_have_at_least_six_sequences(n, count):
     bins = bins_of(np.random.default_rng(0).permutation(n))
     assert len(bins) == count
     assert max(map(len, bins), default=0) - min(map(len, bins), default=0) <= 1
 
 
-def test_a_bin_has_the_mean_and_the_interval_of_its_sequences():
+def test_bin_has_mean_and_interval():
     generator = np.random.default_rng(1)
     places, scores = generator.random(24), generator.random(24)
     (curve,) = attribute_curves({"a": scores}, {"blur": places})
     order = np.argsort(places)
-    for one, chosen in zip(curve.bins, order.reshape(4, 6), strict=True):
-        assert one.mean == pytest.approx(scores[chosen].mean())
-        assert (one.low, one.high) == pytest.approx(mean_interval(scores[chosen]))
-        assert (one.first, one.last) == (places[chosen].min(), places[chosen].max())
+    for entry, chosen in zip(curve.bins, order.reshape(4, 6), strict=True):
+        assert entry.mean == pytest.approx(scores[chosen].mean())
+        assert (entry.low, entry.high) == pytest.approx(mean_interval(scores[chosen]))
+        assert (entry.first, entry.last) == (places[chosen].min(), places[chosen].max())
     assert curve.correlation == pytest.approx(spearmanr(places, scores).statistic)
 
 
-def test_what_rises_with_an_attribute_is_seen_and_the_others_are_not():
+def test_correlation_finds_only_dependent_attributes():
     generator = np.random.default_rng(2)
     measured = {f"a{k}": generator.random(30) for k in range(10)}
     differences = measured["a3"] ** 2 + generator.normal(0, 0.05, 30)
     curves = attribute_curves({"x - y": differences}, measured)
-    (found,) = (curve for curve in curves if curve.interval.low > 0)
-    assert found.attribute == "a3"
+    (significant,) = (curve for curve in curves if curve.interval.low > 0)
+    assert significant.attribute == "a3"
     assert all(curve.interval.high > 0 for curve in curves)
-    assert (np.diff([one.mean for one in found.bins]) > 0).all()
-    corrected = rank_correlation(found.places, found.scores, 1 - 0.05 / 10)[1]
-    assert found.interval == pytest.approx(corrected)
+    assert (np.diff([entry.mean for entry in significant.bins]) > 0).all()
+    corrected = rank_correlation(significant.places, significant.scores, 1 - 0.05 / 10)[1]
+    assert significant.interval == pytest.approx(corrected)
 
 
-def test_sequences_without_the_attribute_are_left_out():
+def test_sequences_without_attribute_are_omitted():
     measured = {"visibility": [np.nan] * 5, "size": [1, 2, np.nan, 4, 5], "one": [1] + [np.nan] * 4}
     (curve,) = attribute_curves({"a": [0.1, 0.2, 0.3, 0.4, np.nan]}, measured)
     assert curve.attribute == "size"
@@ -85,7 +85,7 @@ def test_sequences_without_the_attribute_are_left_out():
     assert "—" in to_text(attribute_table([curve], OVERLAP))
 
 
-def made(n, trackers=("camshift:window=adaptive", "opencv-mil")):
+def new_curve(n, trackers=("camshift:window=adaptive", "opencv-mil")):
     generator = np.random.default_rng(n)
     scores = {name: generator.random(n) for name in trackers}
     names = ("brightness_change", "border", "size")
@@ -94,41 +94,41 @@ def made(n, trackers=("camshift:window=adaptive", "opencv-mil")):
 
 
 def test_table_has_both_ends_and_a_row_of_data_per_bin():
-    curves = made(20)
+    curves = new_curve(20)
     table = attribute_table(curves, OVERLAP)
     text = on_terminal(table, to_text)
     assert max(map(len, text.splitlines())) <= 100
     assert all(word in text for word in ("lowest", "highest", "Bonferroni"))
     assert len(table.data) == 3 * len(curves)
     assert table.data["bin_mean"][2] == curves[0].bins[2].mean
-    assert "Without curve: 6 of 6 rows" in to_text(attribute_table(made(8), OVERLAP))
+    assert "Without curve: 6 of 6 rows" in to_text(attribute_table(new_curve(8), OVERLAP))
 
 
 @pytest.mark.parametrize("n", [3, 20])
 def test_plot_has_a_panel_per_attribute(n, tmp_path, monkeypatch):
-    curves, figures = made(n), []
+    curves, figures = new_curve(n), []
     monkeypatch.setattr(
-        "trackmark.reports.figures.write_for_papers", lambda *given: [figures.append(given)]
+        "trackmark.reports.figures.write_for_papers", lambda *arguments: [figures.append(arguments)]
     )
     assert write_plot(tmp_path / "plot.png", [], OVERLAP, "title") == []
     write_plot(tmp_path / "plot.png", curves, OVERLAP, "title")
     ((_, figure),) = figures
-    shown = [axes for axes in figure.axes if axes.get_visible()]
-    assert [axes.get_xlabel() for axes in shown] == [
-        attributes.find(name).head for name in dict.fromkeys(one.attribute for one in curves)
+    n_labels = [axes for axes in figure.axes if axes.get_visible()]
+    assert [axes.get_xlabel() for axes in n_labels] == [
+        attributes.find(name).head for name in dict.fromkeys(entry.attribute for entry in curves)
     ]
-    dots = shown[0].collections[0].get_offsets()
+    dots = n_labels[0].collections[0].get_offsets()
     np.testing.assert_array_equal(dots, np.transpose([curves[0].places, curves[0].scores]))
-    assert len(shown[0].lines[0].get_xdata()) == len(curves[0].bins)
+    assert len(n_labels[0].lines[0].get_xdata()) == len(curves[0].bins)
 
 
-@pytest.mark.parametrize(("n", "shown"), [(7, [7]), (8, [4, 4]), (15, [5, 5, 5])])
-def test_a_panel_has_at_most_seven_labels(n, shown):
+@pytest.mark.parametrize(("n", "n_labels"), [(7, [7]), (8, [4, 4]), (15, [5, 5, 5])])
+def test_panel_has_at_most_seven_labels(n, n_labels):
     ends = np.array([0.1, 0.9])
     panels = {
         "size": [AttributeScores(f"t{k}", ends, ends, np.tile(ends[:, None], 4)) for k in range(n)]
     }
-    axes = [one for one in attribute_plot(panels, "overlap", "T").axes if one.get_visible()]
-    assert [len(one.collections) - len(one.containers) for one in axes] == shown  # of dots
-    assert [len(one.containers) for one in axes] == shown
-    assert {one.get_xlabel() for one in axes} == {"size"}
+    axes = [entry for entry in attribute_plot(panels, "overlap", "T").axes if entry.get_visible()]
+    assert [len(entry.collections) - len(entry.containers) for entry in axes] == n_labels  # of dots
+    assert [len(entry.containers) for entry in axes] == n_labels
+    assert {entry.get_xlabel() for entry in axes} == {"size"}

@@ -1,4 +1,4 @@
-"""Stored runs scored by any metrics preset, without being run again."""
+"""Scores of stored runs by any metrics preset."""
 
 from dataclasses import replace
 
@@ -26,30 +26,32 @@ def stored(tmp_path_factory, without_processes):
 
 
 def texts(table):
-    """Cells of a table by sequence and tracker."""
+    """Return the cells of a table by sequence and tracker."""
     return {(row[0].text, row[1].text): [cell.text for cell in row[2:]] for row in table.rows}
 
 
 @pytest.mark.parametrize("name", metrics.preset_names())
-def test_a_stored_run_scores_what_its_boxes_do_together_as_the_preset_says(stored, name):
+def test_stored_runs_have_scores_of_their_boxes(stored, name):
     preset = metrics.preset(name)
     (scored,) = score_runs(stored, [name], load_results(stored), "T")
-    found = scored.table.data.set_index(["sequence", "tracker", "measure"])["mean"]
-    told = set(scored.table.data["measure"])
-    assert told == ({one.name for one in SUMMARY} if name == "native" else {*preset.columns})
+    means = scored.table.data.set_index(["sequence", "tracker", "measure"])["mean"]
+    measures = set(scored.table.data["measure"])
+    assert measures == (
+        {result.name for result in SUMMARY} if name == "native" else {*preset.columns}
+    )
     judged = []
     for source in SOURCES:
         sequence = datasets.load(source.text)
         run = bench.evaluate("camshift", sequence)
-        one = preset.judge(sequence, RunEstimates(run.boxes, run.visible, run.confidence))
-        judged.append([one])
-        key = next(key for key in one.scores if key in told)
-        assert found[sequence.name, "camshift", key] == pytest.approx(one.scores[key])
+        result = preset.judge(sequence, RunEstimates(run.boxes, run.visible, run.confidence))
+        judged.append([result])
+        key = next(key for key in result.scores if key in measures)
+        assert means[sequence.name, "camshift", key] == pytest.approx(result.scores[key])
     together = preset.overall(judged)
-    for key in told:
-        value = together.scores.get(key, np.nan)
-        shown = found.get((TOGETHER, "camshift", key), np.nan)
-        assert shown == pytest.approx(value, nan_ok=True), key
+    for key in measures:
+        expected = together.scores.get(key, np.nan)
+        printed = means.get((TOGETHER, "camshift", key), np.nan)
+        assert printed == pytest.approx(expected, nan_ok=True), key
     assert set(scored.curves) == set(preset.curves)
 
 
@@ -69,7 +71,7 @@ def test_tables_follow_the_order_of_presets(stored):
     assert got10k.heads[2:] == ["AO", "SR 0.50", "SR 0.75"]
 
 
-def test_curves_of_a_preset_are_drawn_if_there_are_any(stored):
+def test_preset_curves_are_drawn(stored):
     (scored,) = preset_report(stored, ["vot-anchor"]).scored
     names = ["metrics-vot-anchor-eao", "metrics-vot-anchor-accuracy-robustness"]
     assert list(preset_curves(scored, ["static", "camshift"], pytest.fail)) == names
@@ -80,10 +82,10 @@ def test_curves_of_a_preset_are_drawn_if_there_are_any(stored):
     assert message.endswith("there is no tracker all of whose runs vot-anchor can judge.")
 
 
-def test_what_a_preset_can_judge_no_run_of_is_said_in_a_sentence(without_processes, tmp_path):
+def test_preset_without_judgeable_runs_has_a_note(without_processes, tmp_path):
     with without_processes():
-        asked = Experiment("trial", ("static",), SOURCES, protocol="supervised")
-        folder = bench.run(asked, tmp_path, jobs=1)
+        experiment = Experiment("trial", ("static",), SOURCES, protocol="supervised")
+        folder = bench.run(experiment, tmp_path, jobs=1)
     table = preset_report(folder, ["otb"]).tables[0]
     assert not table.rows
     for text in (to_text(table), to_markdown(table), to_latex(table)):
@@ -97,14 +99,14 @@ def test_what_a_preset_can_judge_no_run_of_is_said_in_a_sentence(without_process
 def test_late_answers_are_counted_in_real_time(without_processes, tmp_path, seconds, late):
     with without_processes():
         protocol = f"real-time:seconds={seconds}"
-        asked = Experiment("trial", ("static",), SOURCES, protocol=protocol)
-        folder = bench.run(asked, tmp_path, jobs=1)
+        experiment = Experiment("trial", ("static",), SOURCES, protocol=protocol)
+        folder = bench.run(experiment, tmp_path, jobs=1)
     (table,) = preset_report(folder, ["native"]).tables
-    told = table.data[table.data["measure"] == LATE.name]
-    assert set(told["sequence"]) > {TOGETHER}
-    assert told["mean"].tolist() == [late] * 3
+    late_rows = table.data[table.data["measure"] == LATE.name]
+    assert set(late_rows["sequence"]) > {TOGETHER}
+    assert late_rows["mean"].tolist() == [late] * 3
     assert table.heads[-1] == "late answers [%]"
-    counted = told.set_index("sequence")["runs"]
+    counted = late_rows.set_index("sequence")["runs"]
     assert counted[TOGETHER] == 2
     assert set(counted.drop(TOGETHER)) == {1}
 
@@ -134,11 +136,11 @@ def test_means_skip_sequences_with_an_undefined_score(
     folders = [otb(tmp_path / f"s{n}", n) for n in (1, 4, 5, 6, 7, 8, 9)]  # frames
     sources = tuple(SequenceSource(str(folder)) for folder in folders)
     with without_processes():
-        asked = Experiment("trial", ("static",), sources, protocol=protocol or "one-pass")
-        folder = bench.run(asked, tmp_path, jobs=1)
+        experiment = Experiment("trial", ("static",), sources, protocol=protocol or "one-pass")
+        folder = bench.run(experiment, tmp_path, jobs=1)
     (table,) = preset_report(folder, [preset]).tables
-    shown = texts(table)
+    cells = texts(table)
     label = TOGETHER if preset == "native" else MEANS
-    assert shown["s1", "static"][0] == "—"
-    assert shown[label, "static"][0] == "1.000 [1.000, 1.000]"
+    assert cells["s1", "static"][0] == "—"
+    assert cells[label, "static"][0] == "1.000 [1.000, 1.000]"
     assert table.notes == ["—: undefined in a run, which the mean over all sequences leaves out"]

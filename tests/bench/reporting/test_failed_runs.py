@@ -1,4 +1,4 @@
-"""Failed runs have the worst scores, and are named."""
+"""Worst scores of failed runs, and notes on them."""
 
 from dataclasses import replace
 from math import hypot
@@ -22,7 +22,7 @@ N_FRAMES = 15
 
 @pytest.fixture(scope="module")
 def stored(tmp_path_factory, without_processes):
-    """Results of three trackers on two scenes: one fails on the first, another one on both."""
+    """Provide results of three trackers on two scenes: one fails on the first, another on both."""
     folder = tmp_path_factory.mktemp("failed")
     sources = tuple(SequenceSource(f"plain/target:length={N_FRAMES}:scene={n}") for n in (0, 1))
     x = datasets.load(sources[0].text).boxes[0, 0]
@@ -85,7 +85,7 @@ def test_failed_runs_have_the_worst_scores_of_presets(without_processes, stored,
         assert scores["failures"] == 3  # frames 1, 7 and 13
 
 
-def test_failed_runs_are_counted_with_the_first_reason(stored):
+def test_failed_runs_note_has_number_and_first_reason(stored):
     failures = failed_runs(load_results(stored), "0")
     where = f"sequence plain/target:length={N_FRAMES}, ValueError: empty"
     assert failures.left_out == ["broken.py:Knob"]
@@ -95,7 +95,7 @@ def test_failed_runs_are_counted_with_the_first_reason(stored):
     }
 
 
-def test_runs_without_a_worst_score_are_unchanged(stored):
+def test_runs_without_worst_score_are_unchanged(stored):
     runs = load_results(stored)
     filled = with_worst_scores(stored, runs)
     assert filled["mean_overlap"][filled["tracker"] == "broken.py:Knob"].isna().all()

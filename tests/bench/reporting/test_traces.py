@@ -1,4 +1,4 @@
-"""What a tracker says at once and what it says in the end: both are scored, tables say which."""
+"""Online and revised boxes: scores, captions and pictures of both."""
 
 import cv2
 import numpy as np
@@ -16,12 +16,12 @@ from trackmark.reports.overlay import TRUTH
 from trackmark.reports.palette import colour
 
 SECOND_THOUGHTS = '''
-"""Says that the target stays, and in the end where it would be had it moved to the right."""
+"""Returns a resting box, and at the end revised boxes that move to the right."""
 from trackmark.trackers.base.interface import Estimate, TrackerPlugin
 
 
 class SecondThoughts(TrackerPlugin):
-    """Revises."""
+    """Revises boxes."""
 
     def init(self, image, box, mask=None):
         self.box, self.frame = box, 0
@@ -37,7 +37,7 @@ class SecondThoughts(TrackerPlugin):
 
 @pytest.fixture(scope="module")
 def stored(tmp_path_factory, without_processes):
-    """An experiment with a tracker that revises and one that does not."""
+    """Provide an experiment with a tracker that revises boxes and one that does not."""
     folder = tmp_path_factory.mktemp("traces")
     file = folder / "second_thoughts.py"
     file.write_text(SECOND_THOUGHTS)
@@ -48,12 +48,12 @@ def stored(tmp_path_factory, without_processes):
 
 
 def overlaps(table):
-    """Mean overlap by tracker, as a summary shows it."""
+    """Return the mean overlap by tracker in a summary."""
     place = table.heads.index("mean overlap")
     return {row[0].text: row[place].text for row in table.rows}
 
 
-def test_a_score_of_the_revised_trace_is_that_of_the_revised_boxes(stored, make_sequence):
+def test_revised_scores_are_those_of_revised_boxes(stored, make_sequence):
     sequence = make_sequence(n=6)
     run = bench.evaluate("static", sequence)
     assert not any(name.startswith(REVISED) for name in score_both(run, sequence))
@@ -74,16 +74,14 @@ def test_runs_without_revision_keep_their_scores(stored):
     assert with_revised_scores(runs[still]) is None
 
 
-def test_tables_say_which_trace_they_show_where_a_tracker_revised(
-    stored, tmp_path, in_this_process
-):
-    made = {table.name: table for table in tables(stored)}
-    assert list(made) == ["summary", "sequences", "summary-revised", "sequences-revised"]
-    for name, table in made.items():
+def test_captions_name_the_trace_of_revising_trackers(stored, tmp_path, in_this_process):
+    tables_by_name = {table.name: table for table in tables(stored)}
+    assert list(tables_by_name) == ["summary", "sequences", "summary-revised", "sequences-revised"]
+    for name, table in tables_by_name.items():
         words = "revised boxes (what was said in the end)"
         assert (words in table.caption) == name.endswith("-revised")
         assert ("online boxes (what was said at once)" in table.caption) != (words in table.caption)
-    first, last = (overlaps(made[name]) for name in ("summary", "summary-revised"))
+    first, last = (overlaps(tables_by_name[name]) for name in ("summary", "summary-revised"))
     assert first["static"] == last["static"]
     (other,) = set(first) - {"static"}
     assert first[other] != last[other]
@@ -95,7 +93,7 @@ def test_tables_say_which_trace_they_show_where_a_tracker_revised(
 
 @pytest.fixture
 def ran(trackmark, workspace):
-    """A folder in which a tracker that revises and one that does not have run."""
+    """Provide a folder with runs of a tracker that revises boxes and one that does not."""
     (workspace / "second_thoughts.py").write_text(SECOND_THOUGHTS)
     chosen = "static,second_thoughts.py:SecondThoughts"
     trackmark("run", "--trackers", chosen, "--sequences", "data/Small", "--name", "mine")
@@ -103,7 +101,7 @@ def ran(trackmark, workspace):
 
 
 def pictured(workspace, words, steps, **options):
-    """The strip of both trackers, the one's legend ending in `words`, its boxes `steps` aside."""
+    """Draw the strip of both trackers; `words`: end of a label, `steps`: shift of its boxes."""
     sequence = datasets.load(str(workspace / "data" / "Small"))
     moved = sequence.boxes + [[step, 0, 0, 0] for step in steps]
     boxes = {TRUTH: sequence.boxes, "static": sequence.boxes}
@@ -135,7 +133,7 @@ def test_strips_of_a_comparison_have_the_colours_of_its_figures(ran):
     np.testing.assert_array_equal(cv2.imread(str(file)), strip)
 
 
-def test_a_trace_without_results_is_refused_in_one_line(trackmark):
+def test_trace_without_results_is_refused(trackmark):
     done = trackmark("show", "data/Small", "--trace", "revised", "--output", "a.png", status=2)
     assert "--trace" in done.stderr.splitlines()[-1]
-    assert "give both" in done.stderr
+    assert "requires --results" in done.stderr

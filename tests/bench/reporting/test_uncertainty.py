@@ -1,4 +1,4 @@
-"""Intervals and marks of tables, by the shared rules."""
+"""Intervals and marks of tables."""
 
 import numpy as np
 import pandas as pd
@@ -13,7 +13,7 @@ from trackmark.reports.renderers import to_html, to_latex, to_markdown, to_text
 from trackmark.reports.tables import ScoreMeasure
 
 HIGHER, LOWER, NEITHER = (
-    ScoreMeasure("m", "m", direction=one) for one in ("higher", "lower", None)
+    ScoreMeasure("m", "m", direction=direction) for direction in ("higher", "lower", None)
 )
 EASE = np.linspace(0.3, 0.8, 8)
 
@@ -83,7 +83,7 @@ def test_tables_of_some_runs_have_times_of_any_timing_runs(monkeypatch, tmp_path
 
 
 def compared(n, spread, generator):
-    """Runs of four trackers on n sequences, one tracker slightly below another."""
+    """Return runs of four trackers on n sequences; one tracker is slightly worse than another."""
     scores = 0.5 + generator.normal(0, spread, (4, n, 2))
     scores[:, :, 1] += generator.normal(0, 0.02, (4, n))
     scores[3] = scores[2] - 0.004
@@ -99,7 +99,7 @@ def compared(n, spread, generator):
 
 @pytest.mark.parametrize("spread", [0.005, 0.05, 0.15])
 @pytest.mark.parametrize("sequences", [5, 6, 12])
-def test_summary_marks_as_a_comparison(spread, sequences):
+def test_summary_has_marks_of_comparison(spread, sequences):
     generator = np.random.default_rng(sequences)
     for _ in range(10):
         runs = compared(sequences, spread, generator)
@@ -122,7 +122,7 @@ def test_summary_explains_intervals_and_marks_in_every_format():
     assert overlap["marked"].tolist() == [True, False]
 
 
-def test_summary_of_few_units_says_that_there_are_too_few():
+def test_summary_of_few_units_has_no_intervals():
     runs = pd.DataFrame(frame("a", 0.9, n=5) + frame("b", 0.2, n=5))
     summary, _ = score_tables(runs, runs[:0], "T")
     assert "5 sequences: too few for intervals and marks (6 needed)" in summary.caption

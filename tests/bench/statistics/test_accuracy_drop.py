@@ -23,7 +23,7 @@ differences = st.lists(st.floats(-0.25, 0.25, width=32), min_size=6, max_size=30
 
 
 def slow_interval(values, level):
-    """Union of Student's and Hall's interval, written out for one sample."""
+    """Return the union of Student's and Hall's interval of one sample."""
     n, mean, error = len(values), fmean(values), stdev(values) / sqrt(len(values))
     quantile = float(stats.t.ppf(1 - (1 - level) / 2, n - 1))
     moments = [fmean((value - mean) ** power for value in values) for power in (2, 3)]

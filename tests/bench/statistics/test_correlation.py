@@ -9,7 +9,7 @@ from scipy.stats import spearmanr
 from trackmark.bench.statistics.correlation import rank_correlation
 
 
-def test_it_is_spearmans_with_ties_and_infinities():
+def test_rank_correlation_is_spearmans():
     first, second = [1, 2, 2, 5, np.inf, 4], [2, 1, 4, 4, 9, 3]
     r, interval = rank_correlation(first, second)
     assert r == pytest.approx(spearmanr([1, 2, 2, 5, 99, 4], second).statistic)
@@ -24,8 +24,8 @@ def test_rank_correlation_has_no_interval_below_6_pairs():
     assert np.isnan(rank_correlation([1, 1, 1], [1, 2, 3])[0])
 
 
-def test_its_interval_covers():
-    """At 8 pairs, of normal numbers with a correlation of 0.8."""
+def test_rank_correlation_interval_covers():
+    """Check coverage for 8 pairs of normal numbers with a correlation of 0.8."""
     generator = np.random.default_rng(0)
     truth = 6 / np.pi * np.arcsin(0.4)
     covered = []

@@ -1,4 +1,4 @@
-"""Thresholds from runs that survived or did not, and where the next runs are placed."""
+"""Estimates of thresholds, and difficulties of the next runs."""
 
 import numpy as np
 import pytest
@@ -11,26 +11,26 @@ EVENLY = (np.arange(N_FIRST_RUNS) + 0.5) / N_FIRST_RUNS
 
 
 def curve(place, half, slope, lapse=0.0, luck=0.0):
-    """Chance to survive, by definition: one half where `half` is."""
+    """Return the probability of survival, which is one half at `half`."""
     part = (0.5 - luck) / (1 - lapse - luck)
     return luck + (1 - lapse - luck) * expit((half - place) / slope + np.log(part / (1 - part)))
 
 
 def adaptive(truth, generator, most=100, enough=0.05):
-    """A threshold by runs that are placed one batch after another, and how many those are."""
+    """Estimate a threshold in batches of runs; return it with the number of runs."""
     places, survived = np.empty(0), np.empty(0, bool)
     wanted = EVENLY
     while True:
         places = np.concatenate([places, np.round(wanted * 40) / 40])
-        kept = generator.uniform(size=len(wanted)) < curve(np.round(wanted * 40) / 40, *truth)
-        survived = np.concatenate([survived, kept])
+        survival = generator.uniform(size=len(wanted)) < curve(np.round(wanted * 40) / 40, *truth)
+        survived = np.concatenate([survived, survival])
         posterior = threshold(places, survived)
         if len(places) >= most or posterior.half_width <= enough:
             return posterior, len(places)
         wanted = next_difficulties(posterior, generator)
 
 
-def test_with_many_runs_it_is_that_of_the_likeliest_curve():
+def test_threshold_of_many_runs_has_maximum_likelihood():
     generator = np.random.default_rng(3)
     places = np.repeat(np.linspace(0, 1, 41), 60)
     survived = generator.uniform(size=len(places)) < curve(places, 0.4, 0.06, 0.05, 0.1)
@@ -53,7 +53,7 @@ def test_with_many_runs_it_is_that_of_the_likeliest_curve():
     ("survived", "beyond"),
     [(np.ones(N_FIRST_RUNS, bool), 1.0), (np.zeros(N_FIRST_RUNS, bool), -1.0)],
 )
-def test_where_all_survive_or_none_the_threshold_lies_beyond_the_range(survived, beyond):
+def test_threshold_is_outside_of_range_if_outcomes_are_equal(survived, beyond):
     posterior = threshold(EVENLY, survived)
     assert (posterior.median - 0.5) * beyond > 0.5
     assert (np.array(posterior.interval) * beyond).max() > (0.9 if beyond > 0 else -0.1)
@@ -61,7 +61,7 @@ def test_where_all_survive_or_none_the_threshold_lies_beyond_the_range(survived,
     assert set(placed) <= {0.0, 1.0} or (np.abs(placed - 0.5) > 0.4).all()
 
 
-def test_runs_are_placed_where_it_is_decided_and_equally_again():
+def test_next_difficulties_are_near_threshold_and_repeatable():
     survived = EVENLY < 0.3
     few = threshold(EVENLY, survived)
     assert few.interval == (few.quantile(0.025), few.quantile(0.975))
@@ -73,8 +73,8 @@ def test_runs_are_placed_where_it_is_decided_and_equally_again():
 
 
 @pytest.mark.slow
-def test_a_threshold_is_known_as_well_as_its_interval_says():
-    """Coverage, stopping early included; within 5 % of the range by at most 100 runs."""
+def test_threshold_interval_covers():
+    """Check coverage with early stopping, and an error below 5 % of the range with 100 runs."""
     generator = np.random.default_rng(1)
     covered, errors = [], []
     for slope in (0.03, 0.06, 0.1):

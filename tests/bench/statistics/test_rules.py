@@ -1,4 +1,4 @@
-"""Decision rules: reference values, agreement of answer and interval, and each reason."""
+"""Decision rules: reference values, agreement of decision and interval, and all reasons."""
 
 from itertools import combinations
 

@@ -1,4 +1,4 @@
-"""Simulated properties of the decision rules: coverage, false answers and power.
+"""Simulated properties of the decision rules: coverage, false decisions and power.
 
 Rows of a matrix are repeated experiments, columns are units. Expected values are percentages that
 the documentation states. They come from another implementation of the same populations.
@@ -31,15 +31,15 @@ pytestmark = pytest.mark.slow
 
 INTERVALS, EXPERIMENTS, CHECKS = 20_000, 4_000, 2_000
 N_CHECKED = 8
-"""Sequences of a baseline in the simulations of `check`."""
+"""Number of sequences of a baseline in the simulations of `check`."""
 
 # ------------------------------------------------------------------------------------ Populations
 
 
-def lose_some(random, shape, probability, lost, kept):
-    """Draw from `lost` with this probability, otherwise from `kept`: pairs of mean and spread."""
+def lose_some(random, shape, probability, lost, replaced):
+    """Draw from `lost` with this probability, else from `replaced`: pairs of mean and spread."""
     is_lost = random.random(shape) < probability
-    mean, spread = (np.where(is_lost, *pair) for pair in zip(lost, kept, strict=True))
+    mean, spread = (np.where(is_lost, *pair) for pair in zip(lost, replaced, strict=True))
     return random.normal(mean, spread)
 
 
@@ -76,7 +76,7 @@ def rare(k):
 
 
 def score(probability):
-    """Return a population of a tracker's own scores with lost sequences; its mean is 0."""
+    """Return a population of scores of a tracker with lost sequences; its mean is 0."""
 
     def draw(random, shape):
         is_lost = random.random(shape) < probability
@@ -218,7 +218,7 @@ def test_families_as_units_cover_new_families(families, scenes, by_scenes, by_fa
     assert covered == pytest.approx([by_scenes, by_families], abs=2)
 
 
-def test_equivalent_needs_units_enough_to_see_one_in_ten():
+def test_equivalent_needs_thirty_units():
     random = np.random.default_rng(6)
     expected = {6: 0, 8: 0, 12: 0, 20: 0, 30: 4, 40: 1, 60: 0}
     draws = {n: lose_some(random, (INTERVALS, n), 0.1, (0.3, 0.002), (0, 0.002)) for n in expected}
@@ -310,7 +310,7 @@ ADVISED = {  # percentage of accused trackers, median number of seeds
 
 @pytest.mark.parametrize("kind", ADVISED)
 def test_check_with_advised_seeds_accuses_as_documented(kind):
-    """Each experiment takes the seeds that the spread of its first 20 advises."""
+    """Check the advised number of seeds, estimated from the first 20 seeds of each experiment."""
     random, draw = np.random.default_rng(15), seed_scores(kind)
     accusations, numbers = [], []
     for _ in range(CHECKS):
@@ -355,7 +355,7 @@ def scored_cells(scores, version):
 @pytest.mark.parametrize("kind", ["0.08", "lost in 3 %", "skewed"])
 @pytest.mark.parametrize("drop", [0, DETECT])
 def test_accused_trackers_are_those_of_check(kind, drop):
-    """`accused` judges many experiments as `check` judges each of them."""
+    """Check that `accused` judges many experiments as `check` judges each one."""
     random, draw = np.random.default_rng(16), seed_scores(kind)
     for seeds in (MIN_UNITS, DEFAULT_SEEDS):
         shape = (50, N_CHECKED, seeds)

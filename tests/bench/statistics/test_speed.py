@@ -1,4 +1,4 @@
-"""Slowdowns: how often they are found and made up, on times as a busy machine gives them."""
+"""Detected and false slowdowns, on times as measured on a busy machine."""
 
 from math import log, log1p
 
@@ -34,11 +34,11 @@ def sample(change, spread=0.01, n=8):
         (0.5, 0.0, 6, "slower"),  # a clock that ticks slowly
     ],
 )
-def test_one_side_against_the_other(change, spread, n, state):
+def test_log_ratio_compares_two_sides(change, spread, n, state):
     assert judge_pace(sample(change, spread, n)).state == state
 
 
-def test_interval_is_that_of_students_test():
+def test_pace_interval_is_students():
     logs = np.random.default_rng(0).normal(0.05, 0.02, 9)
     pace = judge_pace(sample_of(logs))
     interval = stats.ttest_1samp(logs, 0.0).confidence_interval(0.95)
@@ -46,7 +46,7 @@ def test_interval_is_that_of_students_test():
     assert log1p(pace.change) == pytest.approx(logs.mean())
 
 
-def test_trackers_share_the_false_alarms():
+def test_trackers_share_false_alarms():
     logs = sample(0.04, 0.015, 6)
     states = [judge_pace(logs, tests).state for tests in (1, 100)]
     assert states == ["slower", "inconclusive"]
@@ -62,7 +62,7 @@ def test_sessions_are_added_until_their_spread_is_outweighed():
     assert missing_sessions([0.0, 9.0] * 3) == 0
 
 
-def test_bursts_on_one_side_are_not_its_time():
+def test_log_ratio_ignores_bursts_of_load():
     times = np.full((2, 8, 4), 0.01)
     times[1] *= 1.05
     times[0, 5:] *= 3
@@ -70,7 +70,7 @@ def test_bursts_on_one_side_are_not_its_time():
 
 
 def session(generator, ratio, busy, layout):
-    """Times of two sides in turns, as they were recorded of one tracker on two busy cores.
+    """Simulate interleaved times of two revisions, as recorded on two busy cores.
 
     At `busy` 1 and `layout` 0.008: half of the turns are within 20 % of the lower quartile and one
     in a hundred takes twice as long; neighbours correlate by 0.3, sides by 0.2; sessions differ by
@@ -80,10 +80,10 @@ def session(generator, ratio, busy, layout):
     steps = passes * turns
     drift = np.cumsum(generator.normal(0, 0.004 * busy, steps))  # the processor's clock, say
     bursts = np.repeat(generator.random(steps // 8) < 0.2, 8) * generator.exponential(0.2 * busy)
-    own = generator.exponential(0.11 * busy, (2, steps))
+    noise = generator.exponential(0.11 * busy, (2, steps))
     jolts = (generator.random((2, steps)) < 0.01) * np.log1p(generator.pareto(2.0, (2, steps)))
     level = generator.normal(0, 0.07) + generator.normal(0, layout, (2, 1))
-    logs = level + drift + bursts + own + jolts
+    logs = level + drift + bursts + noise + jolts
     logs[1] += log(ratio)
     return np.exp(logs).reshape(2, passes, turns)
 
@@ -91,9 +91,9 @@ def session(generator, ratio, busy, layout):
 @pytest.mark.slow
 @pytest.mark.parametrize(("busy", "layout"), [(0.3, 0.008), (1, 0.008), (2, 0.008), (1, 0.025)])
 def test_slowdowns_of_5_percent_are_found_and_unchanged_pass(busy, layout):
-    """In 95 % and in at most 1 % of cases."""
+    """Check that slowdowns are found in 95 % and false alarms occur in at most 1 % of cases."""
     generator = np.random.default_rng(int(busy * 10))
-    rounds, found = 500, {}
+    rounds, rates = 500, {}
 
     def sampled(ratio):
         logs = []
@@ -103,6 +103,6 @@ def test_slowdowns_of_5_percent_are_found_and_unchanged_pass(busy, layout):
 
     for ratio in (1.0, 1.05):
         states = [judge_pace(sampled(ratio)).state for _ in range(rounds)]
-        found[ratio] = states.count("slower") / rounds
-    assert found[1.05] >= 0.95
-    assert found[1.0] <= 0.01
+        rates[ratio] = states.count("slower") / rounds
+    assert rates[1.05] >= 0.95
+    assert rates[1.0] <= 0.01

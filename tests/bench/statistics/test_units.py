@@ -1,4 +1,4 @@
-"""Sequences are grouped into families or scenes, and their values averaged."""
+"""Grouping of sequences into families or scenes, and means of units."""
 
 import numpy as np
 import pytest

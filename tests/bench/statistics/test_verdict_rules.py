@@ -1,4 +1,4 @@
-"""Rules of verdicts: each kind and reason, parts of a claim, and claims that are decided."""
+"""Rules of verdicts: all kinds and reasons, claims with parts, and power."""
 
 from functools import partial
 
@@ -90,7 +90,7 @@ def test_share_verdict_and_reason(good, n, limit, verdict, reason):
     assert judged.statistic == pytest.approx(good / n)
 
 
-def test_half_of_the_runs_is_no_success():
+def test_scene_with_half_of_its_trials_is_not_a_success():
     assert share([1] * 12, [2] * 12).statistic == 0.0
 
 
@@ -131,14 +131,14 @@ decided = st.sampled_from([-0.3, -0.1, -0.04, 0.0, 0.04, 0.1, 0.3])
 
 
 @given(decided, st.integers(0, 2**32 - 1))
-def test_true_value_off_the_limit_is_decided_by_order_and_no_worse(mean, seed):
+def test_order_and_no_worse_decide_values_off_the_limit(mean, seed):
     values = np.random.default_rng(seed).normal(mean, 0.05, 400)
     assert order(values).verdict == ("holds" if mean > 0 else "does not hold")
     assert no_worse(values).verdict == ("holds" if mean > -CLAIM_MARGIN else "does not hold")
 
 
 @given(st.sampled_from([0.05, 0.3, 0.7, 0.95]), st.integers(0, 2**32 - 1))
-def test_true_share_or_factor_off_the_limit_is_decided(truth, seed):
+def test_share_and_time_decide_values_off_the_limit(truth, seed):
     generator = np.random.default_rng(seed)
     judged = share(generator.random(400) < truth, np.ones(400))
     assert judged.verdict == ("holds" if truth > 0.5 else "does not hold")
