@@ -112,7 +112,7 @@ def cloud_of_nummiaro2003(tracker, rng):
 
 
 def cloud_of_wang2010(tracker, rng):
-    tracker._places = np.column_stack([rng.uniform(30, 610, 60), rng.uniform(70, 410, 60)])
+    tracker._positions = np.column_stack([rng.uniform(30, 610, 60), rng.uniform(70, 410, 60)])
 
 
 @pytest.mark.parametrize(

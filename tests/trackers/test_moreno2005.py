@@ -114,6 +114,6 @@ def test_empty_segmentation_keeps_the_model(disc):
     for inside in (nothing, ~nothing):
         tracker.learn(images[1], inside, [])
         assert tracker.colours.fits is before
-    box, mask = tracker._answer(tracker.contour, nothing, nothing.astype(np.float32))
+    box, mask = tracker._select_output(tracker.contour, nothing, nothing.astype(np.float32))
     np.testing.assert_array_equal(box, bounding_box(tracker.contour))
     assert not mask.any()
