@@ -1,11 +1,11 @@
 """Rules that judge claims: five kinds of test, as pure functions of one value per scene.
 
-    order(differences)                  "A is better than B", differences A - B
-    no_worse(differences)               "A is as good as B, or better"
-    share(successes, trials, limit)     "in most scenes X happens", counts per scene
-    number(values, published)           a published number next to our number; never judged
-    time(longer, shorter, factor)       "A takes longer than B by a factor", times of pairs
-    conjunction(parts)                  a claim with several parts, all of which must hold
+    order(differences)                  "A is better than B", differences A - B.
+    no_worse(differences)               "A is as good as B, or better".
+    share(successes, trials, limit)     "in most scenes X happens", counts per scene.
+    number(values, published)           a published number next to our number; never judged.
+    time(longer, shorter, factor)       "A takes longer than B by a factor", times of pairs.
+    conjunction(parts)                  a claim with several parts, all of which must hold.
 
 Each verdict follows from its printed interval (`rules`). Differences and margins have the same
 unit. With `comparisons` = m the level of the interval is 1 - 0.05 / m. Unless the true value equals
@@ -49,7 +49,7 @@ class Verdict:
     interval: Interval = NO_INTERVAL  # interval of the estimate, which determines the verdict
     cells: int = 0  # number of units (`counted`) in the estimate
     reason: str = ""  # without a full stop
-    of: str = ""  # name of the estimate, or of the decisive part of a claim with parts
+    estimate_name: str = ""  # name of the estimate, or of the decisive part of a claim with parts
     unit: str = ""
     counted: str = "scene"  # unit of repetition, in the singular
 
@@ -58,7 +58,7 @@ class Verdict:
         """Estimate with interval, unit and number of scenes; empty without an estimate."""
         if isnan(self.statistic):
             return ""
-        estimate = f"{self.of}: {self._numbers}" if self.of else self._numbers
+        estimate = f"{self.estimate_name}: {self._numbers}" if self.estimate_name else self._numbers
         counted = self.counted if self.cells == 1 else plural(self.counted)
         return f"{' '.join(filter(None, [estimate, self.unit]))}, {self.cells} {counted}"
 
@@ -252,7 +252,7 @@ def conjunction(parts: Mapping[str, Judge], comparisons: int = 1) -> Verdict:
     failing = [name for name, part in verdicts.items() if part.verdict == "does not hold"]
     open_parts = [name for name, part in verdicts.items() if part.verdict != "holds"]
     name = (failing or open_parts or [*verdicts])[0]
-    decides = replace(verdicts[name], of=name)
+    decides = replace(verdicts[name], estimate_name=name)
     if failing:
         level = f"; interval at {100 * corrected_level(tests):.3g} %" if tests > 1 else ""
         return replace(decides, reason=f"part {name}: {decides.reason}{level}")

@@ -29,13 +29,13 @@ class SceneModule(Protocol):
     def scene(self, knobs: Any, *which: Any) -> "SyntheticScene":
         """Return the renderer with its ground truth, without rendering.
 
-        `which`: see `Entry.which`.
+        `which`: see `SequenceEntry.which`.
         """
         ...
 
 
 @dataclass(frozen=True)
-class Entry:
+class SequenceEntry:
     """Sequence of a suite."""
 
     name: str  # full name, `suite/sequence`
@@ -55,14 +55,14 @@ class Entry:
         return knobs, cast(SceneModule, importlib.import_module(self.module))
 
 
-class Suite:
+class SyntheticSuite:
     """Synthetic sequences of one folder.
 
     `folder`: the suite's folder; its `golden.json` holds the versions (see `datasets.versioning`).
     `entries`: the sequences.
     """
 
-    def __init__(self, folder: Path, entries: Iterable[Entry]) -> None:
+    def __init__(self, folder: Path, entries: Iterable[SequenceEntry]) -> None:
         self.entries = {entry.name: entry for entry in entries}
         self.golden = folder / "golden.json"
         # A command loads a sequence several times, and ground truth can take a second per scene.
@@ -136,7 +136,7 @@ class Suite:
         """
         return _scene_tree(self.entries[name].module)
 
-    def _fingerprint(self, entry: Entry, knobs: Knobs) -> str:
+    def _fingerprint(self, entry: SequenceEntry, knobs: Knobs) -> str:
         tree = self.tree(entry.name)
         seal = find_version(entry.name, self.golden)
         version = [tree] if seal is None else seal.identity(tree)
@@ -166,7 +166,7 @@ def _identity(knobs: Knobs) -> dict[str, Any]:
 
 
 @cache
-def suites() -> list[Suite]:
+def suites() -> list[SyntheticSuite]:
     """Return the suites: the `SUITE` of every package in this folder that has one."""
     folders = sorted(file.parent.name for file in FOLDER.glob("*/__init__.py"))
     packages = [importlib.import_module(f"trackmark.datasets.synthetic.{name}") for name in folders]

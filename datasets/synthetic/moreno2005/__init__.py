@@ -8,37 +8,37 @@ part of the target.
 from pathlib import Path
 
 from trackmark.datasets.synthetic.knobs import seeded
-from trackmark.datasets.synthetic.suite import Entry, Suite
+from trackmark.datasets.synthetic.suite import SequenceEntry, SyntheticSuite
 
 __all__ = ["SUITE"]
 
 MODULE = "trackmark.datasets.synthetic.moreno2005"
 
-SUITE = Suite(
+SUITE = SyntheticSuite(
     Path(__file__).parent,
     [
-        Entry(
+        SequenceEntry(
             "moreno2005/ellipse",
             seeded("trajectory, shape, colours, clutter and noise"),
             f"{MODULE}.ellipse",
             100,
             (320, 240),
         ),
-        Entry(
+        SequenceEntry(
             "moreno2005/octopus",
             seeded("animal, trajectory, floor, light and noise"),
             f"{MODULE}.octopus",
             100,
             (320, 240),
         ),
-        Entry(
+        SequenceEntry(
             "moreno2005/book",
             seeded("book, bending, trajectory, room and noise"),
             f"{MODULE}.book",
             100,
             (320, 240),
         ),
-        Entry(
+        SequenceEntry(
             "moreno2005/leaf",
             seeded("leaf, wind, foliage, sun and noise"),
             f"{MODULE}.leaf",

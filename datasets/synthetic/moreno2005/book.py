@@ -600,10 +600,7 @@ def _most_frequent(colours: Floats) -> Array:
 
 
 def _skin(random: np.random.Generator, side: float) -> list[Array]:
-    """Return thumb, its ball, the palm's edge, knuckles and wrist.
-
-    y points upwards from the held point.
-    """
+    """Return thumb, its ball, palm edge, knuckles and wrist, with y upwards from the held point."""
     lean = random.uniform(-3, 3)
     wrist = (side * 14, -46, -6)
     solids = [

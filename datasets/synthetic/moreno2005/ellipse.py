@@ -85,10 +85,7 @@ class EllipsePlan:
         return covered
 
     def reach(self, frame: int, direction: float) -> float:
-        """Return the distance from the centre to the outline in a direction [pixels].
-
-        `direction`: from x towards y [radians].
-        """
+        """Return the radius [pixels] in a `direction`, from x towards y [radians]."""
         towards = np.array([np.cos(direction), np.sin(direction)])
         return float(1 / np.linalg.norm(self.inwards(frame, self.centre[frame] + towards)))
 
@@ -181,10 +178,7 @@ TILE = 1024  # side of the textures [samples]; larger than the image
 
 
 def covered_samples(outline: Array) -> NDArray[np.bool_]:
-    """Return the samples inside a closed outline (k, 2) [pixels].
-
-    The result has the shape (height * FINE, width * FINE).
-    """
+    """Return the samples inside an outline (k, 2) [pixels], (height * FINE, width * FINE)."""
     canvas = np.zeros((SIZE[1] * FINE, SIZE[0] * FINE), np.uint8)
     points = np.round((outline * FINE - 0.5) * (1 << SUBPIXEL)).astype(np.int32)
     cv2.fillPoly(canvas, [points], 1, shift=SUBPIXEL)

@@ -44,10 +44,7 @@ class TextureKind:
 
 
 def paint_texture(random: np.random.Generator, kind: TextureKind, colour: Array) -> Array:
-    """Return a texture with a mean colour, RGB in [0, 1].
-
-    The texture is BGR, shape (SIDE, SIDE, 3).
-    """
+    """Return a texture with a mean colour, RGB in [0, 1]; BGR, shape (SIDE, SIDE, 3)."""
     texture = kind.paint(random)
     return np.asarray(np.clip(texture * (colour[::-1] / texture.mean(axis=(0, 1))), 0, 1.2))
 
@@ -623,10 +620,7 @@ HAZE_SHARE = 0.14  # share of the image that is the water's own colour
 
 
 def paint_floor(seed: int, zones: Zones, textures: Sequence[Array]) -> Floats:
-    """Return the floor in even light, BGR in [0, 1], shape (height, width, 3).
-
-    The textures are those of the floors, shape (SIDE, SIDE, 3).
-    """
+    """Return the floor in even light, BGR in [0, 1], from the textures of the floors."""
     random = part_generator(seed, "moreno2005/octopus things")
     rows, columns = (np.indices(SIZE[::-1]) + 0.5).astype(np.float64)
     uneven = 9 * fractal(random, SIDE, 32, 128)[: SIZE[1], : SIZE[0], None]

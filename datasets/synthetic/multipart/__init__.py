@@ -16,19 +16,19 @@ from trackmark.datasets.synthetic.multipart.designs import (
     WalkingKnobs,
 )
 from trackmark.datasets.synthetic.render.views import SIZE
-from trackmark.datasets.synthetic.suite import Entry, Suite
+from trackmark.datasets.synthetic.suite import SequenceEntry, SyntheticSuite
 
 __all__ = ["SUITE"]
 
 MODULE = "trackmark.datasets.synthetic.multipart"
 
-SUITE = Suite(
+SUITE = SyntheticSuite(
     Path(__file__).parent,
     [
-        Entry("stress/pillar", PillarKnobs, f"{MODULE}.scene", DESIGNS["5"].length, SIZE),
-        Entry("stress/twin", TwinKnobs, f"{MODULE}.scene", TWIN_FRAMES, SIZE),
+        SequenceEntry("stress/pillar", PillarKnobs, f"{MODULE}.scene", DESIGNS["5"].length, SIZE),
+        SequenceEntry("stress/twin", TwinKnobs, f"{MODULE}.scene", TWIN_FRAMES, SIZE),
         *(
-            Entry(
+            SequenceEntry(
                 f"multipart/{number}",
                 WalkingKnobs,
                 f"{MODULE}.scene",

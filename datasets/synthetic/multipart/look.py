@@ -109,10 +109,7 @@ def paint_part(
 
 @njit(cache=True)
 def silhouette(nodes: NDArray[np.int64]) -> tuple[int, int, NDArray[np.uint8]]:
-    """Return the coverage of parts at mid-exposure, with left and top of its window.
-
-    `nodes`, shape (parts, k, COLUMNS), are those of all parts.
-    """
+    """Return left, top and coverage of parts, with nodes (parts, k, COLUMNS), at mid-exposure."""
     left = ((nodes[:, :, 1] - nodes[:, :, 2]).min() >> 6) - 1
     right = ((nodes[:, :, 1] + nodes[:, :, 2]).max() >> 6) + 2
     top, bottom = nodes[:, :, 0].min() >> 6, (nodes[:, :, 0].max() >> 6) + 1

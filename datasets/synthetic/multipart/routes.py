@@ -218,10 +218,7 @@ def sample_crossing_path(
     others: list[WalkingPath],
     parts: tuple[float, float],
 ) -> WalkingPath:
-    """Sample the path of a person who crosses in front of the target and is near only briefly.
-
-    `parts`: bounds of the crossing's time relative to the sequence.
-    """
+    """Sample a path that crosses in front of the target between two relative times `parts`."""
     frames = len(target.x)
 
     def candidate() -> tuple[int, WalkingPath]:

@@ -8,7 +8,7 @@ is a set of twenty clips.
 from pathlib import Path
 
 from trackmark.datasets.synthetic.nguyen2002.knobs import FilmKnobs, LightsKnobs
-from trackmark.datasets.synthetic.suite import Entry, Suite
+from trackmark.datasets.synthetic.suite import SequenceEntry, SyntheticSuite
 
 __all__ = ["SUITE"]
 
@@ -21,12 +21,14 @@ LENGTHS = (
 )  # fmt: skip
 """Number of frames of the twenty clips in the first scene, where they are random."""
 
-SUITE = Suite(
+SUITE = SyntheticSuite(
     Path(__file__).parent,
     [
-        Entry("nguyen2002/lights", LightsKnobs, f"{MODULE}.lights.scene", 300, SIZE),
+        SequenceEntry("nguyen2002/lights", LightsKnobs, f"{MODULE}.lights.scene", 300, SIZE),
         *(
-            Entry(f"{NAME}-{clip:02}", FilmKnobs, f"{MODULE}.film.scene", length, SIZE, (clip,))
+            SequenceEntry(
+                f"{NAME}-{clip:02}", FilmKnobs, f"{MODULE}.film.scene", length, SIZE, (clip,)
+            )
             for clip, length in enumerate(LENGTHS, 1)
         ),
     ],

@@ -7,14 +7,14 @@ each parameter adds one difficulty.
 from pathlib import Path
 
 from trackmark.datasets.synthetic.plain.knobs import TargetKnobs
-from trackmark.datasets.synthetic.suite import Entry, Suite
+from trackmark.datasets.synthetic.suite import SequenceEntry, SyntheticSuite
 
 __all__ = ["SUITE"]
 
-SUITE = Suite(
+SUITE = SyntheticSuite(
     Path(__file__).parent,
     [
-        Entry(
+        SequenceEntry(
             "plain/target", TargetKnobs, "trackmark.datasets.synthetic.plain.scene", 120, (320, 240)
         )
     ],

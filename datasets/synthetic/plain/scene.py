@@ -387,10 +387,7 @@ class TargetScene(SyntheticScene):
         thing.sprite.draw(canvas, centres, scale / thing.oversize)
 
     def _instants(self, frame: int, travelled: float) -> Array:
-        """Return instants of the exposure [frames], about a pixel of motion apart.
-
-        Their number is a power of two.
-        """
+        """Return a power of two of instants of the exposure [frames], about a pixel apart."""
         way = max(1.0, travelled * self.knobs.blur)
         count = min(MAX_INSTANTS, 1 << int(np.ceil(way) - 1).bit_length())
         return frame + self.knobs.blur * ((np.arange(count) + 0.5) / count - 0.5)

@@ -114,10 +114,7 @@ def picture_on(
 
 
 def staggered(places: Array, pitch: float) -> tuple[Array, Array]:
-    """Return the positions of places in the cells of a pattern, in [-0.5, 0.5].
-
-    Every other row is shifted by half a cell.
-    """
+    """Return positions in the cells, in [-0.5, 0.5], of a pattern with every other row shifted."""
     row = np.floor(places[:, 1] / pitch)
     y = places[:, 1] / pitch - row - 0.5
     x = places[:, 0] / pitch + 0.5 * (row % 2)

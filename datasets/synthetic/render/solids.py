@@ -65,10 +65,7 @@ def box(
 def bowl(
     foot: ArrayLike, height: float, radii: tuple[float, float], wall: float, closed: bool = False
 ) -> Array:
-    """Return a round vessel; a lid closes it if `closed`.
-
-    `radii`: below and above, to the middle of the wall.
-    """
+    """Return a round vessel with lower and upper mid-wall radii; a lid closes it if `closed`."""
     base = np.asarray(foot, np.float64)
     return _solid(BOWL, 0.0, *base, height, *radii, wall / 2, float(closed))
 
@@ -175,10 +172,7 @@ def _distance_to(s: Array, i: int, x: float, y: float, z: float) -> float:
 
 @njit(cache=True, error_model="numpy")
 def _distance(solids: Array, balls: Array, x: float, y: float, z: float) -> tuple[float, int]:
-    """Return the distance of a point to the nearest object [pixels] and its index.
-
-    `solids` and `balls`: see `pack_objects`.
-    """
+    """Return distance [pixels] and index of the nearest object to a point; see `pack_objects`."""
     nearest, owner = 1e9, NOTHING
     for thing in range(len(balls)):
         u, v, w = x - balls[thing, 0], y - balls[thing, 1], z - balls[thing, 2]
@@ -228,10 +222,7 @@ def _select_near_objects(
     balls: Array, things: NDArray[np.int64], n: int,
     x: float, below: float, up: float, on: float, limit: float,
 ) -> int:  # fmt: skip
-    """Move objects that a ray may approach within `limit` to the front.
-
-    Returns their number.
-    """
+    """Move the objects that a ray may approach within `limit` to the front; count them."""
     count = 0
     for k in range(n):
         thing = things[k]
@@ -299,10 +290,7 @@ def _surface_normal(
 def _surface_light(
     solids: Array, balls: Array, x: float, y: float, z: float, light: Array, on: float
 ) -> tuple[float, float]:
-    """Return the light on a surface point and the lamp's reflection.
-
-    `on`: component of the viewing direction along z.
-    """
+    """Return light and lamp reflection at a surface point; `on`: viewing direction along z."""
     u, v, w = _surface_normal(solids, balls, x, y, z)
     x, y, z = x + 0.15 * u, y + 0.15 * v, z + 0.15 * w
     sky, reach, weight = 1.0, 0.9, 0.36

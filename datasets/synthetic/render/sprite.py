@@ -232,10 +232,7 @@ def _add(
     second_row: NDArray[np.unsignedinteger],
     other_weight: np.uint32,
 ) -> None:
-    """Add two weighted rows to sums in place.
-
-    The compiler vectorises the loop because all numbers are unsigned and of 32 bits.
-    """
+    """Add two weighted rows to sums in place; unsigned 32-bit numbers allow vectorisation."""
     for i in range(len(sums)):
         sums[i] += weight * np.uint32(first_row[i]) + other_weight * np.uint32(second_row[i])
 

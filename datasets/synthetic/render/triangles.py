@@ -68,10 +68,7 @@ def bounding_box(points: Array) -> Array:
 
 
 def grid_triangles(rows: int, columns: int) -> Indices:
-    """Return the triangles of a vertex grid in row order; shape (t, 3).
-
-    Each is clockwise in the image if rows go down and columns to the right.
-    """
+    """Return a vertex grid's triangles (t, 3), clockwise for rows down and columns to the right."""
     corner = (np.arange(rows - 1)[:, None] * columns + np.arange(columns - 1)).ravel()
     upper = np.stack([corner, corner + 1, corner + columns], axis=1)
     lower = np.stack([corner + 1, corner + columns + 1, corner + columns], axis=1)
@@ -157,10 +154,7 @@ def _shade_samples(
     lights: Array,
     texture: Floats,
 ) -> Floats:
-    """Return means over the samples of each pixel: reflected light, and coverage.
-
-    Light is evaluated at one sample per quarter of a pixel.
-    """
+    """Return mean reflected light, from one sample per quarter pixel, and coverage per pixel."""
     half = FINE // 2
     picture = np.zeros((owners.shape[0] // FINE, owners.shape[1] // FINE, 4), np.float32)
     last_row, last_column = texture.shape[0] - 1, texture.shape[1] - 1

@@ -99,10 +99,7 @@ class WalkingPath:
 def straight_path(
     frames: int, frame: int, place: tuple[float, float], velocity: tuple[float, float], phase: float
 ) -> WalkingPath:
-    """Return a path that passes a place (x, z) [metres] in the frame `frame`.
-
-    The velocity is in metres/second.
-    """
+    """Return a path through a place (x, z) [metres] in `frame`; velocity in metres/second."""
     elapsed = (np.arange(frames) - frame) / FRAMES_PER_SECOND
     x, z = (start + way * elapsed for start, way in zip(place, velocity, strict=True))
     return WalkingPath.through(x, z, phase)

@@ -8,30 +8,30 @@ frame k is frame k - 1 here.
 from pathlib import Path
 
 from trackmark.datasets.synthetic.knobs import seeded
-from trackmark.datasets.synthetic.suite import Entry, Suite
+from trackmark.datasets.synthetic.suite import SequenceEntry, SyntheticSuite
 
 __all__ = ["SUITE"]
 
 MODULE = "trackmark.datasets.synthetic.wang2010"
 
-SUITE = Suite(
+SUITE = SyntheticSuite(
     Path(__file__).parent,
     [
-        Entry(
+        SequenceEntry(
             "wang2010/table-tennis",
             seeded("all that is drawn at random: wall, player, light, motion, noise"),
             f"{MODULE}.table_tennis",
             50,
             (142, 115),
         ),
-        Entry(
+        SequenceEntry(
             "wang2010/hand",
             seeded("all that is drawn at random: person, room, hand, way, noise"),
             f"{MODULE}.hand.scene",
             100,
             (160, 120),
         ),
-        Entry(
+        SequenceEntry(
             "wang2010/cup",
             seeded("all that is drawn at random: cup, hand, way, kitchen, noise"),
             f"{MODULE}.cup",

@@ -462,10 +462,7 @@ ARM_SIZE = 112, 66
 
 
 class CupSetting:
-    """Kitchen and held cup: the layout (`plan`) and its renderings, not mirrored.
-
-    `colour` is the cup's, BGR in [0, 255].
-    """
+    """Layout (`plan`), cup `colour` (BGR in [0, 255]) and renderings of a kitchen, not mirrored."""
 
     def __init__(self, seed: int) -> None:
         self._seed = seed
@@ -622,10 +619,7 @@ class CupScene(SyntheticScene):
         return np.asarray(mask[:, ::-1] if self.plan.mirrored else mask)
 
     def seen(self, frame: int) -> tuple[Array, Array]:
-        """Return the share of each pixel that the cup covers, and its visible part.
-
-        The arrays are not mirrored.
-        """
+        """Return the coverage of each pixel by the cup, and its visible part; not mirrored."""
         whole, held = (layer.render_at(*self._pose(frame)) for layer in self.setting.silhouettes)
         return whole, held * (1 - self.setting.hidden)
 

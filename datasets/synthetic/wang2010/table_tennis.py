@@ -125,10 +125,7 @@ class PaintSheet:
         return np.asarray(noise[rows % 512, (columns / stretch).astype(np.int64) % 512])
 
     def inside(self, distance: Array) -> Array:
-        """Return the coverage for a signed distance to the outline [millimetres].
-
-        The distance is positive inside.
-        """
+        """Return the coverage for a distance to the outline, positive inside [millimetres]."""
         return np.asarray(np.clip(distance * self._scale * PLAYER_FINE + 0.5, 0, 1))
 
     def tube(
@@ -437,10 +434,7 @@ class Play:
         return quantised(np.stack(axes, axis=-1))
 
     def _knots(self, random: np.random.Generator) -> tuple[Array, Array]:
-        """Sample the ball's vertical speed as knots, and its flights.
-
-        The knots are times [frames] and downward speeds, shape (2, k).
-        """
+        """Sample the ball's speed as knots (times [frames], downward speeds), and its flights."""
         lift, down, start = random.uniform(2.2, 2.6), random.uniform(5, 6), STROKE - 1.0
         landing = LIFTED - (down + lift) / CATCH
         flights = [(-1.0, landing)]

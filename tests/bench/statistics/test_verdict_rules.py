@@ -198,7 +198,9 @@ def test_part_fails_with_its_interval_corrected_for_the_parts():
 
 
 def test_effect_has_two_digits_of_the_interval():
-    judged = Verdict("holds", 0.12345, share_interval([1] * 24, [1] * 24), 24, of="kept", unit="x")
+    judged = Verdict(
+        "holds", 0.12345, share_interval([1] * 24, [1] * 24), 24, estimate_name="kept", unit="x"
+    )
     assert judged.effect == "kept: 0.123 [0.858, 1.000] x, 24 scenes"
     assert Verdict("holds", -1e-9, mean_interval([0.0, 1.0] * 8), 1).effect.startswith("0.00 [")
     assert inconclusive("not run").effect == ""

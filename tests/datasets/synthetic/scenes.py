@@ -48,3 +48,14 @@ def runs(flags):
 def grown(mask, pixels):
     """Return a mask dilated by some pixels."""
     return cv2.dilate(mask.astype(np.uint8), np.ones((2 * pixels + 1, 2 * pixels + 1))) > 0
+
+
+def box_centres(sequence):
+    """Return the centres of the boxes, shape (n, 2)."""
+    return sequence.boxes[:, :2] + sequence.boxes[:, 2:] / 2
+
+
+def mask_edges(mask):
+    """Return the left, top, right and bottom edge of a mask."""
+    rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
+    return np.array([columns[0], rows[0], columns[-1] + 1, rows[-1] + 1])

@@ -13,7 +13,7 @@ from trackmark import datasets
 from trackmark.datasets.golden import golden_digests, look_difference
 from trackmark.datasets.metadata import sequence_metadata
 from trackmark.datasets.spec_string import parse_text
-from trackmark.datasets.synthetic.suite import Suite, suites
+from trackmark.datasets.synthetic.suite import SyntheticSuite, suites
 from trackmark.datasets.versioning import VersionEntry, find_version, read_versions
 
 SUITES = suites()
@@ -39,9 +39,9 @@ def test_variants_equal_the_golden_digests(text):
 
 def test_describe_opens_no_unchanged_rendered_sequence(monkeypatch):
     opened = sequence_metadata(datasets.load("plain/target"))
-    monkeypatch.setattr(Suite, "load", lambda *_: pytest.fail("it was opened"))
+    monkeypatch.setattr(SyntheticSuite, "load", lambda *_: pytest.fail("it was opened"))
     assert datasets.describe("plain/target") == opened
-    monkeypatch.setattr(Suite, "tree", lambda *_: "edited")
+    monkeypatch.setattr(SyntheticSuite, "tree", lambda *_: "edited")
     with pytest.raises(pytest.fail.Exception, match="it was opened"):
         datasets.describe("plain/target")
 

@@ -9,7 +9,7 @@ from trackmark.datasets import SequenceError
 from trackmark.datasets.spec_string import parse_text
 from trackmark.datasets.synthetic.knobs import Knobs, Seed, seed
 from trackmark.datasets.synthetic.plain.knobs import TargetKnobs
-from trackmark.datasets.synthetic.suite import Entry, Suite
+from trackmark.datasets.synthetic.suite import SequenceEntry, SyntheticSuite
 
 
 def test_canonical_name_lists_sorted_non_default_parameters(target):
@@ -69,8 +69,8 @@ class Unmarked(Before):
 def test_later_parameter_changes_identity_only_off_default(tmp_path):
     def fingerprint(kind, **options):
         module = "trackmark.datasets.synthetic.plain.scene"
-        entry = Entry("plain/target", kind, module, 90, (320, 240))
-        suite = Suite(tmp_path, [entry])
+        entry = SequenceEntry("plain/target", kind, module, 90, (320, 240))
+        suite = SyntheticSuite(tmp_path, [entry])
         return suite._fingerprint(entry, kind(**options))
 
     assert fingerprint(Marked, scene=2) == fingerprint(Before, scene=2)

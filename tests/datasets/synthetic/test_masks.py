@@ -10,7 +10,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from tests.datasets.synthetic.scenes import grown, unless_sealed
+from tests.datasets.synthetic.scenes import grown, mask_edges, unless_sealed
 from trackmark import datasets
 from trackmark.datasets.synthetic.nummiaro2003.driving.shape import SHADOW
 from trackmark.datasets.synthetic.render.figure.head import ROWS
@@ -182,10 +182,9 @@ def test_boxes_are_tight_around_masks(name, pixels):
     sequence, _ = opened(name)
     clear = np.flatnonzero(sequence.visibility > 0.94)
     for frame in clear[:: len(clear) // 9]:
-        rows, columns = np.nonzero(sequence.mask(frame))
         x, y, width, height = sequence.boxes[frame]
-        mask_edges = [columns.min(), rows.min(), columns.max() + 1, rows.max() + 1]
-        assert mask_edges == pytest.approx([x, y, x + width, y + height], abs=pixels)
+        edges = mask_edges(sequence.mask(frame))
+        assert edges == pytest.approx([x, y, x + width, y + height], abs=pixels)
 
 
 @pytest.mark.parametrize(

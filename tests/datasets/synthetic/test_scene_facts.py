@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.datasets.synthetic.scenes import unless_sealed
+from tests.datasets.synthetic.scenes import box_centres, unless_sealed
 from trackmark import datasets
 
 SEEDS = (0, 203, 4_000_000_000)
@@ -15,11 +15,7 @@ def frame(number):
 
 
 def steps(s):
-    return np.diff(middles(s), axis=0)
-
-
-def middles(s):
-    return s.boxes[:, :2] + s.boxes[:, 2:] / 2
+    return np.diff(box_centres(s), axis=0)
 
 
 # Value by frame, except of the sequence as a whole.
@@ -30,7 +26,7 @@ QUANTITIES = {
     "top": lambda s: s.boxes[:, 1],
     "right": lambda s: s.boxes[:, 0] + s.boxes[:, 2],
     "bottom": lambda s: s.boxes[:, 1] + s.boxes[:, 3],
-    "middle": lambda s: middles(s)[:, 0],
+    "middle": lambda s: box_centres(s)[:, 0],
     "width": lambda s: s.boxes[:, 2],
     "height": lambda s: s.boxes[:, 3],
     "aspect": lambda s: s.boxes[:, 2] / s.boxes[:, 3],
@@ -46,7 +42,9 @@ QUANTITIES = {
     "upward step": lambda s: -steps(s)[:, 1],
     # Of the hand from the face, in widths: the hand is on it in frame 48.
     "offset": lambda s: (
-        (middles(s)[:, 0] - middles(s)[48, 0]) / s.boxes[:, 2] * np.sign(steps(s)[:, 0].sum())
+        (box_centres(s)[:, 0] - box_centres(s)[48, 0])
+        / s.boxes[:, 2]
+        * np.sign(steps(s)[:, 0].sum())
     ),
     "visibility": lambda s: s.visibility,
     "gain of visibility": lambda s: s.visibility - s.visibility[43],
@@ -62,15 +60,19 @@ SUMMARIES = {
     "changes": lambda values: np.count_nonzero(np.diff(values)),
 }
 
+
+def within(left, top, right, bottom):
+    """Return the facts that bound the target's box."""
+    lower = [(name, ANY, least, INF) for name, least in (("left", left), ("top", top))]
+    return lower + [(name, ANY, 0, most) for name, most in (("right", right), ("bottom", bottom))]
+
+
 # Of each sequence: quantity or attribute (behind a summary), frames, least and greatest value.
 FACTS = {
     "wang2010/table-tennis": [  # the paper's frame 12 is ours 11: the ball speeds up there only
         ("length", ANY, 50, 50),
         ("fps", ANY, 30, 30),
-        ("left", ANY, 10, INF),
-        ("top", ANY, 10, INF),
-        ("right", ANY, 0, 132),
-        ("bottom", ANY, 0, 105),
+        *within(10, 10, 132, 105),
         ("width", ANY, 10, 11),
         ("range width", ANY, 0, 0),
         ("aspect", ANY, 1, 1),
@@ -85,10 +87,7 @@ FACTS = {
     ],
     "wang2010/hand": [  # 10: far from the face; 38: comes near; 49: on it; 58: leaves it
         ("length", ANY, 100, 100),
-        ("left", ANY, 0, INF),
-        ("top", ANY, 20, INF),
-        ("right", ANY, 0, 160),
-        ("bottom", ANY, 0, 95),
+        *within(0, 20, 160, 95),
         ("width", ANY, 11, 20),
         ("height", ANY, 20, 36),
         ("forward step", ANY, 0.1, INF),
@@ -106,10 +105,7 @@ FACTS = {
     # 18: in the clear; 36: hidden in part, before its own colour; 44: still; 51: coming out.
     "wang2010/cup": [
         ("length", ANY, 80, 80),
-        ("left", ANY, 1, INF),
-        ("top", ANY, 20, INF),
-        ("right", ANY, 0, 107),
-        ("bottom", ANY, 0, 63),
+        *within(1, 20, 107, 63),
         ("mean width", ANY, 16.5, 20.5),
         ("mean height", ANY, 17, 21),
         ("forward step", ANY, 0, INF),
@@ -131,10 +127,7 @@ FACTS = {
         ("visibility", np.s_[-15:], 0.86, 1),
     ],
     "moreno2005/ellipse": [
-        ("left", ANY, 3, INF),
-        ("top", ANY, 3, INF),
-        ("right", ANY, 0, 317),
-        ("bottom", ANY, 0, 237),
+        *within(3, 3, 317, 237),
         ("step", ANY, 0, 7),
         ("mean step", ANY, 1.5, 6.5),
         ("similar patch", np.s_[:5], 0, 0),
@@ -144,10 +137,7 @@ FACTS = {
         ("mean similar patch", ANY, 0.03, 0.5),
     ],
     "moreno2005/octopus": [
-        ("left", ANY, 2, INF),
-        ("top", ANY, 2, INF),
-        ("right", ANY, 0, 318),
-        ("bottom", ANY, 0, 238),
+        *within(2, 2, 318, 238),
         ("width", ANY, 55, 135),
         ("height", ANY, 55, 135),
         ("camouflaged", np.s_[:8], 0, 0),
@@ -155,16 +145,10 @@ FACTS = {
     "moreno2005/book": [
         ("least visibility", ANY, 0.94, 1),  # the thumb hides a little
         ("most visibility", ANY, 0.94, 0.9999),
-        ("left", ANY, 0, INF),
-        ("top", ANY, 0, INF),
-        ("right", ANY, 0, 320),
-        ("bottom", ANY, 0, 240),
+        *within(0, 0, 320, 240),
     ],
     "moreno2005/leaf": [
-        ("left", ANY, -8, INF),
-        ("top", ANY, -8, INF),
-        ("right", ANY, 0, 328),
-        ("bottom", ANY, 0, 248),
+        *within(-8, -8, 328, 248),
         ("light change", frame(1), 1, 1),
         ("mean light change", ANY, 0.01, 0.01),
     ],
@@ -192,10 +176,7 @@ FACTS = {
         ("most turning", ANY, 1, 1),
     ],
     "nummiaro2003/head": [  # it moves calmly
-        ("left", ANY, 0, INF),
-        ("top", ANY, 0, INF),
-        ("right", ANY, 0, 640),
-        ("bottom", ANY, 0, 480),
+        *within(0, 0, 640, 480),
         ("width", ANY, 50, 125),
         ("range middle", ANY, 100, INF),  # he works at several machines
         ("most relative step", ANY, 0.05, 0.15),

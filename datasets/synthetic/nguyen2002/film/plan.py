@@ -213,10 +213,7 @@ def _sample_passages(random: np.random.Generator, shot: Shot, width: float) -> l
 
 
 def _sample_camera_speed(random: np.random.Generator, static_speeds: list[float]) -> float:
-    """Sample the camera's speed along its path, as seen in the target's plane [pixels/frame].
-
-    Static occluders are nearer than this plane: they pass at the speeds `static_speeds`.
-    """
+    """Sample the camera's speed in the target's plane, below `static_speeds` [pixels/frame]."""
     side = float(random.choice([-1.0, 1.0]))
     if static_speeds:
         return side * min(FASTEST, min(static_speeds) / float(random.uniform(1.15, 1.7)))

@@ -86,10 +86,7 @@ class FilmScene(SyntheticScene):
         return np.asarray(self.seen(frame)[1] >= 128)
 
     def seen(self, frame: int) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
-        """Return the share of each pixel that the target covers, and its visible part.
-
-        Both are in [0, 255].
-        """
+        """Return the coverage of each pixel by the target, and its visible part, in [0, 255]."""
         plan = self.plan
         whole = self._target.coverage(
             SIZE, plan.centre[frame], float(plan.scale[frame]), float(plan.angle[frame])

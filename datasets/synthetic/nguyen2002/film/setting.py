@@ -111,10 +111,7 @@ class Place:
         return np.asarray(np.ceil(self._way * scales + self._size[0] + 50), np.int64)
 
     def _lefts(self, camera: Viewpoint, scales: Array, travel: float) -> NDArray[np.int64]:
-        """Return the panorama's columns at the left image border [1/64 pixel].
-
-        The shape is (instants, rows).
-        """
+        """Return the panorama's left columns [1/64 pixel], shape (instants, rows)."""
         moments = instants(travel * float(scales.max()))[:, None]
         lefts = (camera.x - self._still.x + moments * travel) * scales
         places = np.round((lefts + self._margin - camera.centre) * 64).astype(np.int64)

@@ -161,10 +161,7 @@ class RigidObject:
     def coverage(
         self, size: tuple[int, int], place: Array, scale: float, angle: float
     ) -> NDArray[np.uint8]:
-        """Return the share of each pixel of a canvas (width, height) that it covers.
-
-        The values are in [0, 255].
-        """
+        """Return its coverage of each pixel of a canvas (width, height), in [0, 255]."""
         canvas = np.zeros((size[1], size[0], 3), np.uint8)
         matrices = self._matrices(place[None], scale, angle)
         lay_mixture(canvas, self._silhouette, self._silhouette, 0, matrices)

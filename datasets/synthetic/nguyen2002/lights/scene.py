@@ -239,10 +239,7 @@ class LightsSetting:
 
     @property
     def points(self) -> tuple[Array, int]:
-        """Points of the object in front of the hand, relative to its centre, (n, 2) [pixels].
-
-        The second value is the number of points of the whole object.
-        """
+        """Visible object points from its centre, (n, 2) [pixels]; number of points of the whole."""
         every = slice(CARD_FINE // 2, None, CARD_FINE)  # one a pixel
         whole, seen = (outline[every, every] for outline in self._outlines)
         rows, columns = np.nonzero(seen)

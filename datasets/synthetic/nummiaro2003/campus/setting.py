@@ -27,10 +27,7 @@ INSIDE = 0.55  # share of light that the porch removes
 
 
 class CarPark(Street):
-    """Asphalt with bays in front of a pavement and houses.
-
-    Its objects are `parked_cars` and `entrance`.
-    """
+    """Asphalt with bays in front of houses; its objects are `parked_cars` and `entrance`."""
 
     @cached_property
     def props(self) -> list[Prop]:

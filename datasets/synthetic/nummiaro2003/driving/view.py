@@ -67,10 +67,7 @@ class PerspectiveView:
         )
 
     def place_of(self, x: float, z: float) -> tuple[float, float, float]:
-        """Return column, row [pixels] and depth [metres] of a place on the ground.
-
-        The depth can be negative.
-        """
+        """Return column, row [pixels] and depth [metres], possibly negative, of a ground point."""
         x, up, z = x - self.place[0], -self.place[1], z - self.place[2]
         right, down, ahead = (a * x + b * up + c * z for a, b, c in self._rows)
         scale = self.focal / ahead if ahead > 0 else 0.0

@@ -89,10 +89,7 @@ def _fill(picture: Picture, box: Box, colour: Array) -> None:
 
 
 class _Front:
-    """Far side of a street, painted into an image with the houses at the row `base`.
-
-    A `metre` is in pixels; places are columns and rows.
-    """
+    """Far side of a street with the houses at the row `base`; a `metre` is in pixels."""
 
     def __init__(
         self, random: np.random.Generator, picture: Picture, base: float, metre: float

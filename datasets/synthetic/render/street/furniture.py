@@ -85,10 +85,7 @@ _LIGHT = np.array([-0.45, -0.65, 0.6])
 
 
 def tree(random: np.random.Generator, x: float, z: float, scale: float) -> Prop:
-    """Return a street tree of 5 to 8 metres at a place [metres].
-
-    `scale` is that at its depth [pixels/metre].
-    """
+    """Return a street tree of 5 to 8 metres at a place [metres]; `scale`: pixels/metre there."""
     tall, wide = random.uniform(5.0, 7.5), random.uniform(2.8, 4.4)
     stem = random.uniform(2.0, 2.7)
     height, width = round((tall + 0.3) * scale), round((wide + 0.8) * scale)

@@ -27,10 +27,7 @@ _SIZE = 512
 
 
 class TreeShade:
-    """Light at every place of the ground and above it: dappled below trees, or 1 everywhere.
-
-    In even light, `random` is not used.
-    """
+    """Light on and above the ground: dappled below trees, or 1 (then `random` is not used)."""
 
     def __init__(self, random: np.random.Generator, light: Light) -> None:
         self.light = light
@@ -82,10 +79,7 @@ class Band:
 
 
 def street_bands(random: np.random.Generator, kerb: float, end: float) -> list[Band]:
-    """Return pavement, kerb, road and pavement again.
-
-    The road begins at `kerb`, the houses begin at `end` [metres].
-    """
+    """Return pavement, road from `kerb` on, and pavement up to the houses at `end` [metres]."""
     stones = paving(random, SIDE)
     worn = stones.mean(axis=(0, 1))
     stones = (worn + 0.7 * (stones - worn)) * random.uniform(1.0, 1.2)
@@ -189,10 +183,7 @@ def _pyramid(texture: Array) -> list[Array]:
 
 
 def _line(pyramid: list[Array], side: float, z: float, scale: float) -> tuple[Array, float]:
-    """Return the texture line along the street at a depth, and its points per metre.
-
-    The line has the shape (n, 3).
-    """
+    """Return a texture's line along the street at a depth, shape (n, 3), and its points/metre."""
     density = SIDE / side
     level = int(np.clip(np.round(np.log2(max(density / scale, 1.0))), 0, len(pyramid) - 1))
     texture = pyramid[level]

@@ -176,10 +176,7 @@ class Street:
     def _lefts(
         self, camera: Viewpoint, scales: NDArray[np.float64], motion: float, travel: float
     ) -> NDArray[np.int64]:
-        """Return the panorama's columns at the left image border [1/64 pixel].
-
-        The shape is (instants, rows).
-        """
+        """Return the panorama's left columns [1/64 pixel], shape (instants, rows)."""
         nearest = float(scales.max())
         moments = instants(abs(motion) + abs(travel) * nearest)[:, None]
         places = (camera.x - self._reach.x[0] + moments * travel) * scales

@@ -61,10 +61,7 @@ def _candidates(cones: NDArray[np.float64], column: int, row: int) -> NDArray[np
 
 @njit(cache=True, error_model="numpy", inline="always")
 def _surface_depth(cones: NDArray[np.float64], i: int, x: float, y: float) -> tuple[float, float]:
-    """Return the depth of a cone's surface and the position along the cone (0 to 1).
-
-    The depth is -1e9 outside the cone.
-    """
+    """Return a cone's depth (-1e9 outside it) and the position along it (0 to 1) at a point."""
     along_x, along_y = cones[i, 4] - cones[i, 0], cones[i, 5] - cones[i, 1]
     from_x, from_y = x - cones[i, 0], y - cones[i, 1]
     place = (from_x * along_x + from_y * along_y) / (along_x * along_x + along_y * along_y + 1e-6)
@@ -88,10 +85,7 @@ def _nearest(
     heights: NDArray[np.float64],
     places: NDArray[np.float64],
 ) -> int:
-    """Return the candidate cone whose surface is visible at a point, or -1.
-
-    Fills `heights` and `places` of the candidates.
-    """
+    """Return the candidate cone visible at a point, or -1; fill their `heights` and `places`."""
     nearest = -1
     for i in candidates:
         heights[i], places[i] = _surface_depth(cones, i, x, y)

@@ -4,14 +4,12 @@ import cv2
 import numpy as np
 import pytest
 
-
-def centres(sequence):
-    return sequence.boxes[:, :2] + sequence.boxes[:, 2:] / 2
+from tests.datasets.synthetic.scenes import box_centres
 
 
 @pytest.mark.parametrize(("speed", "scene"), [(0, 0), (0.7, 1), (2, 0), (6, 2)])
 def test_speed_is_the_displacement_per_frame(target, speed, scene):
-    steps = np.hypot(*np.diff(centres(target(speed=speed, scene=scene)), axis=0).T)
+    steps = np.hypot(*np.diff(box_centres(target(speed=speed, scene=scene)), axis=0).T)
     assert steps.mean() == pytest.approx(speed, rel=0.03, abs=0.02)
     assert steps.max() <= speed + 0.05
 
@@ -74,10 +72,10 @@ def test_absent_target_leaves_and_returns_smoothly(target):
     gone = np.flatnonzero(~sequence.present)
     assert (np.diff(gone) == 1).all()
     assert gone.mean() == pytest.approx(80, abs=1)
-    place = centres(sequence)
+    place = box_centres(sequence)
     steps = np.hypot(*np.diff(place, axis=0).T)
     assert np.nanmax(steps) < 30
-    assert (place[:50] == centres(target(scene=2))[:50]).all()
+    assert (place[:50] == box_centres(target(scene=2))[:50]).all()
 
 
 @pytest.mark.parametrize("pan", [0.5, 7])

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tests.datasets.synthetic.scenes import mask_edges
 from trackmark.datasets.synthetic.plain.knobs import TargetKnobs
 from trackmark.datasets.synthetic.plain.scene import (
     TargetMotion,
@@ -30,12 +31,6 @@ def knobs(draw):
     }
 
 
-def corners(mask):
-    """Return the left, top, right and bottom edge."""
-    rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
-    return np.array([columns[0], rows[0], columns[-1] + 1, rows[-1] + 1])
-
-
 @settings(max_examples=20, deadline=None)
 @given(knobs=knobs())
 def test_mask_fills_the_box_with_the_visible_area(target, knobs):
@@ -53,9 +48,9 @@ def test_mask_fills_the_box_with_the_visible_area(target, knobs):
         assert mask.sum() == pytest.approx(visible_area, abs=0.7 * (box[2] + box[3]))
         edges = np.concatenate([box[:2], box[:2] + box[2:]])
         if sequence.visibility[frame] == 1:
-            assert np.abs(corners(mask) - edges).max() <= 1
+            assert np.abs(mask_edges(mask) - edges).max() <= 1
         elif mask.any():
-            beyond = (corners(mask) - edges) * [-1, -1, 1, 1]
+            beyond = (mask_edges(mask) - edges) * [-1, -1, 1, 1]
             assert beyond.max() <= 1
 
 
@@ -64,7 +59,7 @@ def test_mask_edges_are_unbiased(target):
     for scale in (0.5, 2):
         sequence = target(scale=scale, scene=1)
         x, y, width, height = sequence.boxes.T
-        edges = np.array([corners(sequence.mask(frame)) for frame in range(len(sequence))])
+        edges = np.array([mask_edges(sequence.mask(frame)) for frame in range(len(sequence))])
         error = edges - np.column_stack([x, y, x + width, y + height])
         assert np.abs(error.mean(axis=0)).max() < 0.2
         areas = np.array([sequence.mask(frame).sum() for frame in range(len(sequence))])
@@ -97,7 +92,7 @@ def test_vivid_target_pixels_agree_with_box_and_mask(target, frame):
     assert vivid[mask].mean() > 0.85
     assert vivid[~mask].mean() < 0.005
     x, y, width, height = sequence.boxes[frame]
-    assert np.abs(corners(vivid) - [x, y, x + width, y + height]).max() <= 1.2
+    assert np.abs(mask_edges(vivid) - [x, y, x + width, y + height]).max() <= 1.2
 
 
 @settings(max_examples=20, deadline=None)

@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 import pytest
 
-from tests.datasets.synthetic.scenes import grown, scenes_of, unless_sealed
+from tests.datasets.synthetic.scenes import box_centres, grown, scenes_of, unless_sealed
 from trackmark.datasets.synthetic.wang2010.hand import hand as palm
 
 pytestmark = unless_sealed("wang2010/hand")
@@ -15,10 +15,6 @@ opened, _ = scenes_of(NAME)
 
 CENTRED = 48
 """Frame 49 of the paper."""
-
-
-def middles(boxes):
-    return boxes[:, :2] + boxes[:, 2:] / 2
 
 
 def in_the_hue_of_skin(image):
@@ -38,7 +34,7 @@ def test_hand_is_centred_on_the_face_in_paper_frame_49(seed):
     rows, columns = np.nonzero(skin)
     assert len(rows) > 250
     face = np.median(columns) + 0.5, np.median(rows) + 0.5
-    assert middles(hand.truth().boxes)[CENTRED] == pytest.approx(face, abs=6)
+    assert box_centres(hand.truth())[CENTRED] == pytest.approx(face, abs=6)
 
 
 @pytest.mark.parametrize("seed", range(2))

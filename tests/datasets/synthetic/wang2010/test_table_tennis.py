@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from tests.datasets.synthetic.scenes import SEEDS, unless_sealed
+from tests.datasets.synthetic.scenes import SEEDS, box_centres, unless_sealed
 from trackmark import datasets
 from trackmark.datasets.synthetic.knobs import SceneKnobs
 from trackmark.datasets.synthetic.render.sprite import blend_sprite
@@ -15,10 +15,6 @@ pytestmark = unless_sealed("wang2010/table-tennis")
 
 NAME = "wang2010/table-tennis"
 STROKE = 11  # the paper's frame 12
-
-
-def centres(sequence):
-    return sequence.boxes[:, :2] + sequence.boxes[:, 2:] / 2
 
 
 @pytest.fixture(scope="module")
@@ -72,7 +68,7 @@ def test_speed_up_lasts_from_the_stroke_to_the_top(sequence):
     assert flagged[0] == STROKE
     assert (np.diff(flagged) == 1).all()
     assert 3 <= len(flagged) <= 5
-    assert flagged[-1] == STROKE + np.argmin(centres(sequence)[STROKE : STROKE + 8, 1])
+    assert flagged[-1] == STROKE + np.argmin(box_centres(sequence)[STROKE : STROKE + 8, 1])
 
 
 @pytest.fixture(scope="module")
