@@ -35,7 +35,7 @@ class _Commands(click.Group):
 
 
 def _summary(name: str) -> str:
-    """First line of a command file's docstring, read without importing it."""
+    """Return the first line of a command's docstring without importing its file."""
     source = (_COMMANDS / f"{name.replace('-', '_')}.py").read_bytes()
     return (ast.get_docstring(ast.parse(source)) or "").partition("\n")[0]
 

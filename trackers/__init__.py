@@ -1,4 +1,4 @@
-"""Pluggable single-object trackers: a file here is a tracker, a folder holds shared parts."""
+"""Single-object trackers: each file in this folder is a tracker, each subfolder shared code."""
 
 if __name__ != "trackmark.trackers":
     raise ImportError("Import `trackmark.trackers` instead of `trackers`.")

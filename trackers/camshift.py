@@ -17,14 +17,14 @@ from trackmark.trackers.base.parameters import (
 )
 from trackmark.trackers.base.sharing import SharedFrame, SharingTracker
 from trackmark.trackers.maps.back_projection import (
-    MOST_BINS,
+    MAX_BINS,
     HueBins,
     adapted_window,
-    bin_counts,
+    count_bins,
     first_pixel,
+    lazy_hue_bins,
     mean_shift,
-    unvisited_hues,
-    whole_window,
+    window_size,
 )
 
 __all__ = ["CamShift"]
@@ -38,7 +38,7 @@ class CamShiftParameters(Parameters):
         "fixed: the window keeps the first box's size; adaptive: it follows "
         "Bradski's rule, once a frame",
     )
-    hue_bins: int = whole(32, "bins of the hue histogram [count]", most=MOST_BINS)
+    hue_bins: int = whole(32, "bins of the hue histogram [count]", most=MAX_BINS)
     stop_distance: float = nonnegative(
         2.0, "a mean shift step shorter than this is the last one [pixels]"
     )
@@ -51,20 +51,18 @@ class CamShiftParameters(Parameters):
 class CamShift(SharingTracker):
     """CamShift: mean shift on a hue back-projection, with a fixed or an adaptive window.
 
-    The baseline "traditional CamShift" of Wang & Tang 2010. The template is the hue
-    histogram of the first box; a pixel weighs the height of its hue's bin over that of the
-    largest bin. In each frame the window moves to the centroid of its weights until a step
-    is shorter than `stop_distance`.
+    The baseline "traditional CamShift" of Wang & Tang 2010. The template is the hue histogram of
+    the init box. The weight of a pixel is the count of its hue bin over the largest count. In each
+    frame the window moves to the centroid of its weights until a step is below `stop_distance`.
 
-    Bradski's CamShift then sets the window's sides from the sum M00 of the weights in it
-    to 2 √(M00 · ratio) and 2 √(M00 / ratio), where `ratio` is the first box's width over
-    its height. Wang & Tang name his method but describe the centroid alone. So `as-written`
-    keeps the window fixed, and `recommended` is the same. Which one is taken decides several
-    of the paper's claims, so a table with this tracker has a row for each window.
+    Bradski's CamShift then sets the window's sides to 2 √(M00 · ratio) and 2 √(M00 / ratio). M00 is
+    the sum of the weights in the window, `ratio` the init box's width over its height. Wang & Tang
+    name his method but describe only the centroid. So `as-written` and `recommended` keep the
+    window's size. The choice decides several of the paper's claims, so tables have a row for each.
 
-    The box of a fixed window has the first box's own size; that of an adaptive one is the
-    window. `confidence` is the mean weight in the window, in [0, 1]. Without any weight in
-    it the window stays, and the target counts as not visible.
+    The box of a fixed window has the init box's exact size; that of an adaptive one is the window.
+    `confidence` is the mean weight in the window, in [0, 1]. A window without weight is not moved,
+    and the target is not visible.
     """
 
     paper = (
@@ -78,16 +76,16 @@ class CamShift(SharingTracker):
     def init_shared(self, frame: SharedFrame, box: Box, mask: Mask | None = None) -> None:
         """See `Tracker.init`.
 
-        Raises TrackerError where the box has no area, or no pixel of it counts.
+        Raises TrackerError if the box has no area, or no pixel of it counts.
         """
         x, y, width, height = (float(value) for value in box)
         self._x, self._y = x + width / 2, y + height / 2
         self._box_size = width, height
-        self._window = whole_window(box)
+        self._window = window_size(box)
         self._ratio = width / height
         left = first_pixel(self._x, self._window[0])
         top = first_pixel(self._y, self._window[1])
-        self._weights = bin_counts(self._hues(frame), left, top, *self._window)
+        self._weights = count_bins(self._hues(frame), left, top, *self._window)
         self._largest = int(self._weights.max())
         if self._largest == 0:
             raise TrackerError(
@@ -123,15 +121,15 @@ class CamShift(SharingTracker):
         )
 
     def maps(self, image: Image) -> Mapping[str, NDArray[np.float64]]:
-        """See `Mapper.maps`: the back-projection of the template's hues."""
+        """Return the hue back-projection; see `Mapper.maps`."""
         hues = self._hues(SharedFrame(image))
-        bin_counts(hues, 0, 0, *image.shape[1::-1])  # visits every pixel
+        count_bins(hues, 0, 0, *image.shape[1::-1])  # computes the bin of every pixel
         return {"back-projection": self._weights[hues.bins] / self._largest}
 
     def _hues(self, frame: SharedFrame) -> HueBins:
         settings = self.parameters
         return frame.compute(
-            unvisited_hues,
+            lazy_hue_bins,
             settings.hue_bins,
             settings.minimum_saturation,
             settings.minimum_value,

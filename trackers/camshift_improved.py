@@ -1,4 +1,4 @@
-"""CamShift on colour and motion: the improved CamShift of Wang & Tang 2010, without particles."""
+"""Improved CamShift of Wang & Tang 2010: mean shift on colour and motion, without particles."""
 
 from collections.abc import Mapping
 from typing import Literal
@@ -9,13 +9,13 @@ from numpy.typing import NDArray
 from trackmark.trackers.base.interface import Box, Estimate, Image, Mask
 from trackmark.trackers.base.parameters import choice, nonnegative, whole
 from trackmark.trackers.base.sharing import SharedFrame, SharingTracker
-from trackmark.trackers.maps.back_projection import adapted_window, whole_window
-from trackmark.trackers.maps.joint_map import ColourMotionModel, ModelParameters
+from trackmark.trackers.maps.back_projection import adapted_window, window_size
+from trackmark.trackers.maps.joint_map import ColourMotionModel, ColourMotionParameters
 
 __all__ = ["CamShiftImproved"]
 
 
-class CamShiftImprovedParameters(ModelParameters):
+class CamShiftImprovedParameters(ColourMotionParameters):
     """Parameters of `CamShiftImproved`."""
 
     window: Literal["fixed", "adaptive"] = choice(
@@ -30,20 +30,18 @@ class CamShiftImprovedParameters(ModelParameters):
 
 
 class CamShiftImproved(SharingTracker):
-    """CamShift on colour and motion, the improved CamShift of section 2.2, without particles.
+    """Improved CamShift of section 2.2: mean shift on colour and motion, without particles.
 
-    The map is that of `wang2010`: I_c where something moves, (1 - β) I_c elsewhere. In each frame
-    the window moves to the centroid of the weights in it until a step is shorter than ε, at most
-    n₀ times (equations 6 and 7).
+    The weights are those of `wang2010`: I_c on moving pixels, (1 - β) I_c on others. In each frame
+    the window moves to the centroid of its weights until a step is below ε, at most n₀ times
+    (equations 6 and 7).
 
-    The paper names CamShift and describes the centroid alone, so `as-written` keeps the window's
-    size, and `recommended` is the same; `window=adaptive` follows Bradski's rule as that of
-    `camshift` does. `robust` (ε = 0.5, n = 7) is post hoc.
+    The paper names CamShift but describes only the centroid. So `as-written` and `recommended` keep
+    the window's size; `window=adaptive` uses Bradski's rule as in `camshift`. `robust` (ε = 0.5,
+    n = 7) is post hoc. The camera must not move; see `wang2010`.
 
-    With a camera that moves the motion map says nothing of the target; see `wang2010`.
-
-    Details: `iterations`, `similarity` (M / M₀, the mean weight in the window, which is the
-    confidence too), `moving`, `moving_inside` and `changing` as of `wang2010`.
+    Details: `iterations`, `similarity` (M / M₀, the mean weight in the window, also the
+    confidence), `moving`, `moving_inside` and `changing` as in `wang2010`.
     """
 
     paper = (
@@ -58,16 +56,16 @@ class CamShiftImproved(SharingTracker):
     Parameters = CamShiftImprovedParameters
 
     def init_shared(self, frame: SharedFrame, box: Box, mask: Mask | None = None) -> None:
-        """See `Tracker.init`, and `ColourMotionModel` for what is refused."""
+        """See `Tracker.init`; errors are those of `ColourMotionModel`."""
         self._centre, self._box_size = box[:2] + box[2:] / 2, box[2:].copy()
-        self._window = whole_window(box)
+        self._window = window_size(box)
         self._ratio = float(box[2] / box[3])
         self._model = ColourMotionModel(
             "camshift-improved", self.parameters, frame, self._centre, self._window
         )
 
     def update_shared(self, frame: SharedFrame) -> Estimate:
-        """See `Tracker.update`; raises TrackerError for a frame of another size than the first."""
+        """See `Tracker.update`; raise TrackerError if the frame size changes."""
         settings, window = self.parameters, self._window
         joint = self._joint = self._model.observe(frame)
         moved = joint.drift(
@@ -88,5 +86,5 @@ class CamShiftImproved(SharingTracker):
         )
 
     def maps(self, image: Image) -> Mapping[str, NDArray[np.float64]]:
-        """See `Mapper.maps`: the joint map of colour and motion."""
+        """Return the joint map of colour and motion; see `Mapper.maps`."""
         return {"joint map": self._joint.whole()}

@@ -1,4 +1,4 @@
-"""A contour particle filter with a smooth colour model: what Moreno-Noguer et al. compare with."""
+"""Contour particle filter with a smooth colour model: a baseline of Moreno-Noguer et al."""
 
 from collections.abc import Sequence
 from typing import Literal
@@ -9,16 +9,21 @@ from pydantic import Field
 from trackmark.trackers.base.interface import Image, Mask
 from trackmark.trackers.base.parameters import choice
 from trackmark.trackers.contours.chain import Chain, Hypotheses
-from trackmark.trackers.contours.colour_cue import Palettes, RefittedColours
+from trackmark.trackers.contours.colour_cue import MixtureEvaluator, RefittedColours
 from trackmark.trackers.contours.observation import Observation
 from trackmark.trackers.contours.plane_cue import (
     GivenPlane,
-    basis_of,
     discriminant_basis,
-    oriented,
+    orient_normals,
+    plane_basis,
     plane_normal,
 )
-from trackmark.trackers.contours.segmenter import LITERAL, Segmenter, SegmenterParameters, Start
+from trackmark.trackers.contours.segmenter import (
+    LITERAL_PARAMETERS,
+    ChainStart,
+    Segmenter,
+    SegmenterParameters,
+)
 
 __all__ = ["ContourSmoothColor"]
 
@@ -39,12 +44,12 @@ class ContourSmoothColorParameters(SegmenterParameters):
 class ContourSmoothColor(Segmenter):
     """A contour particle filter with a smooth colour model.
 
-    The contour's particles, weights and snake are those of `moreno2005`. Its colours are one pair
-    of mixtures, predicted as G(t) = (1 - a) G(t-2) + a G(t-1) from mixtures that are fitted to the
-    last frames as they were segmented (section 6 of the paper, after Isard & Blake). The paper
-    gives no a; 1, which takes the last frame's colours, is mostly the strongest. It names no
-    plane either: the first frame's weakens it, `plane=refitted` does not. Colours are drawn one
-    pixel inside the contour and two outside it, as in the first frame.
+    Contour particles, weights and snake are those of `moreno2005`. The colours are one pair of
+    mixtures, predicted as G(t) = (1 - a) G(t-2) + a G(t-1). Each G is fitted to a segmented frame
+    (section 6 of the paper, after Isard & Blake). The paper does not state a; 1, the last frame's
+    colours, is mostly best. Nor does it state the plane: that of the first frame gives worse
+    results than `plane=refitted`. Colours are sampled one pixel inside the contour and two outside
+    it, as in the first frame.
 
     `robust` is as in `moreno2005`. Details and arrays are those of `moreno2005`.
     """
@@ -56,30 +61,32 @@ class ContourSmoothColor(Segmenter):
         "A. Blake, CONDENSATION - conditional density propagation for visual tracking, IJCV 1998"
     )
     presets = {
-        "as-written": LITERAL,
+        "as-written": LITERAL_PARAMETERS,
         "recommended": {},
         "robust": {"snake_stiffness": "by-spacing"},
     }
     Parameters = ContourSmoothColorParameters
 
-    def chain_from(self, start: Start) -> Chain[Observation]:
+    def chain_from(self, start: ChainStart) -> Chain[Observation]:
         """See `Segmenter.chain_from`."""
         settings: ContourSmoothColorParameters = self.parameters
-        palettes = Palettes(
+        palettes = MixtureEvaluator(
             settings.object_components, settings.weights, 1.0, settings.colour_floor
         )
         self.plane = GivenPlane(start.basis)
         self.colours = RefittedColours(start.fit, 1, settings.mixing, palettes)
         return Chain([self.plane, self.colours, self.contour_cue(start)])
 
-    def learn(self, image: Image, inside: Mask, found: Sequence[Hypotheses]) -> None:
-        """See `Segmenter.learn`: the last frame's colours, on the first plane or their own."""
+    def learn(self, image: Image, inside: Mask, hypotheses: Sequence[Hypotheses]) -> None:
+        """Fit the frame's colours on the first plane or a new one; see `Segmenter.learn`."""
         sets = self.colour_sets(image, inside)
         if sets is None:
             return
         moved = self.parameters.plane == "refitted"
         if moved:
             normal = plane_normal(discriminant_basis(*sets))
-            self.plane.normal = oriented(normal[np.newaxis], plane_normal(self.plane.basis))[0]
-        basis = basis_of(self.plane.normal[np.newaxis], self.plane.basis)[0]
+            self.plane.normal = orient_normals(normal[np.newaxis], plane_normal(self.plane.basis))[
+                0
+            ]
+        basis = plane_basis(self.plane.normal[np.newaxis], self.plane.basis)[0]
         self.colours.learn(*sets, basis, moved)

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from trackmark.trackers.base.interface import Box, Estimate, Image, Mask
 from trackmark.trackers.base.sharing import SharedFrame, SharingTracker
-from trackmark.trackers.histograms.mean_shift import MeanShiftParameters, Target
+from trackmark.trackers.histograms.mean_shift import MeanShiftParameters, TargetEllipse
 
 __all__ = ["MeanShift"]
 
@@ -15,26 +15,26 @@ __all__ = ["MeanShift"]
 class MeanShift(SharingTracker):
     """Mean shift on a kernel-weighted colour histogram.
 
-    The target model q is the joint colour histogram of the ellipse inscribed in the first box;
-    a pixel weighs 1 - (dx/hx)² - (dy/hy)² by its distance from the centre, nothing on the rim.
-    In each frame the ellipse starts where it was and goes to the mean of its pixels, of which
-    each weighs √(q/p) of its bin, p being the ellipse's histogram, until a step is shorter than
-    ε or there were `max_iterations`. A step that lowers the Bhattacharyya coefficient ρ of p
-    and q is halved. This is done with the size h as it is, and 10 % smaller and larger; the
-    place with the largest ρ is the target's, and of its size h takes over the share γ.
+    The target model q is the joint colour histogram of the ellipse inscribed in the init box. The
+    kernel weight of a pixel is 1 - (dx/hx)² - (dy/hy)², 0 on the rim. In each frame the ellipse
+    starts at its last position and moves to the mean of its pixels, weighted by √(q/p) of their
+    bins, where p is the ellipse's histogram. It stops at a step below ε or after `max_iterations`.
+    A step that lowers the Bhattacharyya coefficient ρ of p and q is halved. The search uses the
+    current size h and sizes 10 % smaller and larger. The result of largest ρ is the estimate; h
+    becomes γ times its size plus (1 - γ) h.
 
-    The paper has 16 bins a channel. Here it has 8, so that it compares the same histograms as
-    the particle filter of Nummiaro et al. 2003, whose baseline it is; `bins=16` is the paper's.
-    `as-written` stops at steps within a pixel; `recommended` at a tenth of it, for steps
-    become short well before the ellipse is where it tends to.
+    The paper uses 16 bins per channel. The default is 8, as in the particle filter of Nummiaro et
+    al. 2003, whose baseline this tracker is; `bins=16` is the paper's value. `as-written` stops at
+    steps below a pixel. `recommended` stops at 0.1 pixels, because steps become short well before
+    convergence.
 
-    The weights of the kernel are whole numbers of 1/65536. Of equal coefficients the size as
-    it is wins, so that a target of one colour keeps its size. What is outside the image
-    doesn't count; sides stay between 3 pixels and the image's. Where no pixel of the ellipse has
-    a colour of the model it stays, and the target counts as not visible.
+    Kernel weights are multiples of 1/65536. Of equal coefficients, the current size wins, so that a
+    target of one colour keeps its size. Pixels outside the image do not count. Sides are between 3
+    pixels and the image's size. If no pixel of the ellipse has a colour of the model, the ellipse
+    is not moved and the target is not visible.
 
-    Details: `coefficient` (ρ, in [0, 1], which is the confidence too), `iterations` (of the
-    size that was the best), `half_width` and `half_height` (of the box, in pixels).
+    Details: `coefficient` (ρ in [0, 1], also the confidence), `iterations` (of the best size),
+    `half_width` and `half_height` (of the box [pixels]).
     """
 
     paper = (
@@ -45,21 +45,21 @@ class MeanShift(SharingTracker):
     Parameters = MeanShiftParameters
 
     def init_shared(self, frame: SharedFrame, box: Box, mask: Mask | None = None) -> None:
-        """See `Tracker.init`, and `Target` for what is refused."""
-        self._target = Target("mean-shift", self.parameters, frame, box)
+        """See `Tracker.init`; errors are those of `TargetEllipse`."""
+        self._target = TargetEllipse("mean-shift", self.parameters, frame, box)
         self._x, self._y = float(box[0] + box[2] / 2), float(box[1] + box[3] / 2)
 
     def update_shared(self, frame: SharedFrame) -> Estimate:
         """See `Tracker.update`."""
         target = self._target
-        found = target.locate(frame, self._x, self._y)
-        self._x, self._y = found.x, found.y
-        target.take_size(found)
+        location = target.locate(frame, self._x, self._y)
+        self._x, self._y = location.x, location.y
+        target.adapt_size(location)
         return Estimate(
-            target.box(found.x, found.y),
-            visible=found.coefficient > 0,
-            confidence=found.coefficient,
-            details=target.details(found),
+            target.box(location.x, location.y),
+            visible=location.coefficient > 0,
+            confidence=location.coefficient,
+            details=target.details(location),
         )
 
     def maps(self, image: Image) -> Mapping[str, NDArray[np.float64]]:

@@ -10,7 +10,7 @@ from trackmark.trackers.base.interface import Box, Estimate, Image, Mask
 from trackmark.trackers.base.kalman import ConstantVelocity
 from trackmark.trackers.base.parameters import fraction, positive
 from trackmark.trackers.base.sharing import SharedFrame, SharingTracker
-from trackmark.trackers.histograms.mean_shift import Location, MeanShiftParameters, Target
+from trackmark.trackers.histograms.mean_shift import Location, MeanShiftParameters, TargetEllipse
 
 __all__ = ["MeanShiftKalman"]
 
@@ -29,24 +29,22 @@ class MeanShiftKalmanParameters(MeanShiftParameters):
 class MeanShiftKalman(SharingTracker):
     """Mean shift that starts where a Kalman filter predicts the target.
 
-    Mean shift is that of `mean-shift`, with the same parameters. Two filters, one an axis, of
-    position and velocity under white acceleration predict where it starts; where it comes to
-    rest is their measurement. The measurement's uncertainty comes from the surface of the
-    Bhattacharyya coefficient (Comaniciu, Ramesh & Meer 2003, section on Kalman prediction): the
-    standard deviation of the scaled Gaussian through the coefficients at that place and half
-    a target to either side. A similar object beside the target, or one before it, flattens the
-    surface, and the prediction prevails. The box is around the filters' position.
+    Mean shift is that of `mean-shift`, with the same parameters. It starts at the position that a
+    Kalman filter per axis (position and velocity, white acceleration) predicts, and its result is
+    their measurement. The measurement's standard deviation is that of the scaled Gaussian through
+    three Bhattacharyya coefficients: at the result and half a target to either side (Comaniciu,
+    Ramesh & Meer 2003, section on Kalman prediction). A similar object near the target, or an
+    occlusion, flattens this surface, so that the prediction prevails. The box is centred at the
+    filtered position.
 
-    Ours are: the filters begin at the box with a velocity of 0 ± half a target a frame; a
-    surface without a peak at that place measures nothing; mean shift starts inside the image
-    also where the prediction has left it. `recommended` doesn't believe a place whose
-    coefficient is below `least_coefficient`: neither position nor size follow it, and the
-    target counts as not visible. `as-written` believes every place to its uncertainty. The
-    acceleration is that of the 2003 paper's hand sequence.
+    Decisions that the papers leave open: the initial velocity is 0 with a standard deviation of
+    half a target per frame. A surface without a peak is a measurement of infinite variance. The
+    start of mean shift is clipped to the image. `recommended` ignores results with a coefficient
+    below `least_coefficient`: position and size do not follow, and the target is not visible.
+    `as-written` uses every result. The acceleration is that of the 2003 paper's hand sequence.
 
-    Details: those of `mean-shift`, `measured_x` and `measured_y` (where mean shift came to rest,
-    in pixels), and `gain_x` and `gain_y` (the share of the way there that the box went, in
-    [0, 1]).
+    Details: those of `mean-shift`, `measured_x` and `measured_y` (result of mean shift [pixels]),
+    and `gain_x` and `gain_y` (Kalman gains in [0, 1]).
     """
 
     paper = (
@@ -58,8 +56,8 @@ class MeanShiftKalman(SharingTracker):
     Parameters = MeanShiftKalmanParameters
 
     def init_shared(self, frame: SharedFrame, box: Box, mask: Mask | None = None) -> None:
-        """See `Tracker.init`, and `Target` for what is refused."""
-        self._target = Target("mean-shift-kalman", self.parameters, frame, box)
+        """See `Tracker.init`; errors are those of `TargetEllipse`."""
+        self._target = TargetEllipse("mean-shift-kalman", self.parameters, frame, box)
         half_axes = box[2:] / 2
         self._motion = ConstantVelocity(
             box[:2] + half_axes, half_axes, self.parameters.acceleration_noise
@@ -70,20 +68,22 @@ class MeanShiftKalman(SharingTracker):
         target, motion = self._target, self._motion
         motion.predict()
         height, width = frame.image.shape[:2]
-        found = target.locate(frame, *np.clip(motion.position, 0.0, [width, height]).tolist())
-        visible = found.coefficient > 0 and (found.coefficient >= self.parameters.least_coefficient)
+        location = target.locate(frame, *np.clip(motion.position, 0.0, [width, height]).tolist())
+        visible = location.coefficient > 0 and (
+            location.coefficient >= self.parameters.least_coefficient
+        )
         gains = np.zeros(2)
         if visible:
-            gains = motion.correct(np.array(found[:2]), self._deviations(frame, found))
-            target.take_size(found)
+            gains = motion.correct(np.array(location[:2]), self._deviations(frame, location))
+            target.adapt_size(location)
         return Estimate(
             target.box(*motion.position.tolist()),
             visible=visible,
-            confidence=found.coefficient,
-            details=target.details(found)
+            confidence=location.coefficient,
+            details=target.details(location)
             | {
-                "measured_x": found.x,
-                "measured_y": found.y,
+                "measured_x": location.x,
+                "measured_y": location.y,
                 "gain_x": float(gains[0]),
                 "gain_y": float(gains[1]),
             },
@@ -93,14 +93,14 @@ class MeanShiftKalman(SharingTracker):
         """See `Mapper.maps`."""
         return {"target's colours": self._target.map(image)}
 
-    def _deviations(self, frame: SharedFrame, found: Location) -> NDArray[np.float64]:
-        """How uncertain the place is along x and y, in pixels."""
-        left, right, above, below = self._target.coefficients_beside(frame, found).tolist()
-        peak = found.coefficient
+    def _deviations(self, frame: SharedFrame, location: Location) -> NDArray[np.float64]:
+        """Return the standard deviations (2,) of the measured position [pixels]."""
+        left, right, above, below = self._target.neighbour_coefficients(frame, location).tolist()
+        peak = location.coefficient
         return np.array(
             [
-                _deviation(left, peak, right, found.half_width),
-                _deviation(above, peak, below, found.half_height),
+                _deviation(left, peak, right, location.half_width),
+                _deviation(above, peak, below, location.half_height),
             ]
         )
 

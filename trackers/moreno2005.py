@@ -11,14 +11,19 @@ from trackmark.trackers.contours.chain import Association, Chain, Feedback, Hypo
 from trackmark.trackers.contours.colour_cue import (
     ColourCue,
     ColourDynamics,
+    MixtureEvaluator,
     MixtureScale,
-    Palettes,
     RefittedColours,
 )
 from trackmark.trackers.contours.contour_cue import ContourCue, KalmanContourCue
 from trackmark.trackers.contours.observation import Observation, with_colour_sets
-from trackmark.trackers.contours.plane_cue import PlaneCue, basis_of
-from trackmark.trackers.contours.segmenter import LITERAL, Segmenter, SegmenterParameters, Start
+from trackmark.trackers.contours.plane_cue import PlaneCue, plane_basis
+from trackmark.trackers.contours.segmenter import (
+    LITERAL_PARAMETERS,
+    ChainStart,
+    Segmenter,
+    SegmenterParameters,
+)
 
 __all__ = ["Moreno2005"]
 
@@ -29,7 +34,9 @@ ESTIMATED_SPREADS: Mapping[str, float] = {
     "eigenvalue_spread": 0.05669,
     "angle_spread": 0.04717,
 }
-"""Deviations of planes and colours, estimated on the same sequences as those of `LITERAL`.
+"""Standard deviations of planes and colours.
+
+They were estimated on the same sequences as those of `LITERAL_PARAMETERS`.
 
 `plane_spread` is `sqrt(mean(|n - n'|²) / 4)` for the unit normals `n` and `n'` of the Fisher planes
 of consecutive frames: `H` and `p` have the same deviation, and a normal turns about two axes.
@@ -89,45 +96,39 @@ class Moreno2005Parameters(SegmenterParameters):
 class Moreno2005(Segmenter):
     """Fusion of conditionally dependent cues: plane, colours, contour.
 
-    Three particle filters in a chain, and a snake after it. The first is of the plane in colour
-    space on which the target differs most from what is around it (its normal is the state); the
-    second of two mixtures of Gaussians on that plane, the target's colours and the
-    background's; the third of the contour, a polygon that moves affinely. A hypothesis of a cue
-    is weighed together with one of the cue before, drawn by the weights which that one has just
-    got in this frame. All weights are how much higher a posterior is inside a region than
-    outside: a window around the last contour for the first two, the contour for the third
-    (sections 5.2 to 5.4). The mean contour starts a snake, on the edges that the posterior of the
-    best colours shows too.
+    A chain of three particle filters, followed by a snake. The first state is the normal of the
+    colour plane on which target and surroundings differ most. The second is a pair of Gaussian
+    mixtures on that plane: colours of target and background. The third is the contour, a polygon
+    with affine motion. Each hypothesis is weighed together with one of the previous cue, drawn by
+    its weights in this frame. Scores are the mean posterior inside a region minus that outside: a
+    window around the last contour for the first two cues, the contour for the third (sections 5.2
+    to 5.4). The snake starts at the mean contour, on edges of both image and best posterior.
 
-    `as-written` is the nearest usable to the text: weights are the differences themselves, each
-    cue keeps the weights that it gave itself, a contour is compared with the whole image, every
-    number of a mixture goes on by itself (the text's full random matrix would add angles to
-    eigenvalues), no floor of density, and deviations that were estimated on two sequences of the
-    ellipse, which no experiment uses (`ESTIMATED_SPREADS`). The paper names no numbers of samples;
-    they are ours in both presets.
+    `as-written` is the closest usable version of the text. Weights are the scores, and each cue
+    keeps its own weights. A contour is compared with the whole image. Noise is independent for
+    every number of a mixture (the text's full random matrix would add angles to eigenvalues).
+    There is no density floor. Standard deviations were estimated on two sequences of the ellipse
+    that no experiment uses (`ESTIMATED_SPREADS`). The paper states no numbers of samples; they are
+    our choice in all presets.
 
-    `recommended` departs from the text in five places, post hoc: exponential weights, weights of
-    the complete density (`feedback=joint`, a correction: what the contour saw says something of
-    the colours too), a contour compared with what is near, a gain that all centroids share and
-    that sometimes jumps, and a floor of density. Of them the shared gain is a prior that fits
-    changes of light which are gains; results under such light say as much of it as of dependence.
+    `recommended` differs from the text in five points, post hoc: exponential weights; weights of
+    the complete density (`feedback=joint`, a correction: the contour also informs about colours);
+    a contour compared with its surroundings; a gain shared by all centroids, with jumps; and a
+    density floor. The shared gain is a prior that fits changes of light by gains. So results under
+    such light depend on this prior as much as on the dependence of cues.
 
-    The snake's weights are of derivatives along the contour (post hoc). As written they are of
-    differences between neighbouring points, as chosen for small ellipses: a large contour shrinks
-    and gets round. Both draw a contour in by some hundredths of its area;
-    `snake_stiffness=of-change` does not. `robust` is what `recommended` has become, and stays for
-    what was stored of it.
+    The snake's weights refer to derivatives along the contour (post hoc). As written, they refer to
+    differences of neighbouring points, chosen for small ellipses: large contours shrink and become
+    round. Both shrink a contour by a few per cent of its area; `snake_stiffness=of-change` does
+    not. `robust` now equals `recommended`; it is kept for stored results.
 
-    A mask in several parts is taken as the largest of them, its holes filled: a contour has no
-    others.
+    Of a mask in several parts, the largest is used, with holes filled, because a contour has
+    neither. There is no detection of loss and no re-detection: `confidence` is the best contour's
+    score, not calibrated.
 
-    There is no detection of loss, and none again after it: `confidence` is the best contour's
-    difference of mean posteriors, not calibrated.
-
-    Details: `score` (that difference, in [-1, 1]), `snake` (whether the snake was taken),
-    `effective_planes`, `effective_colours`, `effective_contours` (1 / Σ w² as a share of all, in
-    (0, 1]). Arrays: `contour` and `mean_contour` (points, 2) in pixels, `posterior` (height,
-    width).
+    Details: `score` (best contour's score in [-1, 1]), `snake` (1 if the snake was accepted),
+    `effective_planes`, `effective_colours`, `effective_contours` (1 / (n Σ w²), in (0, 1]). Arrays:
+    `contour` and `mean_contour` (points, 2) [pixels], `posterior` (height, width).
     """
 
     name = "moreno2005"
@@ -137,7 +138,7 @@ class Moreno2005(Segmenter):
     )
     presets = {
         "as-written": {
-            **LITERAL,
+            **LITERAL_PARAMETERS,
             "feedback": "marginal",
             "colour_dynamics": "diagonal",
             **ESTIMATED_SPREADS,
@@ -147,7 +148,7 @@ class Moreno2005(Segmenter):
     }
     Parameters = Moreno2005Parameters
 
-    def chain_from(self, start: Start) -> Chain[Observation]:
+    def chain_from(self, start: ChainStart) -> Chain[Observation]:
         """See `Segmenter.chain_from`."""
         settings: Moreno2005Parameters = self.parameters
         self.planes = PlaneCue(
@@ -158,7 +159,7 @@ class Moreno2005(Segmenter):
             settings.plane_temperature,
             settings.colour_floor,
         )
-        palettes = Palettes(
+        palettes = MixtureEvaluator(
             settings.object_components,
             settings.weights,
             settings.colour_temperature,
@@ -172,8 +173,8 @@ class Moreno2005(Segmenter):
         contours = self.contour_cue(start, kind)
         return Chain([self.planes, colours, contours], settings.association, settings.feedback)
 
-    def prepared(self, observation: Observation, image: Image) -> Observation:
-        """See `Segmenter.prepared`: planes want colours drawn in the window and outside."""
+    def prepare_observation(self, observation: Observation, image: Image) -> Observation:
+        """Add colour samples for the plane cue; see `Segmenter.prepare_observation`."""
         settings: Moreno2005Parameters = self.parameters
         return with_colour_sets(
             observation,
@@ -183,12 +184,12 @@ class Moreno2005(Segmenter):
             self.generator,
         )
 
-    def learn(self, image: Image, inside: Mask, found: Sequence[Hypotheses]) -> None:
+    def learn(self, image: Image, inside: Mask, hypotheses: Sequence[Hypotheses]) -> None:
         """See `Segmenter.learn`: fitted mixtures lie on the plane of the best hypothesis."""
         if self.parameters.colour_model == "particles":
             return
         sets = self.colour_sets(image, inside)
         if sets is not None:
-            best = found[0].states[found[0].weights.argmax()]
-            basis = basis_of(best[np.newaxis], self.planes.basis)[0]
+            best = hypotheses[0].states[hypotheses[0].weights.argmax()]
+            basis = plane_basis(best[np.newaxis], self.planes.basis)[0]
             self.refitted.learn(*sets, basis, moved=True)

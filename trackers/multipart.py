@@ -15,15 +15,20 @@ from trackmark.trackers.base.parameters import (
     positive,
     whole,
 )
-from trackmark.trackers.base.particles import SCHEMES, effective_number, mean_state, normalised
+from trackmark.trackers.base.particles import (
+    SCHEMES,
+    effective_sample_size,
+    mean_state,
+    normalise_log_weights,
+)
 from trackmark.trackers.base.sharing import SharedFrame, SharingTracker
 from trackmark.trackers.histograms.bins import N_BINS, Binning, LuvBins, UvRange
-from trackmark.trackers.histograms.counting import region_counts
+from trackmark.trackers.histograms.counting import count_regions
 from trackmark.trackers.histograms.rectangles import Regions, bhattacharyya_distances, pixel_regions
 
 __all__ = ["Multipart"]
 
-LEAST_SHARE, LEAST_PIXELS = 0.25, 16  # of a rectangle inside the image, for it to weigh anything
+MIN_SHARE, MIN_PIXELS = 0.25, 16  # of a rectangle inside the image, for a weight above 0
 LARGEST_CHANGE = 25.0  # of the area, either way, since the first frame
 
 
@@ -76,34 +81,32 @@ class MultipartParameters(Parameters):
 class Multipart(SharingTracker):
     """Particle filter on colour histograms of a rectangle or of its two halves.
 
-    The state is the rectangle's centre and area; its aspect is the first box's. Histograms
-    have 10 bins of L* and 10 x 10 of u* and v*, without a kernel. In each frame particles
-    take a step of uniform noise (equations 5 and 6: ± width/a for x and for y, ± area/b),
-    weigh exp(-d²/2σ²) by their Bhattacharyya distance d to the first frame's histogram
-    (equations 1, 2 and 8), give the estimate as their mean (equation 4) and are resampled.
-    `adaptive` compares the first rectangle's upper and lower half: if their distance is above
-    the threshold (equation 7; the paper calls it a coefficient, and means the distance of
-    equation 1) it is `multi` from then on, else `single`, to the bit.
+    The state is the rectangle's centre and area; its aspect is that of the init box. Histograms
+    have 10 bins of L* and 10 x 10 of u* and v*, without a kernel. In each frame, particles move by
+    uniform noise (equations 5 and 6: ± width/a in x and y, ± area/b). Their weight is exp(-d²/2σ²),
+    where d is the Bhattacharyya distance to the first frame's histogram (equations 1, 2 and 8). The
+    estimate is the weighted mean (equation 4); then particles are resampled. `adaptive` compares
+    the first rectangle's upper and lower half. If their distance exceeds the threshold, it equals
+    `multi`, otherwise `single`. (Equation 7 calls the distance of equation 1 a coefficient.)
 
-    Of a paper whose first page is missing, these are choices: how L* and u*v* share the
-    histogram (half each), what range the bins divide, and that the state's "scale" is an
-    area, for which equation 6 has the right unit. The text calls σ a variance and prints it as
-    a deviation. A rectangle of which less than a quarter or fewer than 16 pixels are inside
-    the image weighs nothing; areas stay within a factor 25 of the first.
+    The paper's first page is missing. So these are choices: L* and u*v* contribute half of the
+    histogram each, the range of the bins, and the state's "scale" as an area, which has the unit of
+    equation 6. The text calls σ a variance, but prints it as a standard deviation. The weight of a
+    rectangle is 0 if less than a quarter, or fewer than 16 pixels, are inside the image. Areas stay
+    within a factor of 25 of the first.
 
-    With `dynamics=first-order` the centre keeps its velocity, and the same noise changes the
-    velocity in place of the position: as much noise enters a frame, so that the spread
-    around the prediction is the random walk's. The area remains a random walk.
+    With `dynamics=first-order`, the centre has a velocity and the noise is added to it instead of
+    the position. The spread around the prediction equals that of the random walk. The area remains
+    a random walk.
 
-    The preset `robust` is for recorded video: chosen one parameter after the other on synthetic
-    scenes and the samples, none of them a scene that a table shows.
+    The preset `robust` is for recorded video. Its values were selected one after the other on
+    synthetic scenes and the samples, none of which a table shows.
 
-    The box is the mean state, not rounded. Details: `part_distance` (of the first
-    rectangle's halves), `effective_particles` (1/Σπ²), `distance` (mean of d over the
-    weights) and `area_ratio` (to the first frame). `confidence` is the likelihood of
-    `distance`, in [0, 1]. Without a particle that weighs anything all weigh the same, and the
-    target counts as not visible. Arrays: `particles` (N, 3) as x, y, area before resampling,
-    in pixels and square pixels, and their `weights` (N,).
+    The box is the mean state, not rounded. Details: `part_distance` (of the first rectangle's
+    halves), `effective_particles` (1/Σπ²), `distance` (weighted mean of d) and `area_ratio` (to the
+    first frame). `confidence` is the likelihood of `distance`, in [0, 1]. If all weights are 0, the
+    target is not visible and particles get equal weights. Arrays: `particles` (N, 3) before
+    resampling: x, y [pixels], area [square pixels]; `weights` (N,).
     """
 
     paper = (
@@ -140,10 +143,10 @@ class Multipart(SharingTracker):
         if not halves.pixels.all():
             raise TrackerError(
                 f"multipart: of the box {np.round(box, 1).tolist()} too little lies in the image: "
-                f"a quarter, {LEAST_PIXELS} pixels and two rows are needed; give another box."
+                f"a quarter, {MIN_PIXELS} pixels and two rows are needed; give another box."
             )
         every = np.arange(N_BINS)
-        counts = region_counts(frame, halves, self._colours, every)[:, 0]
+        counts = count_regions(frame, halves, self._colours, every)[:, 0]
         totals = halves.pixels[:, 0] * self._colours.votes_a_pixel
         self._part_distance = float(
             bhattacharyya_distances(counts[:1], totals[:1], counts[1], totals[1])[0]
@@ -153,7 +156,7 @@ class Multipart(SharingTracker):
         )
         if self._n_parts == 1:
             counts, totals = counts.sum(axis=0, keepdims=True), totals.sum(keepdims=True)
-        # Bins without a count in the reference add nothing to a coefficient.
+        # Empty bins of the reference contribute 0 to a coefficient.
         self._bins = np.flatnonzero(counts.any(axis=0))
         self._reference = np.ascontiguousarray(counts[:, self._bins].astype(np.int32))
         self._reference_totals = totals.tolist()
@@ -165,7 +168,7 @@ class Multipart(SharingTracker):
         self._propagate()
         distances, pixels = self._distances(frame)
         log_weights = np.where(pixels > 0, self._log_likelihood(distances), -inf)
-        weights = normalised(log_weights)
+        weights = normalise_log_weights(log_weights)
         self._mean = mean_state(weights, self._states)
         distance = min(float(weights @ distances), 1.0)
         estimate = Estimate(
@@ -174,7 +177,7 @@ class Multipart(SharingTracker):
             confidence=float(np.exp(self._log_likelihood(distance))),
             details={
                 "part_distance": self._part_distance,
-                "effective_particles": effective_number(weights),
+                "effective_particles": effective_sample_size(weights),
                 "distance": distance,
                 "area_ratio": float(self._mean[2] / self._first_area),
             },
@@ -187,7 +190,7 @@ class Multipart(SharingTracker):
         return estimate
 
     def _propagate(self) -> None:
-        """Move the particles; noise enters the places or the velocities (equations 5 and 6)."""
+        """Move the particles; noise is added to positions or velocities (equations 5 and 6)."""
         settings = self.parameters
         if settings.noise == "fixed":
             area: Any = self._first_area
@@ -208,9 +211,9 @@ class Multipart(SharingTracker):
         np.clip(self._states[:, 2], least, most, out=self._states[:, 2])
 
     def _distances(self, frame: SharedFrame) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-        """Distance of each particle to the reference, and its pixels, 0 if too few are inside."""
+        """Return each particle's distance and number of pixels (0 if it is mostly outside)."""
         regions = self._regions(frame, self._states, self._n_parts)
-        counts = region_counts(frame, regions, self._colours, self._bins)
+        counts = count_regions(frame, regions, self._colours, self._bins)
         total = np.zeros(len(self._states))
         for part, reference in enumerate(self._reference):
             total += bhattacharyya_distances(
@@ -222,16 +225,14 @@ class Multipart(SharingTracker):
         return total / self._n_parts, regions.pixels.sum(axis=0)
 
     def _log_likelihood(self, distance: Any) -> Any:
-        """Logarithm of equation 8 without its prefix, which all particles share."""
+        """Return the logarithm of equation 8 without its constant factor."""
         sigma = self.parameters.sigma
         variance = sigma if self.parameters.sigma_meaning == "variance" else sigma**2
         return -(distance**2) / (2 * variance)
 
     def _regions(self, frame: SharedFrame, states: NDArray[np.float64], n_parts: int) -> Regions:
         height, width = frame.image.shape[:2]
-        return pixel_regions(
-            states, self._aspect, n_parts, width, height, LEAST_SHARE, LEAST_PIXELS
-        )
+        return pixel_regions(states, self._aspect, n_parts, width, height, MIN_SHARE, MIN_PIXELS)
 
     def _box(self) -> Box:
         x, y, area = self._mean.tolist()

@@ -9,7 +9,7 @@ from pydantic import Field
 
 from trackmark.trackers.base.arrays import Array
 from trackmark.trackers.base.interface import Box, Estimate, Image, Mask
-from trackmark.trackers.base.kalman import Smoother
+from trackmark.trackers.base.kalman import ScalarSmoother
 from trackmark.trackers.base.parameters import (
     Parameters,
     TrackerError,
@@ -21,29 +21,37 @@ from trackmark.trackers.base.parameters import (
 from trackmark.trackers.base.sharing import SharedFrame, SharingTracker
 from trackmark.trackers.templates.appearance import (
     FLOORS,
-    Appearance,
     Features,
-    Noise,
-    Seen,
-    dimension,
-    features_of,
+    NoiseModel,
+    TemplateComparison,
+    TemplateFilter,
+    compute_features,
+    n_features,
 )
-from trackmark.trackers.templates.matching import Match, Pose, Ties, Window, reach, sampled, search
+from trackmark.trackers.templates.matching import (
+    FeatureWindow,
+    Match,
+    Pose,
+    Ties,
+    find_pose,
+    sample_template,
+    search_bounds,
+)
 from trackmark.trackers.templates.occlusion import (
     FIRST_CANDIDATE,
-    Candidate,
-    Diary,
+    EndCandidate,
     Occlusion,
-    visited,
+    OcclusionLog,
+    candidate_offsets,
 )
 
 __all__ = ["Nguyen2002"]
 
 
-SMALLEST_SIDE = 4  # pixels of a template: the coarsest search looks at every fourth
-WIDEST_SEARCH = 64  # pixels either way, where a target is looked for after an occlusion
-PLACE_NOISE, SCALE_NOISE = (0.5, 0.5, 2.0), (0.002, 0.01, 0.01)
-"""Of the smoother: deviations of acceleration, of a measurement, of the velocity at the start."""
+MIN_SIDE = 4  # of a template [pixels]: the coarsest level reads every fourth pixel
+MAX_SEARCH_RANGE = 64  # after an occlusion [pixels]
+POSITION_NOISE, SCALE_NOISE = (0.5, 0.5, 2.0), (0.002, 0.01, 0.01)
+"""Standard deviations of the smoother: acceleration, measurement, initial velocity."""
 
 
 class Nguyen2002Parameters(Parameters):
@@ -125,53 +133,52 @@ class Nguyen2002Parameters(Parameters):
 class Nguyen2002(SharingTracker):
     """A template of per-pixel robust adaptive Kalman filters.
 
-    Each pixel of the first box holds d features, which a Kalman filter of its own smooths; all
-    share their covariances. In each frame the template goes, by translation and scale, to where the
-    sum of Huber's function of the residuals' Mahalanobis distances is least (equations 1 to 4), by
-    a search from coarse to fine around where a filter of constant velocity expects it. A pixel
-    whose residual is beyond the δ quantile of χ² is an outlier: its filter stands still, and after
-    n_omax such frames it is taken as it is (equation 11). The covariance of the others' residuals,
-    averaged over K frames, says how far residuals may go and how much the template's noise
-    must be for them (equations 12 to 15).
+    Each pixel of the init box has d features, smoothed by a Kalman filter; all pixels share the
+    covariances. In each frame, the template moves to the translation and scale of minimum cost: the
+    sum of Huber's function of the residuals' Mahalanobis distances (equations 1 to 4). The search
+    goes from coarse to fine, around the prediction of a constant-velocity filter. A pixel whose
+    residual exceeds the δ quantile of χ² is an outlier. Its filter is not updated; after n_omax
+    such frames the pixel takes its new value (equation 11). The covariance of the inliers'
+    residuals, averaged over K frames, sets the outlier limit and the noise of the template
+    (equations 12 to 15).
 
-    More than γ outliers are a severe occlusion. Then nothing is updated. The frozen template is
-    matched with frames 5, 7, 11, 19, 35 and so on after the beginning, up to L; that of least
-    cost is the end, however large its cost is, where the template is taken anew. So the end is
-    known only L frames after the beginning. Until then boxes are extrapolated and the target is
-    not visible; then `Estimate.revised` gives the frames since the beginning: interpolated up
-    to the end, matched after it. A sequence that ends before is revised when it is over
-    (`finish`). `end=first` takes the first candidate with few outliers, without looking ahead.
+    More than γ outliers are a severe occlusion, during which nothing is updated. The frozen
+    template is matched with frames 5, 7, 11, 19, 35 and so on after the beginning, up to L. The
+    frame of minimum cost, however large, is the end; there the template is replaced. So the end is
+    only known L frames after the beginning. Until then, boxes are extrapolated and the target is
+    not visible. Then `Estimate.revised` returns the boxes since the beginning: interpolated up to
+    the end, matched after it. If the sequence ends earlier, `finish` returns them. `end=first`
+    takes the first candidate with few outliers, without waiting for later frames.
 
-    `as-written` is the text, where it has gaps with decisions: K = 10, L = 35 (the last number
-    printed), the range and the steps of the search, the smoother's noise, and the covariance of
-    the very first match (`first_spread`). "Exceeds" n_omax is taken literally. R(1), from which
-    all noise follows (equation 15), is the covariance of all pixels: before there is an R there
-    are no outliers (`first_covariance`).
-    `recommended` trims it to inliers, goes on in fractions of a pixel, keeps the scale where others
-    fit as well (`ties`; on clips made for tests the smallest of them shrank the template in time),
-    and corrects covariances for the search's step (`misregistration`) and the gate (`consistency`).
-    `robust` (RGB, γ = 0.4, `end=first`) is post hoc. Ratios are guarded against
-    division by zero: a largest value of 0 counts as one grey level. Covariances are kept off
-    singularity by raising their least eigenvalues; nothing is added to the others. Scales stay
-    between 0.5 and 2.
+    `as-written` follows the text, with decisions for its gaps: K = 10, L = 35 (the last number
+    printed), range and steps of the search, the smoother's noise, and the covariance of the first
+    match (`first_spread`). "Exceeds" n_omax is interpreted literally. R(1), which determines all
+    noise (equation 15), is the covariance of all pixels, because outliers need an R
+    (`first_covariance`).
 
-    In whole pixels (`as-written`) an even side has its centre between two, and the search puts it
-    on one of them: pixels are taken half a pixel to the right of or below the box that is said.
-    Views that a template begins with are interpolated at its pose, also after an occlusion.
+    `recommended` restricts R(1) to inliers and searches in fractions of a pixel. Of equal costs it
+    keeps the scale (`ties`; with the smallest, the template shrank over time on test clips). It
+    corrects covariances for the search step (`misregistration`) and the gate (`consistency`).
+    `robust` (RGB, γ = 0.4, `end=first`) is post hoc. In ratios, a maximum of 0 counts as one grey
+    level. Minimum eigenvalues keep covariances from being singular. Scales stay between 0.5 and 2.
 
-    Places are not bounded: outside the image its rim continues, so that a template may run off it,
-    fit a constant rim of its own and be called visible without outliers. Ratios are blind to grey
-    targets and grey video, where all are equal: `features=intensity` is to be used. With skipped
-    candidates `longest_occlusion` counts only up to the last of 5, 7, 11, 19, 35, 67 and so on that
-    it reaches. An occlusion that begins fewer than 5 frames before the sequence's end stays open.
+    In whole pixels (`as-written`), the centre of an even side lies between two pixels, and the
+    search puts it on one of them. Pixels are then read half a pixel to the right of or below the
+    reported box. The first view of a template is interpolated at its pose, also after an occlusion.
 
-    Details: `outliers` (share, of the last frame that was compared), `occluded` (0 or 1),
-    `state_noise`, `measurement_noise` and `residual` (traces of C_w, C_f and R̄, in squared
-    units of the features; of a view that is the first, nothing is known but R̄, and the others are
-    0), `cost` (of the last match), `revision` (frames revised now); frames in which occlusions
-    began and ended, in order and one of each a frame (`beginning`, `end`; NaN for none: several
-    may be found at once), how many have ended so far (`ended`), and where an open one would end
-    by now (`candidate`; NaN for none).
+    Limits: positions are not bounded and the image's border pixels continue outside. So a template
+    can leave the image, match a constant border and count as visible without outliers. Ratios are
+    constant on grey targets and grey video: use `features=intensity`. With skipped candidates,
+    `longest_occlusion` takes effect at 5, 7, 11, 19, 35, 67 and so on only. An occlusion that
+    begins fewer than 5 frames before the end of the sequence stays open.
+
+    Details: `outliers` is the share in the last compared frame, `occluded` 0 or 1, `cost` that of
+    the last match, and `revision` the number of frames revised now. `state_noise`,
+    `measurement_noise` and `residual` are traces of C_w, C_f and R̄, in squared units of the
+    features; after a first view, only R̄ is known and the others are 0. `beginning` and `end` are
+    frames in which occlusions began and ended, one of each per frame (NaN for none), because
+    several can become known at once. `ended` is the number of ends so far; `candidate` is the
+    frame in which an open occlusion would end (NaN for none).
     """
 
     paper = (
@@ -193,35 +200,35 @@ class Nguyen2002(SharingTracker):
     _watched = 0
 
     def watch(self, image: Image) -> None:
-        """Count a frame before the target is there: `Estimate.revised` counts it, too."""
+        """Count a frame before the target is present: `Estimate.revised` includes it."""
         self._watched += 1
 
     def init_shared(self, frame: SharedFrame, box: Box, mask: Mask | None = None) -> None:
         """See `Tracker.init`.
 
-        Raises TrackerError where the box is smaller than 4 pixels either way, or its centre outside
-        the image.
+        Raises TrackerError if a side of the box is below 4 pixels, or its centre is outside the
+        image.
         """
         settings = self.parameters
         self._width, self._height = (max(1, floor(side + 0.5)) for side in box[2:])
         rows, columns = frame.image.shape[:2]
         x, y = float(box[0] + box[2] / 2 - 0.5), float(box[1] + box[3] / 2 - 0.5)
         inside = -0.5 < x < columns - 0.5 and -0.5 < y < rows - 0.5
-        if min(self._width, self._height) < SMALLEST_SIDE or not inside:
+        if min(self._width, self._height) < MIN_SIDE or not inside:
             raise TrackerError(
-                f"nguyen2002: a template has {SMALLEST_SIDE} pixels or more either way and its "
+                f"nguyen2002: a template has {MIN_SIDE} pixels or more either way and its "
                 f"centre in the image; the box {np.round(box, 1).tolist()} is none."
             )
         self._size = np.array([box[2], box[3]])
         self._shape = rows, columns
-        self._noise = self._noise_of(dimension(settings.features))
+        self._noise = self._noise_model(n_features(settings.features))
         self._pose = Pose(x, y, 1.0)
-        self._appearance = Appearance(self._noise, self._view(frame.image, self._pose))
+        self._filter = TemplateFilter(self._noise, self._view(frame.image, self._pose))
         self._restart(self._pose, (0.0, 0.0, 0.0))
         self._frame, self._watched = self._watched, 0
         self._occlusion: Occlusion | None = None
-        self._diary = Diary()
-        self._share, self._cost = 0.0, 0.0
+        self._occlusion_log = OcclusionLog()
+        self._outlier_share, self._cost = 0.0, 0.0
 
     def update_shared(self, frame: SharedFrame) -> Estimate:
         """See `Tracker.update`; raises TrackerError for a frame of another size than the first."""
@@ -235,34 +242,34 @@ class Nguyen2002(SharingTracker):
         revised: dict[int, Box] = {}
         pose = self._advance(frame.image, self._frame, revised)
         revised.pop(self._frame, None)
-        if self._occlusion is not None:  # the caller may write the next frame over this one
+        if self._occlusion is not None:  # the caller may reuse the image's memory
             self._occlusion.images[-1] = frame.image.copy()
-        appearance = self._appearance
+        template_filter = self._filter
         return Estimate(
             self._box(pose),
             visible=self._occlusion is None,
             details={
-                "outliers": self._share,
+                "outliers": self._outlier_share,
                 "occluded": float(self._occlusion is not None),
-                "state_noise": float(np.trace(appearance.state)),
-                "measurement_noise": float(np.trace(appearance.measurement)),
-                "residual": float(np.trace(appearance.residual)),
+                "state_noise": float(np.trace(template_filter.state)),
+                "measurement_noise": float(np.trace(template_filter.measurement)),
+                "residual": float(np.trace(template_filter.residual)),
                 "cost": self._cost,
                 "revision": float(len(revised)),
-                **self._diary.told(),
-                "candidate": float(self._occlusion.ends_by_now) if self._occlusion else nan,
+                **self._occlusion_log.next_events(),
+                "candidate": float(self._occlusion.current_end) if self._occlusion else nan,
             },
             revised=revised or None,
         )
 
     def finish(self) -> Mapping[int, Box]:
-        """Boxes of an occlusion that the sequence's end cut short; see `trackers.Finisher`."""
+        """Return boxes of an occlusion that was open at the end; see `Finisher.finish`."""
         revised: dict[int, Box] = {}
         while self._occlusion is not None and self._occlusion.candidates:
             self._resolve(self._occlusion, revised)
         return revised
 
-    def _noise_of(self, d: int) -> Noise:
+    def _noise_model(self, d: int) -> NoiseModel:
         from scipy.special import chdtr, chdtri
 
         settings = self.parameters
@@ -270,10 +277,10 @@ class Nguyen2002(SharingTracker):
         factor = 1.0
         if settings.consistency and settings.gate:
             factor = settings.delta / float(chdtr(d + 2, limit))
-        most = round(settings.gamma / settings.minimal_speed, 9)  # 0.3 / 0.05 is less than 6
+        most = round(settings.gamma / settings.minimal_speed, 9)  # in floating point 0.3 / 0.05 < 6
         patience = floor(most) + 1 if settings.outlier_rule == "exceeds" else ceil(most)
         finest_step = 0.25 if settings.subpixel else 1.0
-        return Noise(
+        return NoiseModel(
             limit=limit,
             floor=FLOORS[settings.features],
             factor=factor,
@@ -288,27 +295,27 @@ class Nguyen2002(SharingTracker):
         )
 
     def _advance(self, image: Image, frame: int, revised: dict[int, Box]) -> Pose:
-        """See the next frame, or see it again after an occlusion has ended before it."""
+        """Process a frame; also used to process frames again after the end of an occlusion."""
         if self._occlusion is not None:
             return self._look_through(self._occlusion, image, frame, revised)
         around = Pose(*(smoother.predicted() for smoother in self._smoothers))
         match, features = self._match(image, around, self.parameters.search_range)
-        first = not self._appearance.started
+        first = not self._filter.noise_known
         if first:
-            self._appearance.start(features)
-        seen = self._appearance.seen(features)
-        self._share, self._cost = seen.share, match.cost
-        if seen.share > self.parameters.gamma:
+            self._filter.start(features)
+        comparison = self._filter.compare(features)
+        self._outlier_share, self._cost = comparison.share, match.cost
+        if comparison.share > self.parameters.gamma:
             x, y, _ = self._smoothers
             self._occlusion = Occlusion(frame, self._pose, (x.velocity, y.velocity))
-            self._diary.begins(frame)
+            self._occlusion_log.record_beginning(frame)
             return self._look_through(self._occlusion, image, frame, revised)
-        self._take(match.pose, seen, first=first)
+        self._take(match.pose, comparison, first=first)
         return self._pose
 
-    def _take(self, pose: Pose, seen: Seen, *, first: bool) -> None:
-        """Update template and place by what was seen of the target."""
-        self._appearance.update(seen, first=first)
+    def _take(self, pose: Pose, comparison: TemplateComparison, *, first: bool) -> None:
+        """Update the template and the pose."""
+        self._filter.update(comparison, first=first)
         for smoother, value in zip(self._smoothers, pose, strict=True):
             smoother.measure(value)
         self._pose = pose
@@ -318,33 +325,33 @@ class Nguyen2002(SharingTracker):
     def _look_through(
         self, occlusion: Occlusion, image: Image, frame: int, revised: dict[int, Box]
     ) -> Pose:
-        """Remember a frame of an occlusion; at the last that counts, find where it ended."""
+        """Store a frame of an occlusion; at the last candidate, determine the end."""
         settings = self.parameters
         occlusion.images.append(image)
         offset = frame - occlusion.beginning
         if offset in self._offsets:
-            candidate = self._examined(occlusion, image, offset)
+            candidate = self._examine(occlusion, image, offset)
             occlusion.candidates.append(candidate)
             at_once = settings.end == "first" and candidate.share <= settings.accept
             if at_once:
                 occlusion.candidates = [candidate]
             if at_once or offset == self._offsets[-1]:
                 return self._resolve(occlusion, revised)
-        return occlusion.extrapolated(frame)
+        return occlusion.extrapolate(frame)
 
     @property
     def _offsets(self) -> list[int]:
-        return visited(self.parameters.longest_occlusion, self.parameters.candidates)
+        return candidate_offsets(self.parameters.longest_occlusion, self.parameters.candidates)
 
-    def _examined(self, occlusion: Occlusion, image: Image, offset: int) -> Candidate:
-        """Match the frozen template with a frame."""
-        around = occlusion.extrapolated(occlusion.beginning + offset)
-        search_range = min(self.parameters.search_range + 2 * offset, WIDEST_SEARCH)
+    def _examine(self, occlusion: Occlusion, image: Image, offset: int) -> EndCandidate:
+        """Return a frame as a candidate: the frozen template is matched with it."""
+        around = occlusion.extrapolate(occlusion.beginning + offset)
+        search_range = min(self.parameters.search_range + 2 * offset, MAX_SEARCH_RANGE)
         match, features = self._match(image, around, search_range)
-        return Candidate(offset, match, self._appearance.seen(features).share)
+        return EndCandidate(offset, match, self._filter.compare(features).share)
 
     def _resolve(self, occlusion: Occlusion, revised: dict[int, Box]) -> Pose:
-        """End an occlusion at its best candidate, and track on from there."""
+        """End an occlusion at its best candidate, and process the frames since then again."""
         end = occlusion.best
         pose = end.match.pose
         steps = end.offset + 1
@@ -352,37 +359,37 @@ class Nguyen2002(SharingTracker):
             way = [a + step / steps * (b - a) for a, b in zip(occlusion.last, pose, strict=True)]
             revised[occlusion.beginning + step - 1] = self._box(Pose(*way))
         ended = occlusion.beginning + end.offset
-        self._diary.ends(ended)
+        self._occlusion_log.record_end(ended)
         revised[ended] = self._box(pose)
         features = self._view(occlusion.images[end.offset], pose)
         if self.parameters.reinitialise == "bootstrap":
-            self._appearance = Appearance(self._noise, features)
+            self._filter = TemplateFilter(self._noise, features)
         else:
-            self._appearance.take_keeping_noise(features)
+            self._filter.reset_keeping_noise(features)
         velocity = [(b - a) / steps for a, b in zip(occlusion.last, pose, strict=True)]
         self._restart(pose, (velocity[0], velocity[1], velocity[2]))
         self._occlusion, self._pose = None, pose
-        self._share, self._cost = end.share, end.match.cost
+        self._outlier_share, self._cost = end.share, end.match.cost
         for frame, image in enumerate(occlusion.images[end.offset + 1 :], ended + 1):
             pose = self._advance(image, frame, revised)
             revised[frame] = self._box(pose)
         return pose
 
     def _restart(self, pose: Pose, velocity: tuple[float, float, float]) -> None:
-        noises = (PLACE_NOISE, PLACE_NOISE, SCALE_NOISE)
+        noises = (POSITION_NOISE, POSITION_NOISE, SCALE_NOISE)
         self._smoothers = [
-            Smoother(value, speed, *noise)
+            ScalarSmoother(value, speed, *noise)
             for value, speed, noise in zip(pose, velocity, noises, strict=True)
         ]
 
     def _match(self, image: Image, around: Pose, search_range: int) -> tuple[Match, Array]:
-        """Find the template in a frame (equation 4), and view it there."""
+        """Find the template in a frame (equation 4); return also the features at its pose."""
         settings = self.parameters
         window = self._window(image, around, search_range)
-        match = search(
+        match = find_pose(
             window,
-            self._appearance.template,
-            self._appearance.residual,
+            self._filter.template,
+            self._filter.residual,
             around,
             search_range,
             sqrt(self._noise.limit) if settings.norm == "huber" else inf,
@@ -390,20 +397,20 @@ class Nguyen2002(SharingTracker):
             settings.ties,
         )
         shape = self._height, self._width
-        return match, sampled(window, match.pose, *shape, settings.subpixel)
+        return match, sample_template(window, match.pose, *shape, settings.subpixel)
 
     def _view(self, image: Image, pose: Pose) -> Array:
-        """The first view of a template."""
-        return sampled(self._window(image, pose, 0), pose, self._height, self._width, True)
+        """Return the features of a new template, interpolated at its pose."""
+        return sample_template(self._window(image, pose, 0), pose, self._height, self._width, True)
 
-    def _window(self, image: Image, pose: Pose, search_range: int) -> Window:
+    def _window(self, image: Image, pose: Pose, search_range: int) -> FeatureWindow:
         rows, columns = self._shape
         shape = self._height, self._width
-        left, top, right, bottom = reach(pose, search_range, shape, rows, columns)
-        features = features_of(image[top:bottom, left:right], self.parameters.features)
-        return Window(features, left, top, rows, columns)
+        left, top, right, bottom = search_bounds(pose, search_range, shape, rows, columns)
+        features = compute_features(image[top:bottom, left:right], self.parameters.features)
+        return FeatureWindow(features, left, top, rows, columns)
 
     def _box(self, pose: Pose) -> Box:
-        """Box in our coordinates, where pixel centres are halves."""
+        """Return the box of a pose, in coordinates with pixel centres at 0.5, 1.5 and so on."""
         size = self._size * pose.scale
         return np.concatenate([np.array([pose.x + 0.5, pose.y + 0.5]) - size / 2, size])

@@ -17,27 +17,27 @@ from trackmark.trackers.base.parameters import (
     positive,
     whole,
 )
-from trackmark.trackers.base.particles import mean_state, multinomial, normalised
+from trackmark.trackers.base.particles import mean_state, multinomial, normalise_log_weights
 from trackmark.trackers.base.sharing import SharedFrame, SharingTracker
 from trackmark.trackers.histograms.bins import ColourSpace, JointBins
 from trackmark.trackers.histograms.ellipses import Kernel
 from trackmark.trackers.histograms.motion import (
     Axes,
     Dynamics,
-    Motion,
+    LocationMemory,
+    MotionModel,
     Placement,
     ScaleChange,
-    Whereabouts,
     box_around,
     ellipse_in,
 )
 from trackmark.trackers.histograms.target_model import (
     Background,
-    Ellipses,
+    EllipseHistograms,
+    Interpretation,
     Likelihood,
-    Reading,
     TargetModel,
-    spacing_of,
+    grid_spacing,
 )
 
 __all__ = ["Nummiaro2003"]
@@ -78,7 +78,7 @@ class Nummiaro2003Parameters(Parameters):
         0.003, "deviation of the scale change's noise [half widths/frame]"
     )
     model_update: bool = choice(True, "whether the target model follows the estimate")
-    update_reading: Reading = choice(
+    update_reading: Interpretation = choice(
         "coefficient",
         "what of the mean state must be above the update threshold: its likelihood "
         "as a Gaussian density, as printed, with its peak at 1, with σ for a variance in the "
@@ -115,34 +115,34 @@ class Nummiaro2003Parameters(Parameters):
 class Nummiaro2003(SharingTracker):
     """Adaptive particle filter on kernel-weighted colour histograms of ellipses.
 
-    The state is x, y, vx, vy, Hx, Hy, a'. In each frame N particles are selected by their
-    weights, propagated, and weighed by exp(-(1 - ρ) / 2σ²), ρ being the Bhattacharyya
-    coefficient of their histogram and the target model (equations 6 and 10); the estimate is
-    their mean (equation 1), not rounded. Where the likelihood of the mean state is above π_T
-    (equation 11), the model q becomes (1 - α) q + α p (equation 12), p being the mean state's
-    histogram. A particle looks like the target if its ρ exceeds μ + 2σ of the background
-    (equations 13 to 15). With more than b N such particles initialisation ends; with fewer for
-    some frames it begins again, particles being placed afresh in every frame.
+    The state is x, y, vx, vy, Hx, Hy, a'. In each frame, N particles are resampled and propagated.
+    Their weight is exp(-(1 - ρ) / 2σ²), where ρ is the Bhattacharyya coefficient of their histogram
+    and the target model (equations 6 and 10). The estimate is the weighted mean (equation 1), not
+    rounded. If the likelihood of the mean state exceeds π_T (equation 11), the model q becomes
+    (1 - α) q + α p (equation 12), where p is the mean state's histogram.
 
-    It starts by a box, by a known histogram (`init_by_histogram`), or by a detector
-    (`init_by_detector`). Frames before the target is there (`watch`; the last counts) say what the
-    background looks like; without them the first frame does, less the target's surroundings.
+    A particle is similar to the target if its ρ exceeds μ + 2σ of the background (equations 13 to
+    15). If more than b N particles are similar, initialisation ends. If fewer are similar for some
+    frames, initialisation starts again, and particles are placed independently in every frame.
 
-    The text leaves open σ, α, all noise, how long "a couple of frames" is, and where particles
-    wait; what π_T = 0.9 is compared with has several readings. `as-written` is the text with
-    decisions for these. Three of them are post hoc: the reading `density`, the noise of size and
-    scale, and that half of the particles wait where the target was (`last`). `recommended` goes
-    further: σ = 0.05, an update where ρ itself exceeds 0.9, and particles that wait where the
-    target would be by now. `robust` is for recorded video (docs/presets.md says how it was chosen).
-    Of an ellipse at least a quarter must be inside the image, else its ρ is 0; half axes are 3
-    pixels or more. The background is examined at some thousand places, not at all. Models of their
-    own count as one, their mean, for the threshold.
+    Initialise it by a box, by a histogram (`init_by_histogram`), or by a detector
+    (`init_by_detector`). The background is the last frame before the target appears (`watch`);
+    otherwise it is the first frame without the target's surroundings.
 
-    Details: `positive_appearances` (particles that look like the target), `mode` (1 tracks, 0
-    initialises), `half_width` and `half_height` (Hx and Hy of the estimate, pixels),
-    `coefficient` and `likelihood` of the mean state (in [0, 1]), `updated` (1 where the model
-    was) and `appearance_threshold` (μ + 2σ). While initialising the box is that of the last
-    estimate and the target is not visible. Arrays: `particles` (N, 7), `weights` (N,).
+    The text does not state σ, α, the noise, the length of "a couple of frames", and the positions
+    of particles during initialisation. π_T = 0.9 has several interpretations. `as-written` is the
+    text with decisions for these. Three are post hoc: the interpretation `density`, the noise of
+    size and scale, and half of the particles at the target's last position (`last`). `recommended`
+    has σ = 0.05, an update if ρ exceeds 0.9, and particles at the target's predicted position.
+    `robust` is for recorded video; docs/presets.md describes its selection. If less than a quarter
+    of an ellipse is inside the image, ρ is 0. Half axes are at least 3 pixels. The background is
+    sampled at about a thousand positions. For the threshold, models per particle are averaged.
+
+    Details: `positive_appearances` (number of similar particles), `mode` (1: tracking, 0:
+    initialisation), `half_width` and `half_height` (Hx and Hy of the estimate [pixels]),
+    `coefficient` and `likelihood` of the mean state (in [0, 1]), `updated` (share of models
+    updated) and `appearance_threshold` (μ + 2σ). During initialisation, the box is the last
+    estimate, not visible. Arrays: `particles` (N, 7), `weights` (N,).
     """
 
     paper = (
@@ -168,22 +168,22 @@ class Nummiaro2003(SharingTracker):
     def __init__(self, parameters: Nummiaro2003Parameters, seed: np.random.SeedSequence) -> None:
         super().__init__(parameters, seed)
         self._colours = JointBins(parameters.colour, parameters.bins)
-        self._ellipses = Ellipses(self._colours, parameters.kernel)
+        self._ellipses = EllipseHistograms(self._colours, parameters.kernel)
         self._likelihood = Likelihood(
             parameters.sigma, parameters.update_reading, parameters.update_threshold
         )
-        self._motion = Motion(**parameters.model_dump(include={*Motion.__annotations__}))
+        self._motion = MotionModel(**parameters.model_dump(include={*MotionModel.__annotations__}))
         self._watched: Image | None = None
         self._detector: Callable[[Image], Array] | None = None
 
     def watch(self, image: Image) -> None:
-        """See a frame in which the target is absent; the next initialisation uses the last."""
+        """Store a frame without the target; the next initialisation uses it as background."""
         self._watched = image.copy()
 
     def init_shared(self, frame: SharedFrame, box: Box, mask: Mask | None = None) -> None:
         """See `Tracker.init`.
 
-        Raises TrackerError where the box has no area, or less than a quarter of its ellipse is in
+        Raises TrackerError if the box has no area, or if less than a quarter of its ellipse is in
         the image.
         """
         watched, self._watched = self._watched, None
@@ -202,14 +202,24 @@ class Nummiaro2003(SharingTracker):
     def init_by_histogram(
         self, image: Image, histogram: Array, half_axes: Array, regions: Array | None = None
     ) -> None:
-        """Start without the target, in a frame (BGR): wait for something that has its histogram.
+        """Initialise by a histogram in a frame without the target, and wait until it enters.
 
-        The `histogram` (bins,) is what `histogram_of` gives, the half axes (2,) are Hx and Hy of
-        the target when it comes in [pixels]; `regions` (k, 4) are boxes in which its centre is
-        then: doors, borders; by default the left and the right border at half the image's height.
+        Parameters
+        ----------
+        image : ndarray of uint8, shape (height, width, 3)
+            Frame without the target, BGR.
+        histogram : ndarray of float64, shape (bins,)
+            Target model, for example from `histogram_of`.
+        half_axes : ndarray of float64, shape (2,)
+            Hx and Hy of the entering target [pixels].
+        regions : ndarray of float64, shape (k, 4), or None
+            Boxes for the centre of the entering target [pixels]; by default at the left and the
+            right border, at half the image's height.
 
-        Raises TrackerError for what is no histogram, for half axes that are no lengths, for regions
-        that are no boxes.
+        Raises
+        ------
+        TrackerError
+            For an invalid histogram, half axes or regions.
         """
         self._watched = None
         model, bins = np.array(histogram, float), self._colours.n_bins
@@ -227,20 +237,19 @@ class Nummiaro2003(SharingTracker):
         self._begin(frame, model, ellipse_in(whole), frame, tracking=False, regions=regions)
 
     def init_by_detector(self, image: Image, detector: Callable[[Image], Array]) -> None:
-        """Start at the first target that a detector finds, in this frame (BGR) or in a later one.
+        """Initialise by the first detection, in this frame or a later one.
 
-        The detector gives the boxes that it finds in an image, the best first, shape (k, 4)
-        [pixels]; none is fine. One that is mostly outside the image is passed over. Until there is
-        one, estimates are the whole image, not visible, without details. Ready detectors are in
-        `trackers.detection`.
+        `detector` maps a BGR image to boxes (k, 4) [pixels], best first; k may be 0. Boxes mostly
+        outside the image are ignored. Until a detection, estimates are the whole image, not
+        visible, without details. `trackers.detection` provides detectors.
         """
         self._detector = detector
         self._detect(image)
 
     def histogram_of(self, image: Image, box: Box) -> Array:
-        """Target model of the ellipse in a box, shape (bins,); it sums to 1.
+        """Return the histogram of the ellipse in a box, shape (bins,), of sum 1.
 
-        Raises TrackerError where less than a quarter of the ellipse is in the image.
+        Raises TrackerError if less than a quarter of the ellipse is in the image.
         """
         model = self._ellipses.histogram(SharedFrame(image), ellipse_in(np.asarray(box, float)))
         if model is not None:
@@ -255,13 +264,13 @@ class Nummiaro2003(SharingTracker):
         if self._tracking:
             self._select_and_propagate(frame)
         else:
-            self._place()
-        found = self._ellipses.counts(frame, self._particles, self._model.bins)
-        likeness = coefficients = self._model.coefficients(found)
+            self._place_particles()
+        ellipse_counts = self._ellipses.counts(frame, self._particles, self._model.bins)
+        similarities = coefficients = self._model.coefficients(ellipse_counts)
         if self.parameters.appearance == "first":
-            likeness = self._model.first_coefficients(found)
-        self._weights = normalised(self._likelihood.log(coefficients))
-        positive = int(np.count_nonzero(likeness > self._threshold))
+            similarities = self._model.first_coefficients(ellipse_counts)
+        self._weights = normalise_log_weights(self._likelihood.log(coefficients))
+        positive = int(np.count_nonzero(similarities > self._threshold))
         self._switch(positive)
         if self._tracking:
             self._mean = mean_state(self._weights, self._particles)
@@ -272,10 +281,12 @@ class Nummiaro2003(SharingTracker):
         likelihood = float(np.exp(self._likelihood.log(coefficient)))
         threshold, updated = self._threshold, 0.0
         if self._tracking:
-            self._remember(positive, coefficient)
+            self._record_location(positive, coefficient)
         if self._tracking and self.parameters.model_update:
             least = self._likelihood.least_coefficient
-            updated = self._model.update(histogram, coefficient, found, self._weights, least)
+            updated = self._model.update(
+                histogram, coefficient, ellipse_counts, self._weights, least
+            )
             if updated and self.parameters.appearance == "current":
                 self._threshold = self._background.threshold(self._model.current)
         return Estimate(
@@ -300,46 +311,46 @@ class Nummiaro2003(SharingTracker):
         frame: SharedFrame,
         model: Array,
         mean: Array,
-        empty: SharedFrame | None,
+        background_frame: SharedFrame | None,
         *,
         tracking: bool,
         regions: Array | None = None,
     ) -> None:
-        """Make the state afresh, all particles at one place; `empty` is without the target."""
+        """Initialise the state; `background_frame` does not contain the target."""
         settings = self.parameters
         self._generator = np.random.default_rng(self.seed)
         self._detector = None
         height, width = frame.image.shape[:2]
         self._image_size = width, height
-        self._frame, self._few, self._tracking = 0, 0, tracking
+        self._frame, self._n_few, self._tracking = 0, 0, tracking
         self._mean, self._aspect = mean, float(mean[5] / mean[4])
         self._particles = np.tile(mean, (settings.particles, 1))
         self._rates = np.zeros((settings.particles, 3))
-        self._weights = normalised(np.zeros(settings.particles))
+        self._weights = normalise_log_weights(np.zeros(settings.particles))
         apart = settings.models == "per-particle"
         self._model = TargetModel(model, settings.particles, apart, settings.alpha)
-        self._whereabouts = Whereabouts(mean[4:6], self._image_size, regions)
+        self._locations = LocationMemory(mean[4:6], self._image_size, regions)
         if tracking:
-            self._whereabouts.seen(mean[:2], mean[4:6])
-            self._whereabouts.certain(0, mean[:2])
+            self._locations.record_probable(mean[:2], mean[4:6])
+            self._locations.record_certain(0, mean[:2])
         self._background = Background(
-            empty or frame,
+            background_frame or frame,
             mean[4:6],
-            spacing_of(settings.background_positions, mean[4:6], self._image_size),
+            grid_spacing(settings.background_positions, mean[4:6], self._image_size),
             self._colours,
             settings.kernel,
-            mean[:2] if empty is None else None,
+            mean[:2] if background_frame is None else None,
         )
         self._threshold = self._background.threshold(model)
 
     def _detect(self, image: Image) -> Estimate:
-        """Ask the detector; what it finds begins the track, otherwise it is asked again."""
+        """Run the detector and start tracking at its first usable box, if any."""
         assert self._detector is not None
         height, width = image.shape[:2]
-        found = np.asarray(self._detector(image), float)
-        if found.size % 4:
-            raise TrackerError(f"nummiaro2003: the detector gave {found!r}, no boxes (k, 4).")
-        for box in found.reshape(-1, 4):
+        boxes = np.asarray(self._detector(image), float)
+        if boxes.size % 4:
+            raise TrackerError(f"nummiaro2003: the detector gave {boxes!r}, no boxes (k, 4).")
+        for box in boxes.reshape(-1, 4):
             ellipse = ellipse_in(box)
             if self._ellipses.histogram(SharedFrame(image), ellipse) is not None:
                 self.init(image, box)
@@ -347,7 +358,7 @@ class Nummiaro2003(SharingTracker):
         return Estimate(np.array([0.0, 0.0, width, height]), visible=False)
 
     def _select_and_propagate(self, frame: SharedFrame) -> None:
-        """Steps 1 and 2 of Fig. 1."""
+        """Resample and propagate the particles (steps 1 and 2 of Fig. 1)."""
         chosen = multinomial(self._weights, self._generator.random(len(self._weights)))
         self._model.select(chosen)
         self._particles, self._rates = self._motion.step(
@@ -359,28 +370,28 @@ class Nummiaro2003(SharingTracker):
             self._generator,
         )
 
-    def _place(self) -> None:
-        """Particles that wait for the target, afresh in every frame."""
+    def _place_particles(self) -> None:
+        """Place the particles for a frame of initialisation."""
         settings = self.parameters
-        self._particles = self._whereabouts.particles(
+        self._particles = self._locations.particles(
             settings.placement, settings.particles, self._frame, self._generator
         )
         self._rates[:] = 0.0
-        self._model.forget()
+        self._model.reset()
 
     def _switch(self, positive: int) -> None:
-        """Begin to track, or to look for the target anew (section 6)."""
+        """Switch between initialisation and tracking (section 6)."""
         needed = self.parameters.kick_off * self.parameters.particles
         if not self._tracking:
             self._tracking = positive > needed
         elif self.parameters.reinitialise:
-            self._few = self._few + 1 if positive < needed else 0
-            if self._few >= self.parameters.loss_frames:
-                self._tracking, self._few = False, 0
+            self._n_few = self._n_few + 1 if positive < needed else 0
+            if self._n_few >= self.parameters.loss_frames:
+                self._tracking, self._n_few = False, 0
 
-    def _remember(self, positive: int, coefficient: float) -> None:
-        """Note where the target is, for when it will be lost."""
+    def _record_location(self, positive: int, coefficient: float) -> None:
+        """Store the target's position, for the case that it is lost later."""
         if positive > self.parameters.particles / 2:
-            self._whereabouts.seen(self._mean[:2], self._mean[4:6])
+            self._locations.record_probable(self._mean[:2], self._mean[4:6])
         if coefficient > (1 + self._threshold) / 2:
-            self._whereabouts.certain(self._frame, self._mean[:2])
+            self._locations.record_certain(self._frame, self._mean[:2])

@@ -6,8 +6,8 @@ from trackmark.trackers.base.interface import Randomness
 from trackmark.trackers.base.opencv import (
     OpenCVParameters,
     OpenCVTracker,
-    factory,
-    with_read_parameters,
+    find_factory,
+    set_legacy_parameters,
 )
 from trackmark.trackers.base.parameters import fraction, positive, whole
 
@@ -17,8 +17,8 @@ __all__ = ["Boosting"]
 class BoostingParameters(OpenCVParameters):
     """Parameters of `Boosting`: OpenCV's, with its defaults."""
 
-    # OpenCV draws as many features as its defaults need, whatever is asked for: more would read
-    # beyond them.
+    # OpenCV always creates the number of features that its defaults need. Larger values would read
+    # beyond the end of that array.
     classifiers: int = whole(100, "weak classifiers that are chosen [count]", most=100)
     initial_steps: int = whole(50, "steps of learning in the first frame [count]", most=50)
     overlap: float = fraction(0.99, "overlap of neighbouring places that are tried [fraction]")
@@ -28,16 +28,17 @@ class BoostingParameters(OpenCVParameters):
 class Boosting(OpenCVTracker):
     """OpenCV's Boosting: on-line AdaBoost over Haar features.
 
-    A classifier of target against surroundings, boosted anew in every frame. It draws from
-    libc's `rand` in every frame too; OpenCV seeds it always alike, we by the repetition.
+    A classifier that separates the target from its surroundings, updated in every frame. It uses
+    libc's `rand` in every frame; OpenCV seeds `rand` with a constant, this class with the seed of
+    the repetition.
 
-    OpenCV's code ends the process for an `overlap` of .5 or 0, and raises for a `search_factor` of
-    .5 (seen with 5.0): the former costs the run its process.
+    OpenCV 5.0 terminates the process for an `overlap` of 0.5 or 0, so that the run fails. It raises
+    an error for a `search_factor` of 0.5.
     """
 
     paper = "H. Grabner, M. Grabner, H. Bischof, Real-time tracking via on-line boosting, BMVC 2006"
     Parameters = BoostingParameters
-    create_tracker = factory("Boosting")
+    create_tracker = find_factory("Boosting")
     randomness = Randomness.PROCESS
     smallest_side = 5
 
@@ -47,8 +48,8 @@ class Boosting(OpenCVTracker):
             "numClassifiers": settings.classifiers,
             "iterationInit": settings.initial_steps,
             "overlap": settings.overlap,
-            # OpenCV knows it by two names, of which the second counts.
+            # OpenCV reads two names; the second one takes effect.
             "samplerSearchFactor": settings.search_factor,
             "searchFactor": settings.search_factor,
         }
-        return with_read_parameters(super()._make(), values)
+        return set_legacy_parameters(super()._make(), values)

@@ -15,7 +15,7 @@ from trackmark.trackers.base.parameters import (
 
 __all__ = ["OpenCVCamShift"]
 
-N_HUES = 180  # of OpenCV's bytes
+N_HUES = 180  # hue values of OpenCV's 8-bit HSV
 
 
 class OpenCVCamShiftParameters(Parameters):
@@ -34,12 +34,12 @@ class OpenCVCamShiftParameters(Parameters):
 class OpenCVCamShift(TrackerPlugin):
     """OpenCV's CamShift on a hue back-projection.
 
-    Another definition than `camshift`: where the window has come to rest OpenCV enlarges it by ten
-    pixels all around, fits the size by second moments, and rounds everything to whole pixels; the
-    back-projection is one of bytes. By default all pixels count, as in `camshift`; with the pale
-    and the dark left out (`minimum_saturation`, `minimum_value`) it holds on to more. It is here to
-    be compared with, and takes part in no claim of a paper. The box is the window; where nothing
-    is left of it the last one is kept, and the target counts as not visible.
+    The definition differs from `camshift`. After convergence, OpenCV enlarges the window by ten
+    pixels on each side and fits its size by second moments. It rounds all values to whole pixels,
+    and the back-projection to bytes. By default all pixels count, as in `camshift`; it loses fewer
+    targets if pale and dark pixels are excluded (`minimum_saturation`, `minimum_value`). This
+    tracker is for comparison only; no claim of a paper uses it. The box is the window. If the
+    window becomes empty, the last one is kept and the target is not visible.
     """
 
     paper = (
@@ -49,7 +49,7 @@ class OpenCVCamShift(TrackerPlugin):
     Parameters = OpenCVCamShiftParameters
 
     def init(self, image: Image, box: Box, mask: Mask | None = None) -> None:
-        """See `Tracker.init`; raises TrackerError where the box holds no pixel that counts."""
+        """See `Tracker.init`; raise TrackerError if no pixel of the box counts."""
         settings = self.parameters
         x, y, width, height = self._window = pixel_rectangle(box, image)
         patch = image[y : y + height, x : x + width]
@@ -75,13 +75,13 @@ class OpenCVCamShift(TrackerPlugin):
             settings.stop_distance,
         )
         (_, size, _), (x, y, width, height) = cv2.CamShift(weights, self._window, criteria)
-        found = max(size) > 0 and min(width, height) > 0  # of nothing it gives no size
-        if found:
+        has_area = max(size) > 0 and min(width, height) > 0  # without weights the size is 0
+        if has_area:
             self._window = x, y, width, height
-        return Estimate(np.array(self._window, np.float64), visible=found)
+        return Estimate(np.array(self._window, np.float64), visible=has_area)
 
     def _counted(self, hsv: Image) -> Image:
-        """255 for pixels that count, 0 for the pale, the dark and the bright."""
+        """Return 255 for pixels that count, 0 for pixels outside the limits."""
         settings = self.parameters
         least = (0, 255 * settings.minimum_saturation, 255 * settings.minimum_value)
         most = (255, 255, 255 * settings.maximum_value)

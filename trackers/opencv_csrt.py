@@ -4,7 +4,7 @@ from typing import Any, Literal
 
 from pydantic import Field
 
-from trackmark.trackers.base.opencv import OpenCVParameters, OpenCVTracker, factory
+from trackmark.trackers.base.opencv import OpenCVParameters, OpenCVTracker, find_factory
 from trackmark.trackers.base.parameters import (
     TrackerError,
     choice,
@@ -58,13 +58,13 @@ class CSRTParameters(OpenCVParameters):
 class CSRT(OpenCVTracker):
     """OpenCV's CSRT: a correlation filter with channel and spatial reliability.
 
-    A correlation filter over colour names and gradients, held to the target by a map of
-    which of its pixels can be relied on; it follows changes of size.
+    A correlation filter on colour names and gradients, restricted to the target by a spatial
+    reliability map. It adapts to changes of size.
 
-    The paper has no `psr_threshold`: there the filter's highest answer is the target, in every
-    frame. OpenCV gives a frame up whose highest answer is below .035, and neither moves nor learns
-    in it; `recommended` goes without (0). That changes boxes only where the target is nearly gone:
-    on OTB's Crossing there is no such frame (mean overlap .71 with either).
+    The paper has no `psr_threshold`: the maximum of the filter response is the target in every
+    frame. OpenCV skips frames whose maximum is below 0.035: it neither moves the box nor updates
+    the filter. `recommended` disables the threshold (0). That changes boxes only if the target is
+    nearly invisible. OTB's Crossing has no such frame (mean overlap 0.71 with both).
     """
 
     paper = (
@@ -73,14 +73,14 @@ class CSRT(OpenCVTracker):
     )
     Parameters = CSRTParameters
     presets = {"opencv": {}, "recommended": {"psr_threshold": 0.0}}
-    create_tracker = factory("CSRT")
+    create_tracker = find_factory("CSRT")
     opencv_parameters = "TrackerCSRT_Params"
     smallest_side = 2
 
     def _make(self) -> Any:
         settings = self.parameters
         kinds = settings.use_hog, settings.use_color_names, settings.use_gray, settings.use_rgb
-        if not any(kinds):  # which ends OpenCV's process
+        if not any(kinds):  # OpenCV would terminate the process
             raise TrackerError(
                 "opencv-csrt needs features: one of use_hog, use_color_names, use_gray and use_rgb."
             )

@@ -1,10 +1,10 @@
-"""OpenCV's DaSiamRPN: a Siamese network that proposes regions; its models are files of yours."""
+"""OpenCV's DaSiamRPN: a Siamese region proposal network; the user supplies its models."""
 
 from trackmark.trackers.base.opencv import (
     ModelFile,
-    ModelParameters,
-    ModelTracker,
-    factory,
+    ModelFileParameters,
+    ModelFileTracker,
+    find_factory,
     model_file,
 )
 
@@ -13,7 +13,7 @@ __all__ = ["DaSiamRPN"]
 SOURCE = "which OpenCV's sample of DaSiamRPN names, and trackmark has not [path]"
 
 
-class DaSiamRPNParameters(ModelParameters):
+class DaSiamRPNParameters(ModelFileParameters):
     """Parameters of `DaSiamRPN`."""
 
     model: ModelFile = model_file(f"ONNX file of DaSiamRPN's network, {SOURCE}")
@@ -21,11 +21,11 @@ class DaSiamRPNParameters(ModelParameters):
     kernel_r1: ModelFile = model_file(f"ONNX file of its kernel for regions, {SOURCE}")
 
 
-class DaSiamRPN(ModelTracker):
-    """OpenCV's DaSiamRPN: a Siamese network that proposes regions.
+class DaSiamRPN(ModelFileTracker):
+    """OpenCV's DaSiamRPN: a Siamese region proposal network.
 
-    Kernels made from the target in the first frame are laid over what lies around the last place;
-    it follows changes of size and shape, and never says that it lost the target.
+    Kernels computed from the target in the first frame are correlated with the region around the
+    last box. It adapts to changes of size and shape, and never reports a lost target.
     """
 
     paper = (
@@ -33,5 +33,5 @@ class DaSiamRPN(ModelTracker):
         "visual object tracking, ECCV 2018"
     )
     Parameters = DaSiamRPNParameters
-    create_tracker = factory("DaSiamRPN", "install OpenCV 4.5.1 or later")
+    create_tracker = find_factory("DaSiamRPN", "install OpenCV 4.5.1 or later")
     opencv_parameters = "TrackerDaSiamRPN_Params"

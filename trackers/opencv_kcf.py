@@ -4,7 +4,7 @@ from typing import Any, Literal
 
 import cv2
 
-from trackmark.trackers.base.opencv import OpenCVParameters, OpenCVTracker, factory
+from trackmark.trackers.base.opencv import OpenCVParameters, OpenCVTracker, find_factory
 from trackmark.trackers.base.parameters import choice, fraction, nonnegative, positive, whole
 
 __all__ = ["KCF"]
@@ -29,7 +29,7 @@ class KCFParameters(OpenCVParameters):
     compress_feature: bool = choice(True, "whether features are compressed, as OpenCV has it")
     max_patch_size: int = whole(6400, "largest target that is not halved [square pixels]")
     compressed_size: int = whole(2, "features that are left by the compression [count]", most=10)
-    # OpenCV fails where there are none of the one or of the other.
+    # OpenCV fails if either of the two is empty.
     desc_pca: Literal["cn", "gray+cn"] = choice(
         "cn", "features that are compressed; cn are colour names"
     )
@@ -42,15 +42,15 @@ class KCF(OpenCVTracker):
     """OpenCV's KCF: kernelised correlation filters.
 
     A ridge regression over all cyclic shifts of the target, solved by Fourier transforms. It
-    keeps the first size, and says when it has lost the target. Its features and most of its
-    numbers are those of its sequel with colour names (M. Danelljan et al., Adaptive color
+    keeps the initial size and reports a lost target. Its features and most of its default values
+    are those of the later tracker with colour names (M. Danelljan et al., Adaptive color
     attributes for real-time visual tracking, CVPR 2014).
 
-    Neither paper has `detect_thresh`: there the filter's highest answer is the target, in every
-    frame. OpenCV gives a frame up whose highest answer is below .5, and neither moves nor learns
-    in it, so that it mostly stays where it first gave up. `recommended` goes without (0). On OTB's
-    Crossing the mean overlap is .08 with OpenCV's value, with which the target counts as lost
-    from the 11th image on, and .54 without.
+    Neither paper has `detect_thresh`: the maximum of the filter response is the target in every
+    frame. OpenCV skips frames whose maximum is below 0.5: it neither moves the box nor updates the
+    filter. So it mostly stays where it first lost the target. `recommended` disables the threshold
+    (0). On OTB's Crossing, the mean overlap is 0.08 with OpenCV's value, where the target counts as
+    lost from the 11th image on, and 0.54 without the threshold.
     """
 
     paper = (
@@ -59,7 +59,7 @@ class KCF(OpenCVTracker):
     )
     Parameters = KCFParameters
     presets = {"opencv": {}, "recommended": {"detect_thresh": 0.0}}
-    create_tracker = factory("KCF")
+    create_tracker = find_factory("KCF")
     opencv_parameters = "TrackerKCF_Params"
 
     def _opencv_values(self) -> dict[str, Any]:
@@ -68,6 +68,6 @@ class KCF(OpenCVTracker):
 
 
 def _flags(features: str) -> int:
-    """OpenCV's number for some kinds of features."""
-    known = {"gray": cv2.TrackerKCF_GRAY, "cn": cv2.TrackerKCF_CN}  # type: ignore[attr-defined]  # not in OpenCV's stubs
-    return sum(known[name] for name in features.split("+"))
+    """Return OpenCV's bit mask of feature kinds that are joined by `+`."""
+    flags = {"gray": cv2.TrackerKCF_GRAY, "cn": cv2.TrackerKCF_CN}  # type: ignore[attr-defined]  # not in OpenCV's stubs
+    return sum(flags[name] for name in features.split("+"))

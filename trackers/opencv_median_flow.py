@@ -5,8 +5,8 @@ from typing import Any
 from trackmark.trackers.base.opencv import (
     OpenCVParameters,
     OpenCVTracker,
-    factory,
-    with_read_parameters,
+    find_factory,
+    set_legacy_parameters,
 )
 from trackmark.trackers.base.parameters import nonnegative, positive, whole
 
@@ -30,8 +30,8 @@ class MedianFlowParameters(OpenCVParameters):
 class MedianFlow(OpenCVTracker):
     """OpenCV's MedianFlow: the median motion of points tracked forward and back.
 
-    A grid of points is followed by optical flow; those that do not return to where they came
-    from are dropped, and the medians of the rest move and scale the box.
+    A grid of points is tracked by optical flow, forward and back. Points that do not return to
+    their start are discarded. The medians of the other points move and scale the box.
     """
 
     paper = (
@@ -39,7 +39,7 @@ class MedianFlow(OpenCVTracker):
         "tracking failures, ICPR 2010"
     )
     Parameters = MedianFlowParameters
-    create_tracker = factory("MedianFlow")
+    create_tracker = find_factory("MedianFlow")
 
     def _make(self) -> Any:
         settings = self.parameters
@@ -52,4 +52,4 @@ class MedianFlow(OpenCVTracker):
             "winSizeNCC": [settings.patch] * 2,
             "maxMedianLengthOfDisplacementDifference": settings.longest_deviation,
         }
-        return with_read_parameters(super()._make(), values)
+        return set_legacy_parameters(super()._make(), values)

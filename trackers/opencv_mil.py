@@ -3,7 +3,7 @@
 from typing import Any
 
 from trackmark.trackers.base.interface import Randomness
-from trackmark.trackers.base.opencv import OpenCVTracker, factory
+from trackmark.trackers.base.opencv import OpenCVTracker, find_factory
 from trackmark.trackers.base.parameters import Parameters, positive, whole
 
 __all__ = ["MIL"]
@@ -24,11 +24,10 @@ class MILParameters(Parameters):
 class MIL(OpenCVTracker):
     """OpenCV's MIL: boosting over bags of instances.
 
-    A classifier learnt from bags of patches around the last place, so that a box that is
-    slightly off does no harm. It keeps the first size and never says that it lost the target.
+    A classifier is trained on bags of patches around the last box, which tolerates slightly
+    misplaced boxes. It keeps the initial size and never reports a lost target.
 
-    Its features are drawn when it is initialised, from libc's `rand` and from OpenCV's own
-    generator, both of them state of the process.
+    `init` draws its features by libc's `rand` and OpenCV's generator, both state of the process.
     """
 
     paper = (
@@ -37,7 +36,7 @@ class MIL(OpenCVTracker):
     )
     randomness = Randomness.PROCESS
     Parameters = MILParameters
-    create_tracker = factory("MIL")
+    create_tracker = find_factory("MIL")
     opencv_parameters = "TrackerMIL_Params"
     smallest_side = 5
 

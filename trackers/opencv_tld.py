@@ -1,7 +1,7 @@
 """OpenCV's TLD: tracking, learning and detection."""
 
 from trackmark.trackers.base.interface import Randomness
-from trackmark.trackers.base.opencv import OpenCVTracker, factory
+from trackmark.trackers.base.opencv import OpenCVTracker, find_factory
 
 __all__ = ["TLD"]
 
@@ -9,16 +9,16 @@ __all__ = ["TLD"]
 class TLD(OpenCVTracker):
     """OpenCV's TLD: tracking, learning and detection.
 
-    A median flow tracker beside a cascaded detector that learns from what both say. Its
-    detector is drawn from libc's `rand` when it is initialised.
+    A median flow tracker combined with a cascaded detector, which is trained on the results of
+    both. `init` draws the detector's features by libc's `rand`.
 
-    OpenCV's code ends in a segmentation fault for many long and thin boxes, and in images
-    hardly larger than the target (seen with 4.14 and 5.0). That costs the run its process.
+    OpenCV 4.14 and 5.0 crash with a segmentation fault for many long and thin boxes, and in images
+    that are hardly larger than the target. The run then fails.
     """
 
     paper = (
         "Z. Kalal, K. Mikolajczyk, J. Matas, Tracking-learning-detection, IEEE TPAMI 34(7), 2012"
     )
-    create_tracker = factory("TLD")
+    create_tracker = find_factory("TLD")
     randomness = Randomness.PROCESS
     smallest_side = 3

@@ -1,10 +1,10 @@
-"""OpenCV's VitTrack: a light vision transformer; its model is a file of yours."""
+"""OpenCV's VitTrack: a light vision transformer; the user supplies its model."""
 
 from trackmark.trackers.base.opencv import (
     ModelFile,
-    ModelParameters,
-    ModelTracker,
-    factory,
+    ModelFileParameters,
+    ModelFileTracker,
+    find_factory,
     model_file,
 )
 from trackmark.trackers.base.parameters import fraction
@@ -12,7 +12,7 @@ from trackmark.trackers.base.parameters import fraction
 __all__ = ["Vit"]
 
 
-class VitParameters(ModelParameters):
+class VitParameters(ModelFileParameters):
     """Parameters of `Vit`."""
 
     net: ModelFile = model_file(
@@ -23,17 +23,18 @@ class VitParameters(ModelParameters):
     )
 
 
-class Vit(ModelTracker):
+class Vit(ModelFileTracker):
     """OpenCV's VitTrack: a light vision transformer.
 
-    The target in the first frame and what lies around the last place go through one transformer;
-    it follows changes of size, and says when it has lost the target.
+    One transformer processes the target in the first frame and the region around the last box. It
+    adapts to changes of size and reports a lost target.
 
-    OpenCV 5.0 does not scale colours as the model was trained: it inverts their three deviations as
-    if they were one quaternion, so that two colours change their sign. That is left as it is.
+    OpenCV 5.0 normalises colours differently from the model's training: it inverts the three
+    standard deviations as one quaternion, which negates two channels. This class does not correct
+    that.
     """
 
     paper = "P. Liu, VitTrack, OpenCV Zoo, 2023: a model without a paper"
     Parameters = VitParameters
-    create_tracker = factory("Vit", "install OpenCV 4.9 or later")
+    create_tracker = find_factory("Vit", "install OpenCV 4.9 or later")
     opencv_parameters = "TrackerVit_Params"

@@ -1,30 +1,35 @@
-"""The traditional particle filter that Wang & Tang 2010 compare theirs with."""
+"""Traditional particle filter: the baseline of Wang & Tang 2010."""
 
 from trackmark.trackers.base.parameters import whole
-from trackmark.trackers.maps.place_filter import ROBUST, CloudParameters, PlaceFilter
+from trackmark.trackers.maps.position_filter import (
+    ROBUST_PRESET,
+    PositionFilter,
+    PositionFilterParameters,
+)
 
 __all__ = ["ParticleFilter"]
 
 
-class ParticleFilterParameters(CloudParameters):
+class ParticleFilterParameters(PositionFilterParameters):
     """Parameters of `ParticleFilter`."""
 
     particles: int = whole(400, "number of particles N [count]", most=100_000)
 
 
-class ParticleFilter(PlaceFilter):
-    """The traditional particle filter: that of `wang2010` without the climb.
+class ParticleFilter(PositionFilter):
+    """Traditional particle filter: `wang2010` without mean shift.
 
-    "The same state transition and observation model": a particle is the place of a window of the
-    first box's size, goes on with its own last step and a throw of up to r either way, and weighs
-    exp(-D² / 2σ²) by the mean of the joint colour and motion map in its window (equations 8 to 12).
-    Its particles are draws from the transition's density, so that equation 2 gives these weights.
+    The paper says: "The same state transition and observation model". A particle is the position of
+    a window of the init box's size. It moves by its last step and a random displacement of up to r
+    per axis. Its likelihood is exp(-D² / 2σ²), by the mean of the joint map in its window
+    (equations 8 to 12). Particles are samples of the transition density, so these weights follow
+    from equation 2.
 
-    "The same" may mean the formula r = √N / 2, 10 pixels for N = 400, or the same r as the
-    proposed tracker's, 3.87 (`radius=3.87`). The formula is `as-written`: it has about one particle
-    a pixel whatever N is. How far particles reach decides much, so tables have a row for each.
+    "The same" may mean the formula r = √N / 2, 10 pixels for N = 400, or the r of the proposed
+    tracker, 3.87 pixels (`radius=3.87`). `as-written` uses the formula, which gives about one
+    particle per pixel for any N. Results depend on r, so tables have a row for each.
 
-    Presets, details and arrays are those of `wang2010`; its doubts about σ hold here too.
+    Presets, details and arrays are those of `wang2010`, and so is the uncertainty about σ.
     """
 
     name = "particle-filter"
@@ -32,5 +37,10 @@ class ParticleFilter(PlaceFilter):
         "the baseline of X. Wang, Z. Tang, An improved camshift-based particle filter algorithm "
         "for real-time target tracking, Journal of Image and Graphics 15(10), 2010 (in Chinese)"
     )
-    presets = {"as-written": {"sigma": 1.0}, "recommended": {}, "sharp": {}, "robust": ROBUST}
+    presets = {
+        "as-written": {"sigma": 1.0},
+        "recommended": {},
+        "sharp": {},
+        "robust": ROBUST_PRESET,
+    }
     Parameters = ParticleFilterParameters

@@ -1,4 +1,4 @@
-"""Keeps the first box for ever: the floor of every table."""
+"""Constant init box: the lower reference of every table."""
 
 from trackmark.trackers.base.interface import (
     Box,
@@ -6,21 +6,21 @@ from trackmark.trackers.base.interface import (
     Image,
     Mask,
     TrackerPlugin,
-    four_numbers,
+    check_box,
 )
 
 __all__ = ["Static"]
 
 
 class Static(TrackerPlugin):
-    """Keeps the first box for ever: the floor of every table.
+    """Constant init box: the lower reference of every table.
 
-    A method that does not beat it on a sequence has not tracked anything there.
+    On a sequence where a method is not better than it, the method has not tracked the target.
     """
 
     def init(self, image: Image, box: Box, mask: Mask | None = None) -> None:
         """See `Tracker.init`."""
-        self._box = four_numbers(box).copy()
+        self._box = check_box(box).copy()
 
     def update(self, image: Image) -> Estimate:
         """See `Tracker.update`."""

@@ -206,13 +206,13 @@ def _several(name: str) -> Description | None:
 
 def _sequence(name: str, truth: Path | None, *, measure: bool) -> Description:
     from trackmark import datasets, trackers
-    from trackmark.trackers.base.parameters import closest
+    from trackmark.trackers.base.parameters import closest_match
 
     try:
         with patience(f"Opening {name}"):
             outline = datasets.describe(name, truth)
     except datasets.SequenceError as error:
-        close = closest(name.partition(":")[0], trackers.names())
+        close = closest_match(name.partition(":")[0], trackers.names())
         if not close or Path(name).expanduser().exists():
             raise
         raise datasets.SequenceError(f"{error} Did you mean the tracker {close!r}?") from None

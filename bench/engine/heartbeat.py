@@ -129,31 +129,31 @@ class Heartbeat(Observer):
         shared = mmap.mmap(self._descriptor, blank.nbytes, offset=HEAD)
         return np.frombuffer(shared).reshape(shape)
 
-    def reading(self, frame: int) -> None:
+    def on_frame_read(self, frame: int) -> None:
         """See `Observer`."""
         self._slots[_FRAME] = frame
         self._slots[_ENTRY] = READING
         self._slots[_BEAT] += 1
 
-    def calling(self, entry: int, frame: int) -> None:
+    def on_tracker_call(self, entry: int, frame: int) -> None:
         """See `Observer`."""
         slots = self._slots
         slots[_FRAME] = frame
         slots[_ENTRY] = entry
         slots[_BEAT] += 1
 
-    def called(self) -> None:
+    def on_tracker_return(self) -> None:
         """See `Observer`: a copy of this process that returns from a tracker ends here."""
         if os.getpid() != self._process:
             os._exit(0)
         self._slots[_ENTRY] = NOBODY
 
-    def shown(self, frames: int) -> None:
+    def on_frames_done(self, frames: int) -> None:
         """See `Observer`."""
         self._slots[_SHOWN] = frames
         self._slots[_ENTRY] = NOBODY  # also if no tracker is left to be called
 
-    def ended(self) -> None:
+    def on_loop_end(self) -> None:
         """See `Observer`."""
         self._slots[_ENTRY] = ELSEWHERE
 

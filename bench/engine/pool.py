@@ -88,7 +88,7 @@ class Worker:
         heartbeat.reset(self._shared.fileno(), entry, pickle.dumps(request))
         self._output.truncate(0)
         self._sight, self._waited, self._last = self.look(), 0.0, time.monotonic()
-        with suppress(OSError):  # its end is found by `check`
+        with suppress(OSError):  # `check` notices that the worker has ended
             self.channel.send(b".")
 
     def look(self) -> Sight:
@@ -217,9 +217,9 @@ class _Lane:
         if isinstance(answer, Failure):
             self.end_worker()
             if answer.entry == STARTING:
-                if self._restarted:  # the first one may have been killed by somebody
+                if self._restarted:  # the system may have killed the first one
                     raise ResultsError(
-                        f"a worker process can't begin: {answer.reason}. It said: "
+                        f"a worker process cannot start: {answer.reason}. Its output: "
                         f"{answer.output.strip()}"
                     )
                 self._restarted = True
@@ -253,18 +253,18 @@ class _Lane:
 
 
 class Pool:
-    """Worker processes that perform units of work.
+    """Worker processes that perform work units.
 
     A run fails only by its own doing. After a death, a hang, a garbled answer or a changed process
-    state, the runs of the unit are repeated one by one in fresh processes. A run that failed beside
-    others is repeated alone, too. What fails alone is the culprit. If it ended its process, its
-    tracker gets units of its own from then on.
+    state, the runs of the unit are repeated one by one in fresh processes. A run that failed next
+    to others is repeated alone, too. A tracker that fails alone is the cause. If it ended its
+    process, it gets units of its own from then on.
     """
 
     def __init__(self, limits: Limits, jobs: int = 1) -> None:
         self._limits = limits
         self._lanes = [_Lane(limits) for _ in range(jobs)]
-        self._culprits: set[str] = set()
+        self._harmful_trackers: set[str] = set()
 
     def perform(
         self, units: Iterable[Unit], progress: Callable[[int], None] = lambda _: None
@@ -313,7 +313,7 @@ class Pool:
 
     def _apply_rule(self, unit: Unit) -> Generator[Request, _Answer, Outcome]:
         """Perform a unit by the rule of the class."""
-        suspects = [entry for entry in unit.entries if entry.tracker in self._culprits]
+        suspects = [entry for entry in unit.entries if entry.tracker in self._harmful_trackers]
         others = tuple(entry for entry in unit.entries if entry not in suspects)
         outcomes: list[Outcome] = []
         runs: dict[Entry, Run] = {}
@@ -354,7 +354,7 @@ class Pool:
         answer = yield request
         if isinstance(answer, Failure):
             _check_reading(unit, answer)
-            self._culprits.add(unit.entries[0].tracker)
+            self._harmful_trackers.add(unit.entries[0].tracker)
             answer = yield replace(request, failure=answer)
         if isinstance(answer, Outcome):
             return answer

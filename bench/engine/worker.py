@@ -38,7 +38,7 @@ from trackmark.bench.evaluation.ground_truth import select_ground_truth
 from trackmark.bench.evaluation.loop import NULL_OBSERVER, Observer, run_protocol
 from trackmark.bench.evaluation.recorder import (
     COLUMNS,
-    LONGEST_TRACEBACK,
+    MAX_TRACEBACK_CHARACTERS,
     NotAttributableError,
     segment_frames,
 )
@@ -121,7 +121,8 @@ def _answer(request: Request, heartbeat: Heartbeat, used: bool) -> dict[str, Any
         raise
     except Exception as error:  # noqa: BLE001  # trackers' errors are caught where they are called
         if heartbeat.has_called or request.unit.owner:  # a tracker may have changed the harness
-            text = "".join(traceback.format_exception_only(error)).strip()[:LONGEST_TRACEBACK]
+            text = "".join(traceback.format_exception_only(error)).strip()
+            text = text[:MAX_TRACEBACK_CHARACTERS]
             return {"harm": f"the harness fails after it: {text}"}
         return {"defect": traceback.format_exc()}
     except BaseException as error:  # noqa: BLE001  # raised by a tracker to end the process
@@ -154,7 +155,7 @@ def perform(unit: Unit, run_seconds: float, observer: Observer = NULL_OBSERVER) 
         run_seconds=run_seconds,
         observer=observer,
     )
-    observer.ended()
+    observer.on_loop_end()
     runs = _check_state(walk.runs, before, trackers)
     if unit.protocol != TIMING:
         measured = {"overhead": walk.overhead, "frame_seconds": walk.frame_seconds}

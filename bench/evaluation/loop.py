@@ -1,6 +1,6 @@
 """The only loop over frames: runs trackers in lock step through the segments of a protocol.
 
-Each frame is decoded or rendered once and shown to every tracker. An error of a tracker ends its
+Each frame is decoded or rendered once for all trackers. An error of a tracker ends its
 own run only. Timing runs take the same loop three times: to warm up, with each image decoded just
 before the update, and with images in memory.
 """
@@ -51,19 +51,19 @@ class Observer:
         """Return the buffer for the rows of a run that has the process to itself."""
         return blank_rows(shape)
 
-    def reading(self, frame: int) -> None:
+    def on_frame_read(self, frame: int) -> None:
         """Note that a frame is read next."""
 
-    def calling(self, entry: int, frame: int) -> None:
+    def on_tracker_call(self, entry: int, frame: int) -> None:
         """Note that a tracker is called next."""
 
-    def called(self) -> None:
+    def on_tracker_return(self) -> None:
         """Note that the tracker has returned or raised."""
 
-    def shown(self, frames: int) -> None:
+    def on_frames_done(self, frames: int) -> None:
         """Note the number of frames that all trackers have seen."""
 
-    def ended(self) -> None:
+    def on_loop_end(self) -> None:
         """Note that the loop has ended and its trackers are gone."""
 
 
@@ -71,7 +71,7 @@ NULL_OBSERVER = Observer()
 
 
 @dataclass(frozen=True)
-class Pass:
+class PassResult:
     """Runs of one pass over a sequence, and its own time."""
 
     runs: list[Run]  # in the order of the entries
@@ -134,7 +134,7 @@ def run_protocol(
     keep_arrays: bool = False,
     run_seconds: float = inf,
     observer: Observer = NULL_OBSERVER,
-) -> Pass:
+) -> PassResult:
     """Run several trackers through a sequence together.
 
     `entries`: trackers with their repetitions; one for timing runs. `sequence`: with ground truth.
@@ -160,23 +160,23 @@ def run_protocol(
             (recorder,), (warm,) = recorders, make(run_seconds=run_seconds)
             with one_thread():
                 _Walk(make(), sequence, observer).run(warm_up, to_the_end=False)
-                return Pass([_time(recorder, warm, sequence, observer)], nan, nan)
+                return PassResult([_time(recorder, warm, sequence, observer)], nan, nan)
         if stored_protocol(protocol).time_dependent:  # compile before the clock runs
             _Walk(make(), sequence, observer).run(warm_up, to_the_end=False)
         if any(len(recorder.segments) > 1 for recorder in recorders):
-            sequence.frames = _Remembered(frames, MAX_SEGMENT_BYTES)
+            sequence.frames = _FrameCache(frames, MAX_SEGMENT_BYTES)
         walk.run()
     finally:
         sequence.frames = frames
     last = len(sequence) - 1
     for recorder in recorders:
         if not recorder.failure:
-            observer.calling(recorder.entry, last)
+            observer.on_tracker_call(recorder.entry, last)
             recorder.finish(last)
-            observer.called()
-    overhead = median(walk.own) if walk.own else nan
+            observer.on_tracker_return()
+    overhead = median(walk.overheads) if walk.overheads else nan
     runs = [recorder.result() for recorder in recorders]
-    return Pass(runs, overhead, walk.fetching / max(walk.fetched, 1))
+    return PassResult(runs, overhead, walk.fetching / max(walk.fetched, 1))
 
 
 def _make_recorders(
@@ -199,12 +199,12 @@ def _time(recorder: Recorder, warm: Recorder, sequence: Sequence, observer: Obse
     """Run a tracker on images as decoded, and a second one on images in memory."""
     gc.collect()
     first, n = sequence.first_frame, len(sequence)
-    sequence.frames = kept = _Remembered(sequence.frames, MAX_WARM_BYTES)
+    sequence.frames = cached = _FrameCache(sequence.frames, MAX_WARM_BYTES)
     machine = [reference_seconds()]
     _Walk([recorder], sequence, observer).run(to_the_end=False)
     machine.append(reference_seconds())
     if not recorder.failure:
-        stop = next((frame for frame in range(first, n) if frame not in kept), n)
+        stop = next((frame for frame in range(first, n) if frame not in cached), n)
         _Walk([warm], sequence, observer).run(max(stop - first, 1), to_the_end=False)
         machine.append(reference_seconds())
     recorder.failure = recorder.failure or warm.failure
@@ -217,13 +217,13 @@ class _Walk:
     """Trackers that go through their segments in lock step, and the time that this takes [s].
 
     `fetching`: to decode or render frames and masks, from the first box on; `fetched`: their
-    number. `own`: time of the harness by frame, per tracker.
+    number. `overheads`: time of the harness by frame, per tracker.
     """
 
     def __init__(self, recorders: Sized[Recorder], sequence: Sequence, observer: Observer) -> None:
         self._recorders, self._whole, self._observer = recorders, sequence, observer
         self.fetching, self.fetched = 0.0, 0
-        self.own: list[float] = []
+        self.overheads: list[float] = []
 
     def run(self, most: int | None = None, *, to_the_end: bool = True) -> None:
         """Run trackers through their segments.
@@ -246,7 +246,7 @@ class _Walk:
                 if going:
                     first = view.first_frame
                     self._start(first)
-                    self._observer.shown(int(before + share))
+                    self._observer.on_frames_done(int(before + share))
                     for frame in range(first + 1, len(view) if most is None else first + most):
                         if not to_the_end and all(recorder.failure for recorder in going):
                             break
@@ -258,58 +258,58 @@ class _Walk:
         view, numbers, observer = self._view, self._numbers, self._observer
         watchers = []
         for recorder in self._going if first else ():
-            observer.calling(recorder.entry, numbers[first])
+            observer.on_tracker_call(recorder.entry, numbers[first])
             if recorder.watches(first):
                 watchers.append(recorder)
-            observer.called()
+            observer.on_tracker_return()
         for frame in range(first if watchers else 0):
-            observer.reading(numbers[frame])
-            shown = SharedFrame(view[frame], len(watchers))
+            observer.on_frame_read(numbers[frame])
+            shared_frame = SharedFrame(view[frame], len(watchers))
             for recorder in watchers:
-                observer.calling(recorder.entry, numbers[frame])
-                recorder.show(shown, frame)
-                observer.called()
+                observer.on_tracker_call(recorder.entry, numbers[frame])
+                recorder.show(shared_frame, frame)
+                observer.on_tracker_return()
         began = perf_counter()
-        observer.reading(numbers[first])
-        shown = SharedFrame(view[first])
+        observer.on_frame_read(numbers[first])
+        shared_frame = SharedFrame(view[first])
         mask = view.mask(first)
         self.fetching += perf_counter() - began
         self.fetched += 1
         for recorder in self._going:
-            observer.calling(recorder.entry, numbers[first])
-            recorder.start(shown, first, mask)
-            observer.called()
+            observer.on_tracker_call(recorder.entry, numbers[first])
+            recorder.start(shared_frame, first, mask)
+            observer.on_tracker_return()
 
     def _follow(self, frame: int, done: int) -> None:
         """Show a later frame; `done`: number of frames that trackers have seen then."""
         began = perf_counter()
         observer, number = self._observer, self._numbers[frame]
-        observer.reading(number)
+        observer.on_frame_read(number)
         image = self._view[frame]
         fetched = perf_counter()
-        shown = SharedFrame(image, len(self._going))
+        shared_frame = SharedFrame(image, len(self._going))
         in_trackers, running = 0.0, 0
         for recorder in self._going:
             if not recorder.failure:
-                observer.calling(recorder.entry, number)
-                in_trackers += recorder.follow(shown, frame)
-                observer.called()
+                observer.on_tracker_call(recorder.entry, number)
+                in_trackers += recorder.follow(shared_frame, frame)
+                observer.on_tracker_return()
                 running += 1
         reading_masks = self._compare(frame)
-        observer.shown(done)
+        observer.on_frames_done(done)
         self.fetching += fetched - began + reading_masks
         self.fetched += 1
         if running:
-            own = perf_counter() - fetched - in_trackers - reading_masks
-            self.own.append(own / running)
+            overhead = perf_counter() - fetched - in_trackers - reading_masks
+            self.overheads.append(overhead / running)
 
     def _compare(self, frame: int) -> float:
         """Compare masks with the true one, which is read once; return the reading time [s]."""
-        segmenting = [one for one in self._going if one.gives_masks and not one.failure]
+        segmenting = [r for r in self._going if r.gives_masks and not r.failure]
         if not segmenting:
             return 0.0
         began = perf_counter()
-        self._observer.reading(self._numbers[frame])
+        self._observer.on_frame_read(self._numbers[frame])
         truth = self._view.mask(frame)
         read = perf_counter()
         if truth is not None:
@@ -318,7 +318,7 @@ class _Walk:
         return read - began
 
 
-class _Remembered:
+class _FrameCache:
     """Frames that are decoded or rendered once; at most `most` bytes of images are kept."""
 
     def __init__(self, frames: Frames, most: int) -> None:

@@ -45,8 +45,8 @@ MAP = "map."
 COLUMNS = 6
 """Number of values that are stored per frame: box, visibility, confidence."""
 
-LONGEST_REASON = 1_000
-LONGEST_TRACEBACK = 20_000
+MAX_REASON_CHARACTERS = 1_000
+MAX_TRACEBACK_CHARACTERS = 20_000
 """Maximum number of characters that are stored of an exception."""
 
 _NO_MEMORY = -4  # OpenCV's Error::StsNoMem
@@ -133,16 +133,16 @@ class Recorder:
         self._made: Tracker | None = None
 
     def watches(self, first: int) -> bool:
-        """Make the tracker; return whether it is shown the frames before `first`."""
+        """Make the tracker; return whether it watches the frames before `first`."""
         return self._try(first, lambda: isinstance(self._tracker(), Watcher)) or False
 
-    def show(self, shown: SharedFrame, frame: int) -> None:
+    def show(self, shared_frame: SharedFrame, frame: int) -> None:
         """Show a frame before the first one with a target to a tracker that watches."""
         tracker = self._tracker()
         if isinstance(tracker, Watcher) and not self.failure:
-            self._try(frame, lambda: tracker.watch(shown.image))
+            self._try(frame, lambda: tracker.watch(shared_frame.image))
 
-    def start(self, shown: SharedFrame, frame: int, mask: Mask | None) -> None:
+    def start(self, shared_frame: SharedFrame, frame: int, mask: Mask | None) -> None:
         """Make the tracker and initialise it."""
         box = self._truth_boxes[frame]
         if any(self._segment.perturbation):
@@ -150,21 +150,21 @@ class Recorder:
         self._rows[frame] = (*box, True, nan)
         self._estimates[frame] = self._rows[frame].copy()
         if not self.failure:
-            # Frame numbers of a tracker count the frames that it is shown. Only one that watches
-            # is shown frames before its first box.
+            # A tracker numbers the frames that it receives. Only one that watches receives frames
+            # before its first box.
             self._first_seen = 0 if isinstance(self._made, Watcher) else frame
-            self._try(frame, lambda: self._initialise(shown, box.copy(), mask))
+            self._try(frame, lambda: self._initialise(shared_frame, box.copy(), mask))
 
-    def follow(self, shown: SharedFrame, frame: int) -> float:
+    def follow(self, shared_frame: SharedFrame, frame: int) -> float:
         """Handle a frame as the protocol requires; return the seconds that the tracker took."""
         seconds = 0.0
         step = self._controller.action(frame)
         if step is Action.UPDATE:
-            seconds = self._ask(shown, frame)
+            seconds = self._ask(shared_frame, frame)
         elif step is Action.RESTART:
             self._made = None
             before = self.seconds
-            self.start(shown, frame, self._sequence.mask(frame))
+            self.start(shared_frame, frame, self._sequence.mask(frame))
             seconds = self.seconds - before
         if (answered := self._controller.source_frames) is not None and not self.failure:
             if step is Action.UPDATE:
@@ -251,22 +251,22 @@ class Recorder:
             self._made = self._chosen.make(seed)
         return self._made
 
-    def _initialise(self, shown: SharedFrame, box: Box, mask: Mask | None) -> None:
+    def _initialise(self, shared_frame: SharedFrame, box: Box, mask: Mask | None) -> None:
         tracker = self._tracker()
         self._shared = False
         if self._shares and isinstance(tracker, SharingTracker):
             self._shared = True
             self._update = tracker.update_shared
-            tracker.init_shared(shown, box, mask)
+            tracker.init_shared(shared_frame, box, mask)
             return
         self._update = tracker.update
         cpu, wall = thread_time(), perf_counter()
-        tracker.init(shown.image, box, mask)
+        tracker.init(shared_frame.image, box, mask)
         self._initialisation = perf_counter() - wall, thread_time() - cpu
 
-    def _ask(self, shown: SharedFrame, frame: int) -> float:
+    def _ask(self, shared_frame: SharedFrame, frame: int) -> float:
         """Store the next estimate; return the seconds that the tracker took."""
-        update, argument = self._update, shown if self._shared else shown.image
+        update, argument = self._update, shared_frame if self._shared else shared_frame.image
         began = answered = perf_counter()
         # The wall clock inside the CPU clock: reading the CPU clock must not look like waiting.
         cpu = thread_time()
@@ -276,7 +276,7 @@ class Recorder:
             answered = perf_counter()
             self._cpu.append(thread_time() - cpu)
             self._wall.append(answered - asked)
-            self._take(shown, frame, estimate)
+            self._take(shared_frame, frame, estimate)
         except _OURS:
             raise
         except BaseException as error:  # noqa: BLE001  # an exception is the result of the run
@@ -291,12 +291,12 @@ class Recorder:
             self.fail(frame, reason)
         return seconds
 
-    def _take(self, shown: SharedFrame, frame: int, estimate: Estimate) -> None:
+    def _take(self, shared_frame: SharedFrame, frame: int, estimate: Estimate) -> None:
         """Check an estimate and store it."""
         box, confidence = checked_estimate(estimate)
         self._mask = None
         if estimate.mask is not None:
-            self._mask = checked_mask(estimate.mask, shown.image.shape[:2])
+            self._mask = checked_mask(estimate.mask, shared_frame.image.shape[:2])
             self.gives_masks = self._complete
         self._rows[frame] = (*box, bool(estimate.visible), confidence)
         for key, value in estimate.details.items():
@@ -308,17 +308,17 @@ class Recorder:
         if estimate.revised:
             self._take_revision(frame, estimate.revised)
         if self._keep_arrays:
-            self._keep(shown, frame, estimate)
+            self._keep(shared_frame, frame, estimate)
 
-    def _keep(self, shown: SharedFrame, frame: int, estimate: Estimate) -> None:
+    def _keep(self, shared_frame: SharedFrame, frame: int, estimate: Estimate) -> None:
         """Store arrays, the mask and maps; the values of maps are multiplied by 255."""
         kept = {key: np.array(value) for key, value in estimate.arrays.items()}
         if estimate.mask is not None:
             kept["mask"] = np.array(estimate.mask)
         tracker = self._tracker()
-        maps = tracker.maps(shown.image) if isinstance(tracker, Mapper) else {}
+        maps = tracker.maps(shared_frame.image) if isinstance(tracker, Mapper) else {}
         for key, weights in maps.items():
-            if np.shape(weights) != shown.image.shape[:2]:
+            if np.shape(weights) != shared_frame.image.shape[:2]:
                 raise MalformedEstimateError(
                     f"the map {key!r} is of shape {np.shape(weights)}, not the image's"
                 )
@@ -349,8 +349,8 @@ class Recorder:
         message = " ".join(traceback.format_exception_only(error)).strip().replace("\n", " ")
         trace = "".join(traceback.format_exception(error))
         # The cause stands at the beginning of a message and at the end of a traceback.
-        reason = message[:LONGEST_REASON]
-        text = f"{self._sequence.frame_name(frame)}: {reason}\n{trace[-LONGEST_TRACEBACK:]}"
+        reason = message[:MAX_REASON_CHARACTERS]
+        text = f"{self._sequence.frame_name(frame)}: {reason}\n{trace[-MAX_TRACEBACK_CHARACTERS:]}"
         # A file name, for example, may not be valid UTF-8.
         self.failure = text.encode("utf-8", "backslashreplace").decode()
 

@@ -63,7 +63,7 @@ def test_missing_folder_for_kernels_is_reported_with_the_remedy(monkeypatch):
     assert message.endswith(". Set NUMBA_CACHE_DIR to a folder that can be written.")
 
 
-def test_one_process_at_a_time_touches_what_is_kept_of_a_function(tmp_path):
+def test_one_process_at_a_time_uses_cached_kernels(tmp_path):
     file = IndexDataCacheFile(str(tmp_path), "function", source_stamp=(1, 2))
     other = Thread(target=file.save, args=("types", "kernel"))
     with (tmp_path / "function.nbi.lock").open("ab") as lock:

@@ -16,7 +16,7 @@ from tests.speed.rivals import MeanShift, compare, run, say, seconds_of, warm
 from trackmark import trackers
 from trackmark.trackers.base.parameters import TrackerError
 from trackmark.trackers.base.sharing import SharedFrame
-from trackmark.trackers.histograms.motion import at_rest
+from trackmark.trackers.histograms.motion import states_at_rest
 
 LEEWAY = 1.7
 """By this factor other machines, and busy ones, differ; what takes twice as long is noticed."""
@@ -108,11 +108,11 @@ def cloud_of_multipart(tracker, rng):
 
 def cloud_of_nummiaro2003(tracker, rng):
     places = np.column_stack([rng.uniform(30, 610, 100), rng.uniform(70, 410, 100)])
-    tracker._particles = at_rest(places, tracker._mean[4:6])
+    tracker._particles = states_at_rest(places, tracker._mean[4:6])
 
 
 def cloud_of_wang2010(tracker, rng):
-    tracker._places = np.column_stack([rng.uniform(30, 610, 60), rng.uniform(70, 410, 60)])
+    tracker._positions = np.column_stack([rng.uniform(30, 610, 60), rng.uniform(70, 410, 60)])
 
 
 @pytest.mark.parametrize(
@@ -165,7 +165,7 @@ def test_many_in_lock_step_cost_less_than_each_alone(name, number, size, at_most
     assert ratio < at_most
 
 
-def test_what_an_occlusion_costs_nguyen2002_when_its_end_is_found():
+def test_nguyen2002_time_at_the_end_of_an_occlusion():
     images, truth = clips.hidden()
     tracker = warm("nguyen2002:features=rgb", clips.hidden())
     tracker.init(images[0], truth[0])
@@ -180,7 +180,7 @@ def test_what_an_occlusion_costs_nguyen2002_when_its_end_is_found():
     assert frames < LEEWAY * 32  # thirty are seen again, and one is searched for farther away
 
 
-def test_a_slow_frame_of_moreno2005_is_hardly_slower_than_the_median():
+def test_moreno2005_slow_frames_are_close_to_the_median():
     seconds = []
     tracker = warm("moreno2005", clips.disc())
     for _ in range(2):

@@ -6,8 +6,8 @@ By the paper's sections, one hypothesis at a time; see `plain_moreno2005`.
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from trackmark.trackers.contours.mixture import Mixture, components_of, refined
-from trackmark.trackers.contours.plane_cue import basis_of, plane_normal
+from trackmark.trackers.contours.mixture import Mixture, refine_mixture, to_components
+from trackmark.trackers.contours.plane_cue import plane_basis, plane_normal
 
 EIGENVALUES = 2e-4, 0.15  # least and most
 STEPS = 6  # of EM
@@ -61,7 +61,7 @@ def shares(attached, weights, count):
 
 
 def basis_on(normal, reference):
-    return basis_of(normal[np.newaxis], reference)[0]
+    return plane_basis(normal[np.newaxis], reference)[0]
 
 
 def moved_planes(normals, reference, spread, random):
@@ -120,7 +120,7 @@ class SmoothColours:
     def predicted(self):
         """Components of both mixtures, the target's first, shape (m, 6)."""
         both = zip(self.older, self.newer, strict=True)
-        return np.concatenate([components_of(self._blended(*pair)) for pair in both])
+        return np.concatenate([to_components(self._blended(*pair)) for pair in both])
 
     def learn(self, sets, basis, moved):
         """Fit anew to the last frame, on a plane; `moved` where it is another than before."""
@@ -131,7 +131,7 @@ class SmoothColours:
 
     def _fitted(self, sets, basis, start):
         pairs = zip(sets, start, strict=True)
-        return tuple(refined(colours @ basis, mixture, STEPS) for colours, mixture in pairs)
+        return tuple(refine_mixture(colours @ basis, mixture, STEPS) for colours, mixture in pairs)
 
     def _blended(self, older, newer):
         """Component by component, those whose centroids are near."""

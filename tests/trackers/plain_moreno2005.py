@@ -29,17 +29,17 @@ from tests.trackers.plain_cues import (
 )
 from trackmark.trackers.contour_smooth_color import ContourSmoothColor
 from trackmark.trackers.contours.mixture import (
-    components_of,
-    fitted,
-    mixture_of,
-    projected,
-    refined,
+    fit_mixture,
+    from_components,
+    project_mixture,
+    refine_mixture,
+    to_components,
 )
 from trackmark.trackers.contours.observation import colour_cells
-from trackmark.trackers.contours.outline import enclosed_area, filled, outline
+from trackmark.trackers.contours.outline import enclosed_area, fill_contour, outline
 from trackmark.trackers.contours.plane_cue import discriminant_basis, plane_normal
 from trackmark.trackers.contours.posterior import posterior
-from trackmark.trackers.contours.snake import refined as refined_snake
+from trackmark.trackers.contours.snake import refine_by_snake as refined_snake
 from trackmark.trackers.moreno2005 import Moreno2005
 
 FIRST_STEPS, STEPS_ON_PLANES = 15, 2  # of EM: at first, and on each plane after later ones
@@ -149,7 +149,7 @@ class PlainSegmenter:
         self.basis = discriminant_basis(*sets)
         numbers = settings.object_components, settings.background_components
         mixtures = tuple(
-            fitted(colours @ self.basis, number, self.random, FIRST_STEPS)
+            fit_mixture(colours @ self.basis, number, self.random, FIRST_STEPS)
             for colours, number in zip(sets, numbers, strict=True)
         )
         self.contour = outline(mask, settings.contour_points)
@@ -172,7 +172,7 @@ class PlainSegmenter:
             shown = posteriors if self.settings.snake_edges == "supported" else None
             self.contour, snake = refined_snake(mean, image, shown, self.settings.snake_stiffness)
         self.anchors = round(self.settings.snake_feedback * self.settings.contour_samples)
-        mask = filled(self.contour, *image.shape[:2])
+        mask = fill_contour(self.contour, *image.shape[:2])
         self.learn(image, mask)
         least, most = self.contour.min(axis=0), self.contour.max(axis=0)
         box = np.concatenate([least, most - least])
@@ -196,7 +196,7 @@ class PlainSegmenter:
             region[rows, max(min(x0, least[0]), 0) : max(x1, most[0])] = True
         differences = np.full(len(states), -1.0)
         for j, contour in enumerate(cue.states):
-            within = filled(contour, height, width)
+            within = fill_contour(contour, height, width)
             outside = region & ~within
             if within.sum() >= SMALLEST and outside.any():
                 pixels = tables[cue.attached[j]][frame.cells]
@@ -207,7 +207,7 @@ class PlainSegmenter:
     def table(self, frame, state, basis):
         """p(O | c) of the frame's colours on a plane, by a state of x₂."""
         of_target = self.settings.object_components
-        mixtures = mixture_of(state[:of_target]), mixture_of(state[of_target:])
+        mixtures = from_components(state[:of_target]), from_components(state[of_target:])
         return posterior(frame.colours @ basis, *mixtures, self.settings.colour_floor, frame.prior)
 
     def sets(self, image, mask, counts):
@@ -258,7 +258,7 @@ class PlainMoreno2005(PlainSegmenter):
     def begin(self, sets, mixtures):
         settings = self.settings
         self.planes = Samples(plane_normal(self.basis), settings.plane_samples)
-        state = np.concatenate([components_of(mixture) for mixture in mixtures])
+        state = np.concatenate([to_components(mixture) for mixture in mixtures])
         self.colours = Samples(state, settings.colour_samples)
         self.refitted = SmoothColours(sets, mixtures, 1.0)
 
@@ -272,15 +272,19 @@ class PlainMoreno2005(PlainSegmenter):
         settings, random, cue = self.settings, self.random, self.planes
         beyond = frame.around if frame.around.any() else frame.window
         colours_in = drawn_colours(image, frame.window, settings.window_points, random)
-        mixture_in = fitted(colours_in, settings.window_components, random, STEPS)
+        mixture_in = fit_mixture(colours_in, settings.window_components, random, STEPS)
         colours_out = drawn_colours(image, beyond, settings.outside_points, random)
-        mixture_out = fitted(colours_out, settings.background_components, random, STEPS)
+        mixture_out = fit_mixture(colours_out, settings.background_components, random, STEPS)
         cue.states = moved_planes(cue.resampled(random), self.basis, settings.plane_spread, random)
         bases = [basis_on(normal, self.basis) for normal in cue.states]
         differences = []
         for phi in bases:
-            of_window = refined(colours_in @ phi, projected(mixture_in, phi), STEPS_ON_PLANES)
-            of_outside = refined(colours_out @ phi, projected(mixture_out, phi), STEPS_ON_PLANES)
+            of_window = refine_mixture(
+                colours_in @ phi, project_mixture(mixture_in, phi), STEPS_ON_PLANES
+            )
+            of_outside = refine_mixture(
+                colours_out @ phi, project_mixture(mixture_out, phi), STEPS_ON_PLANES
+            )
             p = posterior(frame.colours @ phi, of_window, of_outside, settings.colour_floor, 0.5)
             differences.append(frame.difference(p))
         temperature = settings.plane_temperature

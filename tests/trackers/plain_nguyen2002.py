@@ -180,7 +180,7 @@ class Appearance:
         return raise_eigenvalues(covariance, self._settings.floor)
 
 
-class Smoother:
+class ScalarSmoother:
     """The Kalman filter of a pose with its velocity (see `test_kalman`).
 
     The pose that it begins with is as good as a measurement.
@@ -192,7 +192,9 @@ class Smoother:
     def __init__(self, pose, velocity):
         noises = self.PLACE, self.PLACE, self.SCALE
         parts = zip(pose, velocity, noises, strict=True)
-        self._filters = [kalman.Smoother(value, speed, *noise) for value, speed, noise in parts]
+        self._filters = [
+            kalman.ScalarSmoother(value, speed, *noise) for value, speed, noise in parts
+        ]
 
     @property
     def pose(self):
@@ -234,7 +236,7 @@ class Target:
         self._width, self._height = (floor(side + 0.5) for side in box[2:].tolist())
         x, y = (box[:2] + box[2:] / 2 - 0.5).tolist()
         self.last = Pose(x, y, 1.0)
-        self._smoother = Smoother(self.last, Pose(0.0, 0.0, 0.0))
+        self._smoother = ScalarSmoother(self.last, Pose(0.0, 0.0, 0.0))
         self.appearance = Appearance(settings, self._view(self._features(image), self.last, True))
 
     def follow(self, image):
@@ -284,7 +286,7 @@ class Target:
             appearance.begin_as_known(self.appearance)
         self.appearance = appearance
         velocity = (np.array(pose) - np.array(self.last)) / (n + 1)
-        self._smoother = Smoother(pose, Pose(*velocity.tolist()))
+        self._smoother = ScalarSmoother(pose, Pose(*velocity.tolist()))
         self.last = pose
 
     def box(self, pose):

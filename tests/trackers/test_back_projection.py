@@ -11,10 +11,10 @@ from hypothesis import strategies as st
 from trackmark.trackers.base.sharing import SharedFrame
 from trackmark.trackers.maps.back_projection import (
     HueBins,
-    bin_counts,
+    count_bins,
     hue_bin,
+    lazy_hue_bins,
     mean_shift,
-    unvisited_hues,
 )
 
 byte = st.integers(0, 255)
@@ -78,9 +78,7 @@ window = st.tuples(st.integers(-8, 25), st.integers(-8, 20), st.integers(1, 30),
 
 @given(st.integers(0, 99), st.integers(1, 254), window, st.tuples(*[st.floats(0, 1)] * 3))
 @example(0, 32, (-8, -8, 40, 40), (0.0, 0.0, 1.0))
-def test_template_counts_are_those_of_the_visible_pixels_that_are_not_masked(
-    seed, n_bins, window, limits
-):
+def test_count_bins_ignores_masked_and_outside_pixels(seed, n_bins, window, limits):
     image = picture(seed)
     left, top, width, height = window
     expected = np.zeros(n_bins + 1, int)
@@ -88,16 +86,16 @@ def test_template_counts_are_those_of_the_visible_pixels_that_are_not_masked(
         if left <= column < left + width and top <= row < top + height:
             expected[found] += 1
     expected[n_bins] = 0  # masked ones weigh nothing
-    np.testing.assert_array_equal(bin_counts(hues_of(image, n_bins, *limits), *window), expected)
+    np.testing.assert_array_equal(count_bins(hues_of(image, n_bins, *limits), *window), expected)
 
 
 def hues_of(image, n_bins=32, *limits) -> HueBins:
-    return SharedFrame(image).compute(unvisited_hues, n_bins, *(limits or (0.0, 0.0, 1.0)))
+    return SharedFrame(image).compute(lazy_hue_bins, n_bins, *(limits or (0.0, 0.0, 1.0)))
 
 
 def test_only_visited_pixels_are_binned():
     hues = hues_of(picture(0))
-    bin_counts(hues, 3, 4, 5, 6)
+    count_bins(hues, 3, 4, 5, 6)
     visited = hues.bins != 255
     assert visited[4:10, 3:8].all()
     assert visited.sum() == 30

@@ -76,7 +76,7 @@ def test_bradskis_rule_sets_the_window_from_the_mass():
     assert adapted_window(100.0, 1.1, (500, 500)) == (21, 19)  # 2 √110 = 20.98, 2 √90.9 = 19.07
 
 
-def test_an_adaptive_window_stays_between_three_pixels_and_the_image():
+def test_adaptive_window_size_is_limited():
     full = np.full((50, 40, 3), RED, np.uint8)
     estimates = track("camshift", [full] * 8, [10, 10, 20, 20], window="adaptive")
     assert estimates[-1].box.tolist() == [0, 0, 40, 50]
@@ -112,7 +112,7 @@ def test_an_adaptive_window_has_the_centre_of_opencvs():
     assert np.abs(np.array(ours) - theirs).max() < 1
 
 
-def test_without_weight_the_window_stays_and_finds_a_target_that_comes_back():
+def test_window_without_weight_stays_until_target_returns():
     here, box = scene((60, 60))
     empty = np.full_like(here, GREEN)
     gone, back = track("camshift", [here, empty, here], box, window="adaptive")

@@ -138,7 +138,7 @@ def test_a_tracker_from_a_file_anywhere(plugin):
     assert first_step(trackers.create(f"{plugin}:Drift", step=2)) == [3, 2, 3, 4]
 
 
-def test_what_is_wrong_with_a_plugin_file_is_said(plugin):
+def test_plugin_file_errors_state_the_problem(plugin):
     with pytest.raises(TrackerError, match=r"missing\.py: there is no such tracker file"):
         trackers.create(f"{plugin.parent}/missing.py:Drift")
     with pytest.raises(TrackerError, match=r"class in .*drift\.py 'Drfit'. Did you mean 'Drift'"):
@@ -181,7 +181,7 @@ def test_a_third_partys_tracker_is_found_by_its_entry_point(tmp_path, monkeypatc
     assert first_step(specification.create()) == [6, 2, 3, 4]
 
 
-def test_a_third_partys_missing_dependency_is_said_when_it_is_asked_for(tmp_path, monkeypatch):
+def test_entry_point_with_missing_dependency_is_rejected(tmp_path, monkeypatch):
     source = "import a_library_that_nobody_has\n"
     installed(tmp_path, monkeypatch, "drift = drifters:Drift\n", source)
     assert "drift" in trackers.names()
@@ -212,7 +212,7 @@ def test_describe_gives_parameters_with_default_type_and_meaning(plugin):
     assert (types["radius"], types["difference_window"]) == ("float | rule", "int")
     drift = trackers.describe(f"{plugin}:Drift")
     assert drift["presets"] == {"recommended": {}, "fast": {"step": 5.0}}
-    assert trackers.summary("static") == "Keeps the first box for ever: the floor of every table."
+    assert trackers.summary("static") == "Constant init box: the lower reference of every table."
 
 
 def test_listing_imports_no_tracker_and_no_heavy_library():

@@ -9,8 +9,8 @@ from trackmark.trackers.contours.chain import (
     Chain,
     Hypotheses,
     Weighed,
-    complete,
-    proportional,
+    complete_combinations,
+    normalise_weights,
 )
 
 
@@ -42,16 +42,16 @@ def two(states=200_000, seed=0, **options):
     return chain, chain.step(None, np.random.default_rng(seed))
 
 
-def test_hypotheses_of_the_complete_density_have_its_exact_probabilities():
+def test_complete_density_has_exact_probabilities():
     _, (first, second) = two()
-    indices = complete((first, second))
+    indices = complete_combinations((first, second))
     measured = np.zeros((3, 2))
     np.add.at(measured, (first.states[indices[0]], second.states), second.weights)
     exact = np.array([0.2, 0.5, 0.3])[:, np.newaxis] * [[0.9, 0.1], [0.4, 0.6], [0.2, 0.3]]
     np.testing.assert_allclose(measured, exact / exact.sum(), atol=0.006)
 
 
-def test_a_hypothesis_that_no_other_was_attached_to_still_has_a_chance_in_the_next_frame():
+def test_unattached_hypothesis_keeps_a_small_weight():
     first, second = Listed([0, 1], [1.0, 0.0]), Listed([0, 1, 1], [[1.0, 1.0], [1.0, 1.0]])
     Chain([first, second], feedback="joint").step(None, np.random.default_rng(0))
     _, weights = first.received
@@ -62,7 +62,7 @@ def test_a_hypothesis_that_no_other_was_attached_to_still_has_a_chance_in_the_ne
 def test_hypotheses_attached_to_nothing_are_an_error():
     alone = Hypotheses(np.arange(3), np.full(3, 1 / 3))
     with pytest.raises(ValueError, match="attached to none"):
-        complete([alone, alone])
+        complete_combinations([alone, alone])
 
 
 @pytest.mark.parametrize("options", [{"association": "best"}, {"feedback": "both"}])
@@ -72,7 +72,7 @@ def test_an_unknown_way_is_refused(options):
 
 
 @pytest.mark.parametrize("weights", [[0.2, -0.5, 0.3], [0.2, 0.5]])
-def test_weights_below_zero_or_too_few_are_refused_by_the_cues_name(weights):
+def test_invalid_cue_weights_are_rejected(weights):
     wrong = Listed([0, 1, 2], [0.2, 0.5, 0.3])
     wrong.weigh = lambda *given: Weighed(np.array(weights))
     with pytest.raises(ValueError, match="Listed gives weights of shape"):
@@ -81,11 +81,11 @@ def test_weights_below_zero_or_too_few_are_refused_by_the_cues_name(weights):
 
 @given(st.lists(st.floats(0, 1e300), min_size=1, max_size=8))
 def test_proportional_weights_sum_to_one_and_keep_their_order(values):
-    weights = proportional(np.array(values))
+    weights = normalise_weights(np.array(values))
     assert weights.sum() == pytest.approx(1.0)
     assert (np.diff(weights[np.argsort(values)]) >= 0).all()
 
 
 @pytest.mark.parametrize("values", [[0.0, 0.0], [np.nan, 1.0], [np.inf, 1.0]])
 def test_weights_that_say_nothing_become_equal(values):
-    np.testing.assert_array_equal(proportional(np.array(values)), [0.5, 0.5])
+    np.testing.assert_array_equal(normalise_weights(np.array(values)), [0.5, 0.5])

@@ -12,13 +12,13 @@ from trackmark.bench.papers.wang2010 import plain_maps as plain
 from trackmark.bench.papers.wang2010.plain_maps import JointMaps
 from trackmark.trackers.base.parameters import TrackerError
 from trackmark.trackers.base.sharing import SharedFrame
-from trackmark.trackers.maps.differences import first_frame, frame_after
+from trackmark.trackers.maps.differences import compare_frames, first_frame
 from trackmark.trackers.maps.joint_map import (
-    Binning,
+    ColourBinning,
     ColourMotionModel,
-    ModelParameters,
+    ColourMotionParameters,
     colour_bins,
-    window_at,
+    window_region,
 )
 
 pictures = arrays.arrays(
@@ -36,7 +36,9 @@ def bins_of(image, hue_bins=32, saturation_bins=32, limits=(0.0, 0.0, 1.0)):
     rows, columns = image.shape[:2]
     found = np.empty((rows, columns), np.int32)
     for row in range(rows):
-        colour_bins(image, row, 0, columns, Binning(hue_bins, saturation_bins, *limits), found[row])
+        colour_bins(
+            image, row, 0, columns, ColourBinning(hue_bins, saturation_bins, *limits), found[row]
+        )
     return found
 
 
@@ -67,7 +69,7 @@ def test_local_differences_are_the_sums_over_windows(image, window, seed, averag
     motion = first_frame(images[0])
     expected = None
     for before, after in pairwise(images):
-        motion = frame_after(after, motion, window, averaged)
+        motion = compare_frames(after, motion, window, averaged)
         last, expected = expected, plain.local_difference(after, before, window)
         both = expected + (last if averaged and last is not None else expected)
         np.testing.assert_array_equal(motion.latest, expected)
@@ -79,8 +81,8 @@ def test_local_differences_are_the_sums_over_windows(image, window, seed, averag
 
 def test_the_largest_differences_fit():
     black, white = np.zeros((20, 20, 3), np.uint8), np.full((20, 20, 3), 255, np.uint8)
-    motion = frame_after(white, first_frame(black), 9, True)
-    motion = frame_after(black, motion, 9, True)
+    motion = compare_frames(white, first_frame(black), 9, True)
+    motion = compare_frames(black, motion, 9, True)
     assert motion.latest[10, 10] == 81 * 765
     assert motion.changing == 1.0
     assert motion.mean == 2 * motion.latest.mean()
@@ -90,13 +92,13 @@ def test_the_largest_differences_fit():
 def test_a_change_of_eight_grey_levels_is_noticed(level, changing):
     black = first_frame(np.zeros((20, 20, 3), np.uint8))
     grey = np.full((20, 20, 3), level, np.uint8)
-    assert frame_after(grey, black, 1, False).changing == changing
+    assert compare_frames(grey, black, 1, False).changing == changing
 
 
 def test_a_centroid_that_rounding_put_beside_an_edge_is_on_it():
     for off in (-6e-12, 0.0, 6e-12):
-        assert window_at(13.5 + off, 9.0 + off, 10, 7, 24, 31) == (9, 6, 19, 13)
-    assert window_at(13.5 - 1e-6, 9.0, 10, 7, 24, 31).left == 8
+        assert window_region(13.5 + off, 9.0 + off, 10, 7, 24, 31) == (9, 6, 19, 13)
+    assert window_region(13.5 - 1e-6, 9.0, 10, 7, 24, 31).left == 8
 
 
 def learned(image, box=(8, 6, 10, 9), frames=(), **parameters):
@@ -105,7 +107,7 @@ def learned(image, box=(8, 6, 10, 9), frames=(), **parameters):
     frame = SharedFrame(image)
     centre = np.array([x + width / 2, y + height / 2])
     model = ColourMotionModel(
-        "some-tracker", ModelParameters(**parameters), frame, centre, (width, height)
+        "some-tracker", ColourMotionParameters(**parameters), frame, centre, (width, height)
     )
     joint = None
     for later in frames:
@@ -159,4 +161,4 @@ def test_a_window_without_pixels_that_count_is_refused():
 @pytest.mark.parametrize("window", [2, 8, 11, 0])
 def test_a_window_of_differences_is_odd_and_at_most_nine(window):
     with pytest.raises(ValueError, match="difference_window"):
-        ModelParameters(difference_window=window)
+        ColourMotionParameters(difference_window=window)

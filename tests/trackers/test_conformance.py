@@ -1,4 +1,4 @@
-"""What every tracker must keep, whoever wrote it."""
+"""Conformance of all trackers with the interface."""
 
 import importlib
 import math
@@ -119,7 +119,7 @@ def test_the_class_and_its_file_say_in_one_line_what_it_is(specification):
     assert trackers.summary(specification.name)
 
 
-def test_every_parameter_says_its_meaning_and_every_number_its_unit(specification):
+def test_parameters_have_meanings_and_units(specification):
     for parameter in trackers.describe(specification.name)["parameters"]:
         assert len(parameter["meaning"]) > 10, parameter
         if parameter["type"] in {"int", "float"}:
@@ -216,9 +216,7 @@ def test_init_on_another_sequence_starts_afresh(specification, clip, other_clip,
     np.testing.assert_array_equal(boxes_of(estimates(tracker, clip)), boxes_of(run))
 
 
-def test_nothing_that_went_in_is_changed_and_changing_it_later_changes_nothing(
-    specification, clip, run
-):
+def test_inputs_are_neither_modified_nor_referenced(specification, clip, run):
     states = pickle.dumps((np.random.get_state(), random.getstate()))  # noqa: NPY002  # the legacy state is the point
     tracker = specification.create(SEED)
     first = clip.boxes[0].copy()
@@ -326,7 +324,7 @@ NO_BOXES = [
 ]
 
 
-def test_boxes_outside_the_image_give_well_formed_boxes_or_a_refusal(specification, clip):
+def test_init_boxes_outside_are_tracked_or_rejected(specification, clip):
     for box in STRANGE:
         assert_well_formed_or_refused(specification, clip, np.array(box, float))
 

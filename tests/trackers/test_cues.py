@@ -5,12 +5,12 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from trackmark.trackers.contours.contour_cue import ContourDynamics, KalmanContourCue
-from trackmark.trackers.contours.mixture import Mixture, components_of
+from trackmark.trackers.contours.mixture import Mixture, to_components
 from trackmark.trackers.contours.observation import colour_cells
 from trackmark.trackers.contours.plane_cue import (
-    basis_of,
     discriminant_basis,
-    oriented,
+    orient_normals,
+    plane_basis,
     plane_normal,
 )
 
@@ -29,7 +29,7 @@ def image():
 
 def mixtures(seed=0, of_target=2, of_background=3):
     random = np.random.default_rng(seed)
-    return components_of(
+    return to_components(
         Mixture(
             np.concatenate([np.full(of_target, 1 / of_target), np.full(of_background, 1 / 3)]),
             random.uniform(0, 1, (of_target + of_background, 2)),
@@ -42,7 +42,7 @@ def mixtures(seed=0, of_target=2, of_background=3):
 
 
 @pytest.mark.parametrize("levels", [1, 20, 64])
-def test_cells_are_the_unique_rows_of_the_grid_and_have_their_pixels_mean(image, levels):
+def test_colour_cells_have_the_mean_of_their_pixels(image, levels):
     coarse = image.copy()
     coarse[:30] = coarse[:30] // 64 * 85  # cells of many pixels, and extreme ones
     rgb = coarse[..., ::-1].reshape(-1, 3).astype(int)
@@ -59,7 +59,7 @@ def test_cells_are_the_unique_rows_of_the_grid_and_have_their_pixels_mean(image,
 # Cues.
 
 
-def test_the_kalman_filter_ends_with_the_weighted_contours_mean_and_variance():
+def test_kalman_contour_cue_matches_weighted_mean_and_variance():
     motion = ContourDynamics(np.zeros((2, 2)), np.array([3.0, 2.0]))
     cue = KalmanContourCue(SQUARE, 4000, motion, "window", "literal", 1.0)
     random = np.random.default_rng(0)
@@ -154,10 +154,10 @@ def unit_vectors(seed, n):
 REFERENCE = np.linalg.qr(np.random.default_rng(1).normal(size=(3, 2)))[0]
 
 
-def test_a_basis_is_the_references_turned_about_the_common_line_by_the_angle_between():
+def test_plane_basis_is_the_smallest_rotation():
     reference = plane_normal(REFERENCE)
-    normals = oriented(unit_vectors(5, 30), reference)
-    for normal, basis in zip(normals, basis_of(normals, REFERENCE), strict=True):
+    normals = orient_normals(unit_vectors(5, 30), reference)
+    for normal, basis in zip(normals, plane_basis(normals, REFERENCE), strict=True):
         axis = np.cross(reference, normal)
         angle = np.arccos(reference @ normal)
         turn = Rotation.from_rotvec(angle * axis / np.linalg.norm(axis))

@@ -38,7 +38,7 @@ CASCADE = """<?xml version="1.0"?>
 
 
 @needs_hog
-def test_a_walking_person_is_found_in_most_frames_and_tracked_from_there():
+def test_people_detects_and_tracks_a_walking_person():
     sequence = datasets.load("multipart/1")
     detect = people()
     frames = range(0, 200, 20)

@@ -7,7 +7,11 @@ from hypothesis import strategies as st
 
 from tests.trackers.slow_ellipses import codes_of, histogram_of, pixels_of
 from trackmark.trackers.histograms.bins import JointBins
-from trackmark.trackers.histograms.ellipses import KERNELS, coefficients, ellipse_counts
+from trackmark.trackers.histograms.ellipses import (
+    KERNELS,
+    bhattacharyya_coefficients,
+    ellipse_counts,
+)
 
 HEIGHT, WIDTH, BINS = 25, 33, 11
 EVERY = np.arange(BINS)
@@ -54,7 +58,7 @@ def test_coefficients_are_those_of_exact_weights(kernel):
         np.sqrt(histogram_of(codes(8), BINS, ellipse, kernel, whole=False) * model).sum()
         for ellipse in ellipses
     ]
-    ours = coefficients(found.counts, found.totals, model[np.newaxis])
+    ours = bhattacharyya_coefficients(found.counts, found.totals, model[np.newaxis])
     np.testing.assert_allclose(ours, expected, atol=1e-5)
 
 
@@ -73,13 +77,15 @@ def test_ellipses_that_are_nowhere_count_nothing(value):
     ellipses = np.array([[value, 12.0, 5.0, 5.0], [12.0, value, 5.0, 5.0]])
     found = ellipse_counts(codes(0), (0, 0), False, ellipses, "uniform", EVERY, BINS)
     assert not found.totals.any()
-    assert not coefficients(found.counts, found.totals, np.full((1, BINS), 1 / BINS)).any()
+    assert not bhattacharyya_coefficients(
+        found.counts, found.totals, np.full((1, BINS), 1 / BINS)
+    ).any()
 
 
 @pytest.mark.parametrize(
     ("space", "bins"), [("rgb", 2), ("rgb", 5), ("rgb", 32), ("hsv", 8), ("hsv", 16)]
 )
-def test_joint_bins_divide_every_channel_evenly_and_value_in_half_as_many(space, bins):
+def test_joint_bins_divide_channels_evenly(space, bins):
     colours = JointBins(space, bins)
     found = colours.codes(picture(2))
     np.testing.assert_array_equal(found, codes_of(picture(2), space, bins))

@@ -12,13 +12,18 @@ from tests.trackers.slow_ellipses import codes_of, histogram_of
 from trackmark.trackers.base.sharing import SharedFrame
 from trackmark.trackers.histograms.bins import JointBins
 from trackmark.trackers.histograms.ellipses import EllipseCounts
-from trackmark.trackers.histograms.motion import Motion, Whereabouts, at_rest, ellipse_in
+from trackmark.trackers.histograms.motion import (
+    LocationMemory,
+    MotionModel,
+    ellipse_in,
+    states_at_rest,
+)
 from trackmark.trackers.histograms.target_model import (
     Background,
-    Ellipses,
+    EllipseHistograms,
     Likelihood,
     TargetModel,
-    spacing_of,
+    grid_spacing,
 )
 
 
@@ -35,11 +40,11 @@ def test_the_least_coefficient_solves_equations_10_and_11(reading, sigma):
     assert (
         replace(likelihood, threshold=prefix).least_coefficient == np.inf
     )  # no more than its peak
-    assert replace(likelihood, reading="always").least_coefficient == -np.inf
+    assert replace(likelihood, interpretation="always").least_coefficient == -np.inf
 
 
 def motion(**changes):
-    quiet = Motion("first-order", "together", "linear", 1.0, 0.0, 0.0, 0.0, 0.0)
+    quiet = MotionModel("first-order", "together", "linear", 1.0, 0.0, 0.0, 0.0, 0.0)
     return replace(quiet, **changes)
 
 
@@ -55,7 +60,7 @@ def steps(model, state, n=1, rates=(0.0, 0.0, 0.0), seed=0, aspect=None, particl
 STATE = [100.0, 80.0, 3.0, -2.0, 20.0, 30.0, 0.5]
 
 
-def test_without_noise_velocity_and_scale_change_are_constant_or_damped():
+def test_motion_without_noise_is_constant_or_damped():
     found = steps(motion(), STATE, n=4)
     np.testing.assert_allclose(found[0], [112, 72, 3, -2, 22, 33, 0.5])
     damped = steps(motion(scale_persistence=0.9), STATE, n=3)
@@ -74,7 +79,7 @@ def test_second_order_has_constant_rates_of_change():
 
 @pytest.mark.parametrize("scale_change", ["linear", "multiplicative"])
 def test_noise_has_the_deviations_that_are_asked_for(scale_change):
-    model = Motion("first-order", "apart", scale_change, 1.0, 0.12, 0.05, 0.02, 0.004)
+    model = MotionModel("first-order", "apart", scale_change, 1.0, 0.12, 0.05, 0.02, 0.004)
     state = [300.0, 200.0, 0.0, 0.0, 20.0, 30.0, 0.0]
     moved = steps(model, state, particles=40_000)
     spread = (moved - state).std(axis=0)
@@ -102,7 +107,7 @@ def test_half_axes_stay_between_three_pixels_and_the_image(axes, change):
 
 
 def test_the_model_does_not_change_how_many_numbers_are_drawn():
-    states = at_rest(np.zeros((3, 2)), np.array([4.0, 5.0]))
+    states = states_at_rest(np.zeros((3, 2)), np.array([4.0, 5.0]))
     for dynamics in ("first-order", "second-order", "random-walk"):
         generator, expected = np.random.default_rng(5), np.random.default_rng(5)
         motion(dynamics=dynamics).step(states, np.zeros((3, 3)), 4, 1.25, (9, 9), generator)
@@ -146,7 +151,7 @@ def test_background_is_examined_at_every_place_of_the_grid():
 @given(st.integers(50, 2000), st.floats(3, 60), st.floats(3, 60))
 def test_the_grid_has_about_as_many_positions_as_asked_for(positions, half_x, half_y):
     half_axes = np.array([half_x, half_y])
-    spacing = spacing_of(positions, half_axes, (640, 480))
+    spacing = grid_spacing(positions, half_axes, (640, 480))
     across, down = (
         len(np.arange(half, size - half + 1e-9, spacing))
         for half, size in zip(half_axes, (640, 480), strict=True)
@@ -171,7 +176,7 @@ def test_a_target_that_fills_the_image_leaves_no_background():
 
 
 def whereabouts(**changes):
-    return Whereabouts(np.array([10.0, 20.0]), (640, 480), **changes)
+    return LocationMemory(np.array([10.0, 20.0]), (640, 480), **changes)
 
 
 def placed(where, placement, n=4000, frame=0):
@@ -192,9 +197,7 @@ WHOLE = np.array([[10.0, 20.0, 620.0, 440.0]])
         ("image", None, WHOLE),  # of centres of ellipses that are whole inside
     ],
 )
-def test_a_target_that_was_never_seen_is_waited_for_evenly_where_it_may_enter(
-    placement, entries, expected
-):
+def test_unseen_target_is_searched_in_entry_boxes(placement, entries, expected):
     places = placed(whereabouts(entries=entries), placement)[:, np.newaxis, :2]
     inside = ((places >= expected[:, :2]) & (places <= expected[:, :2] + expected[:, 2:])).all(
         axis=2
@@ -207,9 +210,9 @@ def test_a_target_that_was_never_seen_is_waited_for_evenly_where_it_may_enter(
         np.testing.assert_allclose(places[own, 0].std(axis=0), spread, rtol=0.1)
 
 
-def test_half_of_the_particles_stay_where_the_target_was_last_seen():
+def test_placement_last_keeps_half_at_the_last_position():
     where = whereabouts()
-    where.seen(np.array([200.0, 300.0]), np.array([12.0, 24.0]))
+    where.record_probable(np.array([200.0, 300.0]), np.array([12.0, 24.0]))
     particles = placed(where, "last")
     near = np.abs(particles[:, 0] - 200) < 170
     assert near.mean() == pytest.approx(0.5, abs=0.01)
@@ -221,9 +224,9 @@ def test_half_of_the_particles_stay_where_the_target_was_last_seen():
 
 def test_a_prediction_goes_on_as_the_target_did():
     where = whereabouts()
-    where.seen(np.array([200.0, 300.0]), np.array([10.0, 20.0]))
+    where.record_probable(np.array([200.0, 300.0]), np.array([10.0, 20.0]))
     for frame in range(30):
-        where.certain(frame, np.array([100.0 + 2 * frame, 300.0]))
+        where.record_certain(frame, np.array([100.0 + 2 * frame, 300.0]))
     particles = placed(where, "predicted", frame=39)
     near = np.abs(particles[:, 0] - 178) < 100
     assert near.mean() == pytest.approx(0.7, abs=0.02)
@@ -236,7 +239,7 @@ def test_a_prediction_goes_on_as_the_target_did():
 def test_a_speed_that_no_target_has_is_not_believed():
     where = whereabouts()
     for frame in range(3):
-        where.certain(frame, np.array([100.0 + 50 * frame, 300.0]))
+        where.record_certain(frame, np.array([100.0 + 50 * frame, 300.0]))
     particles = placed(where, "predicted", frame=12)
     near = np.abs(particles[:, 0] - 240) < 100
     assert particles[near, 0].mean() == pytest.approx(200 + 10 * 4, abs=1.5)
@@ -270,7 +273,7 @@ def test_nothing_that_is_outside_the_image_enters_a_model():
     assert model.update(None, 0.0, found, np.ones(3) / 3, -np.inf) == 0.0
 
 
-def test_models_of_their_own_follow_their_particles_and_go_on_with_them():
+def test_models_per_particle_follow_their_particles():
     model = TargetModel(np.array([0.5, 0.5]), 3, apart=True, alpha=0.5)
     found = counts_of([[1, 1], [1, 0], [0, 0]])
     assert model.update(None, 0.0, found, np.array([0.5, 0.25, 0.25]), 0.1) == pytest.approx(2 / 3)
@@ -278,15 +281,15 @@ def test_models_of_their_own_follow_their_particles_and_go_on_with_them():
     model.select(np.array([1, 1, 0]))
     expected = [1 * sqrt(0.75), 1 * sqrt(0.75), sqrt(0.5)]
     np.testing.assert_allclose(model.coefficients(counts_of([[1, 0]] * 3)), expected)
-    model.forget()
+    model.reset()
     expected = sqrt(model.current[0])
     np.testing.assert_allclose(model.coefficients(counts_of([[1, 0]] * 3)), expected)
 
 
 def test_an_ellipse_counts_only_with_a_quarter_inside():
-    ellipses, frame = Ellipses(JointBins(), "isotropic"), SharedFrame(picture())
+    ellipses, frame = EllipseHistograms(JointBins(), "isotropic"), SharedFrame(picture())
     inside = [-6.0 + 0.5 * i for i in range(20)]
-    states = at_rest(np.array([[x, 40.0] for x in inside]), np.array([8.0, 8.0]))
+    states = states_at_rest(np.array([[x, 40.0] for x in inside]), np.array([8.0, 8.0]))
     found = ellipses.counts(frame, states, np.arange(512))
     shares = found.pixels / (pi * 64)
     assert ((found.totals > 0) == (shares >= 0.25)).all()

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.linalg import solve_discrete_are
 
-from trackmark.trackers.base.kalman import ConstantVelocity, Smoother
+from trackmark.trackers.base.kalman import ConstantVelocity, ScalarSmoother
 
 F, H = np.array([[1.0, 1.0], [0.0, 1.0]]), np.array([[1.0, 0.0]])
 Q = np.array([[0.25, 0.5], [0.5, 1.0]])
@@ -27,7 +27,7 @@ def textbook(state, covariance, noise, measurements, deviations):
 
 def test_the_smoother_is_the_textbooks_filter():
     values = 3 + np.cumsum(np.random.default_rng(0).normal(0.5, 1, 30))
-    smoother = Smoother(3.0, 0.5, 0.7, 0.4, 2.0)
+    smoother = ScalarSmoother(3.0, 0.5, 0.7, 0.4, 2.0)
     expected = textbook([3.0, 0.5], np.diag([0.16, 4.0]), 0.7, values, np.full(30, 0.4))
     for value, (state, _, _) in zip(values, expected, strict=True):
         assert smoother.predicted() == smoother.value + smoother.velocity
@@ -38,7 +38,7 @@ def test_the_smoother_is_the_textbooks_filter():
 def test_in_the_end_its_gain_is_that_of_riccatis_equation():
     p = solve_discrete_are(F.T, H.T, 0.49 * Q, np.array([[0.16]]))
     place, velocity = (p @ H.T / (p[0, 0] + 0.16)).ravel()
-    smoother = Smoother(0.0, 0.0, 0.7, 0.4, 2.0)
+    smoother = ScalarSmoother(0.0, 0.0, 0.7, 0.4, 2.0)
     for _ in range(60):
         smoother.measure(0.0)
     smoother.measure(1.0)
@@ -75,7 +75,7 @@ def test_each_axis_is_the_textbooks_filter(position, velocity_deviation, noise, 
         assert ours.position.tolist() == ours.means[:, 0].tolist()
 
 
-def test_a_measurement_that_says_nothing_changes_nothing_and_an_exact_one_is_taken():
+def test_correct_with_infinite_and_zero_variance():
     ours = ConstantVelocity(np.array([3.0, 4.0]), np.array([2.0, 5.0]), 1.0)
     ours.predict()
     means, covariances = ours.means.copy(), ours.covariances.copy()

@@ -164,7 +164,7 @@ def test_no_side_grows_beyond_the_image():
     np.testing.assert_allclose(found[-1, 2:], 30 * 1.1**10)  # 77.8 of 80
 
 
-def test_a_target_that_left_is_not_visible_and_is_found_when_it_comes_back():
+def test_target_that_left_and_returned_is_found():
     here, empty = picture((60, 40)), np.full((80, 120, 3), 0, np.uint8)
     gone, back = track("mean-shift", [here, empty, here], [48, 22, 24, 36])
     assert not gone.visible
@@ -176,7 +176,7 @@ def test_a_target_that_left_is_not_visible_and_is_found_when_it_comes_back():
 
 
 @pytest.mark.parametrize("turns", range(4))
-def test_what_leads_beyond_the_pixels_first_looked_up_is_followed(turns):
+def test_mean_shift_leaves_the_first_window(turns):
     first, second = np.zeros((2, 400, 400, 3), np.uint8)
     first[180:220, 180:220] = 255
     second[198:202, 210:380] = 255  # seen from the start, and leads away

@@ -16,9 +16,7 @@ GREEN, RED, BLUE = (60, 180, 40), (30, 50, 210), (210, 80, 30)
 
 
 @given(st.floats(0.01, 1), st.floats(0.5, 50), st.floats(0.1, 8), st.floats(-1, 1))
-def test_the_deviation_is_that_of_the_scaled_gaussian_through_three_points(
-    scale, deviation, deviations_aside, shift
-):
+def test_deviation_of_gaussian_through_three_points(scale, deviation, deviations_aside, shift):
     distance = deviation * deviations_aside
 
     def gaussian(at):
@@ -66,7 +64,7 @@ def test_box_and_gain_are_the_filters_of_the_measured_places():
             assert estimate.visible
 
 
-def test_the_first_gain_is_that_of_the_surface_of_the_coefficient():
+def test_first_gain_follows_from_coefficient_surface():
     images = [picture(20, 40), picture(22, 41)]
     settings = {"scale": "fixed", "acceleration_noise": 3.0}
     (estimate,) = track("mean-shift-kalman", images, [20, 40, 24, 30], **settings)
@@ -122,7 +120,7 @@ def test_a_place_is_believed_from_the_least_coefficient_on():
         assert again.visible is visible
 
 
-def test_a_target_that_left_is_looked_for_at_the_border_where_the_prediction_left_the_image():
+def test_search_start_is_clipped_to_the_image():
     here, empty = picture(20, 40), np.full((120, 200, 3), 128, np.uint8)
     tracker = trackers.create("mean-shift-kalman")
     tracker.init(here, np.array([20.0, 40, 24, 30]))

@@ -11,15 +11,15 @@ from sklearn.mixture import GaussianMixture
 
 from trackmark.trackers.contours.mixture import (
     Mixture,
-    components_of,
     density,
-    fitted,
-    mixture_of,
-    projected,
-    refined,
-    refined_on_planes,
+    fit_mixture,
+    from_components,
+    project_mixture,
+    refine_mixture,
+    refine_on_planes,
+    to_components,
 )
-from trackmark.trackers.contours.plane_cue import basis_of, plane_normal
+from trackmark.trackers.contours.plane_cue import plane_basis, plane_normal
 
 
 def some_mixture(seed, m=3, d=2):
@@ -64,7 +64,7 @@ def test_refining_is_scikit_learns_expectation_maximisation(d, iterations):
     points = drawn(some_mixture(d, m=4, d=d), 300, 1)
     start = some_mixture(7, m=3, d=d)
     before = [part.copy() for part in start]
-    found = refined(points, start, iterations, 1e-3)
+    found = refine_mixture(points, start, iterations, 1e-3)
     assert_same(found, by_scikit_learn(points, start, iterations, 1e-3), rtol=1e-8, atol=1e-10)
     assert_same(start, before)
 
@@ -92,21 +92,21 @@ def slow_start(points, m, uniforms, regularisation):
 
 
 @pytest.mark.parametrize("d", [2, 3])
-def test_fitting_begins_with_the_points_nearest_to_centres_of_k_means_plus_plus(d):
+def test_fit_mixture_starts_from_k_means_plus_plus(d):
     points = drawn(some_mixture(d, m=4, d=d), 80, 1)
     start = slow_start(points, 4, np.random.default_rng(5).random(4), 3e-4)
-    assert_same(fitted(points, 4, np.random.default_rng(5), 0), start, rtol=1e-9)
+    assert_same(fit_mixture(points, 4, np.random.default_rng(5), 0), start, rtol=1e-9)
     expected = by_scikit_learn(points, start, 15, 3e-4)
-    assert_same(fitted(points, 4, np.random.default_rng(5)), expected, rtol=1e-7)
+    assert_same(fit_mixture(points, 4, np.random.default_rng(5)), expected, rtol=1e-7)
 
 
-def test_components_without_points_keep_a_place_and_weigh_nothing():
+def test_components_without_points_have_weight_zero():
     points = np.repeat([[0.2, 0.3], [0.8, 0.5]], [30, 10], axis=0)
-    found = fitted(points, 4, np.random.default_rng(0))
+    found = fit_mixture(points, 4, np.random.default_rng(0))
     assert sorted(found.weights.round(9)) == [0, 0, 0.25, 0.75]
     assert {tuple(mean) for mean in found.means.round(9)} == {(0.2, 0.3), (0.8, 0.5)}
     np.testing.assert_allclose(found.covariances, np.tile(3e-4 * np.eye(2), (4, 1, 1)), atol=1e-15)
-    again = refined(points + 0.01, found, 3)
+    again = refine_mixture(points + 0.01, found, 3)
     np.testing.assert_array_equal(again.weights == 0, found.weights == 0)
     assert all(np.isfinite(part).all() for part in again)
 
@@ -116,30 +116,34 @@ BASIS = np.linalg.qr(np.random.default_rng(8).normal(size=(3, 2)))[0]
 
 def bases(n):
     normals = plane_normal(BASIS) + np.random.default_rng(n).normal(0, 0.2, (n, 3))
-    return basis_of(normals / np.linalg.norm(normals, axis=1, keepdims=True), BASIS)
+    return plane_basis(normals / np.linalg.norm(normals, axis=1, keepdims=True), BASIS)
 
 
-def test_a_projected_mixture_is_the_marginal_density_on_the_plane():
+def test_projected_mixture_is_the_marginal_density():
     mixture = some_mixture(3, d=3)
     points = np.random.default_rng(0).random((5, 2))
     heights = np.linspace(-4, 4, 8001)
     lines = points @ BASIS.T + heights[:, np.newaxis, np.newaxis] * plane_normal(BASIS)
     along = density(mixture, lines.reshape(-1, 3)).reshape(8001, 5)
     expected = along.sum(axis=0) * (heights[1] - heights[0])
-    np.testing.assert_allclose(density(projected(mixture, BASIS), points), expected, rtol=1e-9)
+    np.testing.assert_allclose(
+        density(project_mixture(mixture, BASIS), points), expected, rtol=1e-9
+    )
 
 
 def test_mixtures_on_planes_are_refined_projections():
     mixture = some_mixture(4, m=3, d=3)
     points = drawn(some_mixture(5, m=4, d=3), 150, 0)
     several = bases(4)
-    found = refined_on_planes(points, mixture, several, 2, 1e-3)
+    found = refine_on_planes(points, mixture, several, 2, 1e-3)
     for plane, basis in enumerate(several):
         part = Mixture(*(array[plane] for array in found))
-        start = projected(mixture, basis)
-        assert_same(part, refined(points @ basis, start, 2, 1e-3), rtol=1e-10)
-        assert_same(Mixture(*(a[plane] for a in projected(mixture, several))), start, rtol=1e-12)
-    assert_same(refined_on_planes(points, mixture, several, 0), projected(mixture, several))
+        start = project_mixture(mixture, basis)
+        assert_same(part, refine_mixture(points @ basis, start, 2, 1e-3), rtol=1e-10)
+        assert_same(
+            Mixture(*(a[plane] for a in project_mixture(mixture, several))), start, rtol=1e-12
+        )
+    assert_same(refine_on_planes(points, mixture, several, 0), project_mixture(mixture, several))
 
 
 component = st.tuples(
@@ -155,14 +159,14 @@ component = st.tuples(
 @given(st.lists(component, min_size=1, max_size=4))
 def test_six_numbers_and_covariances_say_the_same(numbers):
     given_ones = np.array(numbers)
-    mixture = mixture_of(given_ones)
+    mixture = from_components(given_ones)
     for covariance, (*_, first, second, angle) in zip(mixture.covariances, numbers, strict=True):
         turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
         expected = turn @ np.diag([first, second]) @ turn.T
         np.testing.assert_allclose(covariance, expected, atol=1e-14)
-    found = components_of(mixture)
+    found = to_components(mixture)
     np.testing.assert_array_equal(found[:, :3], given_ones[:, :3])
     ordered = np.sort(given_ones[:, 3:5], axis=1)[:, ::-1]
     np.testing.assert_allclose(found[:, 3:5], ordered, atol=1e-14)
     assert (np.abs(found[:, 5]) <= np.pi / 2).all()
-    assert_same(mixture_of(found), mixture, atol=1e-14)
+    assert_same(from_components(found), mixture, atol=1e-14)

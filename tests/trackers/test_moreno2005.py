@@ -7,7 +7,7 @@ import pytest
 from tests.trackers.following import box_of
 from trackmark import trackers
 from trackmark.trackers import TrackerError
-from trackmark.trackers.contours.outline import bounding_box, filled
+from trackmark.trackers.contours.outline import bounding_box, fill_contour
 
 NAMES = ["moreno2005", "contour-smooth-color"]
 FEW = {"contour_samples": 60}
@@ -67,7 +67,7 @@ def test_a_disc_is_segmented_while_its_colour_changes(disc, name, parameters):
     assert np.mean(found) > 0.85
 
 
-def test_the_answer_may_be_the_mean_contour_or_the_posterior_alone(disc):
+def test_output_can_be_mean_contour_or_posterior(disc):
     answers = {
         key: run("moreno2005", disc, output=key)[1] for key in ("snake", "mean", "posterior")
     }
@@ -75,7 +75,9 @@ def test_the_answer_may_be_the_mean_contour_or_the_posterior_alone(disc):
         for key, array in snake.arrays.items():
             np.testing.assert_array_equal(array, mean.arrays[key])  # what goes on is the same
             np.testing.assert_array_equal(array, posterior.arrays[key])
-        np.testing.assert_array_equal(mean.mask, filled(snake.arrays["mean_contour"], 120, 160))
+        np.testing.assert_array_equal(
+            mean.mask, fill_contour(snake.arrays["mean_contour"], 120, 160)
+        )
         np.testing.assert_array_equal(posterior.mask, snake.arrays["posterior"] > 0.5)
         np.testing.assert_array_equal(posterior.box, box_of(posterior.mask))
 
@@ -104,7 +106,7 @@ def test_a_target_that_vanishes_costs_nothing_but_confidence(disc):
     assert estimate.confidence < 0.5 * before[-1].confidence
 
 
-def test_a_frame_segmented_into_nothing_teaches_nothing_and_has_the_contours_box(disc):
+def test_empty_segmentation_keeps_the_model(disc):
     images, _, _ = disc
     nothing = np.zeros((120, 160), bool)
     tracker, _ = run("contour-smooth-color", disc, frames=1, output="posterior")
@@ -112,6 +114,6 @@ def test_a_frame_segmented_into_nothing_teaches_nothing_and_has_the_contours_box
     for inside in (nothing, ~nothing):
         tracker.learn(images[1], inside, [])
         assert tracker.colours.fits is before
-    box, mask = tracker._answer(tracker.contour, nothing, nothing.astype(np.float32))
+    box, mask = tracker._select_output(tracker.contour, nothing, nothing.astype(np.float32))
     np.testing.assert_array_equal(box, bounding_box(tracker.contour))
     assert not mask.any()

@@ -149,7 +149,7 @@ def assert_cues_are_the_same(fast, slow, found, parameters):
 
 
 @pytest.mark.parametrize(("name", "parameters"), EVERYDAY)
-def test_draws_weights_posteriors_and_contours_are_those_of_plain_numpy(name, parameters):
+def test_moreno2005_equals_plain_numpy(name, parameters):
     assert assert_it_is_the_plain_reference(name, 3, **parameters) > 0
 
 
@@ -161,7 +161,7 @@ def test_contours_around_few_pixels_are_those_of_plain_numpy():
 @pytest.mark.slow
 @pytest.mark.parametrize("parameters", SINGLY, ids=str)
 @pytest.mark.parametrize("preset", ["as-written", "recommended"])
-def test_each_parameter_of_either_preset_does_what_it_does_in_plain_numpy(preset, parameters):
+def test_parameters_equal_plain_numpy(preset, parameters):
     assert_it_is_the_plain_reference("moreno2005", 5, seed=1, preset=preset, **parameters)
 
 
@@ -173,11 +173,11 @@ def test_each_reading_of_the_baseline_is_that_of_plain_numpy(parameters):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", PLAIN)
-def test_also_where_the_target_leaves_the_image_they_are_those_of_plain_numpy(name):
+def test_target_leaving_the_image_equals_plain_numpy(name):
     assert_it_is_the_plain_reference(name, 7, step=12)
 
 
 @pytest.mark.slow
-def test_with_the_numbers_of_samples_that_are_recommended_they_are_those_of_plain_numpy():
+def test_recommended_sample_numbers_equal_plain_numpy():
     every = {"plane_samples": 20, "colour_samples": 300, "contour_samples": 500}
     assert_it_is_the_plain_reference("moreno2005", 3, **every)

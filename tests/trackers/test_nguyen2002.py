@@ -9,7 +9,7 @@ from tests.trackers import plain_nguyen2002 as plain
 from tests.trackers.template_clip import clip, made, texture, track
 from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.trackers.base.parameters import TrackerError
-from trackmark.trackers.templates.appearance import Appearance, features_of
+from trackmark.trackers.templates.appearance import TemplateFilter, compute_features
 
 
 @pytest.mark.parametrize(
@@ -26,7 +26,7 @@ def test_the_gate_is_the_99_percent_quantile_of_chi_square(features, limit, fact
     assert noise.factor == pytest.approx(settings.consistency_factor, rel=1e-9)
 
 
-def test_a_trimmed_first_covariance_is_not_named_so_that_runs_from_before_are_found():
+def test_default_first_covariance_is_not_in_the_identity():
     for text in ("nguyen2002", "nguyen2002:preset=robust"):
         assert "first_covariance" not in parse_tracker(text).parameters
     assert parse_tracker("nguyen2002:preset=as-written").parameters["first_covariance"] == "all"
@@ -34,9 +34,7 @@ def test_a_trimmed_first_covariance_is_not_named_so_that_runs_from_before_are_fo
 
 @pytest.mark.parametrize(("width", "height"), [(18, 16), (17, 15), (18, 15)])
 @pytest.mark.parametrize("preset", ["as-written", "recommended"])
-def test_in_whole_pixels_boxes_of_even_sides_stand_half_a_pixel_before_what_is_seen(
-    preset, width, height
-):
+def test_even_sides_are_half_a_pixel_off_in_whole_pixels(preset, width, height):
     random = np.random.default_rng(3)
     wall, target = (
         texture(random, *size, (120, 125, 115), 40) for size in ((64, 110), (height, width))
@@ -56,7 +54,7 @@ def test_in_whole_pixels_boxes_of_even_sides_stand_half_a_pixel_before_what_is_s
     np.testing.assert_allclose(found, np.array(truth[1:]) - [*before, 0, 0], atol=1e-9)
 
 
-def test_frames_are_counted_from_the_sequences_first_also_where_the_target_is_not_there_yet():
+def test_frame_numbers_include_watched_frames():
     images, truth = clip(36)
     said = {}
     for before in (0, 5, 0):
@@ -110,9 +108,7 @@ def test_a_frame_of_another_size_is_refused():
 
 @pytest.mark.parametrize(("longest", "last"), [(6, 5), (34, 19), (35, 35)])
 @pytest.mark.parametrize("candidates", ["skipped", "all"])
-def test_candidates_are_farther_and_farther_apart_up_to_the_longest_occlusion(
-    longest, last, candidates
-):
+def test_candidate_offsets_grow_to_the_longest_occlusion(longest, last, candidates):
     images, truth = clip(14 + 35, hidden=60)
     estimates, _ = track(images, truth[0], longest_occlusion=longest, candidates=candidates)
     decided = next(e.revised for e in estimates if e.revised)
@@ -133,13 +129,13 @@ def creeping(speed, features="rgb", **parameters):
     random = np.random.default_rng(0)
     still = random.integers(0, 200, (40, 100, 3), dtype=np.uint8)
     tracker = made([still], (0, 0, 100, 40), features=features, **parameters)
-    target = features_of(still, features)
-    appearance = Appearance(tracker._noise, target)
+    target = compute_features(still, features)
+    appearance = TemplateFilter(tracker._noise, target)
     appearance.start(target)
     for frame in range(60):
         image = still.copy()
         image[:, : speed * frame] = 250
-        seen = appearance.seen(features_of(image, features))
+        seen = appearance.compare(compute_features(image, features))
         changed = float((appearance.template != target).any(axis=2).mean())
         if seen.share > tracker.parameters.gamma:
             return frame, changed
@@ -149,13 +145,11 @@ def creeping(speed, features="rgb", **parameters):
 
 @pytest.mark.parametrize("features", ["rgb", "intensity"])
 @pytest.mark.parametrize(("speed", "declared"), [(5, 6), (6, 5), (8, 4)])
-def test_an_occluder_at_the_slowest_speed_or_faster_is_declared_before_it_is_in_the_template(
-    speed, declared, features
-):
+def test_fast_occluder_is_detected(speed, declared, features):
     assert creeping(speed, features) == (declared, 0.0)
 
 
-def test_a_slower_occluder_or_one_that_just_reaches_n_omax_becomes_the_template():
+def test_slow_occluder_becomes_the_template():
     assert creeping(4) == (None, 1.0)
     assert creeping(4, minimal_speed=0.04) == (7, 0.0)
     assert creeping(5, outlier_rule="reaches") == (None, 1.0)

@@ -65,7 +65,7 @@ def assert_it_is_the_plain_reference(images, box, **parameters):
     estimates = [tracker.update(image) for image in images[1:]]
     found = revised(box, estimates, tracker.finish())
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-9)
-    ours = tracker._appearance
+    ours = tracker._filter
     if not occlusions or occlusions[-1][1] < len(images):
         pairs = (ours.state, noise.c_w), (ours.measurement, noise.c_f), (ours.residual, noise.r_bar)
         for matrix, other in pairs:
@@ -85,13 +85,13 @@ def test_boxes_and_events_are_those_of_plain_numpy(parameters):
 @pytest.mark.slow
 @pytest.mark.parametrize("parameters", TOGETHER + SINGLY)
 @pytest.mark.parametrize("seed", [1, 2])
-def test_boxes_and_events_are_those_of_plain_numpy_with_every_parameter(parameters, seed):
+def test_boxes_and_events_equal_plain_numpy(parameters, seed):
     images, boxes = clip(70, hidden=9, seed=seed, noise=2.0 + 3 * (seed - 1))
     assert assert_it_is_the_plain_reference(images, boxes[0], **parameters)
 
 
 @pytest.mark.parametrize("start", [(98.0, 54.0)])
-def test_also_where_the_target_leaves_the_image_the_boxes_are_those_of_plain_numpy(start):
+def test_target_leaving_the_image_equals_plain_numpy(start):
     images, _ = clip(16, start=100)
     leaving = [np.roll(image, shift, axis=1) for shift, image in enumerate(images)]
     assert_it_is_the_plain_reference(
@@ -106,8 +106,6 @@ def test_also_where_the_target_leaves_the_image_the_boxes_are_those_of_plain_num
         (36, {"end": "first", "gamma": 0.1, "longest_occlusion": 11, "candidates": "all"}),
     ],
 )
-def test_so_they_are_through_several_occlusions_and_where_the_sequence_ends_in_one(
-    n_frames, parameters
-):
+def test_several_and_open_occlusions_equal_plain_numpy(n_frames, parameters):
     images, boxes = clip(n_frames)
     assert assert_it_is_the_plain_reference(images, boxes[0], **parameters)

@@ -55,7 +55,7 @@ def test_a_target_that_moves_is_followed(parameters):
         assert estimate.details["coefficient"] > 0.7
 
 
-def test_a_target_that_accelerates_is_followed_with_second_order_dynamics():
+def test_second_order_dynamics_follow_acceleration():
     tracker = started(x=10, dynamics="second-order", velocity_noise=0.01, scale_noise=0.0)
     ways = [round(0.2 * frame**2) for frame in range(1, 26)]
     for way, estimate in zip(
@@ -118,19 +118,19 @@ def fading(share):
     return with_target(40, colour=np.where(speckled[..., None], BLUE, RED))
 
 
-def test_the_way_is_remembered_of_frames_in_which_the_target_is_surely_seen():
+def test_only_certain_positions_are_stored():
     tracker = trackers.create("nummiaro2003", sigma=0.1, model_update=False, reinitialise=False)
     tracker.watch(with_target(120, y=10, size=(30, 40)))  # reddish things are about
     tracker.init(with_target(40), box_at(40))
     noted = []
-    tracker._whereabouts.certain = lambda frame, centre: noted.append(frame)
+    tracker._locations.record_certain = lambda frame, centre: noted.append(frame)
     found = follow(tracker, [fading(share) for share in np.linspace(0, 1, 20)])
     sure = [e.details["coefficient"] > (1 + e.details["appearance_threshold"]) / 2 for e in found]
     assert noted == [frame for frame, seen in enumerate(sure, 1) if seen]
     assert 0 < len(noted) < 20
 
 
-def test_the_model_follows_a_target_that_fades_and_not_one_that_changes_at_once():
+def test_model_adapts_to_gradual_change_only():
     updated = started(sigma=0.1, alpha=0.3, update_reading="coefficient")
     kept = started(sigma=0.1, model_update=False)
     slowly = [fading(share) for share in np.linspace(0, 1, 60)]
@@ -142,7 +142,7 @@ def test_the_model_follows_a_target_that_fades_and_not_one_that_changes_at_once(
     assert follow(sudden, [fading(1.0)] * 3)[0].details["updated"] == 0
 
 
-def test_the_background_threshold_is_that_of_the_current_model_or_stays():
+def test_threshold_uses_the_selected_model():
     shown = [with_target(40, colour=(30 + 8 * k, 40, 210 - 8 * k)) for k in range(20)]
     current = follow(started(update_reading="always"), shown)
     first = follow(started(update_reading="always", appearance="first"), shown)
@@ -150,7 +150,7 @@ def test_the_background_threshold_is_that_of_the_current_model_or_stays():
     assert len({e.details["appearance_threshold"] for e in first}) == 1
 
 
-def test_frames_without_the_target_say_once_what_the_background_looks_like():
+def test_watched_frame_is_the_background_once():
     def threshold(tracker):
         tracker.init(with_target(40), box_at(40))
         return tracker.update(with_target(40)).details["appearance_threshold"]
@@ -243,7 +243,7 @@ def test_what_a_detector_gives_besides_boxes_is_refused():
             tracker.init_by_detector(ground(), lambda image, nothing=nothing: nothing)
 
 
-def test_a_detection_that_is_mostly_outside_the_image_is_passed_over():
+def test_detection_mostly_outside_is_ignored():
     outside, inside = box_at(WIDTH - 2), box_at(60)
     tracker = trackers.create("nummiaro2003")
     tracker.init_by_detector(ground(), lambda image: np.array([outside]))
@@ -252,7 +252,7 @@ def test_a_detection_that_is_mostly_outside_the_image_is_passed_over():
     assert np.abs(centre(tracker.update(with_target(61))) - [70, 64]).max() < 10
 
 
-def test_the_first_model_counts_even_where_the_present_one_has_forgotten_it():
+def test_first_model_counts_after_model_updates():
     tracker = started(alpha=1.0, appearance="first", update_reading="always", reinitialise=False)
     follow(tracker, [with_target(40, colour=BLUE)] * 2)
     assert tracker.update(with_target(40)).details["positive_appearances"] > 50

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from trackmark import trackers
-from trackmark.trackers.base.opencv import OpenCVTracker, factory, pixel_rectangle
+from trackmark.trackers.base.opencv import OpenCVTracker, find_factory, pixel_rectangle
 from trackmark.trackers.base.parameters import Parameters, TrackerError
 
 
@@ -53,7 +53,7 @@ IMAGE = np.zeros((60, 80, 3), np.uint8)
     [(False, (0, 0, 0, 0)), (False, (9, 9, 9, 9)), (True, (5, 5, 0, 7)), (True, (5, 5, 7, -1))]
     + [(True, (np.nan, 5, 7, 7)), (True, (5, np.inf, 7, 7))],
 )
-def test_a_lost_target_or_a_box_without_area_is_the_last_good_box_not_visible(answer):
+def test_lost_target_keeps_the_last_valid_box(answer):
     tracker = scripted(answer, (True, (4.5, 4, 4, 4.25)), answer, answer)
     first = np.array([1.5, 2.5, 10.25, 10.0])
     tracker.init(IMAGE, first)
@@ -98,9 +98,9 @@ def test_what_opencv_refuses_is_a_clear_error(moving_target):
         trackers.create("opencv-mil").init(clip.images[0], clip.boxes[0])
 
 
-def test_a_tracker_that_the_installed_opencv_lacks_says_what_to_install():
+def test_missing_opencv_tracker_error_has_a_remedy():
     with pytest.raises(ImportError, match="has no TrackerOfTheFuture; install opencv-contrib"):
-        factory("OfTheFuture")
+        find_factory("OfTheFuture")
 
 
 @pytest.mark.parametrize("name", ["opencv-mil", "opencv-tld", "opencv-boosting"])
@@ -120,7 +120,7 @@ def test_the_seed_alone_decides_whatever_the_process_drew_before(name, moving_ta
 @pytest.mark.parametrize(
     "name", ["opencv-kcf", "opencv-csrt", "opencv-mosse", "opencv-median-flow"]
 )
-def test_a_tracker_that_declares_no_randomness_ignores_the_process(name, moving_target):
+def test_deterministic_trackers_ignore_process_state(name, moving_target):
     specification = usable(name)
     assert specification.randomness is trackers.Randomness.NONE
     clip = moving_target(12, velocity=(3, 1), seed=3)
@@ -153,7 +153,7 @@ def changed_alone(name):
 
 
 @pytest.mark.parametrize("name", ["opencv-mil", "opencv-kcf", "opencv-csrt"])
-def test_opencvs_defaults_are_ours_and_every_parameter_is_handed_on(name, monkeypatch):
+def test_opencv_parameters_and_defaults_are_passed_on(name, monkeypatch):
     plugin = usable(name).plugin
     handed = []
     monkeypatch.setattr(plugin, "create_tracker", handed.append)
@@ -178,7 +178,7 @@ def written(tracker):
 
 
 @pytest.mark.parametrize("name", ["opencv-median-flow", "opencv-boosting"])
-def test_what_opencv_reads_has_its_defaults_and_every_parameter_is_handed_on(name):
+def test_legacy_parameters_and_defaults_are_passed_on(name):
     plugin = usable(name).plugin
     (_, ours), *others = ((field, written(one._make())) for field, one in changed_alone(name))
     assert ours == written(plugin.create_tracker())
@@ -205,7 +205,7 @@ def test_only_opencv_gives_up_where_the_answer_is_weak(name, threshold, moving_t
         assert set(visible[1:]) == {expected}  # KCF looks for nothing in its first update
 
 
-def test_a_parameter_that_the_installed_opencv_lacks_is_said(monkeypatch):
+def test_missing_opencv_parameter_is_rejected(monkeypatch):
     monkeypatch.setattr(cv2, "TrackerMIL_Params", object)
     with pytest.raises(TrackerError, match=r"has no sampler.* TrackerMIL_Params; install a newer"):
         trackers.create("opencv-mil")._make()

@@ -36,7 +36,7 @@ def test_boxes_are_those_of_opencvs_function_called_by_hand():
         assert tracker.update(image).box.tolist() == list(window)
 
 
-def test_a_target_that_is_gone_is_not_visible_and_one_without_a_pixel_is_refused():
+def test_absent_target_is_invisible_and_empty_box_rejected():
     tracker = trackers.create("opencv-camshift")
     tracker.init(image_with(30, 20), BOX)
     estimate = tracker.update(image_with(0, 0, GREEN))

@@ -33,7 +33,7 @@ def refused(name, **parameters):
 
 
 @pytest.mark.parametrize("name", KINDS)
-def test_a_model_that_is_not_given_or_not_there_is_named_with_where_it_comes_from(name, tmp_path):
+def test_missing_model_error_names_its_source(name, tmp_path):
     first, *rest = KINDS[name]
     said = refused(name)
     assert said.startswith(f"{name}: parameter {first} has to be given, as in {name}:{first}=PATH")
@@ -62,9 +62,7 @@ def test_describe_names_the_files_without_having_any(name):
 
 @pytest.mark.parametrize("content", [b"", b"no model" * 50, None], ids=["empty", "words", "half"])
 @pytest.mark.parametrize("name", ["opencv-nano", "opencv-vit"])
-def test_what_opencv_cannot_load_is_one_line_that_names_the_files(
-    name, content, models, tmp_path, moving_target
-):
+def test_unloadable_model_error_names_the_files(name, content, models, tmp_path, moving_target):
     files = dict(models[name])
     last = KINDS[name][-1]
     broken = tmp_path / "broken.onnx"
@@ -101,7 +99,7 @@ def test_a_model_of_another_tracker_is_one_line_that_names_it(
 
 
 @pytest.mark.parametrize("name", ["opencv-nano", "opencv-vit"])
-def test_it_follows_what_its_models_see_and_is_as_sure_as_they_are(name, models, moving_target):
+def test_model_trackers_follow_their_models(name, models, moving_target):
     clip = moving_target(10, 140, 200, velocity=(6, 3))
     tracker = trackers.create(name, **models[name])
     tracker.init(clip.images[0], clip.boxes[0])

@@ -16,7 +16,7 @@ from trackmark.trackers.contours.outline import (
     crosses_itself,
     enclosed_area,
     equally_spaced,
-    filled,
+    fill_contour,
     inscribed_ellipse,
     outline,
 )
@@ -34,20 +34,20 @@ def blob(seed, height=40, width=50):
 @given(st.integers(0, 10_000))
 def test_an_outline_of_enough_points_fills_to_the_mask_again(seed):
     mask = blob(seed)
-    np.testing.assert_array_equal(filled(outline(mask, 2000), *mask.shape), mask)
+    np.testing.assert_array_equal(fill_contour(outline(mask, 2000), *mask.shape), mask)
 
 
 @pytest.mark.parametrize("seed", range(0, 8, 2))
-def test_parts_whose_pixels_touch_by_corners_alone_have_one_outline(seed):
+def test_parts_touching_at_corners_have_one_outline(seed):
     mask = np.random.default_rng(seed).random((14, 19)) < 0.33 + 0.08 * seed
     parts, number = ndimage.label(mask, np.ones((3, 3)))
     whole = [ndimage.binary_fill_holes(parts == part) for part in range(1, number + 1)]
-    found = filled(outline(mask, 4000), *mask.shape)
+    found = fill_contour(outline(mask, 4000), *mask.shape)
     assert max(one.sum() for one in whole) == found.sum()
     assert any(np.array_equal(found, one) for one in whole)
 
 
-def test_an_outline_is_clockwise_from_the_topmost_point_on_and_equally_spaced():
+def test_outline_is_clockwise_and_equally_spaced():
     mask = blob(3)
     found = outline(mask, 300)
     x, y = found.T
@@ -60,14 +60,14 @@ def test_an_outline_is_clockwise_from_the_topmost_point_on_and_equally_spaced():
     assert (outline(mask, 300) == found).all()
 
 
-def test_the_part_that_encloses_most_is_outlined_with_its_holes_filled():
+def test_outline_is_that_of_the_largest_part():
     mask = np.zeros((40, 60), bool)
     mask[2:8, 2:8] = True
     mask[10:35, 20:50] = True
     mask[20:22, 30:33] = False
     expected = np.zeros_like(mask)
     expected[10:35, 20:50] = True
-    np.testing.assert_array_equal(filled(outline(mask, 1000), 40, 60), expected)
+    np.testing.assert_array_equal(fill_contour(outline(mask, 1000), 40, 60), expected)
 
 
 def test_an_empty_mask_is_refused():
@@ -94,7 +94,7 @@ def test_equally_spaced_points_divide_the_perimeter():
 
 
 @pytest.mark.parametrize("box", [[4.0, 3.0, 11.0, 7.0], [-3.5, 2.25, 20.0, 9.5]])
-def test_an_inscribed_ellipse_has_the_pixels_whose_centres_are_in_it(box):
+def test_inscribed_ellipse_contains_pixel_centres(box):
     mask = inscribed_ellipse(np.array(box), 15, 20)
     x, y, width, height = box
     for row, column in np.ndindex(mask.shape):
@@ -118,7 +118,7 @@ def test_areas_and_boxes_are_those_of_shapely(seed, n):
 
 @given(st.lists(st.tuples(st.integers(0, 6), st.integers(0, 6)), min_size=4, max_size=8))
 @example([(0, 0), (1, 0), (1, 1), (2, 1), (2, 0), (3, 0), (3, 2), (0, 2)])  # sides on one line
-def test_a_contour_crosses_itself_where_shapely_says_so_also_on_a_grid(points):
+def test_crosses_itself_equals_shapely(points):
     contour = np.array(points, dtype=float)
     before, after = contour - np.roll(contour, 1, axis=0), np.roll(contour, -1, axis=0) - contour
     # Neighbours that fold back on one another are no crossing to us, nor are empty sides.
@@ -170,10 +170,10 @@ def pixels_inside(contour, height=HEIGHT, width=WIDTH):
 
 @settings(max_examples=25)
 @given(star_shaped().filter(lambda contour: Polygon(contour).is_valid), st.integers(0, 99))
-def test_filled_pixels_have_their_centres_inside_and_sums_are_theirs(contour, seed):
+def test_filled_pixels_and_sums_equal_ray_casting(contour, seed):
     values = np.random.default_rng(seed).normal(size=(HEIGHT, WIDTH))
     inside = pixels_inside(contour)
-    np.testing.assert_array_equal(filled(contour, HEIGHT, WIDTH), inside)
+    np.testing.assert_array_equal(fill_contour(contour, HEIGHT, WIDTH), inside)
     above = np.concatenate([np.zeros((1, WIDTH)), values.cumsum(axis=0)])
     for way in (contour, contour[::-1].copy()):
         total, count = _inside(above, way, 0, 0)
@@ -203,14 +203,14 @@ def test_scores_are_means_inside_less_means_outside(outside):
     beyond = there if outside == "window" else np.ones_like(there)
     for j, contour in enumerate(contours):
         values = tables[which[j]][cells].astype(np.float64)
-        inside = filled(contour, *cells.shape) & there
+        inside = fill_contour(contour, *cells.shape) & there
         expected = values[inside].mean() - values[beyond & ~inside].mean()
         assert scores[j] == pytest.approx(expected, abs=1e-12)
 
 
-def test_a_contour_with_few_pixels_inside_or_none_outside_has_the_worst_score():
+def test_contour_scores_reject_small_and_full_contours():
     tables, cells, which, contours = scene(1, n=1)
-    inside = int(filled(contours[0], *cells.shape).sum())
+    inside = int(fill_contour(contours[0], *cells.shape).sum())
     window = (0, 0, 80, 60)
     assert contour_scores(tables, cells, which, contours, window, smallest=inside)[0] > -1
     assert contour_scores(tables, cells, which, contours, window, smallest=inside + 1)[0] == -1

@@ -45,7 +45,7 @@ def test_text_from_the_command_line_becomes_the_declared_type(name, text, value)
         ("window", "fixd", "example: parameter window=fixd: .*'fixed' or 'adaptive'"),
     ],
 )
-def test_a_bad_value_is_one_line_with_owner_name_and_what_is_allowed(name, value, message):
+def test_invalid_value_error_names_owner_and_bounds(name, value, message):
     with pytest.raises(TrackerError, match=message) as caught:
         Example.checked("example", {name: value})
     assert "\n" not in str(caught.value)

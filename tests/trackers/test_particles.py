@@ -7,7 +7,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from trackmark.trackers.base.particles import SCHEMES, effective_number, mean_state, normalised
+from trackmark.trackers.base.particles import (
+    SCHEMES,
+    effective_sample_size,
+    mean_state,
+    normalise_log_weights,
+)
 
 OTHERS = ["systematic", "stratified", "residual"]
 logs = st.lists(st.floats(-50, 50), min_size=1, max_size=30).map(np.array)
@@ -15,22 +20,22 @@ logs = st.lists(st.floats(-50, 50), min_size=1, max_size=30).map(np.array)
 
 @given(logs, st.floats(-5000, 5000))
 def test_weights_are_the_exponentials_ratios_however_small(log_weights, shift):
-    weights = normalised(log_weights + shift)
+    weights = normalise_log_weights(log_weights + shift)
     expected = np.exp(log_weights - log_weights.max())
     np.testing.assert_allclose(weights, expected / expected.sum(), rtol=1e-9)
 
 
-def test_likelihoods_that_underflow_tell_the_better_particle_and_nothing_says_nothing():
+def test_normalise_log_weights_handles_underflow():
     assert np.exp(-5000.0) == 0.0
-    weights = normalised(np.array([-5000.0, -5001.0, -np.inf]))
+    weights = normalise_log_weights(np.array([-5000.0, -5001.0, -np.inf]))
     np.testing.assert_allclose(weights, [1 / (1 + np.exp(-1)), 1 / (1 + np.e), 0], rtol=1e-12)
-    assert normalised(np.full(4, -np.inf)).tolist() == [0.25] * 4
+    assert normalise_log_weights(np.full(4, -np.inf)).tolist() == [0.25] * 4
 
 
 @given(st.integers(1, 50), st.integers(0, 50))
 def test_k_of_n_equal_weights_count_as_k_and_have_their_mean(k, others):
     weights = np.concatenate([np.full(k, 1 / k), np.zeros(others)])
-    assert effective_number(weights) == pytest.approx(k)
+    assert effective_sample_size(weights) == pytest.approx(k)
     states = np.random.default_rng(k).normal(size=(k + others, 3))
     np.testing.assert_allclose(mean_state(weights, states), states[:k].mean(axis=0), atol=1e-12)
 
@@ -64,7 +69,7 @@ def test_as_many_go_on_and_none_that_weighs_nothing(name, weights, seed):
 
 @pytest.mark.parametrize("name", SCHEMES)
 @pytest.mark.parametrize("extreme", [0.0, np.nextafter(1.0, 0.0)])
-def test_the_ends_of_the_unit_interval_choose_particles_that_weigh(name, extreme):
+def test_resampling_never_selects_weight_zero(name, extreme):
     weights = np.array([0.0, 0.3, 0.0, 0.7, 0.0])
     chosen = SCHEMES[name](weights, np.full(5, extreme))
     assert set(chosen.tolist()) <= {1, 3}
@@ -89,12 +94,12 @@ def trials():
 
 
 @pytest.mark.parametrize("name", SCHEMES)
-def test_on_average_a_particle_goes_on_in_as_many_copies_as_it_weighs(trials, name):
+def test_expected_copies_are_proportional_to_weights(trials, name):
     standard_error = trials[name].std(axis=0) / np.sqrt(N_TRIALS) + 1e-9
     assert (np.abs(trials[name].mean(axis=0) - 12 * WEIGHTS) < 4 * standard_error).all()
 
 
-def test_copies_of_multinomial_resampling_have_its_variance_and_the_others_stray_less(trials):
+def test_multinomial_resampling_has_the_largest_variance(trials):
     found = trials["multinomial"]
     variance = 12 * WEIGHTS * (1 - WEIGHTS)
     np.testing.assert_allclose(found.var(axis=0), variance, rtol=0.15)

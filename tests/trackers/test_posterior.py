@@ -6,7 +6,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.stats import multivariate_normal
 
-from trackmark.trackers.contours.mixture import Mixture, mixture_of
+from trackmark.trackers.contours.mixture import Mixture, from_components
 from trackmark.trackers.contours.posterior import BLOCK, posterior, posterior_tables, region_scores
 
 
@@ -28,7 +28,7 @@ def slow_density(mixture, points):
 @pytest.mark.parametrize(("floor", "prior"), [(0.05, 0.5), (2.0, 0.5), (0.05, 0.1)])
 def test_posterior_is_that_of_scipys_densities(floor, prior):
     rng = np.random.default_rng(0)
-    target, background = (mixture_of(components(rng, m)) for m in (2, 5))
+    target, background = (from_components(components(rng, m)) for m in (2, 5))
     points = rng.uniform(-0.5, 1.7, (200, 2))
     wanted = prior * slow_density(target, points)
     others = (1 - prior) * (slow_density(background, points) + floor)
@@ -36,7 +36,7 @@ def test_posterior_is_that_of_scipys_densities(floor, prior):
     np.testing.assert_allclose(found, wanted / (wanted + others), rtol=1e-9)
 
 
-def test_without_a_floor_the_wider_tail_decides_even_where_densities_vanish():
+def test_posterior_without_floor_follows_the_wider_tail():
     narrow, wide = (
         Mixture(np.ones(1), np.zeros((1, 2)), variance * np.eye(2)[np.newaxis])
         for variance in (2e-4, 4e-4)
@@ -58,7 +58,7 @@ def slow_tables(projected, planes, target, background, floor, prior):
     rows = zip(planes, target, background, strict=True)
     return np.array(
         [
-            posterior(projected[plane], mixture_of(one), mixture_of(other), floor, prior)
+            posterior(projected[plane], from_components(one), from_components(other), floor, prior)
             for plane, one, other in rows
         ]
     )
@@ -92,7 +92,7 @@ def test_any_number_of_colours_has_a_table(k):
 def test_planes_are_scored_by_the_tables_of_their_own_mixtures():
     projected, _, target, background, contrast = case(1, n=4, planes=4)
     found = region_scores(
-        projected, mixture_of(target), mixture_of(background), contrast, 0.05, 0.3
+        projected, from_components(target), from_components(background), contrast, 0.05, 0.3
     )
     expected = slow_tables(projected, range(4), target, background, 0.05, 0.3) @ contrast
     np.testing.assert_allclose(found, expected, atol=1e-5)

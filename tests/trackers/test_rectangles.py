@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from trackmark.trackers.base.sharing import SharedFrame
 from trackmark.trackers.histograms import counting
 from trackmark.trackers.histograms.bins import N_BINS, LuvBins
-from trackmark.trackers.histograms.counting import region_counts
+from trackmark.trackers.histograms.counting import count_regions
 from trackmark.trackers.histograms.rectangles import (
     bhattacharyya_distances,
     direct_counts,
@@ -108,13 +108,13 @@ def test_alone_or_with_many_the_counts_are_numpys(image, place, n, n_parts, monk
         expected[part, i] = np.bincount(inside, minlength=N_BINS)[bins]
         assert regions.pixels[part, i] == (right - left) * (bottom - top)
     for sharers in (1, 500):
-        found = region_counts(SharedFrame(image, sharers), regions, scheme, bins)
+        found = count_regions(SharedFrame(image, sharers), regions, scheme, bins)
         np.testing.assert_array_equal(found, expected)
     for ways in (["_INTEGRAL"], ["_DIRECT", "_DIRECT_REGION"]):  # what costs nothing is taken
         with monkeypatch.context() as costs:
             for way in ways:
                 costs.setattr(counting, way, 0.0)
-            found = region_counts(SharedFrame(image), regions, scheme, bins)
+            found = count_regions(SharedFrame(image), regions, scheme, bins)
             np.testing.assert_array_equal(found, expected)
 
 

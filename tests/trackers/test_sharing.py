@@ -17,7 +17,7 @@ def counting(calls):
     return scaled
 
 
-def test_the_first_that_asks_computes_for_all_and_other_arguments_are_other_work():
+def test_compute_caches_by_arguments():
     calls = []
     scaled = counting(calls)
     frame = SharedFrame(IMAGE)
@@ -33,7 +33,7 @@ def test_the_first_that_asks_computes_for_all_and_other_arguments_are_other_work
     assert calls == [(3, 0), (2, 0), (2, 1), (2, 0), (3, 0)]
 
 
-def test_the_image_is_handed_on_read_only_and_the_callers_stays_as_it_was():
+def test_shared_image_is_read_only():
     image = IMAGE.copy()
     frame = SharedFrame(image)
     with pytest.raises(ValueError, match="read-only"):

@@ -5,8 +5,8 @@ import pytest
 from scipy import ndimage
 from scipy.interpolate import RegularGridInterpolator
 
-from trackmark.trackers.contours.outline import filled, inscribed_ellipse, outline
-from trackmark.trackers.contours.snake import edge_map, fitted_snake, refined
+from trackmark.trackers.contours.outline import fill_contour, inscribed_ellipse, outline
+from trackmark.trackers.contours.snake import edge_map, fit_snake, refine_by_snake
 
 CENTRE = np.array([40.0, 36.0])
 
@@ -49,7 +49,7 @@ def test_a_snake_is_the_plain_transcription(points, attraction):
     edges /= edges.max()
     start = circle(22, points, np.array([45.0, 40.0])) + random.normal(size=(points, 2))
     origin = (7, 11)
-    found = fitted_snake(start, edges, origin, 0.08, 0.6, 0.8, attraction, 25)
+    found = fit_snake(start, edges, origin, 0.08, 0.6, 0.8, attraction, 25)
     expected = transcription(start, edges, origin, 0.08, 0.6, 0.8, attraction, 25)
     np.testing.assert_allclose(found, expected, atol=1e-9)
     assert abs(found - start).max() > 1
@@ -86,20 +86,20 @@ def test_refinement_finds_an_ellipse_from_a_contour_beside_it():
     mask, image = noisy_ellipse()
     around = outline(mask)
     start = around.mean(axis=0) + 1.08 * (around - around.mean(axis=0)) + [2.0, -1.0]
-    found, accepted = refined(start, image, mask.astype(np.float32))
+    found, accepted = refine_by_snake(start, image, mask.astype(np.float32))
     assert accepted
-    before, after = (filled(contour, 180, 200) for contour in (start, found))
+    before, after = (fill_contour(contour, 180, 200) for contour in (start, found))
     assert (after & mask).sum() / (after | mask).sum() > 0.965
     assert (before & mask).sum() / (before | mask).sum() < 0.87
 
 
-def test_refinement_follows_no_edge_that_the_posterior_does_not_show():
+def test_snake_ignores_edges_without_posterior():
     mask, image = noisy_ellipse()
     image[:, 138:] = 255  # a stronger edge, eight pixels off
     start = outline(mask) + [5.0, 0.0]
     posterior = mask.astype(np.float32)
-    misled, _ = refined(start, image, None)
-    found, _ = refined(start, image, posterior)
+    misled, _ = refine_by_snake(start, image, None)
+    found, _ = refine_by_snake(start, image, posterior)
     assert misled[:, 0].max() > 136
     assert found[:, 0].max() < 132
 
@@ -107,29 +107,29 @@ def test_refinement_follows_no_edge_that_the_posterior_does_not_show():
 def test_a_snake_that_collapses_or_crosses_itself_is_rejected():
     flat = np.full((72, 80, 3), 90, np.uint8)
     start = circle(15, 8)  # so few points that nothing holds them apart
-    found, accepted = refined(start, flat, None)
+    found, accepted = refine_by_snake(start, flat, None)
     assert not accepted
     assert found is start
     eight = np.array([[20.0, 20], [60, 50], [60, 20], [20, 50]]).repeat(8, axis=0)
     eight += np.tile(np.linspace(0, 1, 8)[:, None], (4, 1)) * (np.roll(eight, -8, axis=0) - eight)
-    assert not refined(eight, flat, None)[1]
+    assert not refine_by_snake(eight, flat, None)[1]
 
 
 def test_a_contour_far_outside_the_image_stays_as_it_is():
     flat = np.full((72, 80, 3), 90, np.uint8)
     for shift in ([400.0, 0.0], [-400.0, 0.0], [0.0, -400.0]):
         start = circle(15) + shift
-        found, accepted = refined(start, flat, None)
+        found, accepted = refine_by_snake(start, flat, None)
         assert found is start
         assert not accepted
 
 
 @pytest.mark.parametrize("edge", [18.0, 22.0])
-def test_stiff_against_change_a_circle_stops_nearer_to_an_edge_on_either_side(edge):
+def test_snake_at_rest_stops_closer_to_an_edge(edge):
     start = circle(20)
-    still = fitted_snake(start, np.zeros((100, 100)), (0, 0), at_rest=True)
+    still = fit_snake(start, np.zeros((100, 100)), (0, 0), at_rest=True)
     np.testing.assert_allclose(still, start, atol=1e-9)
-    found = [fitted_snake(start, ridge(edge), (0, 0), at_rest=rests) for rests in (False, True)]
+    found = [fit_snake(start, ridge(edge), (0, 0), at_rest=rests) for rests in (False, True)]
     drawn_in, free = (edge - np.hypot(*(points - CENTRE).T).mean() for points in found)
     # What is left of the way is what the stiffness holds: inwards always, or towards the start.
     assert drawn_in > 0.2
@@ -142,7 +142,7 @@ def test_stiff_against_change_a_circle_stops_nearer_to_an_edge_on_either_side(ed
 def test_a_circle_shrinks_by_the_weights_of_its_stiffness(stiffness, times):
     radius = times * 4.4 / (2 * np.sin(np.pi / 32))
     start = circle(radius, centre=np.array([200.0, 200.0]))
-    found, accepted = refined(start, np.full((400, 400, 3), 90, np.uint8), None, stiffness)
+    found, accepted = refine_by_snake(start, np.full((400, 400, 3), 90, np.uint8), None, stiffness)
     assert accepted
     # A circle is an eigenvector of the differences; 40 steps without edges leave of its radius:
     difference = 2 - 2 * np.cos(2 * np.pi / 32)

@@ -10,23 +10,23 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.trackers import plain_matching as plain
-from trackmark.trackers.templates.appearance import Appearance, Noise, raised
-from trackmark.trackers.templates.matching import Pose, Window, reach, search
+from trackmark.trackers.templates.appearance import NoiseModel, TemplateFilter, raise_eigenvalues
+from trackmark.trackers.templates.matching import FeatureWindow, Pose, find_pose, search_bounds
 
 LIMIT = {1: 6.6349, 3: 11.3449}
 
 
 def noise(d=3, **changes):
-    usual = Noise(LIMIT[d], 1e-4, 1.0, 0.25, True, 0.0, 10, True, True, True, patience=10**9)
+    usual = NoiseModel(LIMIT[d], 1e-4, 1.0, 0.25, True, 0.0, 10, True, True, True, patience=10**9)
     return usual._replace(**changes)
 
 
 def shown(appearance, features):
     """See a view as the tracker does."""
-    first = not appearance.started
+    first = not appearance.noise_known
     if first:
         appearance.start(features)
-    seen = appearance.seen(features)
+    seen = appearance.compare(features)
     appearance.update(seen, first=first)
     return seen
 
@@ -38,11 +38,11 @@ def views(number, d=3, sd=2.0, shape=(30, 40), seed=0):
 
 
 @pytest.mark.parametrize("full", [True, False])
-def test_grey_noise_is_singular_and_kept_off_singularity_in_the_other_directions_only(full):
+def test_grey_noise_covariance_is_regularised(full):
     random = np.random.default_rng(0)
     grey = random.uniform(0, 255, (30, 40, 1))
     seen = [np.repeat(grey + random.normal(0, 3, grey.shape), 3, axis=2) for _ in range(12)]
-    appearance = Appearance(noise(floor=1.0, full=full), seen[0])
+    appearance = TemplateFilter(noise(floor=1.0, full=full), seen[0])
     for features in seen[1:]:
         assert shown(appearance, features).share < 0.2
         for matrix in (appearance.residual, appearance.state, appearance.measurement):
@@ -57,12 +57,12 @@ def test_grey_noise_is_singular_and_kept_off_singularity_in_the_other_directions
         np.testing.assert_array_equal(appearance.residual, np.diag(np.diag(appearance.residual)))
 
 
-def test_a_view_without_any_inlier_leaves_the_covariance_as_it_was():
+def test_view_without_inliers_keeps_the_covariance():
     _, seen = views(2)
-    appearance = Appearance(noise(), seen[0])
+    appearance = TemplateFilter(noise(), seen[0])
     appearance.start(seen[1])
     before = appearance.residual
-    lost = appearance.seen(seen[1] + 1e4)
+    lost = appearance.compare(seen[1] + 1e4)
     assert lost.share == 1
     np.testing.assert_allclose(lost.covariance, before, rtol=1e-12)
 
@@ -71,10 +71,10 @@ def test_eigenvalues_are_raised_and_nothing_else_is_changed():
     rotation, _ = np.linalg.qr(np.random.default_rng(0).normal(size=(3, 3)))
     matrix = rotation @ np.diag([-2.0, 0.5, 3.0]) @ rotation.T
     expected = rotation @ np.diag([1.0, 1.0, 3.0]) @ rotation.T
-    np.testing.assert_allclose(raised(matrix, 1.0), expected, atol=1e-12)
-    np.testing.assert_array_equal(raised(expected, 0.9), (expected + expected.T) / 2)
+    np.testing.assert_allclose(raise_eigenvalues(matrix, 1.0), expected, atol=1e-12)
+    np.testing.assert_array_equal(raise_eigenvalues(expected, 0.9), (expected + expected.T) / 2)
     skewed = expected + np.array([[0, 1e-3, 0], [-1e-3, 0, 0], [0, 0, 0]])
-    np.testing.assert_allclose(raised(skewed, 0.9), expected, atol=1e-12)
+    np.testing.assert_allclose(raise_eigenvalues(skewed, 0.9), expected, atol=1e-12)
 
 
 ROWS, COLUMNS = 70, 90
@@ -88,12 +88,12 @@ def texture(rows=ROWS, columns=COLUMNS, d=3, seed=0, blur=3.0):
 
 
 def whole(features):
-    return Window(features, 0, 0, *features.shape[:2])
+    return FeatureWindow(features, 0, 0, *features.shape[:2])
 
 
 def cropped(features, pose, search_range, shape):
-    left, top, right, bottom = reach(pose, search_range, shape, *features.shape[:2])
-    return Window(features[top:bottom, left:right].copy(), left, top, *features.shape[:2])
+    left, top, right, bottom = search_bounds(pose, search_range, shape, *features.shape[:2])
+    return FeatureWindow(features[top:bottom, left:right].copy(), left, top, *features.shape[:2])
 
 
 def costs(features, template, poses, bilinear=False, cutoff=CUTOFF):
@@ -109,7 +109,7 @@ def test_whole_pixels_are_those_of_an_exhaustive_search(seed, scale):
     x, y = 45 + random.uniform(-8, 8), 35 + random.uniform(-8, 8)
     template = plain.sample(features, plain.Pose(x, y, scale), 15, 19, bilinear=True)
     template += random.normal(0, 2, template.shape)
-    found = search(whole(features), template, COVARIANCE, Pose(45, 35, 1.0), 8, CUTOFF, False)
+    found = find_pose(whole(features), template, COVARIANCE, Pose(45, 35, 1.0), 8, CUTOFF, False)
     everywhere = [
         plain.Pose(45 + across, 35 + down, coarse * fine)
         for coarse in (0.98, 1.0, 1.02)
@@ -128,7 +128,7 @@ def test_whole_pixels_are_those_of_an_exhaustive_search(seed, scale):
 def on_flat_ground(pose, search_range, subpixel, ties="ascending"):
     flat = np.zeros((ROWS, COLUMNS, 3))
     arguments = flat[:12, :12], COVARIANCE, pose, search_range, CUTOFF, subpixel, ties
-    return search(whole(flat), *arguments).pose
+    return find_pose(whole(flat), *arguments).pose
 
 
 @pytest.mark.parametrize(("scale", "limit"), [(0.5, 0.5), (0.4, 0.5), (2.3, 2.0)])
@@ -150,12 +150,10 @@ POSES = st.builds(
     width=st.integers(4, 20),
     search_range=st.sampled_from([4, 16, 26]),
 )
-def test_a_search_finds_in_what_it_reaches_what_it_finds_in_the_whole_image(
-    pose, height, width, search_range
-):
+def test_search_window_does_not_change_the_result(pose, height, width, search_range):
     features = texture(blur=1.5)
     template = plain.sample(features, plain.Pose(47.3, 31.8, 1.1), height, width, bilinear=True)
     window = cropped(features, pose, search_range, template.shape)
     for subpixel in (False, True):
         arguments = template, COVARIANCE, pose, search_range, CUTOFF, subpixel
-        assert search(window, *arguments) == search(whole(features), *arguments)
+        assert find_pose(window, *arguments) == find_pose(whole(features), *arguments)

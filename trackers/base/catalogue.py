@@ -1,4 +1,4 @@
-"""Trackers by name: found by their files, imported only when asked for."""
+"""Catalogue of trackers: names, parameters and creation; a tracker is imported on first use."""
 
 import ast
 import contextlib
@@ -21,63 +21,85 @@ import numpy as np
 
 from trackmark.trackers.base.former_imports import allow_former_imports, warn_of_former_imports
 from trackmark.trackers.base.interface import Randomness, Tracker, TrackerPlugin
-from trackmark.trackers.base.parameters import Parameters, TrackerError, unknown
+from trackmark.trackers.base.parameters import Parameters, TrackerError, unknown_name_error
 
 FOLDER = Path(__file__).parents[1]
 ENTRY_POINTS = "trackmark.trackers"
 DEFAULT_PRESET = "recommended"
-"""What a tracker's name alone means, unless its class has another `default_preset`."""
+"""Default preset of trackers without a class attribute `default_preset`."""
 
 
 @dataclass(frozen=True)
 class Specification:
-    """A tracker with all its parameters settled, ready to be made with any seed.
+    """A tracker class with the values of all parameters.
 
-    The options set it apart in labels: `preset` unless it is the default, then every parameter that
-    differs from the preset's value, by name.
+    Attributes
+    ----------
+    name : str
+        Name without parameters; random seeds depend on it.
+    preset : str
+        Preset that supplies the values of parameters that are not given.
+    parameters : Parameters
+        Values of all parameters.
+    options : mapping of str to object
+        Part of the tracker's label: `preset` unless it is the default, and every parameter that
+        differs from the preset's value.
+    plugin : type
+        Class of the tracker.
+    file : Path
+        File that defines the class.
     """
 
-    name: str  # without parameters; seeds depend on it
-    preset: str  # that the parameters start from
-    parameters: Parameters  # the values, frozen
+    name: str
+    preset: str
+    parameters: Parameters
     options: Mapping[str, Any]
     plugin: type[TrackerPlugin]
-    file: Path  # where the class is defined
+    file: Path
 
     @property
     def randomness(self) -> Randomness:
-        """Where its random numbers come from."""
+        """Source of the tracker's random numbers."""
         return self.plugin.randomness
 
     def create(self, seed: int | np.random.SeedSequence = 0) -> Tracker:
-        """Make the tracker; equal seeds give equal trackers."""
+        """Create the tracker; equal seeds give equal estimates."""
         if not isinstance(seed, np.random.SeedSequence):
             seed = np.random.SeedSequence(seed)
         return self.plugin(self.parameters, seed)
 
 
 def names() -> list[str]:
-    """Names of all trackers: files of this package, then those of installed third parties.
+    """Return the names of all trackers: of this package, then of installed entry points.
 
-    Nothing is imported; a tracker whose optional dependency is missing is listed too.
+    No tracker is imported, so trackers with a missing optional dependency are included.
     """
-    own = sorted(_name(file) for file in FOLDER.glob("*.py") if file.stem != "__init__")
-    return own + sorted({entry.name for entry in metadata.entry_points(group=ENTRY_POINTS)})
+    package_names = sorted(
+        _file_to_name(file) for file in FOLDER.glob("*.py") if file.stem != "__init__"
+    )
+    return package_names + sorted(
+        {entry.name for entry in metadata.entry_points(group=ENTRY_POINTS)}
+    )
 
 
 def create(name: str, seed: int | np.random.SeedSequence = 0, **parameters: Any) -> Tracker:
-    """Make a tracker.
+    """Create a tracker.
 
     Parameters
     ----------
     name : str
-        One of `names()`, or `path/to/file.py:ClassName`, without the class where the file holds
-        one tracker.
+        One of `names()`, or `path/to/file.py:ClassName`. The class may be omitted if the file
+        defines only one tracker.
     seed : int or numpy.random.SeedSequence
-        Same seed, same boxes.
+        Seed of the tracker's random numbers; equal seeds give equal boxes.
     **parameters
-        `preset`, and values that override the preset's; `as` is what a tracker in a file of
-        its own is called instead.
+        `preset`, and values that override those of the preset. For a tracker in a file, `as` sets
+        the name.
+
+    Returns
+    -------
+    Tracker
+        A new tracker; call `init` first.
 
     Raises
     ------
@@ -89,37 +111,39 @@ def create(name: str, seed: int | np.random.SeedSequence = 0, **parameters: Any)
 
 
 def resolve(name: str, **parameters: Any) -> Specification:
-    """Settle a tracker's parameters without making it; see `create`."""
+    """Return a tracker's class and parameter values without creating it; see `create`."""
     plugin, file = _load(name)
     label = name
     if in_file(name) is not None:
-        label = _own_name(plugin, file, parameters.pop("as", ""))
+        label = _tracker_name(plugin, file, parameters.pop("as", ""))
     default = _default_preset(plugin)
     preset = str(parameters.pop("preset", default))
     presets = {DEFAULT_PRESET: {}, **plugin.presets}
     if preset not in presets:
-        raise unknown(f"preset of {label}", preset, presets)
+        raise unknown_name_error(f"preset of {label}", preset, presets)
     fields = plugin.Parameters.model_fields
     values = presets[preset]
     settled = plugin.Parameters.checked(label, {**values, **parameters})
-    # What has to be given has no value to differ from.
-    given = {key for key, field in fields.items() if field.is_required() and key not in values}
+    # Required parameters have no default to compare with, so they are always options.
+    required_names = {
+        key for key, field in fields.items() if field.is_required() and key not in values
+    }
     base = plugin.Parameters.checked(
-        label, {**values, **{key: getattr(settled, key) for key in given}}
+        label, {**values, **{key: getattr(settled, key) for key in required_names}}
     )
     options: dict[str, Any] = {} if preset == default else {"preset": preset}
     for key in sorted(fields):
-        if key in given or getattr(settled, key) != getattr(base, key):
+        if key in required_names or getattr(settled, key) != getattr(base, key):
             options[key] = getattr(settled, key)
     return Specification(label, preset, settled, options, plugin, file)
 
 
 def describe(name: str) -> dict[str, Any]:
-    """Say what a tracker is.
+    """Return the description of a tracker.
 
-    `name`, `summary`, `paper`, `randomness`, `presets`, `default_preset` (which the name alone
-    means), and `parameters`: a list of dicts with `name`, `type`, `default` (of that preset; empty
-    for what has to be given) and `meaning` (unit in brackets).
+    Its keys are `name`, `summary`, `paper`, `randomness`, `presets`, `default_preset` and
+    `parameters`. The latter is a list of dicts with `name`, `type`, `default` (of the default
+    preset; empty for a required parameter) and `meaning` (unit in brackets).
     """
     plugin, file = _load(name)
     fields = plugin.Parameters.model_fields
@@ -129,7 +153,7 @@ def describe(name: str) -> dict[str, Any]:
     else:
         values = dict(resolve(name).parameters)
     return {
-        "name": name if in_file(name) is None else _own_name(plugin, file, ""),
+        "name": name if in_file(name) is None else _tracker_name(plugin, file, ""),
         "summary": inspect.cleandoc(plugin.__doc__ or ""),
         "paper": plugin.paper,
         "randomness": str(plugin.randomness),
@@ -148,7 +172,7 @@ def describe(name: str) -> dict[str, Any]:
 
 
 def summary(name: str) -> str:
-    """First line of a tracker file's docstring, read without importing it."""
+    """Return the first line of a tracker file's docstring, without importing the file."""
     file = FOLDER / f"{name.replace('-', '_')}.py"
     if not file.is_file():
         entries = metadata.entry_points(group=ENTRY_POINTS, name=name)
@@ -157,24 +181,24 @@ def summary(name: str) -> str:
 
 
 def in_file(name: str) -> tuple[Path, str] | None:
-    """Return file and class (if any) of `path/to/file.py:ClassName`; None for other names."""
-    found = re.fullmatch(r"(.*?\.py)(?::(.*))?", name, re.DOTALL)
-    return (Path(found[1]).expanduser(), found[2] or "") if found else None
+    """Return file and class (empty if missing) of `file.py:ClassName`; None for other names."""
+    match = re.fullmatch(r"(.*?\.py)(?::(.*))?", name, re.DOTALL)
+    return (Path(match[1]).expanduser(), match[2] or "") if match else None
 
 
 def is_outside(name: str) -> bool:
-    """Whether a tracker is none of this package: importing it may do anything."""
+    """Return whether a tracker is not part of this package; importing it may run any code."""
     return in_file(name) is not None or bool(metadata.entry_points(group=ENTRY_POINTS, name=name))
 
 
 def _default_preset(plugin: type[TrackerPlugin]) -> str:
-    """Preset that a tracker's name alone means."""
+    """Return the preset of a tracker that is named without a preset."""
     return str(getattr(plugin, "default_preset", DEFAULT_PRESET))
 
 
-def _own_name(plugin: type[TrackerPlugin], file: Path, given: str) -> str:
-    """What a tracker in a file is called: as asked for, as its class says, or by file and class."""
-    name = given or plugin.name
+def _tracker_name(plugin: type[TrackerPlugin], file: Path, requested_name: str) -> str:
+    """Return the name of a tracker in a file: requested, set by its class, or file and class."""
+    name = requested_name or plugin.name
     if not (isinstance(name, str) and name):  # a class may have a property of that name
         return f"{file.name}:{plugin.__name__}"
     if not re.fullmatch(r"\w[\w.-]*", name):
@@ -186,12 +210,12 @@ def _own_name(plugin: type[TrackerPlugin], file: Path, given: str) -> str:
     return name
 
 
-def _name(file: Path) -> str:
+def _file_to_name(file: Path) -> str:
     return file.stem.replace("_", "-")
 
 
 def _type_text(annotation: Any) -> str:
-    """A parameter's type as a reader would say it: `float`, `fixed | adaptive`, `float | rule`."""
+    """Return a parameter's type as text: `float`, `fixed | adaptive`, `float | rule`."""
     if get_origin(annotation) is Annotated:
         return _type_text(get_args(annotation)[0])
     if get_origin(annotation) is Literal:
@@ -203,24 +227,24 @@ def _type_text(annotation: Any) -> str:
 
 @cache
 def _load(name: str) -> tuple[type[TrackerPlugin], Path]:
-    """Class and file of a tracker."""
+    """Return class and file of a tracker."""
     try:
         place = in_file(name)
         if place is not None:
             return _load_file(*place)
         file = FOLDER / f"{name.replace('-', '_')}.py"
         entries = tuple(metadata.entry_points(group=ENTRY_POINTS, name=name))
-        own = name == _name(file) and file.is_file() and file.stem != "__init__"
-        if own + len(entries) > 1:
-            owners = ["trackmark"] * own + [entry.value for entry in entries]
+        in_package = name == _file_to_name(file) and file.is_file() and file.stem != "__init__"
+        if in_package + len(entries) > 1:
+            owners = ["trackmark"] * in_package + [entry.value for entry in entries]
             raise TrackerError(f"tracker {name!r} is offered more than once: {', '.join(owners)}.")
-        if own:
+        if in_package:
             module = importlib.import_module(f"trackmark.trackers.{file.stem}")
             (exported,) = module.__all__
-            return _checked(getattr(module, exported), name), file
+            return _validate_plugin(getattr(module, exported), name), file
         if entries:
             allow_former_imports()
-            plugin = _checked(entries[0].load(), name)
+            plugin = _validate_plugin(entries[0].load(), name)
             file = Path(str(sys.modules[plugin.__module__].__file__))
             warn_of_former_imports(file)
             return plugin, file
@@ -233,7 +257,7 @@ def _load(name: str) -> tuple[type[TrackerPlugin], Path]:
             f"tracker {name!r} can't be used here: Numba finds no folder for compiled kernels that "
             "can be written. Set NUMBA_CACHE_DIR to such a folder."
         ) from error
-    raise unknown("tracker", name, names())
+    raise unknown_name_error("tracker", name, names())
 
 
 class _SourceLoader(SourceFileLoader):
@@ -245,7 +269,7 @@ class _SourceLoader(SourceFileLoader):
 
 
 def _load_file(file: Path, class_name: str) -> tuple[type[TrackerPlugin], Path]:
-    """Class from a file anywhere."""
+    """Return the class and the resolved path of a tracker in a file outside the package."""
     if not file.is_file():
         raise TrackerError(f"{file}: there is no such tracker file.")
     module_name, path = f"trackmark_plugin_{file.stem}", str(file.absolute())
@@ -256,42 +280,44 @@ def _load_file(file: Path, class_name: str) -> tuple[type[TrackerPlugin], Path]:
     sys.modules[module_name] = module
     allow_former_imports()
     try:
-        with contextlib.chdir(Path.cwd()):  # paths are relative to it, whatever the file does
+        with contextlib.chdir(Path.cwd()):  # restores the folder if the file changes it
             loader.exec_module(module)
     except ImportError:
         raise
     except (Exception, SystemExit) as error:
-        raise TrackerError(f"{file}: it can't be imported: {_said(error, path)}") from error
+        raise TrackerError(f"{file}: it can't be imported: {_error_text(error, path)}") from error
     class_name = class_name or _only_tracker(module, file)
     if not hasattr(module, class_name):
         classes = [key for key, value in vars(module).items() if isinstance(value, type)]
-        raise unknown(f"class in {file}", class_name, classes)
+        raise unknown_name_error(f"class in {file}", class_name, classes)
     warn_of_former_imports(file.resolve())
-    return _checked(getattr(module, class_name), f"{file.name}:{class_name}"), file.resolve()
+    return _validate_plugin(
+        getattr(module, class_name), f"{file.name}:{class_name}"
+    ), file.resolve()
 
 
-def _said(error: BaseException, file: str) -> str:
-    """What was raised, with the line of the file that it comes from, in one line."""
+def _error_text(error: BaseException, file: str) -> str:
+    """Return an exception as one line of text, with the line number in the file."""
     frames = traceback.extract_tb(error.__traceback__)
     lines = [frame.lineno for frame in frames if frame.filename == file]
     if isinstance(error, SyntaxError) and error.filename == file:
         lines = [error.lineno]
     where = f" (line {lines[0]})" if lines and lines[0] else ""
-    # This guards against errors that can't even be printed; a syntax error's last line says it.
-    said = traceback.format_exception_only(type(error), error)[-1]
-    return " ".join(said.split())[:300] + where
+    # format_exception_only also handles exceptions whose `__str__` fails.
+    message = traceback.format_exception_only(type(error), error)[-1]
+    return " ".join(message.split())[:300] + where
 
 
 def _only_tracker(module: ModuleType, file: Path) -> str:
-    """Name of the class in a file that holds one tracker."""
-    found = {
+    """Return the name of the only tracker class in a file; raise TrackerError if ambiguous."""
+    trackers = {
         key: value
         for key, value in vars(module).items()
         if isinstance(value, type)
         and issubclass(value, TrackerPlugin)
         and value.__module__ == module.__name__
     }
-    classes = [key for key in found if not inspect.isabstract(found[key])] or list(found)
+    classes = [key for key in trackers if not inspect.isabstract(trackers[key])] or list(trackers)
     exported = [key for key in classes if key in getattr(module, "__all__", classes)]
     if len(exported) == 1:
         return exported[0]
@@ -300,15 +326,15 @@ def _only_tracker(module: ModuleType, file: Path) -> str:
     raise TrackerError(f"{file}: it holds {', '.join(classes)}; say which: {file}:{classes[0]}.")
 
 
-def _checked(plugin: Any, name: str) -> type[TrackerPlugin]:
+def _validate_plugin(plugin: Any, name: str) -> type[TrackerPlugin]:
     if not (isinstance(plugin, type) and issubclass(plugin, TrackerPlugin)):
         raise TrackerError(
             f"tracker {name!r}: {plugin!r} is not a class derived from trackers.TrackerPlugin."
         )
     presets: Any = plugin.presets
     if inspect.isabstract(plugin):
-        lacking = ", ".join(sorted(plugin.__abstractmethods__))
-        raise TrackerError(f"tracker {name!r}: it lacks {lacking}.")
+        missing_methods = ", ".join(sorted(plugin.__abstractmethods__))
+        raise TrackerError(f"tracker {name!r}: it lacks {missing_methods}.")
     if not (
         isinstance(presets, Mapping)
         and all(isinstance(k, str) and isinstance(v, Mapping) for k, v in presets.items())

@@ -1,7 +1,7 @@
-"""Imports of `trackers`, `datasets`, `bench` and `reports` in users' files, for one more release.
+"""Deprecated import names `trackers`, `datasets`, `bench` and `reports` of tracker files.
 
-Before these packages were parts of `trackmark`, a tracker's file imported them by these names. The
-finder resolves a name unless another package has it; `warn_of_former_imports` logs a warning.
+Earlier releases had these packages at the top level. The finder maps each name to the package in
+`trackmark`, unless another package has the name. `warn_of_former_imports` logs a warning.
 """
 
 import ast
@@ -37,7 +37,7 @@ class _Finder:
         """See `importlib.abc.Loader`."""
 
     def exec_module(self, module: ModuleType) -> None:
-        """Put the module of `trackmark` in the place of an empty one."""
+        """Replace the empty module by the module of `trackmark`."""
         name = module.__name__
         sys.modules[name] = importlib.import_module(f"trackmark.{name}")
 
@@ -46,14 +46,14 @@ _FINDER = _Finder()
 
 
 def allow_former_imports() -> None:
-    """Resolve former names in this process from now on: a tracker may import while it runs."""
+    """Install the finder permanently, because a tracker may import modules while it runs."""
     if _FINDER not in sys.meta_path:
         sys.meta_path.insert(0, _FINDER)
 
 
 @cache
 def warn_of_former_imports(file: Path) -> None:
-    """Log a line on the first import of a former name in a Python file, if there is one."""
+    """Log a warning for the first deprecated import in a Python file."""
     if not file.is_file():
         return
     with suppress(OSError, SyntaxError, ValueError):  # the file was changed after its import
@@ -77,7 +77,7 @@ def _imports(tree: ast.Module) -> Iterator[tuple[int, str]]:
 
 
 def _is_foreign(name: str) -> bool:
-    """Return whether another package has this name; a folder without `__init__.py` is none."""
+    """Return whether another package has this name; folders without `__init__.py` do not count."""
     spec = PathFinder.find_spec(name)
     if spec is None or spec.origin is None:
         return False

@@ -1,4 +1,4 @@
-"""The tracker's side of the contract: image in, estimate out."""
+"""Tracker interface: what a tracker receives (images, an init box) and returns (estimates)."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
@@ -22,8 +22,8 @@ Mask: TypeAlias = NDArray[np.bool_]
 """Shape (height, width); true on the target."""
 
 
-def four_numbers(box: Box) -> Box:
-    """The box as it is taken; raises TrackerError where it is not finite with a positive size."""
+def check_box(box: Box) -> Box:
+    """Return a box as float64 (4,); raise TrackerError unless it is finite with a positive size."""
     try:
         numbers = np.asarray(box, np.float64)
     except (TypeError, ValueError):  # words, or rows of unequal lengths
@@ -37,30 +37,30 @@ def four_numbers(box: Box) -> Box:
 
 
 class NotInitialisedError(TrackerError, AttributeError):
-    """A tracker was asked for something that its `init` has to set first."""
+    """Error for an attribute that is read before `init` has set it."""
 
 
 @dataclass(frozen=True, slots=True)
 class Estimate:
-    """What a tracker says of one frame.
+    """Estimate of one frame, returned by `Tracker.update`.
 
     Attributes
     ----------
     box : ndarray of float64, shape (4,)
-        Best guess of the target's box, in pixels, also when it is not visible.
+        Estimated bounding box `[x, y, width, height]` [pixels], also if the target is not visible.
     visible : bool
-        Whether the tracker believes that the target can be seen.
+        True if the tracker considers the target visible.
     confidence : float
-        The tracker's own likelihood of its estimate, in [0, 1]; NaN where it has none.
+        Confidence of the tracker in [0, 1]; NaN if it has none.
     mask : ndarray of bool, shape (height, width), or None
-        The target's pixels, where the tracker segments.
+        True on pixels of the target; None if the tracker does not segment.
     details : mapping of str to float
-        Numbers that a figure plots, one column each in the results.
+        Scalars of this frame; each becomes a column of the results and a curve in figures.
     arrays : mapping of str to ndarray
-        Larger things (particles, a contour, a map); kept only when asked for.
+        Arrays such as particles, contours and maps; stored only on request.
     revised : mapping of int to Box, or None
-        Boxes of earlier frames that the tracker corrects now, by frame number: 0 is the first
-        frame that it was shown, by `watch` or `init`. What was said online stays as it was.
+        Corrected boxes of earlier frames by frame number. Frame 0 is the first one that was passed
+        to `watch` or `init`. The boxes that `update` returned for these frames stay unchanged.
     """
 
     box: Box
@@ -74,88 +74,88 @@ class Estimate:
 
 @runtime_checkable
 class Tracker(Protocol):
-    """Follows one target through one sequence."""
+    """Tracker of one target in one sequence."""
 
     def init(self, image: Image, box: Box, mask: Mask | None = None) -> None:
-        """Take the target's box in the first frame; makes the whole state afresh."""
+        """Initialise the whole state with the target's box, and mask if any, in the first frame."""
         ...
 
     def update(self, image: Image) -> Estimate:
-        """Find the target in the next frame. This call alone is what timing runs time."""
+        """Estimate the target in the next frame. Timing runs measure this call only."""
         ...
 
 
 @runtime_checkable
 class Watcher(Protocol):
-    """What a tracker offers besides, where it can use frames without the target."""
+    """Optional method of trackers that use frames before the target appears."""
 
     def watch(self, image: Image) -> None:
-        """See a frame before the target is there; all come in order, and then `init`."""
+        """Process a frame before the target is present; called in frame order, before `init`."""
         ...
 
 
 @runtime_checkable
 class Finisher(Protocol):
-    """What a tracker offers besides, where the sequence's end settles what was left open."""
+    """Optional method of trackers that revise earlier boxes at the end of the sequence."""
 
     def finish(self) -> Mapping[int, Box]:
-        """Return boxes of earlier frames (see `Estimate.revised`), at most once, after the last."""
+        """Return corrected boxes (see `Estimate.revised`); called once, after the last frame."""
         ...
 
 
 @runtime_checkable
 class Mapper(Protocol):
-    """What a tracker offers besides, where it weighs pixels."""
+    """Optional method of trackers that compute a weight per pixel."""
 
     def maps(self, image: Image) -> Mapping[str, NDArray[Any]]:
-        """What each pixel of the frame that `update` was just given weighs, by name.
+        """Return weight maps of the frame that was just passed to `update`, by name.
 
-        Shape (height, width), in [0, 1]; 1 is most like the target. Manifest only where arrays are
-        kept, and on nobody's clock; what the tracker says afterwards must be the same without.
+        Each map has shape (height, width) and values in [0, 1]; 1 is most similar to the target.
+        Called only if arrays are stored, and not timed. It must not change later estimates.
         """
         ...
 
 
 class Randomness(StrEnum):
-    """Where a tracker's random numbers come from."""
+    """Source of a tracker's random numbers."""
 
     NONE = "none"
-    """Deterministic: one run a sequence says everything."""
+    """No random numbers: one run per sequence suffices."""
 
     GENERATOR = "generator"
-    """Its own `numpy.random.Generator`, made from the seed."""
+    """A `numpy.random.Generator` of the tracker, created from its seed."""
 
     PROCESS = "process"
-    """State of the whole process: such a tracker runs in a process of its own."""
+    """A generator of the whole process: such a tracker runs in a separate process."""
 
 
 class TrackerPlugin(ABC):
-    """What a file in `trackers/` defines: a tracker with its parameters and presets.
+    """Base class of trackers: the class that a tracker file defines.
 
-    The file's `__all__` names exactly one such class. The harness makes a fresh instance
-    for every run; `init` must leave nothing behind of an earlier sequence all the same.
+    The file's `__all__` contains exactly one such class. The harness creates a new instance for
+    every run. `init` must nevertheless discard the state of an earlier sequence.
 
     Attributes
     ----------
     name : str
-        What a tracker in a file of its own is called, instead of `file.py:ClassName`.
+        Name of a tracker outside the package; by default `file.py:ClassName`.
     paper : str
-        Where the method comes from, as a reader would cite it.
+        Citation of the method.
     randomness : Randomness
-        `NONE` trackers run once a sequence, the others once a repetition.
+        `NONE` trackers run once per sequence, the others once per repetition.
     presets : mapping of str to mapping
-        Parameter values by preset name. `recommended` always exists, empty where a tracker
-        defines none. The tracker's name alone means it, or the one that a class attribute
-        `default_preset` names.
+        Parameter values by preset name. `recommended` always exists; it is empty if the tracker
+        does not define it. It is the default, unless the class attribute `default_preset` names
+        another preset.
     Parameters : type
-        The tracker's parameters, frozen at creation.
+        Class of the tracker's parameters.
 
     Parameters
     ----------
     parameters : Parameters
-        An instance of the class's own `Parameters`.
+        Instance of the class attribute `Parameters`.
     seed : numpy.random.SeedSequence
-        All that the tracker's random numbers may depend on.
+        Only source of the tracker's random numbers.
     """
 
     name: ClassVar[str] = ""
@@ -168,10 +168,10 @@ class TrackerPlugin(ABC):
         self.parameters = parameters
         self.seed = seed
 
-    if not TYPE_CHECKING:  # to which every name would be an attribute
+    if not TYPE_CHECKING:  # otherwise type checkers would accept every attribute name
 
         def __getattr__(self, name: str) -> Any:
-            """Say why an attribute is missing: `update` came before `init`, most likely."""
+            """Raise an error that explains the usual cause: `update` was called before `init`."""
             raise NotInitialisedError(
                 f"{type(self).__name__} has no {name!r}: `init`, which must come before `update`, "
                 "has not set it."

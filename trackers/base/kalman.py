@@ -1,25 +1,27 @@
-"""Kalman filters of a point that keeps its velocity but for noise.
+"""Constant-velocity Kalman filters: one for points, one for scalars.
 
-One is of several axes at a time, whose measurements may say nothing; one is of a single number.
-Their sums run in different orders: with one in place of the other boxes would change in their
-last digits.
+`ConstantVelocity` filters several axes at once and accepts measurements of infinite variance.
+`ScalarSmoother` filters one number. They round differently, so replacing one by the other would
+change the last digits of boxes.
 """
 
 import numpy as np
 
 from trackmark.trackers.base.arrays import Array
 
-_TRANSITION = np.array([[1.0, 1.0], [0.0, 1.0]])  # of (position, velocity), from frame to frame
-_OF_ACCELERATION = np.array([0.5, 1.0])  # what a frame of it does to them
+_TRANSITION = np.array([[1.0, 1.0], [0.0, 1.0]])  # of (position, velocity) by one frame
+_OF_ACCELERATION = np.array([0.5, 1.0])  # effect of an acceleration of 1 during one frame
 
 
 class ConstantVelocity:
-    """Kalman filter of a point's position and velocity, one filter an axis.
+    """Kalman filter of the position and velocity of a point, independent per axis.
 
-    It begins where the point is exactly, `position` (axes,) [pixels], with a velocity of 0, whose
-    deviations (axes,) are in pixels a frame. The acceleration is white and constant between frames,
-    its deviation above 0 [pixels/frame²]. `means` (axes, 2) and `covariances` (axes, 2, 2) are
-    those of position and velocity.
+    The acceleration is white noise that is constant between two frames. The attributes `means`
+    (axes, 2) and `covariances` (axes, 2, 2) describe position and velocity.
+
+    `position` ndarray (axes,): exact initial position [pixels]; the initial velocity has mean 0.
+    `velocity_deviation` ndarray (axes,): standard deviation of the initial velocity [pixels/frame].
+    `acceleration_noise`: standard deviation of the acceleration, above 0 [pixels/frame²].
     """
 
     def __init__(
@@ -32,16 +34,16 @@ class ConstantVelocity:
 
     @property
     def position(self) -> Array:
-        """Where the point is, shape (axes,) [pixels]."""
+        """Estimated position, shape (axes,) [pixels]."""
         return self.means[:, 0].copy()
 
     def predict(self) -> None:
-        """Go on to the next frame."""
+        """Predict position and velocity in the next frame."""
         self.means = self.means @ _TRANSITION.T
         self.covariances = _TRANSITION @ self.covariances @ _TRANSITION.T + self._noise
 
     def correct(self, measured: Array, deviations: Array) -> Array:
-        """Correct by a measured position (axes,) once after a prediction; return the gains."""
+        """Correct by a measured position (axes,), once per prediction; return the gains (axes,)."""
         shared = self.covariances[:, :, 0]  # of position and velocity with the position
         gains = shared / (shared[:, :1] + deviations[:, np.newaxis] ** 2)
         self.means += gains * (measured - self.means[:, 0])[:, np.newaxis]
@@ -49,11 +51,11 @@ class ConstantVelocity:
         return gains[:, 0]
 
 
-class Smoother:
-    """Kalman filter of one coordinate's value and velocity, one step a frame.
+class ScalarSmoother:
+    """Kalman filter of one number and its velocity per frame.
 
-    The value that it begins with is one measurement. `acceleration`, constant within a frame,
-    `measurement` (of a value) and `speed` (of the velocity at the start) are standard deviations.
+    The initial `value` is treated as a measurement. `acceleration` (constant within a frame),
+    `measurement` and `speed` (of the initial velocity) are standard deviations.
     """
 
     def __init__(
@@ -66,20 +68,20 @@ class Smoother:
 
     @property
     def value(self) -> float:
-        """The latest estimate."""
+        """Filtered value."""
         return float(self._state[0])
 
     @property
     def velocity(self) -> float:
-        """Change a frame."""
+        """Estimated change per frame."""
         return float(self._state[1])
 
     def predicted(self) -> float:
-        """The next frame's value, without changing anything."""
+        """Return the value predicted for the next frame; the state stays unchanged."""
         return float(self._state[0] + self._state[1])
 
     def measure(self, value: float) -> None:
-        """Go on to the next frame, where this value is measured."""
+        """Advance to the next frame and correct by the value measured there."""
         (a, b), (_, c) = self._covariance.tolist()
         # F P F' + Q with F = [[1, 1], [0, 1]].
         (qa, qb), (_, qc) = self._noise.tolist()

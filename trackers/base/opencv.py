@@ -1,4 +1,4 @@
-"""One adapter for all of OpenCV's trackers, with or without trained models that the user has."""
+"""Adapter of OpenCV's trackers, with or without trained models."""
 
 import ctypes
 import hashlib
@@ -18,15 +18,15 @@ from trackmark.trackers.base.interface import (
     Mask,
     Randomness,
     TrackerPlugin,
-    four_numbers,
+    check_box,
 )
 from trackmark.trackers.base.parameters import Parameters, TrackerError
 
 CONTRIBUTED = "install opencv-contrib-python-headless in place of opencv-python-headless"
 
 
-def factory(name: str, remedy: str = CONTRIBUTED) -> Callable[..., Any]:
-    """Return `cv2.Tracker<name>_create`, or `cv2.legacy`'s; ImportError with what helps."""
+def find_factory(name: str, remedy: str = CONTRIBUTED) -> Callable[..., Any]:
+    """Return `Tracker<name>_create` of `cv2` or `cv2.legacy`; raise ImportError with `remedy`."""
     for module in (cv2, getattr(cv2, "legacy", None)):
         create = getattr(module, f"Tracker{name}_create", None)
         if create is not None:
@@ -34,8 +34,8 @@ def factory(name: str, remedy: str = CONTRIBUTED) -> Callable[..., Any]:
     raise ImportError(f"the installed OpenCV {cv2.__version__} has no Tracker{name}; {remedy}.")
 
 
-def with_read_parameters(tracker: Any, values: Mapping[str, object]) -> Any:
-    """Give a tracker of `cv2.legacy` parameters that Python has no `Params` for, by its `read`."""
+def set_legacy_parameters(tracker: Any, values: Mapping[str, object]) -> Any:
+    """Set parameters of a `cv2.legacy` tracker by its `read`, if Python lacks a `Params` class."""
     lines = ["%YAML:1.0", "---", *(f"{name}: {value}" for name, value in values.items()), ""]
     storage = cv2.FileStorage("\n".join(lines), cv2.FILE_STORAGE_READ | cv2.FILE_STORAGE_MEMORY)
     tracker.read(storage.root())
@@ -43,9 +43,12 @@ def with_read_parameters(tracker: Any, values: Mapping[str, object]) -> Any:
 
 
 def pixel_rectangle(box: Box, image: Image) -> tuple[int, int, int, int]:
-    """Return x, y, width, height of the pixels that a box covers; TrackerError for none."""
+    """Return x, y, width, height of a box in whole pixels inside the image.
+
+    Raises TrackerError if the box lies outside the image.
+    """
     height, width = image.shape[:2]
-    x, y, wide, high = four_numbers(box)
+    x, y, wide, high = check_box(box)
     right, bottom = x + wide, y + high
     if x >= width or y >= height or right <= 0 or bottom <= 0:
         raise TrackerError(
@@ -58,43 +61,42 @@ def pixel_rectangle(box: Box, image: Image) -> tuple[int, int, int, int]:
 
 
 def _pixels(start: float, end: float, n_pixels: int) -> tuple[int, int]:
-    """First pixel of an axis between two edges, and their number."""
+    """Return the first pixel between two edges on an axis, and the number of pixels."""
     first = min(max(floor(start + 0.5), 0), n_pixels - 1)
     return first, min(max(floor(end + 0.5), first + 1), n_pixels) - first
 
 
 class OpenCVParameters(Parameters):
-    """Parameters that a tracker of OpenCV's was given after results had been kept.
+    """Parameters that were added to an OpenCV tracker after results had been stored.
 
     Attributes
     ----------
     implied : bool
-        Whether a run is identified without parameters that have their defaults, as it was before
-        there were any.
+        True if a run's identity omits parameters with default values, so that it equals the
+        identity of runs from before the parameters existed.
     """
 
     implied: ClassVar[bool] = True
 
 
 class OpenCVTracker(TrackerPlugin):
-    """A tracker of OpenCV's behind our interface.
+    """Base class of OpenCV's trackers.
 
-    It is handed the first box as whole pixels inside the image. Where it says that it lost
-    the target, or returns a box without area, the estimate is the last good box and not
-    visible.
+    The init box is rounded to whole pixels inside the image. If OpenCV reports that the target is
+    lost, or returns a box without area, the estimate is the last valid box, not visible.
 
-    A name alone means OpenCV's defaults, the preset `opencv`; `recommended` is what the method's
-    authors published where OpenCV departs from it.
+    The default preset `opencv` has OpenCV's default values. `recommended` has the values that the
+    method's authors published, if OpenCV uses others.
 
     Attributes
     ----------
     create_tracker : callable
-        Makes OpenCV's object; see `factory`.
+        Function that creates OpenCV's tracker; see `find_factory`.
     opencv_parameters : str
-        Name in `cv2` of the parameters that it takes; empty where it takes none.
+        Name of its parameter class in `cv2`; empty if it has none.
     smallest_side : int
-        Least width and height of the first box, in pixels: below it OpenCV's `init` fails
-        or never returns (found by experiment with OpenCV 4.14 and 5.0).
+        Minimum width and height of the init box [pixels]. Below it, OpenCV's `init` fails or never
+        returns (measured with OpenCV 4.14 and 5.0).
     """
 
     default_preset: ClassVar[str] = "opencv"
@@ -104,7 +106,7 @@ class OpenCVTracker(TrackerPlugin):
     smallest_side: ClassVar[int] = 1
 
     def init(self, image: Image, box: Box, mask: Mask | None = None) -> None:
-        """See `Tracker.init`; raises TrackerError for a box outside, too small or refused."""
+        """See `Tracker.init`; raise TrackerError if the box is outside, too small or rejected."""
         rectangle = pixel_rectangle(box, image)
         if min(rectangle[2:]) < self.smallest_side:
             raise TrackerError(
@@ -118,7 +120,7 @@ class OpenCVTracker(TrackerPlugin):
                 self._seed_process()
             self._tracker.init(image, rectangle)
             if self.randomness is Randomness.PROCESS:
-                # Boosting's init seeds the process itself, always alike.
+                # Boosting's `init` seeds the process with a constant.
                 self._seed_process()
         except cv2.error as error:
             raise TrackerError(
@@ -129,15 +131,15 @@ class OpenCVTracker(TrackerPlugin):
 
     def update(self, image: Image) -> Estimate:
         """See `Tracker.update`."""
-        found, rectangle = self._tracker.update(image)
+        tracked, rectangle = self._tracker.update(image)
         box = np.array(rectangle, dtype=np.float64)
-        good = bool(found and np.isfinite(box).all() and (box[2:] > 0).all())
+        good = bool(tracked and np.isfinite(box).all() and (box[2:] > 0).all())
         if good:
             self._box = box
         return Estimate(self._box.copy(), visible=good)
 
     def _make(self) -> Any:
-        """OpenCV's object, with its parameters."""
+        """Create OpenCV's tracker with its parameters."""
         if not self.opencv_parameters:
             return type(self).create_tracker()
         parameters = getattr(cv2, self.opencv_parameters)()
@@ -151,21 +153,21 @@ class OpenCVTracker(TrackerPlugin):
         return type(self).create_tracker(parameters)
 
     def _opencv_values(self) -> dict[str, Any]:
-        """OpenCV's parameters by its own names."""
+        """Return the parameters by OpenCV's names."""
         return dict(self.parameters)
 
     def _seed_process(self) -> None:
-        """Seed both generators that OpenCV's trackers draw from: libc's `rand` and its own."""
+        """Seed the two generators that OpenCV's trackers use: libc's `rand` and OpenCV's own."""
         libc_seed, opencv_seed = self.seed.generate_state(2).tolist()
         ctypes.CDLL(None).srand(ctypes.c_uint(libc_seed))
         cv2.setRNGSeed(opencv_seed >> 1)  # takes a signed 32-bit integer
 
 
 class ModelFile(BaseModel):
-    """A parameter: a file with a trained model.
+    """Parameter value: a file with a trained model.
 
-    In text it is the file's name. A run's identity holds the digest of what is in it, so that
-    another model under the same name makes other runs.
+    Its text is the file name. A run's identity includes the digest of the file's content, because a
+    different model may have the same file name.
     """
 
     model_config = ConfigDict(frozen=True)
@@ -175,28 +177,28 @@ class ModelFile(BaseModel):
 
     @model_validator(mode="before")
     @classmethod
-    def _read(cls, given: Any) -> Any:
-        if not isinstance(given, str | Path):
-            return given
+    def _read(cls, value: Any) -> Any:
+        if not isinstance(value, str | Path):
+            return value
         try:
-            with Path(given).expanduser().open("rb") as content:
+            with Path(value).expanduser().open("rb") as content:
                 digest = hashlib.file_digest(content, "sha256").hexdigest()
         except (OSError, ValueError) as error:  # ValueError: a null byte in the name
-            said = getattr(error, "strerror", None) or str(error)
-            raise ValueError(f"the file can't be read ({said})") from None
-        return {"file": str(given), "sha256": digest}
+            reason = getattr(error, "strerror", None) or str(error)
+            raise ValueError(f"the file can't be read ({reason})") from None
+        return {"file": str(value), "sha256": digest}
 
     def __str__(self) -> str:
         return self.file
 
 
 def model_file(meaning: str) -> Any:
-    """Field of a model file, which has to be given; `meaning` says where such files come from."""
+    """Return the field of a required model file; `meaning` includes the source of such files."""
     return Field(description=meaning)
 
 
-class ModelParameters(Parameters):
-    """Parameters with model files: what is wrong with one is said with where it comes from."""
+class ModelFileParameters(Parameters):
+    """Parameters with model files; errors about a file name the source of such files."""
 
     @classmethod
     def checked(cls, owner: str, values: Mapping[str, Any]) -> Self:
@@ -211,44 +213,45 @@ class ModelParameters(Parameters):
             return super().checked(owner, values)
         except TrackerError as error:
             name = str(error).removeprefix(f"{owner}: parameter ").partition("=")[0]
-            about = cls.model_fields.get(name)
-            if about is None or about.annotation is not ModelFile:
+            field_info = cls.model_fields.get(name)
+            if field_info is None or field_info.annotation is not ModelFile:
                 raise
-            said = str(error).replace("Value error, ", "")
-            raise TrackerError(f"{said} It has to be the {about.description}.") from None
+            message = str(error).replace("Value error, ", "")
+            raise TrackerError(f"{message} It has to be the {field_info.description}.") from None
 
 
-class ModelTracker(OpenCVTracker):
-    """A tracker of OpenCV's that runs trained models.
+class ModelFileTracker(OpenCVTracker):
+    """Base class of OpenCV's trackers with trained models.
 
-    Its confidence is OpenCV's score, where that is one. OpenCV's code fails where the part of the
-    image that it wants to look at lies outside; the target then counts as not visible.
+    The confidence is OpenCV's score if it is in [0, 1], otherwise NaN. OpenCV raises an error if
+    its search region lies outside the image; the estimate is then the last box, not visible.
     """
 
     default_preset = "recommended"
     presets: ClassVar[Mapping[str, Mapping[str, Any]]] = {}
 
     def init(self, image: Image, box: Box, mask: Mask | None = None) -> None:
-        """See `Tracker.init`; raises TrackerError for models that can't be used, too."""
-        self._worked = False
+        """See `OpenCVTracker.init`; raise TrackerError also if OpenCV cannot use the models."""
+        self._has_updated = False
         try:
             super().init(image, box, mask)
         except TrackerError as error:
             if not isinstance(error.__cause__, cv2.error):
                 raise
-            raise TrackerError(f"{error}. Its models are {self._files()}.") from error.__cause__
+            message = f"{error}. Its models are {self._model_files_text()}."
+            raise TrackerError(message) from error.__cause__
 
     def update(self, image: Image) -> Estimate:
-        """See `Tracker.update`; raises TrackerError where the models don't do what they should."""
+        """See `Tracker.update`; raise TrackerError if the models fail in the first update."""
         try:
             estimate = super().update(image)
         except cv2.error as error:
-            if not self._worked:
-                raise TrackerError(self._unusable(error)) from error
+            if not self._has_updated:
+                raise TrackerError(self._model_error_text(error)) from error
             return Estimate(self._box.copy(), visible=False)
-        self._worked = True
-        told = getattr(self._tracker, "getTrackingScore", None)  # GOTURN has none
-        score = float(told()) if told else nan
+        self._has_updated = True
+        get_score = getattr(self._tracker, "getTrackingScore", None)  # GOTURN has none
+        score = float(get_score()) if get_score else nan
         return Estimate(estimate.box, estimate.visible, score if 0 <= score <= 1 else nan)
 
     def _opencv_values(self) -> dict[str, Any]:
@@ -258,23 +261,23 @@ class ModelTracker(OpenCVTracker):
         }
 
     def _make(self) -> Any:
-        # OpenCV warns at each new tracker of what it does not support, whatever is asked for.
+        # OpenCV logs a warning about unsupported backends for each new tracker.
         level = cv2.utils.logging.getLogLevel()
         cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_ERROR)
         try:
             return super()._make()
         except cv2.error as error:
-            raise TrackerError(self._unusable(error)) from None
+            raise TrackerError(self._model_error_text(error)) from None
         finally:
             cv2.utils.logging.setLogLevel(level)
 
-    def _unusable(self, error: cv2.error) -> str:
-        said = " ".join(str(error.err).split())[:300]
+    def _model_error_text(self, error: cv2.error) -> str:
+        message = " ".join(str(error.err).split())[:300]
         return (
             f"OpenCV {cv2.__version__} can't use the models of {type(self).__name__}, "
-            f"{self._files()}: {said}."
+            f"{self._model_files_text()}: {message}."
         )
 
-    def _files(self) -> str:
+    def _model_files_text(self) -> str:
         files = (item for item in self.parameters if isinstance(item[1], ModelFile))
         return ", ".join(f"{name}={value}" for name, value in files)

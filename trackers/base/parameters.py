@@ -1,4 +1,4 @@
-"""Parameters of a tracker: declared once, frozen, checked, said in words."""
+"""Parameters of trackers: declaration, validation and error messages."""
 
 from collections.abc import Iterable, Mapping
 from difflib import get_close_matches
@@ -8,41 +8,48 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 
 class TrackerError(ValueError):
-    """A tracker, preset or parameter that cannot be; the message says which and what to do."""
+    """Error for an invalid tracker, preset, parameter, image or box; the message has a remedy."""
 
 
-def closest(name: str, known: Iterable[str]) -> str:
-    """The known name that was most likely meant; empty where none is like it.
+def closest_match(name: str, valid_names: Iterable[str]) -> str:
+    """Return the valid name that is most similar to `name`; empty if none is similar.
 
     >>> closest("kcf", ["camshift", "opencv-kcf"])
     'opencv-kcf'
     """
-    names = sorted(known)
+    names = sorted(valid_names)
     parts = [other for other in names if name.lower() in other.split("-")]
     close = parts if len(parts) == 1 else get_close_matches(name, names, n=1)
     return close[0] if close else ""
 
 
-def unknown(kind: str, name: str, known: Iterable[str]) -> TrackerError:
-    """Error for a name that is not known: the closest match, then all that are known."""
-    names = sorted(known)
-    close = closest(name, names)
+def unknown_name_error(kind: str, name: str, valid_names: Iterable[str]) -> TrackerError:
+    """Return the error for an unknown name, with the closest match and all valid names."""
+    names = sorted(valid_names)
+    close = closest_match(name, names)
     hint = f" Did you mean {close!r}?" if close else ""
     return TrackerError(f"unknown {kind} {name!r}.{hint} Known: {', '.join(names) or 'none'}.")
 
 
 class Parameters(BaseModel):
-    """Base of every tracker's parameters.
+    """Base class of the parameters of a tracker.
 
-    A field is a parameter: its type and bounds are checked, text as typed on the command
-    line is accepted, and its description says meaning and unit (`[pixels]`, `[frames]`, …).
+    Each field is a parameter. Its type and bounds are validated; text from the command line is
+    converted. Its description states the meaning, with the unit in brackets (`[pixels]`, …).
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
     @classmethod
     def checked(cls, owner: str, values: Mapping[str, Any]) -> Self:
-        """Parameters of the tracker `owner` from values or their text; the rest take defaults.
+        """Return validated parameters of the tracker `owner`.
+
+        Parameters
+        ----------
+        owner : str
+            Name of the tracker, for error messages.
+        values : mapping of str to object
+            Values, or their text, by parameter name. Missing parameters get their defaults.
 
         Raises
         ------
@@ -51,7 +58,7 @@ class Parameters(BaseModel):
         """
         for name in values:
             if name not in cls.model_fields:
-                raise unknown(f"parameter of {owner}", name, cls.model_fields)
+                raise unknown_name_error(f"parameter of {owner}", name, cls.model_fields)
         try:
             return cls.model_validate(dict(values))
         except ValidationError as error:
@@ -61,29 +68,29 @@ class Parameters(BaseModel):
             raise TrackerError(message) from None
 
 
-# Fields as most parameters are declared: default, and meaning with its unit in brackets.
+# Declarations of the usual parameters: default, and meaning with the unit in brackets.
 
 
 def choice(default: Any, meaning: str) -> Any:
-    """Field of a parameter whose type says all that it may be."""
+    """Return the field of a parameter without bounds in addition to its type."""
     return Field(default, description=meaning)
 
 
 def fraction(default: float, meaning: str) -> Any:
-    """Field of a number in [0, 1]."""
+    """Return the field of a number in [0, 1]."""
     return Field(default, ge=0.0, le=1.0, description=meaning)
 
 
 def nonnegative(default: float, meaning: str) -> Any:
-    """Field of a number of 0 or more."""
+    """Return the field of a number ≥ 0."""
     return Field(default, ge=0.0, description=meaning)
 
 
 def positive(default: float, meaning: str) -> Any:
-    """Field of a number above 0."""
+    """Return the field of a number > 0."""
     return Field(default, gt=0.0, description=meaning)
 
 
 def whole(default: int, meaning: str, least: int = 1, most: int | None = None) -> Any:
-    """Field of a whole number between two, which are included."""
+    """Return the field of an integer in [least, most]."""
     return Field(default, ge=least, le=most, description=meaning)

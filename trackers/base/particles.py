@@ -1,9 +1,9 @@
-"""Particle filtering: weights of samples of a state, their mean, and which of them go on.
+"""Particle filter functions: normalised weights, mean state, effective sample size, resampling.
 
-Weights come as logarithms: a likelihood that underflows would leave no particle standing. A scheme
-of resampling takes normalised weights, shape (n,), and as many numbers uniform on [0, 1), of which
-it uses what it needs, and gives the indices of the particles that go on. A particle of weight π is
-expected to go on in n π copies under every scheme; they differ in how far from that they stray.
+Likelihoods are passed as logarithms, because a likelihood of every particle could underflow to 0. A
+resampling scheme takes normalised weights (n,) and n uniform random numbers in [0, 1), and returns
+the indices (n,) of the selected particles. In every scheme, the expected number of copies of a
+particle of weight π is n π. The schemes differ in the variance of that number.
 """
 
 from collections.abc import Callable, Mapping
@@ -16,10 +16,10 @@ from trackmark.trackers.base.arrays import Array, Indices
 _BELOW_ONE = float(np.nextafter(1.0, 0.0))
 
 
-def normalised(log_weights: Array) -> Array:
-    """Weights (n,) of sum one from their logarithms up to a common factor; -inf is a weight of 0.
+def normalise_log_weights(log_weights: Array) -> Array:
+    """Return weights (n,) that sum to 1 from logarithms of weights (n,) with a common factor.
 
-    All are equal where every weight is zero.
+    -inf stands for a weight of 0. If all weights are 0, the result is uniform.
 
     Examples
     --------
@@ -35,12 +35,12 @@ def normalised(log_weights: Array) -> Array:
 
 
 def mean_state(weights: Array, states: Array) -> Array:
-    """Weighted mean of states, one a row, E[s] = Σ πᵢ sᵢ (Isard & Blake 1998)."""
+    """Return the weighted mean of states, one per row: E[s] = Σ πᵢ sᵢ (Isard & Blake 1998)."""
     return weights @ states
 
 
-def effective_number(weights: Array) -> float:
-    """Effective number of particles, 1 / Σ πᵢ² (Kong, Liu & Wong 1994), in [1, n].
+def effective_sample_size(weights: Array) -> float:
+    """Return the effective sample size, 1 / Σ πᵢ² (Kong, Liu & Wong 1994), in [1, n].
 
     Examples
     --------
@@ -51,27 +51,27 @@ def effective_number(weights: Array) -> float:
 
 
 def multinomial(weights: Array, uniforms: Array) -> Indices:
-    """Independent draws with replacement, the scheme of Condensation (Isard & Blake 1998)."""
-    return _found(weights, uniforms)
+    """Select particles by independent draws, as in Condensation (Isard & Blake 1998)."""
+    return _select_particles(weights, uniforms)
 
 
 def stratified(weights: Array, uniforms: Array) -> Indices:
-    """One draw from each of n equal strata of the cumulative weights (Kitagawa 1996)."""
-    return _found(weights, (np.arange(len(uniforms)) + uniforms) / len(uniforms))
+    """Select a particle from each of n equal strata of the cumulative weights (Kitagawa 1996)."""
+    return _select_particles(weights, (np.arange(len(uniforms)) + uniforms) / len(uniforms))
 
 
 def systematic(weights: Array, uniforms: Array) -> Indices:
-    """Equally spaced draws, all shifted by the one first number (Kitagawa 1996)."""
-    return _found(weights, (np.arange(len(uniforms)) + uniforms[0]) / len(uniforms))
+    """Select particles at equal distances, shifted by the first random number (Kitagawa 1996)."""
+    return _select_particles(weights, (np.arange(len(uniforms)) + uniforms[0]) / len(uniforms))
 
 
 def residual(weights: Array, uniforms: Array) -> Indices:
-    """⌊n π⌋ copies of each, the rest drawn from what is left over (Liu & Chen 1998)."""
+    """Select ⌊n π⌋ copies of each particle, the rest by the residual weights (Liu & Chen 1998)."""
     expected = len(weights) * weights
-    copies = np.floor(expected + 1e-9).astype(np.intp)  # 49 · (1/49) is less than 1
+    copies = np.floor(expected + 1e-9).astype(np.intp)  # in floating point, 49 · (1/49) < 1
     sure = np.repeat(np.arange(len(weights)), copies)
     left = np.maximum(expected - copies, 0.0)
-    return np.concatenate([sure, _found(left, uniforms[len(sure) :])])
+    return np.concatenate([sure, _select_particles(left, uniforms[len(sure) :])])
 
 
 SCHEMES: Mapping[str, Callable[[Array, Array], Indices]] = {
@@ -80,12 +80,12 @@ SCHEMES: Mapping[str, Callable[[Array, Array], Indices]] = {
     "stratified": stratified,
     "residual": residual,
 }
-"""The schemes by name."""
+"""Resampling schemes by name."""
 
 
-def _found(weights: Array, positions: Array) -> Indices:
-    """Particle at each position in [0, 1] of the cumulative weights, never one of weight 0."""
+def _select_particles(weights: Array, positions: Array) -> Indices:
+    """Return the particle at each position in [0, 1] of the cumulative weights, never weight 0."""
     cumulative = weights.cumsum()
     sought = np.minimum(positions, _BELOW_ONE) * cumulative[-1]
-    found: Indices = cumulative.searchsorted(sought, side="right")
-    return found
+    selected: Indices = cumulative.searchsorted(sought, side="right")
+    return selected

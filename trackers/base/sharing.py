@@ -1,4 +1,4 @@
-"""Work on one frame that several trackers want, done once."""
+"""Computations on a frame that several trackers share."""
 
 from abc import abstractmethod
 from collections.abc import Callable, Hashable
@@ -12,7 +12,7 @@ from trackmark.trackers.base.interface import (
     Image,
     Mask,
     TrackerPlugin,
-    four_numbers,
+    check_box,
 )
 from trackmark.trackers.base.parameters import TrackerError
 
@@ -21,11 +21,15 @@ R = TypeVar("R")
 
 
 class SharedFrame:
-    """A frame and what has been computed of it so far; lives for one frame.
+    """Image of one frame with a cache of results that were computed from it.
 
-    The image, uint8 of shape (height, width, 3), is handed on read-only; raises TrackerError for
-    another type or shape. `sharers`, at least 1, is how many trackers are shown it. What pays only
-    for many can be made when they are many; the estimates must not depend on it.
+    Parameters
+    ----------
+    image : ndarray of uint8, shape (height, width, 3)
+        BGR image; trackers receive it read-only. TrackerError for another type or shape.
+    sharers : int
+        Number of trackers that process the frame, at least 1. A tracker may choose the faster of
+        two computations by it; its estimates must not depend on it.
     """
 
     __slots__ = ("_computed", "image", "sharers")
@@ -38,7 +42,7 @@ class SharedFrame:
             )
         locked = image.view()
         locked.flags.writeable = False
-        # Handed on without its owner: a flag alone, a tracker could set back.
+        # Without a base array, so that a tracker cannot set the writeable flag again.
         self.image: Image = np.from_dlpack(locked)  # type: ignore[assignment]  # of any dtype
         self.sharers = sharers
         self._computed: dict[Hashable, Any] = {}
@@ -46,10 +50,10 @@ class SharedFrame:
     def compute(
         self, function: Callable[Concatenate[Image, P], R], *args: P.args, **kwargs: P.kwargs
     ) -> R:
-        """Give `function(image, ...)`: computed by the first that asks, kept for the others.
+        """Return `function(image, ...)`, computed by the first call and cached for later ones.
 
-        `function` must depend on its arguments alone; whoever takes the result must not
-        change what another would see in it.
+        `function` must depend only on its arguments. Callers must not modify the result in a way
+        that other callers could notice.
         """
         key = (function, args, tuple(sorted(kwargs.items())))
         if key not in self._computed:
@@ -58,23 +62,23 @@ class SharedFrame:
 
 
 class SharingTracker(TrackerPlugin):
-    """A tracker that can share work on a frame with others in lock step.
+    """Base class of trackers that share computations with others on the same frame.
 
-    It implements `init_shared` and `update_shared`; the plain calls go through the same
-    code with a frame of its own, so that both give the same boxes to the bit.
+    A subclass implements `init_shared` and `update_shared`. `init` and `update` call them with a
+    new `SharedFrame`, so that both ways return identical boxes.
     """
 
     @abstractmethod
     def init_shared(self, frame: SharedFrame, box: Box, mask: Mask | None = None) -> None:
-        """See `Tracker.init`; `frame` may hold work that others did."""
+        """See `Tracker.init`; `frame` may contain cached results of other trackers."""
 
     @abstractmethod
     def update_shared(self, frame: SharedFrame) -> Estimate:
-        """See `Tracker.update`; `frame` may hold work that others did."""
+        """See `Tracker.update`; `frame` may contain cached results of other trackers."""
 
     def init(self, image: Image, box: Box, mask: Mask | None = None) -> None:
-        """See `Tracker.init`; raises TrackerError for what is no box."""
-        self.init_shared(SharedFrame(image), four_numbers(box), mask)
+        """See `Tracker.init`; raise TrackerError if `box` is not a valid box."""
+        self.init_shared(SharedFrame(image), check_box(box), mask)
 
     def update(self, image: Image) -> Estimate:
         """See `Tracker.update`."""

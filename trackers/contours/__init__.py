@@ -1,7 +1,7 @@
-"""Parts of `moreno2005`: cues in a chain, each judged given the one before.
+"""Parts of `moreno2005`: a chain of cues, each conditional on the previous one.
 
-`chain` asks them in order. `plane_cue`, `colour_cue` and `contour_cue` are the three of the paper;
-`observation` is what a frame shows them. Colours are `mixture`s of Gaussians with a `posterior` of
-the target; contours come from masks and are summed over by `outline`, and refined by a `snake`.
-`segmenter` makes a tracker of all this.
+`chain` evaluates the cues in order. `plane_cue`, `colour_cue` and `contour_cue` are those of the
+paper, `observation` is their input. Colours are Gaussian mixtures (`mixture`) with a `posterior` of
+the target. `outline` converts between contours and masks and sums over contours; `snake` refines
+contours. `segmenter` is the base class of the trackers.
 """

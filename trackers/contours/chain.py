@@ -1,8 +1,7 @@
-"""Conditionally dependent cues in a chain (Moreno-Noguer, Sanfeliu & Samaras 2005).
+"""Chain of conditionally dependent cues (Moreno-Noguer, Sanfeliu & Samaras 2005).
 
-The density of all cues' states is the product of each cue's, given those before it (equation 2),
-and is computed in their order. The chain knows nothing of what the cues are: whatever yields
-hypotheses and weighs them can take a place in it.
+The joint density of all states is the product of each cue's density given the previous cues
+(equation 2), computed in their order. Any object that implements `Cue` can be part of a chain.
 """
 
 from abc import ABC, abstractmethod
@@ -20,17 +19,17 @@ Attached: TypeAlias = Indices | None
 Association: TypeAlias = Literal["by-weight", "uniform"]
 Feedback: TypeAlias = Literal["marginal", "joint"]
 
-_NEVER_QUITE_ZERO = 1e-12  # what an unattached hypothesis keeps, as a share of all
+_NEVER_QUITE_ZERO = 1e-12  # weight share of a hypothesis to which none is attached
 
 Observation = TypeVar("Observation", contravariant=True)
 Seen = TypeVar("Seen")
 
 
 class Weighed(NamedTuple):
-    """What a cue says of its hypotheses in a frame."""
+    """Weights of a cue's hypotheses in a frame."""
 
-    weights: Array  # (n,): not negative, up to a common factor
-    evidence: Any = None  # what it found out about each of them, for the cues that depend on it
+    weights: Array  # (n,): ≥ 0, up to a common factor
+    evidence: Any = None  # data on each hypothesis, for later cues
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,7 +38,7 @@ class Hypotheses:
 
     states: NDArray[Any]  # (n, ...): one hypothesis a row
     weights: Array  # (n,), of sum 1
-    attached: Attached = None  # (n,): hypotheses of the cue before that they went with
+    attached: Attached = None  # (n,): attached hypotheses of the previous cue
     evidence: Any = None  # see `Weighed`
 
 
@@ -47,42 +46,43 @@ Earlier: TypeAlias = Sequence[Hypotheses]
 
 
 class Cue(Protocol[Observation]):
-    """One feature of the target: its state, how this goes on, and how a frame judges it."""
+    """Feature of the target: state density, dynamic model and observation model."""
 
     def sample(self, generator: np.random.Generator) -> NDArray[Any]:
-        """Draw hypotheses, shape (n, ...), from the state's density before the frame is seen.
+        """Draw hypotheses (n, ...) from the predicted density of the state.
 
-        A particle filter resamples and propagates; a Kalman filter draws from its prediction.
+        A particle filter resamples and propagates; a Kalman filter samples its prediction.
         """
         ...
 
     def weigh(
         self, observation: Observation, states: NDArray[Any], attached: Attached, earlier: Earlier
     ) -> Weighed:
-        """Judge them by the frame, and by those of the earlier cues, which stand in order.
+        """Weigh hypotheses by the frame and by attached hypotheses of earlier cues.
 
-        `observation` is the same for all cues. `attached` (n,) says for each of the `states` which
-        hypothesis of the cue before it goes with, a row of `earlier[-1]`; None for the first cue.
+        `observation`: the same object for all cues. `attached` (n,): row in `earlier[-1]` of the
+        previous cue's hypothesis that belongs to each state; None for the first cue.
         """
         ...
 
     def receive(self, states: NDArray[Any], weights: Array) -> None:
-        """Take the weighted hypotheses as the state's density of this frame."""
+        """Set the state's density in this frame to the weighted hypotheses."""
         ...
 
 
 class Chain(Generic[Seen]):
-    """Cues in the order of their dependence: each may depend on all before it.
+    """Cues in the order of their dependence: each may depend on all previous ones.
 
-    `association` says which hypotheses of the cue before are attached to a cue's: drawn by the
-    weights that the frame has just given them (section 5.3), or evenly, as if nothing were known of
-    them. `feedback` says with which weights a cue goes on to the next frame: those that it gave
-    itself (equation 4), or those that its hypotheses have in the complete density of equation 7, so
-    that what the later cues saw comes back. The latter is a correction of the paper: the density of
-    x₁ given all measurements is not that given z₁ alone where z₂ depends on x₁.
+    `cues` sequence of Cue: the cues, in order.
+    `association` {"by-weight", "uniform"}: Hypotheses of the previous cue that are attached to a
+      cue's hypotheses: drawn by their weights in this frame (section 5.3), or uniformly.
+    `feedback` {"marginal", "joint"}: weights of a cue in the next frame: its own (equation 4), or
+      those of the complete density (equation 7), which include later cues. `joint` corrects the
+      paper: if z₂ depends on x₁, the density of x₁ given all measurements differs from that given
+      z₁.
 
-    Raises ValueError for another association or feedback; in a step, for weights below 0 or of
-    another number than the hypotheses.
+    Raises ValueError for another association or feedback; in `step`, if a cue returns weights below
+    0 or of a wrong shape.
     """
 
     def __init__(
@@ -91,31 +91,39 @@ class Chain(Generic[Seen]):
         association: Association = "by-weight",
         feedback: Feedback = "marginal",
     ) -> None:
-        for value, known in ((association, Association), (feedback, Feedback)):
-            if value not in get_args(known):
-                raise ValueError(f"{value!r} is none of {', '.join(get_args(known))}.")
+        for value, choices in ((association, Association), (feedback, Feedback)):
+            if value not in get_args(choices):
+                raise ValueError(f"{value!r} is none of {', '.join(get_args(choices))}.")
         self.cues = tuple(cues)
         self.association = association
         self.feedback = feedback
 
     def step(self, observation: Seen, generator: np.random.Generator) -> tuple[Hypotheses, ...]:
-        """Go through one frame: what each cue holds for possible then, in their order."""
-        found: list[Hypotheses] = []
+        """Process a frame; return the weighted hypotheses of each cue, in order."""
+        all_hypotheses: list[Hypotheses] = []
         for cue in self.cues:
             states = cue.sample(generator)
-            attached = self._attached(found[-1].weights, len(states), generator) if found else None
-            weighed = cue.weigh(observation, states, attached, found)
+            attached = (
+                self._attached(all_hypotheses[-1].weights, len(states), generator)
+                if all_hypotheses
+                else None
+            )
+            weighed = cue.weigh(observation, states, attached, all_hypotheses)
             if weighed.weights.shape != (len(states),) or (weighed.weights < 0).any():
                 raise ValueError(
                     f"{type(cue).__name__} gives weights of shape {weighed.weights.shape} to "
                     f"{len(states)} hypotheses: each has one, not below 0."
                 )
-            weights = proportional(weighed.weights)
-            found.append(Hypotheses(states, weights, attached, weighed.evidence))
-        carried = _joint_weights(found) if self.feedback == "joint" else [h.weights for h in found]
-        for cue, hypotheses, weights in zip(self.cues, found, carried, strict=True):
+            weights = normalise_weights(weighed.weights)
+            all_hypotheses.append(Hypotheses(states, weights, attached, weighed.evidence))
+        carried = (
+            _joint_weights(all_hypotheses)
+            if self.feedback == "joint"
+            else [h.weights for h in all_hypotheses]
+        )
+        for cue, hypotheses, weights in zip(self.cues, all_hypotheses, carried, strict=True):
             cue.receive(hypotheses.states, weights)
-        return tuple(found)
+        return tuple(all_hypotheses)
 
     def _attached(self, weights: Array, count: int, generator: np.random.Generator) -> Indices:
         uniforms = generator.random(count)
@@ -124,11 +132,11 @@ class Chain(Generic[Seen]):
         return multinomial(weights, uniforms)
 
 
-def complete(hypotheses: Sequence[Hypotheses]) -> tuple[Indices, ...]:
-    """Which hypotheses of each cue make up the complete density of equation 7.
+def complete_combinations(hypotheses: Sequence[Hypotheses]) -> tuple[Indices, ...]:
+    """Return the combinations of hypotheses in the complete density of equation 7.
 
-    One array (n,) a cue: its hypothesis for each of the n of the last cue, whose weights are those
-    of the combinations.
+    One array (n,) per cue: the index of its hypothesis for each of the n hypotheses of the last
+    cue, whose weights are those of the combinations.
     """
     last = hypotheses[-1]
     chosen = [np.arange(len(last.weights), dtype=np.intp)]
@@ -139,8 +147,8 @@ def complete(hypotheses: Sequence[Hypotheses]) -> tuple[Indices, ...]:
     return tuple(reversed(chosen))
 
 
-def proportional(weights: Array) -> Array:
-    """Weights that sum to 1; all equal where none is above 0, or not all are finite.
+def normalise_weights(weights: Array) -> Array:
+    """Return weights scaled to sum 1; equal weights if the sum is not positive and finite.
 
     Examples
     --------
@@ -155,24 +163,23 @@ def proportional(weights: Array) -> Array:
     return weights / total
 
 
-def _joint_weights(found: Sequence[Hypotheses]) -> list[Array]:
-    """Weights of each cue's hypotheses in the complete density (its marginals)."""
-    last = found[-1].weights
+def _joint_weights(all_hypotheses: Sequence[Hypotheses]) -> list[Array]:
+    """Return the weights of each cue's hypotheses in the complete density (its marginals)."""
+    last = all_hypotheses[-1].weights
     carried = [last]
-    for hypotheses, indices in zip(
-        reversed(found[:-1]), reversed(complete(found)[:-1]), strict=True
-    ):
-        shares = np.zeros(len(hypotheses.weights))
-        np.add.at(shares, indices, last)
-        carried.append(proportional(shares + _NEVER_QUITE_ZERO))
+    indices = complete_combinations(all_hypotheses)
+    for cue in reversed(range(len(all_hypotheses) - 1)):
+        shares = np.zeros(len(all_hypotheses[cue].weights))
+        np.add.at(shares, indices[cue], last)
+        carried.append(normalise_weights(shares + _NEVER_QUITE_ZERO))
     return carried[::-1]
 
 
 class ParticleCue(ABC):
-    """Particles that are resampled and propagated (Moreno-Noguer et al. 2005, section 2).
+    """Base class of particle filter cues (Moreno-Noguer et al. 2005, section 2).
 
-    `count` of them begin in the state `start`. To be a `Cue` it lacks how it weighs its particles:
-    `states` (count, ...), whose `weights` (count,) sum to 1.
+    All `count` particles have the initial state `start`. The attributes are `states` (count, ...)
+    and their `weights` (count,) of sum 1. A subclass adds `Cue.weigh`.
     """
 
     def __init__(self, start: NDArray[Any], count: int) -> None:
@@ -181,10 +188,10 @@ class ParticleCue(ABC):
 
     @abstractmethod
     def propagated(self, states: NDArray[Any], generator: np.random.Generator) -> NDArray[Any]:
-        """Where the dynamic model takes them, a fresh array of the same shape."""
+        """Return the states after the dynamic model, a new array of the same shape."""
 
     def sample(self, generator: np.random.Generator) -> NDArray[Any]:
-        """See `Cue.sample`: systematic resampling, then the dynamic model."""
+        """Resample systematically and apply the dynamic model; see `Cue.sample`."""
         chosen = systematic(self.weights, generator.random(len(self.weights)))
         return self.propagated(self.states[chosen], generator)
 

@@ -1,7 +1,7 @@
-"""Mixtures of the target's and the background's colours, as a cue (section 4.2).
+"""Cue of the colour mixtures of target and background (section 4.2).
 
-They are particles, or a pair that is fitted anew to what the last frames were segmented into: the
-smooth colour model that Moreno-Noguer et al. (2005, section 6) compare with.
+The mixtures are particles (`ColourCue`), or one pair that is fitted to the last segmented frames
+(`RefittedColours`): the smooth colour model of Moreno-Noguer et al. (2005, section 6).
 """
 
 from dataclasses import dataclass
@@ -12,38 +12,38 @@ from scipy.optimize import linear_sum_assignment
 
 from trackmark.trackers.base.arrays import Array
 from trackmark.trackers.contours.chain import Attached, Earlier, ParticleCue, Weighed
-from trackmark.trackers.contours.mixture import Mixture, components_of, refined
-from trackmark.trackers.contours.observation import Observation, Weights, graded
+from trackmark.trackers.contours.mixture import Mixture, refine_mixture, to_components
+from trackmark.trackers.contours.observation import Observation, Weights, weights_from_scores
 from trackmark.trackers.contours.posterior import posterior_tables
 
 MixtureScale: TypeAlias = Literal["shared", "diagonal"]
 
-WEIGHT, MEAN, EIGENVALUES, ANGLE = 0, slice(1, 3), slice(3, 5), 5  # a component's six numbers
+WEIGHT, MEAN, EIGENVALUES, ANGLE = 0, slice(1, 3), slice(3, 5), 5  # indices in a component (6,)
 
-SMALLEST_EIGENVALUE, LARGEST_EIGENVALUE = 2e-4, 0.15  # of colours in [0, 1]
+MIN_EIGENVALUE, MAX_EIGENVALUE = 2e-4, 0.15  # of colours in [0, 1]
 
 
 @dataclass(frozen=True, slots=True)
 class ColourDynamics:
-    """How mixtures go on from frame to frame, in deviations of normal noise.
+    """Dynamic model of mixtures; spreads are standard deviations of Gaussian noise.
 
-    `diagonal`: each of a component's numbers on its own, which of the paper's full random matrix is
-    what has consistent units. `shared`: besides, one random linear map of all centroids, mainly a
-    gain, as light has it that falls on all.
+    `diagonal`: independent noise on each number of a component. (The paper's full random matrix
+    would mix units.) `shared`: in addition, a random linear map of all centroids, mainly a gain, as
+    caused by changes of light.
     """
 
     colour_dynamics: MixtureScale
     mean_spread: float  # of a centroid
-    class_spread: float  # of all centroids of a class together (`shared` alone)
-    gain_spread: float  # of the gain's logarithm (`shared` alone); half of it of the map's rest
-    jump_probability: float  # how often that logarithm has the next deviation besides: in abrupt
-    jump_spread: float  # changes of the light
+    class_spread: float  # common to all centroids of a class (`shared` only)
+    gain_spread: float  # of the gain's logarithm (`shared` only); half for the map's other noise
+    jump_probability: float  # probability of a jump of the gain, as in abrupt changes of light
+    jump_spread: float  # of the jump's logarithm
     prior_spread: float  # of the logarithm of a component's weight
-    eigenvalue_spread: float  # and of its eigenvalues
-    angle_spread: float  # of its first direction [radians]
+    eigenvalue_spread: float  # of the logarithm of an eigenvalue
+    angle_spread: float  # of the first principal direction [radians]
 
-    def propagated(self, states: Array, of_target: int, generator: np.random.Generator) -> Array:
-        """Draw mixtures (components, 6) of the next frame; the target's come first."""
+    def propagated(self, states: Array, n_target: int, generator: np.random.Generator) -> Array:
+        """Draw states (n, components, 6) of the next frame; the target's components come first."""
         count, components, _ = states.shape
         moved = states.copy()
         if self.colour_dynamics == "shared":
@@ -54,8 +54,8 @@ class ColourDynamics:
             maps += np.exp(gains)[:, np.newaxis, np.newaxis] * np.eye(2)
             moved[:, :, MEAN] = np.einsum("nij,nmj->nmi", maps, states[:, :, MEAN])
             shifts = generator.normal(0.0, self.class_spread, (count, 2, 2))
-            moved[:, :of_target, MEAN] += shifts[:, :1]
-            moved[:, of_target:, MEAN] += shifts[:, 1:]
+            moved[:, :n_target, MEAN] += shifts[:, :1]
+            moved[:, n_target:, MEAN] += shifts[:, 1:]
             moved[:, :, EIGENVALUES] *= np.exp(gains)[:, np.newaxis, np.newaxis]
         moved[:, :, MEAN] += generator.normal(0.0, self.mean_spread, (count, components, 2))
         moved[:, :, EIGENVALUES] *= np.exp(
@@ -65,98 +65,100 @@ class ColourDynamics:
         moved[:, :, ANGLE] += generator.normal(0.0, self.angle_spread, (count, components))
         np.clip(
             moved[:, :, EIGENVALUES],
-            SMALLEST_EIGENVALUE,
-            LARGEST_EIGENVALUE,
+            MIN_EIGENVALUE,
+            MAX_EIGENVALUE,
             out=moved[:, :, EIGENVALUES],
         )
-        for part in (moved[:, :of_target, WEIGHT], moved[:, of_target:, WEIGHT]):
+        for part in (moved[:, :n_target, WEIGHT], moved[:, n_target:, WEIGHT]):
             part /= part.sum(axis=1, keepdims=True)
         return moved
 
 
-class Palettes:
-    """How pairs of mixtures are judged by a frame (section 5.3); a part of colour cues.
+class MixtureEvaluator:
+    """Observation model of pairs of mixtures (section 5.3), used by colour cues.
 
-    A pair's weight says how well the posterior of the target, with its mixtures on the attached
-    plane, tells the window from what is outside. The evidence are the posteriors of the frame's
-    colours, one row a pair. The first `of_target` components are the target's; `weights` and
-    `temperature` are those of `graded`, `floor` is that of `posterior`.
+    The score of a pair is the mean posterior of the target in the window minus that outside, with
+    its mixtures on the attached plane. The evidence is the posterior of the frame's colours, one
+    row per pair. The first `n_target` components are the target's. `weights` and `temperature` are
+    passed to `weights_from_scores`, `floor` to `posterior`.
     """
 
-    def __init__(self, of_target: int, weights: Weights, temperature: float, floor: float) -> None:
-        self.of_target = of_target
+    def __init__(self, n_target: int, weights: Weights, temperature: float, floor: float) -> None:
+        self.n_target = n_target
         self.grading: tuple[Weights, float] = weights, temperature
         self.floor = floor
 
     def weigh(
         self, observation: Observation, states: Array, attached: Attached, earlier: Earlier
     ) -> Weighed:
-        """See `Cue.weigh`; the cue before yields planes, with the frame's colours on them."""
+        """See `Cue.weigh`; the evidence of the previous cue is the frame's colours on planes."""
         if attached is None:
             raise ValueError("mixtures are judged on a plane: a cue of planes comes before them")
         tables, scores = posterior_tables(
             earlier[-1].evidence,
             attached,
-            states[:, : self.of_target],
-            states[:, self.of_target :],
+            states[:, : self.n_target],
+            states[:, self.n_target :],
             self.floor,
             observation.prior,
             observation.contrast,
         )
-        return Weighed(graded(scores, *self.grading), tables)
+        return Weighed(weights_from_scores(scores, *self.grading), tables)
 
 
 class ColourCue(ParticleCue):
-    """Pairs of mixtures as particles: components (components, 6), the target's first."""
+    """Particle filter of pairs of mixtures: states (components, 6), the target's first."""
 
     def __init__(
-        self, start: Array, count: int, dynamics: ColourDynamics, palettes: Palettes
+        self, start: Array, count: int, dynamics: ColourDynamics, palettes: MixtureEvaluator
     ) -> None:
         super().__init__(start, count)
         self.dynamics = dynamics
         self.weigh = palettes.weigh
-        self._of_target = palettes.of_target
+        self._n_target = palettes.n_target
 
     def propagated(self, states: Array, generator: np.random.Generator) -> Array:
         """See `ParticleCue.propagated`."""
-        return self.dynamics.propagated(states, self._of_target, generator)
+        return self.dynamics.propagated(states, self._n_target, generator)
 
 
-STEPS = 6  # of EM, from the fit of the frame before
+N_EM_STEPS = 6  # EM steps from the previous frame's fit
 
 
-class Fit(NamedTuple):
-    """Colours of target and background in a frame, and mixtures of them on a plane."""
+class ColourFit(NamedTuple):
+    """Colours of target and background in a frame, and their mixtures on a plane."""
 
     target_colours: Array  # (n, 3): R, G, B in [0, 1]
     background_colours: Array
     target: Mixture
     background: Mixture
 
-    def on(self, basis: Array) -> "Fit":
-        """The same colours on another plane, shape (3, 2), fitted from these mixtures on."""
-        return self.of(self.target_colours, self.background_colours, basis)
+    def refit_on_plane(self, basis: Array) -> "ColourFit":
+        """Return a fit of the same colours on another plane (3, 2), starting from this fit."""
+        return self.refit(self.target_colours, self.background_colours, basis)
 
-    def of(self, target_colours: Array, background_colours: Array, basis: Array) -> "Fit":
-        """Other colours, fitted from these mixtures on."""
-        return Fit(
+    def refit(self, target_colours: Array, background_colours: Array, basis: Array) -> "ColourFit":
+        """Return a fit of other colours, starting from this fit."""
+        return ColourFit(
             target_colours,
             background_colours,
-            refined(target_colours @ basis, self.target, STEPS),
-            refined(background_colours @ basis, self.background, STEPS),
+            refine_mixture(target_colours @ basis, self.target, N_EM_STEPS),
+            refine_mixture(background_colours @ basis, self.background, N_EM_STEPS),
         )
 
 
 class RefittedColours:
-    """A cue of one pair of mixtures, predicted as G(t) = (1 - a) G(t-2) + a G(t-1).
+    """Cue with one pair of mixtures, predicted as G(t) = (1 - a) G(t-2) + a G(t-1).
 
-    Each G is fitted to the colours of a frame as it was segmented; a recursion over predictions
-    alone would never see an image. The pair is yielded `count` times, so that it can be attached to
-    so many planes. `mixing` is a, in (0, 1]; 1 takes the last frame's as they are. `palettes`
-    judge.
+    Each G is fitted to the colours of a segmented frame, because a recursion over predictions would
+    never use an image. `count`: number of copies of the pair, so that different planes can be
+    attached. `mixing`: a in (0, 1]; 1 predicts the last frame's mixtures. `palettes`: observation
+    model.
     """
 
-    def __init__(self, fit: Fit, count: int, mixing: float, palettes: Palettes) -> None:
+    def __init__(
+        self, fit: ColourFit, count: int, mixing: float, palettes: MixtureEvaluator
+    ) -> None:
         self.fits = fit, fit
         self.count = count
         self.mixing = mixing
@@ -165,23 +167,25 @@ class RefittedColours:
     def learn(
         self, target_colours: Array, background_colours: Array, basis: Array, moved: bool
     ) -> None:
-        """Learn colours (n, 3) of a segmented frame; the plane of `basis` may have `moved`."""
-        last = self.fits[1].on(basis) if moved else self.fits[1]
-        self.fits = last, last.of(target_colours, background_colours, basis)
+        """Fit colours (n, 3) of a segmented frame on `basis`; `moved`: the plane has changed."""
+        last = self.fits[1].refit_on_plane(basis) if moved else self.fits[1]
+        self.fits = last, last.refit(target_colours, background_colours, basis)
 
     def sample(self, generator: np.random.Generator) -> Array:
-        """See `Cue.sample`: the prediction."""
+        """Return copies of the predicted pair; see `Cue.sample`."""
         older, newer = self.fits
         pairs = (older.target, newer.target), (older.background, newer.background)
-        predicted = np.concatenate([components_of(blended(*pair, self.mixing)) for pair in pairs])
+        predicted = np.concatenate(
+            [to_components(blend_mixtures(*pair, self.mixing)) for pair in pairs]
+        )
         return np.repeat(predicted[np.newaxis], self.count, axis=0)
 
     def receive(self, states: Array, weights: Array) -> None:
-        """See `Cue.receive`; what is learnt is learnt from the segmented frame."""
+        """Do nothing: `learn` updates the mixtures from the segmented frame."""
 
 
-def blended(older: Mixture, newer: Mixture, mixing: float) -> Mixture:
-    """Blend paired components (but for angles, which jump): (1 - mixing) older + mixing newer."""
+def blend_mixtures(older: Mixture, newer: Mixture, mixing: float) -> Mixture:
+    """Return (1 - mixing) older + mixing newer of matched components, by covariance matrices."""
     distances = ((newer.means[:, np.newaxis] - older.means) ** 2).sum(axis=2)
     _, partner = linear_sum_assignment(distances)
     return Mixture(

@@ -1,4 +1,4 @@
-"""The target's contour, as a cue (section 4.3)."""
+"""Cue of the target's contour (section 4.3)."""
 
 from dataclasses import dataclass
 from math import ceil, floor, inf, sqrt
@@ -9,51 +9,56 @@ import numpy as np
 from trackmark.trackers.base.arrays import Array
 from trackmark.trackers.base.kalman import ConstantVelocity
 from trackmark.trackers.contours.chain import Attached, Earlier, ParticleCue, Weighed
-from trackmark.trackers.contours.observation import Observation, Rectangle, Weights, graded
+from trackmark.trackers.contours.observation import (
+    Observation,
+    Rectangle,
+    Weights,
+    weights_from_scores,
+)
 from trackmark.trackers.contours.outline import Outside, contour_scores
 
-SMALLEST_AREA = 60  # pixels; a contour around fewer is no hypothesis
+MIN_AREA = 60  # minimum number of pixels inside a contour
 
 
 @dataclass(frozen=True, slots=True)
 class ContourDynamics:
-    """How contours go on: r = m + H (r' - m) + p, m being the mean of the points of r'.
+    """Dynamic model of contours: r = m + H (r' - m) + p, where m is the mean of the points of r'.
 
-    The paper applies H to the coordinates themselves; about the image's corner a change of size
-    would move a target far from it.
+    The paper applies H to the coordinates. Relative to the image corner, a change of size would
+    displace a distant target.
     """
 
-    affine: Array  # (2, 2): deviations of the elements of H, whose mean is the identity
-    shift: Array  # (2,): those of p [pixels]
+    affine: Array  # (2, 2): standard deviations of H, whose mean is the identity
+    shift: Array  # (2,): standard deviations of p [pixels]
 
-    def deformed(self, states: Array, generator: np.random.Generator) -> Array:
-        """Contours about their means, which stay: shape (n, points, 2), fresh."""
+    def deform(self, states: Array, generator: np.random.Generator) -> Array:
+        """Return contours (n, points, 2) deformed by H about their means, a new array."""
         maps = np.eye(2) + generator.normal(size=(len(states), 2, 2)) * self.affine
         centres = states.mean(axis=1, keepdims=True)
         around = states - centres
-        # A product of matrices by hand: they are so small that all else is dearer.
-        deformed: Array = np.empty_like(around)
+        # Written out, because NumPy's matrix products are slower for 2 x 2 matrices.
+        deform: Array = np.empty_like(around)
         for axis in (0, 1):
             along, across = maps[:, axis, :1], maps[:, axis, 1:]
-            deformed[..., axis] = along * around[..., 0] + across * around[..., 1]
-        deformed += centres
-        return deformed
+            deform[..., axis] = along * around[..., 0] + across * around[..., 1]
+        deform += centres
+        return deform
 
-    def shifts(self, count: int, generator: np.random.Generator) -> Array:
-        """Draws of p, shape (count, 1, 2), in pixels."""
+    def draw_shifts(self, count: int, generator: np.random.Generator) -> Array:
+        """Draw shifts p, shape (count, 1, 2) [pixels]."""
         return generator.normal(size=(count, 1, 2)) * self.shift
 
 
 class ContourCue(ParticleCue):
-    """Contours (points, 2) as particles [pixels].
+    """Particle filter of contours (points, 2) [pixels].
 
-    A contour's weight says how much higher the posterior of the target is inside than outside
-    (section 5.4), on the map of the attached mixtures. "Outside" is the rest of the image, or of
-    the bounding box of the window and all contours (beyond a small target, the mean over the image
-    hardly feels what a contour adds). `weights` and `temperature` are those of `graded`.
+    A contour's score is the mean posterior of the target inside minus that outside (section 5.4),
+    for the attached mixtures. "Outside" is the rest of the image, or of the bounding box of the
+    window and all contours. (With a small target, the mean over the image hardly changes with a
+    contour.) `weights` and `temperature` are those of `weights_from_scores`.
 
-    `anchors` (k, points, 2) are contours that take the places of the first k particles before they
-    go on; none at first.
+    `anchors` (k, points, 2) are contours that replace the first k particles before propagation;
+    none at first.
     """
 
     def __init__(
@@ -74,13 +79,13 @@ class ContourCue(ParticleCue):
     def propagated(self, states: Array, generator: np.random.Generator) -> Array:
         """See `ParticleCue.propagated`."""
         states[: len(self.anchors)] = self.anchors
-        moved = self.dynamics.deformed(states, generator)
-        return moved + self.dynamics.shifts(len(states), generator)
+        moved = self.dynamics.deform(states, generator)
+        return moved + self.dynamics.draw_shifts(len(states), generator)
 
     def weigh(
         self, observation: Observation, states: Array, attached: Attached, earlier: Earlier
     ) -> Weighed:
-        """See `Cue.weigh`, after a cue of posteriors; the evidence is the difference itself."""
+        """See `Cue.weigh`; needs posteriors of the previous cue. The evidence is the score."""
         if attached is None:
             raise ValueError("contours are judged on a posterior: a cue of colours comes before")
         cells = observation.cells
@@ -90,30 +95,30 @@ class ContourCue(ParticleCue):
             cells.image,
             attached,
             states,
-            _around(observation.window, states, width, height),
+            _bounding_window(observation.window, states, width, height),
             self.outside,
-            SMALLEST_AREA,
+            MIN_AREA,
         )
-        return Weighed(graded(scores, *self.grading), scores)
+        return Weighed(weights_from_scores(scores, *self.grading), scores)
 
 
 class KalmanContourCue(ContourCue):
-    """Contours whose shapes are particles, and whose place is a Kalman filter's.
+    """Contour cue with particles for the shape and a Kalman filter for the position.
 
-    In each frame the places are drawn from the filter's prediction. It is corrected by the
-    measurement that would take its prediction to the mean and variance of the weighted contours.
+    Positions are drawn from the filter's prediction. The correction uses the measurement that would
+    change the prediction to the mean and variance of the weighted contours.
     """
 
     def __init__(self, start: Array, count: int, dynamics: ContourDynamics, *judging: Any) -> None:
         super().__init__(start, count, dynamics, *judging)
-        # An acceleration a moves a target by a / 2 in its first frame.
+        # An acceleration a moves the target by a / 2 in one frame.
         noise = 2 * sqrt(float(np.mean(dynamics.shift**2)))
         self.place = ConstantVelocity(start.mean(axis=0), dynamics.shift, noise)
 
     def propagated(self, states: Array, generator: np.random.Generator) -> Array:
         """See `ParticleCue.propagated`."""
         states[: len(self.anchors)] = self.anchors
-        shapes = self.dynamics.deformed(states, generator)
+        shapes = self.dynamics.deform(states, generator)
         self.place.predict()
         spread = np.sqrt(self.place.covariances[:, 0, 0])
         places = self.place.position + generator.normal(size=(len(states), 2)) * spread
@@ -128,16 +133,16 @@ class KalmanContourCue(ContourCue):
         variance = weights @ (centres - mean) ** 2
         before, predicted = self.place.covariances[:, 0, 0], self.place.position
         measured, deviations = predicted.copy(), np.full(2, inf)
-        # Weights that leave the spread as it was, or widen it, have measured nothing.
-        told = variance < before
-        gains = 1 - variance[told] / before[told]
-        measured[told] += (mean - predicted)[told] / gains
-        deviations[told] = np.sqrt(before[told] * (1 - gains) / gains)
+        # Weights that do not reduce the variance contain no measurement.
+        informative = variance < before
+        gains = 1 - variance[informative] / before[informative]
+        measured[informative] += (mean - predicted)[informative] / gains
+        deviations[informative] = np.sqrt(before[informative] * (1 - gains) / gains)
         self.place.correct(measured, deviations)
 
 
-def _around(window: Rectangle, contours: Array, width: int, height: int) -> Rectangle:
-    """Bounding box of a window and contours, in the image."""
+def _bounding_window(window: Rectangle, contours: Array, width: int, height: int) -> Rectangle:
+    """Return the bounding box of a window and contours, clipped to the image."""
     x, y = contours[..., 0], contours[..., 1]
     return (
         max(min(window[0], floor(x.min())), 0),

@@ -1,7 +1,6 @@
-"""Mixtures of Gaussians of colours: fitted to points, projected on planes, taken apart.
+"""Gaussian mixtures of colours: fit, projection on planes, density, and components.
 
-Arrays of mixtures share the functions of one: further axes, say of planes or of samples, stand
-before the components'.
+The functions also accept arrays of mixtures, with additional axes before that of the components.
 """
 
 from typing import NamedTuple
@@ -12,31 +11,36 @@ from numba import njit
 from trackmark.trackers.base.arrays import Array
 
 REGULARISATION = 3e-4  # variance added to every axis of a fitted component
-LEAST_MASS = 1e-9  # points that a component has at least; fewer are nothing to place it by
+MIN_MASS = 1e-9  # sum of responsibilities below which a component keeps its place
 
 
 class Mixture(NamedTuple):
-    """A mixture of m Gaussians in d dimensions, or an array of such."""
+    """Mixture of m Gaussians in d dimensions, or an array of mixtures."""
 
-    weights: Array  # (..., m): 0 or more, of sum one
+    weights: Array  # (..., m): ≥ 0, of sum 1
     means: Array  # (..., m, d)
     covariances: Array  # (..., m, d, d): positive definite
 
 
-def fitted(
+def fit_mixture(
     points: Array,
     components: int,
     generator: np.random.Generator,
     iterations: int = 15,
     regularisation: float = REGULARISATION,
 ) -> Mixture:
-    """The mixture of m `components` that expectation maximisation comes to from random centres.
+    """Fit a mixture by expectation maximisation (EM) from random centres.
 
-    The centres are those of k-means++ (Arthur & Vassilvitskii 2007), by one uniform number of the
-    generator each, and the first components have the points that are nearest to each. Points are of
-    shape (n, d), d being 2 or 3; where they have fewer different places than m, components are left
-    over: of weight 0, at a place of another, with the variance `regularisation`, which every
-    component has besides that of its points.
+    The centres are those of k-means++ (Arthur & Vassilvitskii 2007), with one uniform random number
+    each. Each initial component consists of the points nearest to its centre.
+
+    `points` float64 (n, d): points in 2 or 3 dimensions. With fewer than m different points,
+      surplus components have weight 0 and the position of another one.
+    `components`: number m of components.
+    `generator`: source of the random numbers.
+    `iterations`: number of EM steps.
+    `regularisation`: variance added to every axis of each component.
+
     """
     distances = np.ones(len(points))
     centres = np.empty((components, points.shape[1]))
@@ -58,17 +62,17 @@ def fitted(
     return mixture
 
 
-def refined(
+def refine_mixture(
     points: Array, mixture: Mixture, iterations: int, regularisation: float = REGULARISATION
 ) -> Mixture:
-    """Refine a mixture by steps of `fitted`; a component of which no point is stays where it is."""
+    """Refine a mixture by steps of `fit_mixture`; a component without points keeps its place."""
     after = Mixture(*(array.copy() for array in mixture))
     axes = tuple(range(points.shape[1]))
     _iterate(np.ascontiguousarray(points.T), axes, after, iterations, regularisation)
     return after
 
 
-def refined_on_planes(
+def refine_on_planes(
     points: Array,
     mixture: Mixture,
     bases: Array,
@@ -76,13 +80,13 @@ def refined_on_planes(
     regularisation: float = REGULARISATION,
 ) -> Mixture:
     """Project a mixture of colours (n, 3) on planes of bases (P, 3, 2), and refine it on each."""
-    after = projected(mixture, bases)
+    after = project_mixture(mixture, bases)
     _iterate_on_planes(points, bases, after, iterations, regularisation)
     return after
 
 
-def projected(mixture: Mixture, basis: Array) -> Mixture:
-    """A mixture of colours as seen on a plane of basis (3, 2), or on as many as bases (P, 3, 2)."""
+def project_mixture(mixture: Mixture, basis: Array) -> Mixture:
+    """Return a mixture of colours projected on a plane (3, 2), or on planes (P, 3, 2)."""
     across = np.swapaxes(basis, -1, -2)[..., np.newaxis, :, :]
     shape = (*basis.shape[:-2], len(mixture.weights))
     return Mixture(
@@ -93,7 +97,7 @@ def projected(mixture: Mixture, basis: Array) -> Mixture:
 
 
 def log_density(mixture: Mixture, points: Array) -> Array:
-    """Logarithm of a mixture's density at points (n, d), shape (n,)."""
+    """Return the logarithm of a mixture's density at points (n, d), shape (n,)."""
     roots = np.linalg.cholesky(mixture.covariances)
     differences = points[:, np.newaxis] - mixture.means
     whitened = np.einsum("mab,nmb->nma", np.linalg.inv(roots), differences)
@@ -107,15 +111,15 @@ def log_density(mixture: Mixture, points: Array) -> Array:
 
 
 def density(mixture: Mixture, points: Array) -> Array:
-    """A mixture's density at points (n, d), shape (n,)."""
+    """Return a mixture's density at points (n, d), shape (n,)."""
     return np.exp(log_density(mixture, points))
 
 
-def components_of(mixture: Mixture) -> Array:
-    """Components of a mixture in two dimensions, each as six numbers, shape (..., m, 6).
+def to_components(mixture: Mixture) -> Array:
+    """Return the components of a mixture in two dimensions, shape (..., m, 6).
 
-    Weight, mean x and y, the larger and the smaller eigenvalue of the covariance, and the angle of
-    the first one's direction [radians, in (-π/2, π/2]].
+    Weight, mean x and y, larger and smaller eigenvalue of the covariance, and angle of the first
+    eigenvector [radians, in (-π/2, π/2]].
 
     Examples
     --------
@@ -132,8 +136,8 @@ def components_of(mixture: Mixture) -> Array:
     return np.stack(numbers, axis=-1)
 
 
-def mixture_of(components: Array) -> Mixture:
-    """The mixture of components (..., m, 6), in whatever order their eigenvalues are."""
+def from_components(components: Array) -> Mixture:
+    """Return the mixture of components (..., m, 6), with eigenvalues in any order."""
     weights, first, second = components[..., 0], components[..., 3], components[..., 4]
     middle, half = (first + second) / 2, (first - second) / 2
     along = half * np.cos(2 * components[..., 5])
@@ -167,7 +171,7 @@ def _iterate_on_planes(
 def _iterate(
     points: Array, axes: tuple[int, ...], mixture: Mixture, iterations: int, regularisation: float
 ) -> None:
-    """Take steps of expectation maximisation in place on points (d, n); `axes` has d items."""
+    """Apply EM steps in place to points (d, n); `axes` is a tuple of d items."""
     responsibilities = np.empty((len(mixture.weights), points.shape[1]))
     for _ in range(iterations):
         _expect(points, axes, mixture, responsibilities)
@@ -178,7 +182,7 @@ def _iterate(
 def _expect(
     points: Array, axes: tuple[int, ...], mixture: Mixture, responsibilities: Array
 ) -> None:
-    """Share (m, n) that each component has in each point."""
+    """Fill `responsibilities` (m, n): the share of each component in each point."""
     weights, means, covariances = mixture
     d = len(axes)
     n = points.shape[1]
@@ -219,7 +223,7 @@ def _maximise(
     mixture: Mixture,
     regularisation: float,
 ) -> None:
-    """Components of the points that they are responsible for; one without any keeps its place."""
+    """Update components by their responsibilities; one without points keeps its place."""
     weights, means, covariances = mixture
     d = len(axes)
     n = points.shape[1]
@@ -227,7 +231,7 @@ def _maximise(
         row = responsibilities[component]
         mass = row.sum()
         weights[component] = mass / n
-        if mass < LEAST_MASS:
+        if mass < MIN_MASS:
             continue
         mean, covariance = means[component], covariances[component]
         for axis in range(d):

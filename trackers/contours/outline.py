@@ -1,10 +1,9 @@
-"""Contours and masks: one from the other, what a contour encloses, and sums over it.
+"""Contours and masks: conversion, enclosed area, and sums over the inside.
 
-A pixel is inside if its centre is, and the rule is half-open: where a contour passes through
-centres, they are inside on its left and its upper side alone, so that contours that share a side
-share no pixel. Sums are by Green's theorem: they run down the columns, where a row is added to the
-one above in one go; a contour's sum is then a difference of two numbers for each column and each
-time that it is crossed.
+A pixel is inside if its centre is. If a contour passes through centres, these are inside on its
+left and upper sides only, so that contours with a common side have no common pixel. Sums use
+Green's theorem: with cumulative sums down the columns, a contour's sum takes one table look-up per
+side and column.
 """
 
 from math import ceil
@@ -33,14 +32,15 @@ def contour_scores(
     outside: Outside = "window",
     smallest: int = 60,
 ) -> Array:
-    """Mean of a map inside each contour less that outside, each contour in a map of its own: (n,).
+    """Return the mean of a map inside each contour minus the mean outside, shape (n,).
 
-    `tables` (maps, k) hold each map's value of each of k cells, `cells` (height, width) each
-    pixel's cell; `which` (n,) says which map is that of which of the `contours` (n, points, 2)
-    [pixels], none of which crosses itself. The pixels outside are those of the `window` (first
-    column and row, and those after the last, within the image) or of the whole image; contours had
-    better lie in the window, as what is beyond counts as outside. -1 where fewer than `smallest`
-    pixels are inside, or none is outside.
+    `tables` float32 (maps, k): value of each map in each of k cells.
+    `cells` int32 (height, width): cell of each pixel.
+    `which` int (n,): map of each contour.
+    `contours` float64 (n, points, 2): contours without self-intersections [pixels].
+    `window`: left, top, right and bottom (exclusive) in the image. Pixels beyond count as outside.
+    `outside` {"window", "image"}: region whose pixels can be outside.
+    `smallest`: the score is -1 if fewer pixels are inside, or if none is outside.
     """
     left, top, right, bottom = window
     seen = np.ascontiguousarray(cells[top:bottom, left:right])
@@ -48,17 +48,17 @@ def contour_scores(
     if outside == "image":
         k = tables.shape[1]
         beyond = np.bincount(cells.ravel(), minlength=k) - np.bincount(seen.ravel(), minlength=k)
-    order = np.argsort(which, kind="stable")  # each map's sums are made once
+    order = np.argsort(which, kind="stable")  # each map is summed once
     scores: Array = _scores(tables, seen, which, order, contours, left, top, beyond, smallest)
     return scores
 
 
 @njit(cache=True)
-def windings(contour: Array, height: int, width: int) -> Cells:
-    """Count a contour's (points, 2) turns round each pixel's centre; the sign is the direction."""
+def winding_numbers(contour: Array, height: int, width: int) -> Cells:
+    """Return the winding number of a contour (points, 2) around each pixel centre."""
     turns = np.zeros((height + 1, width), np.int32)
     for i in range(len(contour)):
-        left, low, right, high, sign = _directed(contour, i)
+        left, low, right, high, sign = _left_to_right(contour, i)
         start, stop = _columns(left, right, 0, width)
         for column in range(start, stop):
             turns[_row(column + 0.5, left, low, right, high, 0, height), column] += sign
@@ -103,11 +103,11 @@ def _scores(
 
 @njit(cache=True)
 def _inside(above: Array, contour: Array, window_left: int, window_top: int) -> tuple[float, int]:
-    """Sum and number of the pixels inside; `above` holds the sums above each row of a window."""
+    """Return sum and number of the pixels inside; `above`: cumulative sums down the columns."""
     height, width = above.shape[0] - 1, above.shape[1]
     total, count = 0.0, 0
     for i in range(len(contour)):
-        left, low, right, high, sign = _directed(contour, i)
+        left, low, right, high, sign = _left_to_right(contour, i)
         start, stop = _columns(left, right, window_left, width)
         for column in range(start, stop):
             centre = column + window_left + 0.5
@@ -120,8 +120,8 @@ def _inside(above: Array, contour: Array, window_left: int, window_top: int) -> 
 
 
 @njit(cache=True)
-def _directed(contour: Array, i: int) -> tuple[float, float, float, float, int]:
-    """Return the side after point i from left to right, the same of a shared side, and its way."""
+def _left_to_right(contour: Array, i: int) -> tuple[float, float, float, float, int]:
+    """Return the side after point i, ordered from left to right, and the sign of its direction."""
     x, y = contour[i]
     next_x, next_y = contour[i + 1 if i + 1 < len(contour) else 0]
     if x <= next_x:
@@ -131,7 +131,7 @@ def _directed(contour: Array, i: int) -> tuple[float, float, float, float, int]:
 
 @njit(cache=True)
 def _columns(left: float, right: float, origin: int, width: int) -> tuple[int, int]:
-    """Columns of a window whose centres are in [left, right), from the first to after the last."""
+    """Return first and end of the window's columns whose centres are in [left, right)."""
     first, last = max(ceil(left - 0.5), origin), min(ceil(right - 0.5), origin + width)
     if not first < last:
         return 0, 0
@@ -142,7 +142,7 @@ def _columns(left: float, right: float, origin: int, width: int) -> tuple[int, i
 def _row(
     x: float, left: float, low: float, right: float, high: float, origin: int, height: int
 ) -> int:
-    """Rows of a window whose centres are above where a side crosses x."""
+    """Return the number of a window's rows whose centres are above a side at x."""
     y = low + (x - left) * (high - low) / (right - left) - (origin + 0.5)
     if not y > 0.0:
         return 0
@@ -150,15 +150,15 @@ def _row(
 
 
 def outline(mask: Mask, points: int = 32) -> Array:
-    """Return the outer boundary of a mask's largest part, (points, 2) [pixels], at equal distances.
+    """Return the outer boundary of a mask's largest part, (points, 2) [pixels], equally spaced.
 
-    It passes half-way between the centres of neighbours of which one is inside, clockwise on the
-    screen from the topmost (the leftmost of several) on. Pixels that touch at a corner are
-    connected; raises ValueError where there are none.
+    It passes half-way between the centres of inside and outside neighbours, clockwise on the screen
+    from its topmost point (of several, the leftmost). Pixels that touch at a corner are connected.
+    Raises ValueError for an empty mask.
     """
     if not mask.any():
         raise ValueError("the mask has no pixels, so it has no outline; give one with some.")
-    # Interpolated on a grid twice as fine, which has the points half-way between two centres.
+    # A grid twice as fine contains the points half-way between two centres.
     height, width = mask.shape
     fine = np.zeros((2 * height + 1, 2 * width + 1), np.uint8)
     fine[1::2, 1::2] = mask
@@ -170,20 +170,20 @@ def outline(mask: Mask, points: int = 32) -> Array:
     return equally_spaced(np.roll(chain, -first, axis=0) / 2, points)
 
 
-def filled(contour: Array, height: int, width: int) -> Mask:
-    """Pixels of an image whose centres are inside a contour (points, 2), by the rule above."""
-    inside: Mask = windings(contour, height, width) != 0
+def fill_contour(contour: Array, height: int, width: int) -> Mask:
+    """Return the mask of a contour (points, 2), by the rule in the module docstring."""
+    inside: Mask = winding_numbers(contour, height, width) != 0
     return inside
 
 
 def bounding_box(contour: Array) -> Box:
-    """The least box around a contour."""
+    """Return the bounding box (4,) of a contour (points, 2)."""
     least = contour.min(axis=0)
     return np.concatenate([least, contour.max(axis=0) - least])
 
 
 def inscribed_ellipse(box: Box, height: int, width: int) -> Mask:
-    """Pixels of an image whose centres are inside the ellipse that touches a box's four sides."""
+    """Return the mask of the ellipse inscribed in a box."""
     half = box[2:] / 2
     centre = box[:2] + half
     x = (np.arange(width) + 0.5 - centre[0]) / half[0]
@@ -193,7 +193,7 @@ def inscribed_ellipse(box: Box, height: int, width: int) -> Mask:
 
 
 def enclosed_area(contour: Array) -> float:
-    """Area of what a contour encloses, in square pixels.
+    """Return the area that a contour encloses [square pixels].
 
     Examples
     --------
@@ -205,7 +205,7 @@ def enclosed_area(contour: Array) -> float:
 
 
 def crosses_itself(contour: Array) -> bool:
-    """Whether two sides of a contour that aren't neighbours have a point in common."""
+    """Return whether two sides of a contour that are not neighbours have a common point."""
     n = len(contour)
     a, b = np.triu_indices(n, 2)
     apart = (a > 0) | (b < n - 1)  # the last side is the first one's neighbour
@@ -214,11 +214,11 @@ def crosses_itself(contour: Array) -> bool:
     least, most = np.minimum(contour, ends), np.maximum(contour, ends)
     near = ((least[a] <= most[b]) & (least[b] <= most[a])).all(axis=1)
     a, b = a[near], b[near]
-    return bool((_parted(contour, ends, a, b) & _parted(contour, ends, b, a)).any())
+    return bool((_separates(contour, ends, a, b) & _separates(contour, ends, b, a)).any())
 
 
-def _parted(starts: Array, ends: Array, a: Indices, b: Indices) -> Mask:
-    """Whether the line through each side a has the two ends of side b not on one side of it."""
+def _separates(starts: Array, ends: Array, a: Indices, b: Indices) -> Mask:
+    """Return whether the line through each side a separates or touches the ends of side b."""
     x, y = (ends[a] - starts[a]).T
     start, end = starts[b] - starts[a], ends[b] - starts[a]
     parted: Mask = (x * start[:, 1] - y * start[:, 0]) * (x * end[:, 1] - y * end[:, 0]) <= 0
@@ -226,7 +226,7 @@ def _parted(starts: Array, ends: Array, a: Indices, b: Indices) -> Mask:
 
 
 def equally_spaced(contour: Array, points: int) -> Array:
-    """So many points at equal distances along a closed contour (n, 2), the first its own first."""
+    """Return equally spaced points (points, 2) on a closed contour (n, 2), from its first point."""
     closed = np.concatenate([contour, contour[:1]])
     lengths = np.hypot(*np.diff(closed, axis=0).T)
     passed = np.concatenate([[0.0], lengths.cumsum()])

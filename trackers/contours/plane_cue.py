@@ -1,7 +1,7 @@
-"""The plane of colour space in which target and background differ most, as a cue (section 4.1).
+"""Cue of the colour plane in which target and background differ most (section 4.1).
 
-Its axes in the first frame are those of the nonparametric discriminant analysis of two classes
-(Fukunaga & Mantock 1983).
+Its axes in the first frame come from nonparametric discriminant analysis of two classes (Fukunaga &
+Mantock 1983).
 """
 
 import numpy as np
@@ -9,27 +9,31 @@ from scipy.spatial import cKDTree
 
 from trackmark.trackers.base.arrays import Array
 from trackmark.trackers.contours.chain import Attached, Earlier, ParticleCue, Weighed
-from trackmark.trackers.contours.mixture import refined_on_planes
-from trackmark.trackers.contours.observation import Observation, Weights, graded
+from trackmark.trackers.contours.mixture import refine_on_planes
+from trackmark.trackers.contours.observation import Observation, Weights, weights_from_scores
 from trackmark.trackers.contours.posterior import region_scores
 
-REGULARISATION = 1e-4  # added to each channel's scatter within classes, which may be singular
-LEAST_DISTANCE = 1e-6  # of colours in whitened space: equal ones, many of them, would weigh 0 / 0
+REGULARISATION = 1e-4  # variance added to the within-class scatter, which may be singular
+MIN_DISTANCE = 1e-6  # of colours in whitened space: weights of equal colours would be 0 / 0
 
 
 def discriminant_basis(
     target: Array, background: Array, neighbours: int = 3, exponent: float = 1.0
 ) -> Array:
-    """Axes of the plane that sets the colours of a target apart from those of its background.
+    """Return the axes of the plane that separates target and background colours best.
 
-    In the space in which the scatter within classes is white, every colour is compared with the
-    mean of its nearest `neighbours` in the other class. The scatter of these differences, which
-    weigh most near the boundary of the classes, has the axes as its first eigenvectors; `exponent`,
-    0 or more, is that of the distances in the weights. Colours are of shape (n, 3) and (m, 3);
-    raises ValueError where a class doesn't have more than `neighbours`.
+    In the space with white within-class scatter, every colour is compared with the mean of its
+    nearest neighbours in the other class. The axes are the first eigenvectors of the scatter of
+    these differences, weighted most near the boundary of the classes.
 
-    Gives orthonormal columns (3, 2), the first along the first eigenvector; the mean of the target
-    isn't below that of the background on either.
+    `target`, `background` float64 (n, 3) and (m, 3): colours of the two classes.
+    `neighbours`: number of nearest neighbours.
+    `exponent`: exponent of the distances in the weights, ≥ 0.
+
+    Returns ndarray of float64, shape (3, 2): Orthonormal columns; the mean of the target is not
+      below that of the background on either.
+
+    Raises ValueError if a class does not have more than `neighbours` colours.
 
     Examples
     --------
@@ -49,13 +53,15 @@ def discriminant_basis(
     classes = target @ whitening, background @ whitening
     trees = [cKDTree(colours) for colours in classes]
     between = np.zeros((3, 3))
-    for own, other in ((0, 1), (1, 0)):
-        colours = classes[own]
-        distance_own = trees[own].query(colours, [neighbours + 1])[0][:, 0]  # the first is itself
-        distances, nearest = trees[other].query(colours, np.arange(1, neighbours + 1))
-        powers = np.maximum([distance_own, distances[:, -1]], LEAST_DISTANCE) ** exponent
+    for own_class, other_class in ((0, 1), (1, 0)):
+        colours = classes[own_class]
+        distance_own = trees[own_class].query(colours, [neighbours + 1])[0][
+            :, 0
+        ]  # the first is itself
+        distances, nearest = trees[other_class].query(colours, np.arange(1, neighbours + 1))
+        powers = np.maximum([distance_own, distances[:, -1]], MIN_DISTANCE) ** exponent
         weights = powers.min(axis=0) / powers.sum(axis=0)
-        differences = colours - classes[other][nearest].mean(axis=1)
+        differences = colours - classes[other_class][nearest].mean(axis=1)
         between += _scatter(np.sqrt(weights)[:, np.newaxis] * differences) / 2
     axes = whitening @ np.linalg.eigh(between)[1][:, :0:-1]
     basis = np.linalg.qr(axes)[0]
@@ -64,25 +70,25 @@ def discriminant_basis(
 
 
 def _scatter(differences: Array) -> Array:
-    """Mean of the products d dᵀ."""
+    """Return the mean of the products d dᵀ."""
     return np.asarray(np.einsum("ni,nj->ij", differences, differences) / len(differences))
 
 
 def plane_normal(basis: Array) -> Array:
-    """Unit normal (3,) of the plane of an orthonormal basis (3, 2): first axis × second."""
+    """Return the unit normal (3,) of an orthonormal basis (3, 2): first axis × second axis."""
     return np.cross(basis[:, 0], basis[:, 1])
 
 
-def oriented(normals: Array, reference: Array) -> Array:
-    """Normals (n, 3), turned round where they point away from a reference normal (3,)."""
+def orient_normals(normals: Array, reference: Array) -> Array:
+    """Return normals (n, 3), negated if they point away from a reference normal (3,)."""
     return np.where((normals @ reference < 0)[:, np.newaxis], -normals, normals)
 
 
-def basis_of(normals: Array, reference_basis: Array) -> Array:
-    """Bases (n, 3, 2) of planes: a reference basis (3, 2), turned by the least rotation.
+def plane_basis(normals: Array, reference_basis: Array) -> Array:
+    """Return bases (n, 3, 2) of planes: a reference basis (3, 2) after the smallest rotation.
 
-    So coordinates on a plane are reproducible, and vary continuously with its normal. Normals
-    (n, 3) are of length one, on the reference normal's side (see `oriented`).
+    So coordinates vary continuously with the normal. Normals (n, 3) have length 1 and are oriented
+    by `orient_normals`.
 
     Examples
     --------
@@ -100,19 +106,20 @@ def basis_of(normals: Array, reference_basis: Array) -> Array:
     return np.swapaxes(turned, 1, 2)
 
 
-STEPS_ON_PLANES = 2  # of EM, after a fit in three dimensions was projected
+STEPS_ON_PLANES = 2  # EM steps on a plane, after projection
 
 
 class PlaneCue(ParticleCue):
-    """Normals of planes, in a random walk (section 4.1, equation 5).
+    """Particle filter of plane normals, a random walk (section 4.1, equation 5).
 
-    s = H s' + p, with H the identity but for noise and p noise, and its length made 1; `spread` is
-    the deviation of all their elements. A plane's weight says how well it tells the colours in the
-    window from those outside (section 5.2). Its evidence are the frame's colours on each plane,
-    (planes, cells, 2), in the basis that `basis_of` gives it.
+    s = H s' + p, normalised to length 1. H is the identity plus noise, p is noise; `spread` is the
+    standard deviation of all elements. A plane's score measures how well it separates the colours
+    in the window from those outside (section 5.2). Its evidence is the frame's colours on each
+    plane, (planes, cells, 2), in the basis of `plane_basis`.
 
-    `basis` (3, 2) is that of the first frame's plane; `weights` and `temperature` are those of
-    `graded`, `floor` is that of `posterior`: a density of the outside that no mixture explains.
+    `basis` (3, 2) is that of the first frame's plane. `weights` and `temperature` are passed to
+    `weights_from_scores`, `floor` to `posterior`: the density of a background that no mixture
+    explains.
     """
 
     def __init__(
@@ -136,7 +143,7 @@ class PlaneCue(ParticleCue):
         moved = np.einsum("nij,nj->ni", turned, states)
         moved += generator.normal(0.0, self.spread, states.shape)
         moved /= np.linalg.norm(moved, axis=1, keepdims=True)
-        return oriented(moved, plane_normal(self.basis))
+        return orient_normals(moved, plane_normal(self.basis))
 
     def weigh(
         self, observation: Observation, states: Array, attached: Attached, earlier: Earlier
@@ -144,18 +151,18 @@ class PlaneCue(ParticleCue):
         """See `Cue.weigh`."""
         if observation.inside is None or observation.outside is None:
             raise ValueError("planes are weighed by sets of colours drawn in and out of a window")
-        bases = basis_of(states, self.basis)
+        bases = plane_basis(states, self.basis)
         colours: Array = observation.cells.colours @ bases
         inside, outside = (
-            refined_on_planes(side.points, side.mixture, bases, STEPS_ON_PLANES)
+            refine_on_planes(side.points, side.mixture, bases, STEPS_ON_PLANES)
             for side in (observation.inside, observation.outside)
         )
         scores = region_scores(colours, inside, outside, observation.contrast, self.floor, 0.5)
-        return Weighed(graded(scores, *self.grading), colours)
+        return Weighed(weights_from_scores(scores, *self.grading), colours)
 
 
 class GivenPlane:
-    """One plane that is given, not estimated; its `normal` (3,) may be set before each frame."""
+    """Cue with one fixed plane; its `normal` (3,) may be set before each frame."""
 
     def __init__(self, basis: Array) -> None:
         self.basis = basis
@@ -169,7 +176,7 @@ class GivenPlane:
         self, observation: Observation, states: Array, attached: Attached, earlier: Earlier
     ) -> Weighed:
         """See `Cue.weigh`."""
-        return Weighed(np.ones(1), observation.cells.colours @ basis_of(states, self.basis))
+        return Weighed(np.ones(1), observation.cells.colours @ plane_basis(states, self.basis))
 
     def receive(self, states: Array, weights: Array) -> None:
-        """See `Cue.receive`; there is nothing to learn."""
+        """Do nothing: the plane is not estimated."""

@@ -1,8 +1,8 @@
-"""How probable it is that a colour is the target's, by mixtures of both classes on a plane.
+"""Posterior probability of the target given a colour, by mixtures of both classes on a plane.
 
-p(O | c) = P(O) p(c | O) / (P(O) p(c | O) + P(B) (p(c | B) + ε)), where the floor ε is a density
-that makes background of a colour that neither mixture explains. Tables of many colours under many
-mixtures are of single precision; sums over them are of double.
+p(O | c) = P(O) p(c | O) / (P(O) p(c | O) + P(B) (p(c | B) + ε)). The floor ε is a density that
+makes colours background if neither mixture explains them. Tables of many colours and mixtures have
+single precision, sums over them double precision.
 """
 
 from math import factorial, log
@@ -14,17 +14,17 @@ from numpy.typing import NDArray
 from scipy.special import expit
 
 from trackmark.trackers.base.arrays import Array, Ints
-from trackmark.trackers.contours.mixture import Mixture, log_density, mixture_of
+from trackmark.trackers.contours.mixture import Mixture, from_components, log_density
 
 Array32: TypeAlias = NDArray[np.float32]
 
-BLOCK = 1024  # colours taken together: what is known of them stays in the fastest memory
-LOWEST = np.float32(-125.0)  # power of two below which a term counts as no more than it
+BLOCK = 1024  # number of colours per block: intermediate results fit the L1 cache
+LOWEST = np.float32(-125.0)  # minimum exponent of a term
 
 FACTOR_0, FACTOR_1, FACTOR_2, FACTOR_3, FACTOR_4, FACTOR_5 = (
     np.float32(log(2) ** k / factorial(k)) for k in range(6)
 )
-"""Of the series of 2ᶠ, which for |f| ≤ ½ is within 3e-6 of it."""
+"""Coefficients of the Taylor series of 2ᶠ; its error is below 3e-6 for |f| ≤ ½."""
 
 
 def posterior(
@@ -46,35 +46,39 @@ def posterior_tables(
     prior: float,
     contrast: Array,
 ) -> tuple[Array32, Array]:
-    """Posterior of every colour under many pairs of mixtures, and how it sets two regions apart.
+    """Return the posterior of every colour for many pairs of mixtures, and scores of the pairs.
 
-    `projected` (P, K, 2) are K colours on each of P planes, `planes` (N,) the plane of each of N
-    pairs, `target` and `background` (N, m, 6) their components (see `components_of`). `contrast`
-    (K,) is what each colour counts in the score: its share of one region less that of the other.
+    `projected` float64 (P, K, 2): K colours on each of P planes.
+    `planes` int64 (N,): plane of each pair.
+    `target`, `background` float64 (N, m, 6): components of each pair; see `to_components`.
+    `contrast` float64 (K,): share of a colour in one region minus its share in the other.
 
-    Gives float32 tables (N, K), where no eigenvalue is below 2e-4 within 2e-5 of `posterior`,
-    without a floor within 1e-4; and scores (N,), Σ table · contrast of each.
+    `tables` float32 (N, K): posteriors. If no eigenvalue is below 2e-4, they are within 2e-5 of
+      `posterior`, without a floor within 1e-4.
+    `scores` float64 (N,): Σ table · contrast.
     """
-    forms = _forms(mixture_of(target), mixture_of(background), floor, prior)
-    return _tables(_across(projected), planes, forms, target.shape[1], contrast)
+    forms = _forms(from_components(target), from_components(background), floor, prior)
+    return _tables(_plane_coordinates(projected), planes, forms, target.shape[1], contrast)
 
 
 def region_scores(
     projected: Array, inside: Mixture, outside: Mixture, contrast: Array, floor: float, prior: float
 ) -> Array:
-    """Score how mixtures of two regions on each of P planes tell them apart, as in the tables."""
+    """Return the scores (P,) of mixtures of two regions on P planes, as `posterior_tables` does."""
     forms = _forms(inside, outside, floor, prior)
     planes = np.arange(len(projected))
-    return _tables(_across(projected), planes, forms, inside.weights.shape[1], contrast)[1]
+    return _tables(_plane_coordinates(projected), planes, forms, inside.weights.shape[1], contrast)[
+        1
+    ]
 
 
-def _across(projected: Array) -> Array32:
-    """Coordinates (P, 2, K) of colours on planes."""
+def _plane_coordinates(projected: Array) -> Array32:
+    """Return the coordinates (P, 2, K) of colours on planes."""
     return np.ascontiguousarray(np.swapaxes(projected, 1, 2), np.float32)
 
 
 def _forms(target: Mixture, background: Mixture, floor: float, prior: float) -> Array32:
-    """Return a to e and k of 2^(k - (ax + by + c)² - (dy + e)²), (N, m, 6), the floor last."""
+    """Return a to e and k of 2^(k - (ax + by + c)² - (dy + e)²), (N, m, 6); last the floor."""
     weights, means, covariances = (
         np.concatenate(arrays, axis=1) for arrays in zip(target, background, strict=True)
     )
@@ -121,7 +125,7 @@ def _tables(
                 _add_powers(terms[m, :some], largest[:some], table)
             for m in range(n_target, n_components):
                 _add_powers(terms[m, :some], largest[:some], others[:some])
-            scores[j] += _share(table, others[:some], contrast[begin:end])
+            scores[j] += _normalise(table, others[:some], contrast[begin:end])
     return tables, scores
 
 
@@ -129,7 +133,7 @@ def _tables(
 def _exponents(
     x: Array32, y: Array32, form: tuple[np.float32, ...], exponents: Array32, largest: Array32
 ) -> None:
-    """Logarithms to base 2 of a component at colours, and the largest of all so far."""
+    """Fill the base-2 logarithms of a component at colours, and update the largest so far."""
     a, b, c, d, e, k = form
     for i in range(len(x)):
         u = a * x[i] + b * y[i] + c
@@ -141,7 +145,7 @@ def _exponents(
 
 @njit(cache=True, fastmath={"contract"})
 def _add_powers(exponents: Array32, largest: Array32, totals: Array32) -> None:
-    """Add 2^(exponent - largest): in this form the compiler makes vector code of it."""
+    """Add 2^(exponent - largest), written such that the compiler generates vector code."""
     for i in range(len(exponents)):
         exponent = max(exponents[i] - largest[i], LOWEST)
         whole = np.rint(exponent)
@@ -156,8 +160,8 @@ def _add_powers(exponents: Array32, largest: Array32, totals: Array32) -> None:
 
 
 @njit(cache=True, fastmath={"contract", "reassoc"})
-def _share(table: Array32, others: Array32, contrast: Array) -> float:
-    """Make sums of the target's terms their share in all; Σ share · contrast."""
+def _normalise(table: Array32, others: Array32, contrast: Array) -> float:
+    """Normalise the target's terms in `table` to posteriors; return Σ posterior · contrast."""
     score = 0.0
     for i in range(len(table)):
         table[i] /= table[i] + others[i]

@@ -1,4 +1,4 @@
-"""What the trackers that follow a contour by colours have in common (Moreno-Noguer et al. 2005)."""
+"""Base class of trackers that segment by colour and contour (Moreno-Noguer et al. 2005)."""
 
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
@@ -21,18 +21,18 @@ from trackmark.trackers.base.parameters import (
     positive,
     whole,
 )
-from trackmark.trackers.base.particles import effective_number
+from trackmark.trackers.base.particles import effective_sample_size
 from trackmark.trackers.base.sharing import SharedFrame, SharingTracker
-from trackmark.trackers.contours.chain import Chain, Hypotheses, complete
-from trackmark.trackers.contours.colour_cue import Fit
+from trackmark.trackers.contours.chain import Chain, Hypotheses, complete_combinations
+from trackmark.trackers.contours.colour_cue import ColourFit
 from trackmark.trackers.contours.contour_cue import ContourCue, ContourDynamics
-from trackmark.trackers.contours.mixture import components_of, fitted
+from trackmark.trackers.contours.mixture import fit_mixture, to_components
 from trackmark.trackers.contours.observation import (
     ColourCells,
     Observation,
     Weights,
     colour_cells,
-    drawn,
+    draw_colours,
     observe,
     window_around,
 )
@@ -40,20 +40,20 @@ from trackmark.trackers.contours.outline import (
     Outside,
     bounding_box,
     enclosed_area,
-    filled,
+    fill_contour,
     inscribed_ellipse,
     outline,
 )
 from trackmark.trackers.contours.plane_cue import discriminant_basis
 from trackmark.trackers.contours.snake import Stiffness
-from trackmark.trackers.contours.snake import refined as refined_by_snake
+from trackmark.trackers.contours.snake import refine_by_snake as refined_by_snake
 
 Posterior: TypeAlias = NDArray[np.float32]
 
-REFERENCE_WIDTH = 320  # pixels of an image, to which distances in the parameters refer
-TARGET_POINTS, BACKGROUND_POINTS = 500, 1500  # colours for the first plane and mixtures
-REFIT_POINTS = 300, 600  # for later ones
-LITERAL: Mapping[str, str | float] = {
+REFERENCE_WIDTH = 320  # image width to which distances in the parameters refer [pixels]
+TARGET_POINTS, BACKGROUND_POINTS = 500, 1500  # sample sizes for the first plane and mixtures
+REFIT_POINTS = 300, 600  # sample sizes of target and background in later frames
+LITERAL_PARAMETERS: Mapping[str, str | float] = {
     "weights": "literal",
     "outside": "image",
     "colour_floor": 0.0,
@@ -65,7 +65,7 @@ LITERAL: Mapping[str, str | float] = {
     "shift_x_spread": 3.465,
     "shift_y_spread": 3.72,
 }
-"""Parameters as in the paper's text, with deviations that were estimated by least squares.
+"""Parameters of the paper's text, with standard deviations estimated by least squares.
 
 The paper only says that dynamics are "learned off-line from a training hand-segmented sequence
 using a least squares technique". These are root mean squares of the steps, because a random walk
@@ -76,7 +76,7 @@ that corresponds to the first one of `r'` was the best of 256. Shifts are in pix
 320 wide.
 """
 
-LEAST_PRIOR = 0.05  # of target and background, where they follow from areas
+MIN_PRIOR = 0.05  # minimum prior of target and background, if computed from areas
 
 
 class SegmenterParameters(Parameters):
@@ -145,32 +145,32 @@ class SegmenterParameters(Parameters):
     )
 
 
-class Start(NamedTuple):
-    """What the first frame tells."""
+class ChainStart(NamedTuple):
+    """Data of the first frame from which the cues are created."""
 
     basis: Array  # (3, 2): that of the Fisher plane
-    fit: Fit  # colours of target and background, and mixtures of them on that plane
+    fit: ColourFit  # colours of target and background, and mixtures of them on that plane
     contour: Array  # (points, 2) [pixels]
     width: int  # of the image [pixels]
 
     @property
     def components(self) -> Array:
         """Both mixtures' components, the target's first, shape (components, 6)."""
-        both = [components_of(self.fit.target), components_of(self.fit.background)]
+        both = [to_components(self.fit.target), to_components(self.fit.background)]
         return np.concatenate(both)
 
 
 class Segmenter(SharingTracker):
-    """Chain of a plane, colours and a contour, and a snake after it; a subclass gives the cues."""
+    """Base class: chain of plane, colour and contour cues, followed by a snake."""
 
     randomness = Randomness.GENERATOR
 
     @abstractmethod
-    def chain_from(self, start: Start) -> Chain[Observation]:
-        """Cues of planes, of colours and of contours, as of the first frame."""
+    def chain_from(self, start: ChainStart) -> Chain[Observation]:
+        """Return the chain of plane, colour and contour cues in the first frame."""
 
-    def contour_cue(self, start: Start, kind: type[ContourCue] = ContourCue) -> ContourCue:
-        """The last cue of the chain, as of the first frame."""
+    def contour_cue(self, start: ChainStart, kind: type[ContourCue] = ContourCue) -> ContourCue:
+        """Return the contour cue in the first frame."""
         settings = self.parameters
         affine = [
             [settings.stretch_x_spread, settings.shear_x_spread],
@@ -187,32 +187,32 @@ class Segmenter(SharingTracker):
         )
         return self.contours
 
-    def prepared(self, observation: Observation, image: Image) -> Observation:
-        """What the cues are shown: the observation, and what they want besides."""
+    def prepare_observation(self, observation: Observation, image: Image) -> Observation:
+        """Return the observation with additional data for the cues."""
         return observation
 
-    def learn(self, image: Image, inside: Mask, found: Sequence[Hypotheses]) -> None:
-        """Take in a segmented frame."""
+    def learn(self, image: Image, inside: Mask, hypotheses: Sequence[Hypotheses]) -> None:
+        """Update the cues from a segmented frame."""
 
     def colour_sets(self, image: Image, inside: Mask) -> tuple[Array, Array] | None:
-        """Colours (n, 3) of target and background as segmented; None where one has no pixel."""
-        target, background = surely(inside)
+        """Return colours (n, 3) of segmented target and background; None if one has no pixel."""
+        target, background = certain_pixels(inside)
         if not target.any() or not background.any():
             return None
         of_target, of_background = REFIT_POINTS
         return (
-            drawn(image, target, of_target, self.generator),
-            drawn(image, background, of_background, self.generator),
+            draw_colours(image, target, of_target, self.generator),
+            draw_colours(image, background, of_background, self.generator),
         )
 
     def init_shared(self, frame: SharedFrame, box: Box, mask: Mask | None = None) -> None:
-        """See `Tracker.init`; TrackerError for a mask of wrong type or shape, empty or full."""
+        """See `Tracker.init`; raise TrackerError for an invalid, empty or full mask."""
         settings = self.parameters
         self.generator = np.random.default_rng(self.seed)
         height, width = frame.image.shape[:2]
-        given = "mask"
+        subject = "mask"
         if mask is None or settings.start == "box":
-            given = f"box {np.round(box, 1).tolist()}"
+            subject = f"box {np.round(box, 1).tolist()}"
             mask = np.zeros((height, width), bool)
             if (box[2:] > 0).all():
                 mask = inscribed_ellipse(box, height, width)
@@ -221,46 +221,48 @@ class Segmenter(SharingTracker):
                 f"a mask is bool of the image's shape ({height}, {width}), not {mask.dtype} of "
                 f"shape {mask.shape}."
             )
-        target, background = surely(mask)
+        target, background = certain_pixels(mask)
         if not target.any() or not background.any():
             raise TrackerError(
-                f"{given}: a target has pixels of the image ({width}x{height}), and leaves some to "
-                "tell it from."
+                f"{subject}: a target has pixels of the image ({width}x{height}), and leaves some "
+                "to tell it from."
             )
-        target_colours = drawn(frame.image, target, TARGET_POINTS, self.generator)
-        background_colours = drawn(frame.image, background, BACKGROUND_POINTS, self.generator)
+        target_colours = draw_colours(frame.image, target, TARGET_POINTS, self.generator)
+        background_colours = draw_colours(
+            frame.image, background, BACKGROUND_POINTS, self.generator
+        )
         basis = discriminant_basis(target_colours, background_colours)
-        fit = Fit(
+        fit = ColourFit(
             target_colours,
             background_colours,
-            fitted(target_colours @ basis, settings.object_components, self.generator),
-            fitted(background_colours @ basis, settings.background_components, self.generator),
+            fit_mixture(target_colours @ basis, settings.object_components, self.generator),
+            fit_mixture(background_colours @ basis, settings.background_components, self.generator),
         )
         self.contour = outline(mask, settings.contour_points)
-        self.chain = self.chain_from(Start(basis, fit, self.contour, width))
+        self.chain = self.chain_from(ChainStart(basis, fit, self.contour, width))
 
     def update_shared(self, frame: SharedFrame) -> Estimate:
         """See `SharingTracker.update_shared`."""
         settings, image = self.parameters, frame.image
         cells = frame.compute(colour_cells, settings.colour_levels)
-        found = self.chain.step(self._observation(cells, image), self.generator)
-        contours = found[-1]
+        hypotheses = self.chain.step(self._observation(cells, image), self.generator)
+        contours = hypotheses[-1]
         mean: Array = np.einsum("n,npd->pd", contours.weights, contours.states)
-        posterior = best_posterior(found)[cells.image]
+        posterior = best_posterior(hypotheses)[cells.image]
         self.contour, accepted = mean, False
         if settings.snake:
             edges = posterior if settings.snake_edges == "supported" else None
             self.contour, accepted = refined_by_snake(mean, image, edges, settings.snake_stiffness)
         anchors = round(settings.snake_feedback * settings.contour_samples)
         self.contours.anchors = np.repeat(self.contour[np.newaxis], anchors, axis=0)
-        inside = filled(self.contour, *image.shape[:2])
-        self.learn(image, inside, found)
-        box, mask = self._answer(mean, inside, posterior)
+        inside = fill_contour(self.contour, *image.shape[:2])
+        self.learn(image, inside, hypotheses)
+        box, mask = self._select_output(mean, inside, posterior)
         score = float(contours.evidence.max())
         details = {"score": score, "snake": float(accepted)}
-        for name, hypotheses in zip(("planes", "colours", "contours"), found, strict=True):
-            weights = hypotheses.weights
-            details[f"effective_{name}"] = effective_number(weights) / len(weights)
+        for name, cue in zip(("planes", "colours", "contours"), hypotheses, strict=True):
+            weights = cue.weights
+            details[f"effective_{name}"] = effective_sample_size(weights) / len(weights)
         return Estimate(
             box,
             confidence=max(score, 0.0),
@@ -278,36 +280,36 @@ class Segmenter(SharingTracker):
         prior = settings.object_prior
         if prior == "area":
             share = enclosed_area(self.contour) / ((x1 - x0) * (y1 - y0))
-            prior = min(max(share, LEAST_PRIOR), 1 - LEAST_PRIOR)
+            prior = min(max(share, MIN_PRIOR), 1 - MIN_PRIOR)
         ring = inf if settings.ring == "image" else settings.ring
-        return self.prepared(observe(cells, window, prior, ring), image)
+        return self.prepare_observation(observe(cells, window, prior, ring), image)
 
-    def _answer(self, mean: Array, inside: Mask, posterior: Posterior) -> tuple[Box, Mask]:
-        """Box and mask of what is asked for."""
+    def _select_output(self, mean: Array, inside: Mask, posterior: Posterior) -> tuple[Box, Mask]:
+        """Return box and mask of the requested output."""
         if self.parameters.output == "snake":
             return bounding_box(self.contour), inside
         if self.parameters.output == "mean":
-            return bounding_box(mean), filled(mean, *inside.shape)
+            return bounding_box(mean), fill_contour(mean, *inside.shape)
         mask = posterior > 0.5
         rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
-        if not len(rows):  # no pixel: where it would be is still the best guess
+        if not len(rows):  # the contour is the best estimate without pixels
             return bounding_box(self.contour), mask
         x, y, right, bottom = columns[0], rows[0], columns[-1] + 1, rows[-1] + 1
         return np.array([x, y, right - x, bottom - y], np.float64), mask
 
 
-def surely(mask: Mask) -> tuple[Mask, Mask]:
-    """Return pixels one inside the target's border (a thin target whole) and two outside it."""
+def certain_pixels(mask: Mask) -> tuple[Mask, Mask]:
+    """Return masks of the target without its border (if thick) and of pixels 2 px outside it."""
     pixels = mask.astype(np.uint8)
     target = cv2.erode(pixels, np.ones((3, 3), np.uint8), borderValue=0) > 0
     background = cv2.dilate(pixels, np.ones((5, 5), np.uint8), borderValue=0) == 0
     return target if target.any() else mask, background
 
 
-def best_posterior(found: Sequence[Hypotheses]) -> Posterior:
-    """Return the colours' posterior (cells,) under the mixtures that contours support most."""
-    colours, contours = found[-2:]
-    supported = complete(found)[-2]
+def best_posterior(hypotheses: Sequence[Hypotheses]) -> Posterior:
+    """Return the posterior (cells,) of the mixtures with the largest weight of contours."""
+    colours, contours = hypotheses[-2:]
+    supported = complete_combinations(hypotheses)[-2]
     support = np.zeros(len(colours.weights))
     np.add.at(support, supported, contours.weights)
     best: Posterior = colours.evidence[support.argmax()]

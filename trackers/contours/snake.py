@@ -1,4 +1,4 @@
-"""A snake (Kass, Witkin & Terzopoulos 1988) that draws a contour to the edges around it."""
+"""Snake (active contour; Kass, Witkin & Terzopoulos 1988) that moves a contour to image edges."""
 
 from functools import lru_cache
 from math import ceil, floor
@@ -16,29 +16,32 @@ from trackmark.trackers.contours.outline import bounding_box, crosses_itself, en
 Stiffness: TypeAlias = Literal["constant", "by-spacing", "of-change"]
 
 ELASTICITY, RIGIDITY = 0.08, 0.6
-SPACING = 4.4  # pixels between 32 points of an ellipse with half axes of 11 to 34, their mean
-MARGIN = 14  # pixels around a contour in which edges are sought
-LEAST, MOST = 0.5, 2.0  # times the area before, for a snake that is to be believed
+SPACING = 4.4  # mean distance of 32 points on ellipses with half axes of 11 to 34 [pixels]
+MARGIN = 14  # margin around a contour in which edges are computed [pixels]
+MIN_AREA_RATIO, MAX_AREA_RATIO = 0.5, 2.0  # limits of area / initial area of an accepted snake
 
 
-def refined(
+def refine_by_snake(
     contour: Array,
     image: Image,
     posterior: NDArray[np.float32] | None,
     stiffness: Stiffness = "constant",
 ) -> tuple[Array, bool]:
-    """The contour that a snake finds from a contour on, if it is to be believed; else what came in.
+    """Return the contour after a snake, and whether it was accepted; otherwise the input contour.
 
-    Edges that the `posterior` of the target, (height, width) in [0, 1], does not show are none;
-    without it, all are. The stiffness is `constant`: weights are of the differences between points,
-    whatever their distance, so that the larger a contour, the more it shrinks and the rounder it
-    gets; or `by-spacing`: of derivatives along the contour, the same where points are `SPACING`
-    apart. Either draws a closed contour in, until edges hold it: from the true one, it ends at some
-    3 to 5 % less area. `of-change`: the same derivatives, of how far points have gone from where
-    they were; what is stiff is the change, and nothing draws the contour in.
+    The snake is accepted if it does not cross itself and its area is 0.5 to 2 times that of the
+    input.
 
-    Says besides whether it is the snake: it does not cross itself and encloses between half and
-    twice as much as before.
+    `contour` float64 (points, 2): initial contour [pixels].
+    `image` uint8 (height, width, 3): BGR image.
+    `posterior` float32 (height, width), or None: posterior of the target in [0, 1]; only edges of
+      both image and posterior count. With None, all edges of the image count.
+    `stiffness` {"constant", "by-spacing", "of-change"}: `constant`: weights of differences between
+      points at any distance; large contours shrink and become round. `by-spacing`: weights of
+      derivatives along the contour, equal to `constant` for points `SPACING` apart. Both shrink a
+      closed contour until edges stop it: from the true contour, by 3 to 5 % of the area.
+      `of-change`: as `by-spacing`, on the displacement of points from the input contour, without
+      shrinkage.
     """
     left, top, width, height = bounding_box(contour).tolist()
     x, y = max(floor(left) - MARGIN, 0), max(floor(top) - MARGIN, 0)
@@ -52,18 +55,19 @@ def refined(
         ratio = SPACING / max(float(sides.mean()), 1.0)
         elasticity, rigidity = elasticity * ratio**2, rigidity * ratio**4
     at_rest = stiffness == "of-change"
-    snake = fitted_snake(contour, edges, (x, y), elasticity, rigidity, at_rest=at_rest)
+    snake = fit_snake(contour, edges, (x, y), elasticity, rigidity, at_rest=at_rest)
     area = enclosed_area(contour)
-    if not LEAST * area <= enclosed_area(snake) <= MOST * area or crosses_itself(snake):
+    if not MIN_AREA_RATIO * area <= enclosed_area(snake) <= MAX_AREA_RATIO * area or crosses_itself(
+        snake
+    ):
         return contour, False
     return snake, True
 
 
 def edge_map(image: Image, posterior: NDArray[np.float32] | None) -> Array:
-    """How strong the edges at each pixel are, in [0, 1]; the strongest is 1 where there is one.
+    """Return the edge strength of each pixel, scaled to a maximum of 1 (0 without edges).
 
-    Edges of the map `posterior`, of the image's height and width, must support those of the image:
-    the gradients' magnitudes are multiplied.
+    With a `posterior` (height, width), it is the product of both gradient magnitudes.
     """
     slopes = _gradient(image.astype(np.float32), 1.2)
     if posterior is not None:
@@ -74,14 +78,14 @@ def edge_map(image: Image, posterior: NDArray[np.float32] | None) -> Array:
 
 
 def _gradient(values: NDArray[np.float32], sigma: float) -> NDArray[np.float32]:
-    """Magnitude of the gradient of smoothed values, over all channels."""
+    """Return the gradient magnitude of smoothed values, over all channels."""
     smooth = cv2.GaussianBlur(values, (0, 0), sigma)
     across, down = (cv2.Sobel(smooth, -1, *order, scale=1 / 8) for order in ((1, 0), (0, 1)))
     squared = across * across + down * down
     return np.sqrt(squared if squared.ndim == 2 else np.einsum("ijk->ij", squared))
 
 
-def fitted_snake(
+def fit_snake(
     contour: Array,
     edges: Array,
     origin: tuple[int, int],
@@ -92,27 +96,30 @@ def fitted_snake(
     iterations: int = 40,
     at_rest: bool = False,
 ) -> Array:
-    """A closed snake after some steps, p ← (A + γ I)⁻¹ (γ p + f(p)), from a contour (points, 2) on.
+    """Return a closed contour (points, 2) after snake steps p ← (A + γ I)⁻¹ (γ p + f(p)).
 
-    `edges` are those of a window of the image, at least two pixels either way, whose first column
-    and row are `origin`. A holds the weights α and β of the first and the second differences
-    (`elasticity`, `rigidity`); γ is `step`: the smaller, the larger the steps. f is κ
-    (`attraction`) times the gradient of the edges, interpolated linearly, and one pixel at most.
-    Where the contour is `at_rest`, A holds those of the differences from it.
+    `contour` float64 (points, 2): initial contour [pixels].
+    `edges` float64 (rows, columns): edge strength in a window, at least two pixels per side.
+    `origin`: first column and row of the window.
+    `elasticity`, `rigidity`: weights α and β of first and second differences in A.
+    `step`: γ; smaller values give larger steps.
+    `attraction`: κ; f is κ times the edges' gradient, interpolated linearly, at most one pixel.
+    `iterations`: number of steps.
+    `at_rest`: True: A acts on the displacement from the initial contour.
     """
     down, across = np.gradient(edges)
     force = attraction * np.stack([across, down])
     smoothing = _smoothing(len(contour), elasticity, rigidity, step)
     corner = np.array(origin) + 0.5
     start = contour - corner
-    kept = start - step * (smoothing @ start) if at_rest else np.zeros_like(start)
-    snake: Array = _iterated(start, force, smoothing, kept, step, iterations)
+    offset = start - step * (smoothing @ start) if at_rest else np.zeros_like(start)
+    snake: Array = _iterate(start, force, smoothing, offset, step, iterations)
     return snake + corner
 
 
 @lru_cache(maxsize=8)
 def _smoothing(points: int, elasticity: float, rigidity: float, step: float) -> Array:
-    """(A + γ I)⁻¹, from the eigenvalues: A is circulant."""
+    """Return (A + γ I)⁻¹ by its eigenvalues, because A is circulant."""
     differences = 2 - 2 * np.cos(2 * np.pi * np.arange(points // 2 + 1) / points)
     eigenvalues = elasticity * differences + rigidity * differences**2 + step
     column = np.fft.irfft(1 / eigenvalues, points)
@@ -123,10 +130,10 @@ def _smoothing(points: int, elasticity: float, rigidity: float, step: float) -> 
 
 
 @njit(cache=True)
-def _iterated(
-    start: Array, force: Array, smoothing: Array, kept: Array, step: float, iterations: int
+def _iterate(
+    start: Array, force: Array, smoothing: Array, offset: Array, step: float, iterations: int
 ) -> Array:
-    """`kept` (points, 2) is what is added after every smoothing."""
+    """Apply snake steps; `offset` (points, 2) is added after each smoothing."""
     _, rows, columns = force.shape
     n = len(start)
     points = start.copy()
@@ -136,13 +143,13 @@ def _iterated(
             x = min(max(points[i, 0], 0.0), columns - 1.0)
             y = min(max(points[i, 1], 0.0), rows - 1.0)
             column, row = min(int(x), columns - 2), min(int(y), rows - 2)
-            across = _between(force[0], row, column, y - row, x - column)
-            down = _between(force[1], row, column, y - row, x - column)
+            across = _interpolate(force[0], row, column, y - row, x - column)
+            down = _interpolate(force[1], row, column, y - row, x - column)
             length = max(np.hypot(across, down), 1.0)
             pulled[i, 0] = step * points[i, 0] + across / length
             pulled[i, 1] = step * points[i, 1] + down / length
         for i in range(n):
-            x, y = kept[i]
+            x, y = offset[i]
             for j in range(n):
                 x += smoothing[i, j] * pulled[j, 0]
                 y += smoothing[i, j] * pulled[j, 1]
@@ -151,8 +158,8 @@ def _iterated(
 
 
 @njit(cache=True)
-def _between(values: Array, row: int, column: int, below: float, right: float) -> float:
-    """Linear interpolation among four pixels."""
+def _interpolate(values: Array, row: int, column: int, below: float, right: float) -> float:
+    """Interpolate linearly between four pixels."""
     upper = (1 - right) * values[row, column] + right * values[row, column + 1]
     lower = (1 - right) * values[row + 1, column] + right * values[row + 1, column + 1]
     between: float = (1 - below) * upper + below * lower

@@ -1,1 +1,1 @@
-"""Detectors that can start a tracker: functions from an image to boxes, the best first."""
+"""Detectors that can initialise a tracker: functions from an image to boxes, best first."""

@@ -1,4 +1,4 @@
-"""Objects by a cascade of boosted classifiers (Viola & Jones 2001) that the user has at hand."""
+"""Detector with a trained cascade of boosted classifiers (Viola & Jones 2001)."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -12,11 +12,24 @@ from trackmark.trackers.base.parameters import TrackerError
 
 
 def cascade(file: str | Path, neighbours: int = 3) -> Callable[[Image], NDArray[np.float64]]:
-    """Detector from a trained cascade, of frontal faces for one.
+    """Return a detector that uses a trained cascade, for example of frontal faces.
 
-    The file is the cascade's XML; OpenCV's own come with its sources. `neighbours` overlapping hits
-    make a find. The detector gives boxes of shape (k, 4) in an image [pixels], the largest first.
-    Raises TrackerError where the installed OpenCV has no cascades, or the file holds none.
+    Parameters
+    ----------
+    file : str or Path
+        XML file of the cascade; OpenCV's sources include some.
+    neighbours : int
+        Minimum number of overlapping hits per detection.
+
+    Returns
+    -------
+    callable
+        Function from a BGR image to boxes, float64 (k, 4) [pixels], the largest first.
+
+    Raises
+    ------
+    TrackerError
+        If the installed OpenCV does not support cascades, or the file is not one.
     """
     if not Path(file).is_file():
         raise TrackerError(f"{file}: there is no such cascade file.")
@@ -28,7 +41,7 @@ def cascade(file: str | Path, neighbours: int = 3) -> Callable[[Image], NDArray[
     try:
         classifier = cv2.CascadeClassifier(str(file))
         unusable = classifier.empty()
-    except (cv2.error, SystemError):  # SystemError: how OpenCV's constructors fail in Python
+    except (cv2.error, SystemError):  # OpenCV's constructors raise SystemError in Python
         unusable = True
     if unusable:
         raise TrackerError(f"{file}: this is no cascade that OpenCV can read.")

@@ -1,4 +1,4 @@
-"""People by histograms of oriented gradients (Dalal & Triggs 2005), as OpenCV trained them."""
+"""Detector of people by histograms of oriented gradients (HOG; Dalal & Triggs 2005)."""
 
 from collections.abc import Callable
 
@@ -9,16 +9,27 @@ from numpy.typing import NDArray
 from trackmark.trackers.base.interface import Image
 from trackmark.trackers.base.parameters import TrackerError
 
-MARGIN = np.array([0.15, 0.12])  # of 64 x 128 pixels, around people 96 pixels high
+MARGIN = np.array([0.15, 0.12])  # share of the 64 x 128 px window around people 96 px high
 
 
 def people(least_score: float = 0.0) -> Callable[[Image], NDArray[np.float64]]:
-    """Detector of upright people at least 128 pixels high.
+    """Return OpenCV's trained detector of upright people, at least 128 pixels high.
 
-    From a distance of `least_score` from the classifier's margin on something is a person. The
-    detector gives boxes of shape (k, 4) in an image [pixels], the highest score first: its windows
-    without the margin around the person that it was trained with. Raises TrackerError where the
-    installed OpenCV has no HOG detector.
+    Parameters
+    ----------
+    least_score : float
+        Minimum distance from the classifier's decision boundary.
+
+    Returns
+    -------
+    callable
+        Function from a BGR image to boxes, float64 (k, 4) [pixels], the highest score first. Boxes
+        are the detector's windows without the margin of its training images.
+
+    Raises
+    ------
+    TrackerError
+        If the installed OpenCV has no HOG detector.
     """
     if not hasattr(cv2, "HOGDescriptor"):
         raise TrackerError(

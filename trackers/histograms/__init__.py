@@ -1,6 +1,6 @@
-"""What colour histograms do.
+"""Colour histograms of image regions, and tracking by them.
 
-`bins` of colours are counted in `rectangles` and `ellipses` by whichever way `counting` finds the
-cheapest; `mean_shift` follows a histogram; `target_model` and `motion` are the elliptic particle
-filter's.
+`bins` defines colour bins. `rectangles` and `ellipses` count them in regions; `counting` selects
+the fastest way. `mean_shift` tracks a histogram. `target_model` and `motion` are parts of the
+elliptic particle filter `nummiaro2003`.
 """

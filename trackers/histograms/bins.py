@@ -1,8 +1,7 @@
-"""Bins of colours: joint ones of three channels (RGB or HSV), and those of CIE L*u*v*.
+"""Colour bins: joint bins of three channels (RGB or HSV), and bins of CIE L*u*v*.
 
-HSV and L*u*v* are those of OpenCV's 8-bit conversion: a table asks it once for every colour there
-is, so that the bins are those of `cv2.cvtColor` to the bit, for a window of an image as for the
-whole.
+A table stores OpenCV's 8-bit conversion of every colour, so that bins are exactly those of
+`cv2.cvtColor`, also for windows of an image.
 """
 
 from collections.abc import Callable
@@ -26,23 +25,23 @@ LIGHTNESS_BINS = 10
 CHROMATICITY_BINS = 10  # for u* and for v*
 N_BINS = CHROMATICITY_BINS**2 + LIGHTNESS_BINS  # of L*u*v*
 
-# OpenCV's bytes span these: u* = byte · 354 / 255 - 134, v* = byte · 262 / 255 - 140.
+# Ranges of OpenCV's bytes: u* = byte · 354 / 255 - 134, v* = byte · 262 / 255 - 140.
 _BYTE_RANGES = ((-134, 220), (-140, 122))
 _RANGES: dict[UvRange, tuple[tuple[int, int], tuple[int, int]]] = {
     "natural": ((-60, 120), (-80, 80)),
     "srgb-gamut": ((-83, 175), (-134, 107)),
 }
 _GREY_CHROMA = 17.9  # a tenth of the largest √(u*² + v*²) of sRGB, that of red
-_GREY = CHROMATICITY_BINS**2  # stands in a code where the chromaticity bin would
+_GREY = CHROMATICITY_BINS**2  # pseudo chromaticity bin of pixels that only vote for lightness
 _CHROMATICITIES = _GREY + 1
 
 _BITS = np.arange(8)
 _SPREAD = ((np.arange(256)[:, np.newaxis] >> _BITS & 1) << 3 * _BITS).sum(axis=1).astype(np.uint32)
-"""Each byte with its bits three places apart."""
+"""Every byte with its bits three places apart: interleaved channels keep similar colours close."""
 
 
 def _colour_table(codes: Callable[[Image], Codes]) -> Codes:
-    """Return the code of every 8-bit colour, shape (2²⁴,), 32 MiB, by `_SPREAD` of its channels."""
+    """Return the code of every 8-bit colour, (2²⁴,), 32 MiB, indexed by `_SPREAD` channels."""
     plane = np.empty((256, 256, 3), np.uint8)
     plane[..., 1] = np.arange(256)[:, np.newaxis]
     plane[..., 2] = np.arange(256)
@@ -55,25 +54,27 @@ def _colour_table(codes: Callable[[Image], Codes]) -> Codes:
 
 
 @njit(cache=True)
-def _looked_up(image: Image, table: Codes) -> Codes:
+def _look_up(image: Image, table: Codes) -> Codes:
     height, width, _ = image.shape
-    found = np.empty((height, width), np.uint16)
+    codes = np.empty((height, width), np.uint16)
     for row in range(height):
         for column in range(width):
             # Indices that can't be negative need no check for it.
             blue = _SPREAD[np.uintp(image[row, column, 0])]
             green = _SPREAD[np.uintp(image[row, column, 1])]
             red = _SPREAD[np.uintp(image[row, column, 2])]
-            found[row, column] = table[np.uintp(blue << 2 | green << 1 | red)]
-    return found
+            codes[row, column] = table[np.uintp(blue << 2 | green << 1 | red)]
+    return codes
 
 
 @dataclass(frozen=True)
 class JointBins:
-    """Joint bins of three channels; equal ones can share their work on a frame.
+    """Joint bins of three channels.
 
-    With 'rgb' R, G and B are each divided evenly into `bins`, 2 to 32; with 'hsv' H and S so, and V
-    into half as many.
+    Trackers with equal bins share the codes of a frame.
+
+    `space` {"rgb", "hsv"}: colour space.
+    `bins`: bins per channel, 2 to 32; V of HSV has half as many.
     """
 
     space: ColourSpace = "rgb"
@@ -81,38 +82,38 @@ class JointBins:
 
     @property
     def n_bins(self) -> int:
-        """Number of bins that there are."""
+        """Number of joint bins."""
         return self.bins**3 if self.space == "rgb" else self.bins**2 * (self.bins // 2)
 
     def codes(self, image: Image, transposed: bool = False) -> Codes:
-        """Return each pixel's bin, (height, width) or transposed: long runs in high regions."""
+        """Return each pixel's bin, (height, width); transposed, high regions have long rows."""
         if self.space == "rgb":
-            codes = _rgb_codes(image, _divided(self.bins), self.bins)
+            codes = _rgb_codes(image, _byte_bins(self.bins), self.bins)
         else:
-            codes = _looked_up(image, _hsv_table(self.bins))
+            codes = _look_up(image, _hsv_table(self.bins))
         return np.ascontiguousarray(codes.T) if transposed else codes
 
 
 @lru_cache
-def _divided(bins: int) -> Codes:
-    """Bin of every byte."""
+def _byte_bins(bins: int) -> Codes:
+    """Return the bin of every byte, (256,)."""
     return (np.arange(256) * bins // 256).astype(np.uint16)
 
 
 @njit(cache=True)
-def _rgb_codes(image: Image, of_byte: Codes, bins: int) -> Codes:
+def _rgb_codes(image: Image, byte_bins: Codes, bins: int) -> Codes:
     height, width, _ = image.shape
-    green, red = of_byte * np.uint16(bins), of_byte * np.uint16(bins * bins)
-    found = np.empty((height, width), np.uint16)
+    green, red = byte_bins * np.uint16(bins), byte_bins * np.uint16(bins * bins)
+    codes = np.empty((height, width), np.uint16)
     for row in range(height):
         for column in range(width):
             # Indices that can't be negative need no check for it.
-            found[row, column] = (
-                of_byte[np.uintp(image[row, column, 0])]
+            codes[row, column] = (
+                byte_bins[np.uintp(image[row, column, 0])]
                 + green[np.uintp(image[row, column, 1])]
                 + red[np.uintp(image[row, column, 2])]
             )
-    return found
+    return codes
 
 
 @lru_cache
@@ -120,43 +121,44 @@ def _hsv_table(bins: int) -> Codes:
     def codes(image: Image) -> Codes:
         hue, saturation, value = np.moveaxis(cv2.cvtColor(image, cv2.COLOR_BGR2HSV), 2, 0)
         half = bins // 2
-        found: Codes = hue.astype(np.uint16) * bins // 180 * (bins * half)
-        found += saturation.astype(np.uint16) * bins // 256 * half
-        found += value.astype(np.uint16) * half // 256
-        return found
+        codes_of_image: Codes = hue.astype(np.uint16) * bins // 180 * (bins * half)
+        codes_of_image += saturation.astype(np.uint16) * bins // 256 * half
+        codes_of_image += value.astype(np.uint16) * half // 256
+        return codes_of_image
 
     return _colour_table(codes)
 
 
 @dataclass(frozen=True)
 class LuvBins:
-    """Bins of CIE L*u*v*; equal ones can share their work on a frame.
+    """Bins of CIE L*u*v*: bins 0 to 99 are u* · 10 + v*, bins 100 to 109 are L*.
 
-    A pixel's colour becomes a code, its lightness bin and its chromaticity bin in one number. Bins
-    0 to 99 are u* · 10 + v*, bins 100 to 109 are L*. Of `both` a pixel votes in each; of `perez` in
-    its chromaticity bin alone, or in its lightness bin alone if it has hardly any colour, √(u*² +
-    v*²) < 17.9 (the structure of Pérez et al. 2002, carried over to L*u*v*).
+    The code of a pixel combines its lightness and chromaticity bins. Trackers with equal bins share
+    the codes of a frame.
 
-    The 10 x 10 chromaticity bins divide what a byte can hold (`full`, u* -134 to 220, v* -140 to
-    122), -60 to 120 and -80 to 80 (`natural`), or -83 to 175 and -134 to 107 (`srgb-gamut`);
-    colours outside fall into the outermost bins.
+    `binning` {"both", "perez"}: `both`: a pixel votes for both bins. `perez`: it votes for its
+      chromaticity bin only, or for its lightness bin only if √(u*² + v*²) < 17.9 (structure of
+      Pérez et al. 2002, applied to L*u*v*).
+    `uv_range` {"full", "natural", "srgb-gamut"}: range of the 10 x 10 chromaticity bins: u* -134 to
+      220 and v* -140 to 122 (range of bytes), -60 to 120 and -80 to 80, or -83 to 175 and -134 to
+      107. Colours outside belong to the outermost bins.
     """
 
     binning: Binning = "both"
     uv_range: UvRange = "full"
 
     def codes(self, image: Image) -> Codes:
-        """Codes of an image or of a window of one, shape (height, width)."""
-        return _looked_up(image, _luv_table(self.binning, self.uv_range))
+        """Return the codes of an image or window, uint16 of shape (height, width)."""
+        return _look_up(image, _luv_table(self.binning, self.uv_range))
 
     @property
     def votes(self) -> NDArray[np.uint8]:
-        """Bins that a code votes in, shape (codes, votes a pixel)."""
+        """Bins that each code votes for, shape (codes, votes per pixel)."""
         return _votes(self.binning)
 
     @property
     def votes_a_pixel(self) -> int:
-        """Over how many bins a pixel counts, in all."""
+        """Number of votes per pixel."""
         return 2 if self.binning == "both" else 1
 
 
@@ -176,14 +178,14 @@ def _luv_table(binning: Binning, uv_range: UvRange) -> Codes:
 
     def codes(image: Image) -> Codes:
         luv = cv2.cvtColor(image, cv2.COLOR_BGR2LUV)
-        found: Codes = lightness[luv[..., 0]] + chromaticity[luv[..., 1], luv[..., 2]]
-        return found
+        codes_of_image: Codes = lightness[luv[..., 0]] + chromaticity[luv[..., 1], luv[..., 2]]
+        return codes_of_image
 
     return _colour_table(codes)
 
 
 def _code_parts(binning: Binning, uv_range: UvRange) -> tuple[Codes, Codes]:
-    """What the byte of L* adds to a code, and what those of u* and v* do."""
+    """Return the parts of a code by byte of L* (256,), and by bytes of u* and v* (256, 256)."""
     byte = np.arange(256)
     lightness = byte * LIGHTNESS_BINS // 256 * _CHROMATICITIES
     if uv_range == "full":
@@ -201,6 +203,6 @@ def _code_parts(binning: Binning, uv_range: UvRange) -> tuple[Codes, Codes]:
 
 
 def _bins(low: int, high: int, byte_low: int, byte_high: int) -> NDArray[np.int64]:
-    """Bin of every byte, in integers so that no rounding moves an edge."""
+    """Return the bin of every byte, by integer arithmetic without rounding."""
     above = np.arange(256) * (byte_high - byte_low) + 255 * (byte_low - low)  # 255 (value - low)
     return np.clip(above * CHROMATICITY_BINS // (255 * (high - low)), 0, CHROMATICITY_BINS - 1)

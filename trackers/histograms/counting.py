@@ -1,8 +1,7 @@
-"""Counts of colour bins in many regions of a frame, by whichever way costs least.
+"""Counts of colour bins in many regions of a frame, by the fastest way.
 
-Regions are rectangles, for which the frame may be summed up, or ellipses. The ways give the
-same integers, so the choice is one of time alone. It is made from what they take per pixel,
-relative to one another.
+Rectangles are counted directly or by an integral histogram, ellipses directly. All ways give the
+same integers. The choice depends on estimated times per pixel.
 """
 
 from typing import TypeAlias
@@ -25,17 +24,20 @@ from trackmark.trackers.histograms.rectangles import (
 
 Counts: TypeAlias = NDArray[np.int32]
 
-# Nanoseconds, measured on one machine.
-_CODE = 1.5  # a pixel looked up
-_INTEGRAL = 0.1  # a pixel and bin summed up
-_DIRECT = 0.5  # a pixel of a region counted
-_DIRECT_REGION = 3000.0  # a region's histogram emptied and added up
+# Nanoseconds, measured on one machine; only ratios matter.
+_CODE = 1.5  # code of a pixel
+_INTEGRAL = 0.1  # pixel and bin of an integral histogram
+_DIRECT = 0.5  # pixel of a region, counted directly
+_DIRECT_REGION = 3000.0  # overhead of a region's histogram
 
-_BINS_OF_A_FRAME = 40  # those that occur in it, roughly; they aren't known beforehand
+_BINS_OF_A_FRAME = 40  # typical number of bins that occur in a frame
 
 
-def region_counts(frame: SharedFrame, regions: Regions, colours: LuvBins, bins: Ints) -> Counts:
-    """Count votes for m bins in regions (parts, n, m); many sharers sum up the frame once."""
+def count_regions(frame: SharedFrame, regions: Regions, colours: LuvBins, bins: Ints) -> Counts:
+    """Return votes for m bins in regions, int32 (parts, n, m).
+
+    If many trackers share the frame, its integral histogram is computed once for all.
+    """
     window = (regions.right - regions.left) * (regions.bottom - regions.top)
     direct = _DIRECT * float(regions.pixels.sum()) + _DIRECT_REGION * regions.pixels.size
     integral = _INTEGRAL * len(bins) * window
@@ -57,10 +59,10 @@ def region_counts(frame: SharedFrame, regions: Regions, colours: LuvBins, bins: 
     return counts.reshape(*regions.pixels.shape, -1)
 
 
-def ellipse_histograms(
+def count_ellipses(
     frame: SharedFrame, ellipses: Array, kernel: Kernel, colours: JointBins, bins: Ints
 ) -> EllipseCounts:
-    """See `ellipse_counts`; many sharers look up the bins of the whole frame once for all."""
+    """Count bins as `ellipse_counts` does; many sharers compute the whole frame's codes once."""
     height, width = frame.image.shape[:2]
     limits = np.array([width, height])
     centres, half_axes = ellipses[:, :2], ellipses[:, 2:]
@@ -68,15 +70,15 @@ def ellipse_histograms(
     right, bottom = np.clip((centres + half_axes).max(axis=0) + 1, 0, limits).astype(int).tolist()
     high = bool(half_axes[0, 1] > half_axes[0, 0])
     if width * height < frame.sharers * (right - left) * (bottom - top):
-        whole = codes_of_frame(frame, colours, high)
+        whole = frame_codes(frame, colours, high)
         codes = whole[left:right, top:bottom] if high else whole[top:bottom, left:right]
     else:
         codes = colours.codes(frame.image[top:bottom, left:right], high)
     return ellipse_counts(codes, (left, top), high, ellipses, kernel, bins, colours.n_bins)
 
 
-def codes_of_frame(frame: SharedFrame, colours: JointBins, transposed: bool) -> Codes:
-    """Bin of every pixel of a frame, looked up once for all its sharers; see `JointBins.codes`."""
+def frame_codes(frame: SharedFrame, colours: JointBins, transposed: bool) -> Codes:
+    """Return the codes of a frame, computed once for all sharers; see `JointBins.codes`."""
     return frame.compute(_codes, colours, transposed)
 
 
@@ -85,9 +87,9 @@ def _codes(image: Image, colours: JointBins, transposed: bool) -> Codes:
 
 
 def _integral_histogram(image: Image, colours: LuvBins) -> IntegralHistogram:
-    """Integral histogram of a whole frame, of the bins in it."""
+    """Return the integral histogram of a frame, restricted to the bins that occur."""
     codes = colours.codes(image)
     whole = np.array([[0, 0, image.shape[1], image.shape[0]]])
     every = np.arange(N_BINS)
-    found = np.flatnonzero(direct_counts(codes, colours.votes, whole, every, N_BINS)[0])
-    return integral_histogram(codes, colours.votes, found, N_BINS)
+    present_bins = np.flatnonzero(direct_counts(codes, colours.votes, whole, every, N_BINS)[0])
+    return integral_histogram(codes, colours.votes, present_bins, N_BINS)

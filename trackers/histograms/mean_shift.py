@@ -1,4 +1,4 @@
-"""A target's histogram and size, and where mean shift finds it again."""
+"""Target model of mean shift trackers: histogram, size, and localisation in a frame."""
 
 from math import ceil, floor, inf
 from typing import Literal, NamedTuple
@@ -18,21 +18,21 @@ from trackmark.trackers.base.parameters import (
 )
 from trackmark.trackers.base.sharing import SharedFrame
 from trackmark.trackers.histograms.bins import ColourSpace, JointBins
-from trackmark.trackers.histograms.counting import codes_of_frame, ellipse_histograms
+from trackmark.trackers.histograms.counting import count_ellipses, frame_codes
 from trackmark.trackers.histograms.ellipses import (
+    CodeWindow,
     EllipseCounts,
-    Found,
-    Window,
-    coefficients,
+    MeanShiftResult,
+    bhattacharyya_coefficients,
     mean_shift,
 )
 
-LEAST_SIDE = 3.0  # pixels; a smaller ellipse may lie between the pixels' centres
-REACH = 1.7  # half axes around the start within which a target is mostly found
+MIN_SIDE = 3.0  # minimum side [pixels]; a smaller ellipse may contain no pixel centre
+SEARCH_REACH = 1.7  # half size of the first search window [half axes]; mostly sufficient
 
 
 class MeanShiftParameters(Parameters):
-    """Parameters of trackers by kernel-weighted mean shift."""
+    """Parameters of mean shift trackers."""
 
     colour: ColourSpace = choice("rgb", "colour space of the histograms")
     bins: int = whole(8, "bins a channel; V of hsv has half as many [count]", 2, 32)
@@ -55,33 +55,37 @@ class MeanShiftParameters(Parameters):
 
 
 class Location(NamedTuple):
-    """Where a target was found: the ellipse that was the most similar."""
+    """Ellipse of highest similarity in a frame."""
 
     x: float  # centre [pixels]
     y: float
     half_width: float  # [pixels]
     half_height: float
-    coefficient: float  # Bhattacharyya's, in [0, 1]; 0 where no pixel has a colour of the target
-    iterations: int  # steps that it took
+    coefficient: float  # Bhattacharyya coefficient in [0, 1]; 0 if no pixel has a target colour
+    iterations: int  # number of mean shift steps
 
 
-class Target:
-    """What a target looks like and how large it is: the ellipse inscribed in its box.
+class TargetEllipse:
+    """Histogram and size of a target: the ellipse inscribed in its box.
 
-    It is learnt from the first `frame` and the `box` there, and looked for as `settings` say;
-    `name` is the tracker's, for messages. `half_width` and `half_height` are the ellipse's half
-    axes as they are now [pixels]. Raises TrackerError where the box is smaller than 3 pixels either
-    way, or its ellipse outside the image.
+    The attributes `half_width` and `half_height` are the current half axes [pixels].
+
+    `name`: name of the tracker, for error messages.
+    `settings`: parameters of histogram and search.
+    `frame`: first frame.
+    `box` float64 (4,): init box [pixels].
+
+    Raises TrackerError if a side of the box is below 3 pixels, or its ellipse is outside the image.
     """
 
     def __init__(
         self, name: str, settings: MeanShiftParameters, frame: SharedFrame, box: Box
     ) -> None:
         x, y, width, height = (float(value) for value in box)
-        if not (width >= LEAST_SIDE and height >= LEAST_SIDE):
+        if not (width >= MIN_SIDE and height >= MIN_SIDE):
             raise TrackerError(
                 f"{name}: the box {np.round(box, 1).tolist()} is narrower or lower than "
-                f"{LEAST_SIDE:.0f} pixels; give a larger box."
+                f"{MIN_SIDE:.0f} pixels; give a larger box."
             )
         self.half_width, self.half_height = width / 2, height / 2
         self._settings = settings
@@ -98,55 +102,59 @@ class Target:
         self._model = histogram.counts[0, self._bins] / histogram.totals[0]
 
     def locate(self, frame: SharedFrame, x: float, y: float) -> Location:
-        """Look for the target from (x, y), in pixels; of equals the size as it is wins."""
-        for reach in (REACH, inf):
+        """Find the target from (x, y) [pixels]; of equal coefficients, the current size wins."""
+        for reach in (SEARCH_REACH, inf):
             window = self._window(frame, x, y, reach)
-            found = [self._shifted(window, x, y, factor) for factor in self._factors(frame)]
-            if all(complete for _, complete in found):
+            locations = [self._shift(window, x, y, factor) for factor in self._factors(frame)]
+            if all(complete for _, complete in locations):
                 break
-        return max((location for location, _ in found), key=lambda location: location.coefficient)
+        return max(
+            (location for location, _ in locations), key=lambda location: location.coefficient
+        )
 
-    def take_size(self, found: Location) -> None:
-        """Follow the size of what was found: h = γ h_found + (1 - γ) h."""
+    def adapt_size(self, location: Location) -> None:
+        """Adapt the half axes h to those found: γ h_found + (1 - γ) h."""
         share = self._settings.scale_smoothing
-        self.half_width += share * (found.half_width - self.half_width)
-        self.half_height += share * (found.half_height - self.half_height)
+        self.half_width += share * (location.half_width - self.half_width)
+        self.half_height += share * (location.half_height - self.half_height)
 
-    def coefficients_beside(self, frame: SharedFrame, found: Location) -> Array:
-        """Coefficients half a target to the left, right, above and below; shape (4,)."""
-        aside = np.array([[-1, 0], [1, 0], [0, -1], [0, 1]]) * found[2:4]
-        ellipses = np.tile(np.array(found[:4]), (4, 1))
+    def neighbour_coefficients(self, frame: SharedFrame, location: Location) -> Array:
+        """Return the coefficients half a target to the left, right, above and below, (4,)."""
+        aside = np.array([[-1, 0], [1, 0], [0, -1], [0, 1]]) * location[2:4]
+        ellipses = np.tile(np.array(location[:4]), (4, 1))
         ellipses[:, :2] += aside
         histograms = self._histograms(frame, ellipses)
-        return coefficients(histograms.counts, histograms.totals, self._model[np.newaxis])
+        return bhattacharyya_coefficients(
+            histograms.counts, histograms.totals, self._model[np.newaxis]
+        )
 
     def map(self, image: Image) -> Array:
-        """How frequent each pixel's colour is in the target, as a share of the most frequent."""
+        """Return each pixel's bin frequency in the target, relative to the largest one."""
         frequent = np.zeros(self._colours.n_bins)
         frequent[self._bins] = self._model / self._model.max()
         return np.asarray(frequent[self._colours.codes(image)])
 
-    def details(self, found: Location) -> dict[str, float]:
-        """What a report says of what was found, and of the size as it is then."""
+    def details(self, location: Location) -> dict[str, float]:
+        """Return the details of an estimate, with the current size."""
         return {
-            "coefficient": found.coefficient,
-            "iterations": float(found.iterations),
+            "coefficient": location.coefficient,
+            "iterations": float(location.iterations),
             "half_width": self.half_width,
             "half_height": self.half_height,
         }
 
     def box(self, x: float, y: float) -> Box:
-        """Its box around (x, y), in pixels."""
+        """Return the target's box around (x, y) [pixels]."""
         half_width, half_height = self.half_width, self.half_height
         return np.array([x - half_width, y - half_height, 2 * half_width, 2 * half_height])
 
     def _factors(self, frame: SharedFrame) -> list[float]:
-        """Sizes to look for, relative to the present one, which comes first."""
+        """Return the scale factors to try; the first is 1."""
         if self._settings.scale == "fixed":
             return [1.0]
         factors, step = [1.0], self._settings.scale_step
         width, height = 2 * self.half_width, 2 * self.half_height
-        if min(width, height) * (1 - step) >= LEAST_SIDE:
+        if min(width, height) * (1 - step) >= MIN_SIDE:
             factors.append(1 - step)
         if (
             width * (1 + step) <= frame.image.shape[1]
@@ -155,10 +163,12 @@ class Target:
             factors.append(1 + step)
         return factors
 
-    def _shifted(self, window: Window, x: float, y: float, factor: float) -> tuple[Location, bool]:
+    def _shift(
+        self, window: CodeWindow, x: float, y: float, factor: float
+    ) -> tuple[Location, bool]:
         settings = self._settings
         half_width, half_height = self.half_width * factor, self.half_height * factor
-        found: Found = mean_shift(
+        result: MeanShiftResult = mean_shift(
             window,
             self._bins,
             self._model,
@@ -169,22 +179,22 @@ class Target:
             settings.step_halving,
         )
         location = Location(
-            found.x, found.y, half_width, half_height, found.coefficient, found.iterations
+            result.x, result.y, half_width, half_height, result.coefficient, result.iterations
         )
-        return location, found.complete
+        return location, result.complete
 
     def _histograms(self, frame: SharedFrame, ellipses: Array) -> EllipseCounts:
-        return ellipse_histograms(frame, ellipses, "epanechnikov", self._colours, self._bins)
+        return count_ellipses(frame, ellipses, "epanechnikov", self._colours, self._bins)
 
-    def _window(self, frame: SharedFrame, x: float, y: float, reach: float) -> Window:
-        """Codes of so many half axes around (x, y), of the whole frame where that costs less."""
+    def _window(self, frame: SharedFrame, x: float, y: float, reach: float) -> CodeWindow:
+        """Return the codes within `reach` half axes of (x, y), or the frame's if that is faster."""
         height, width = frame.image.shape[:2]
         reach_x, reach_y = reach * self.half_width, reach * self.half_height
         left, right = floor(max(x - reach_x, 0)), ceil(min(x + reach_x, width))
         top, bottom = floor(max(y - reach_y, 0)), ceil(min(y + reach_y, height))
         columns, rows = max(right - left, 0), max(bottom - top, 0)
         if frame.sharers * columns * rows >= width * height:
-            codes = codes_of_frame(frame, self._colours, transposed=True)
-            return Window(codes, 0, 0, width, height)
+            codes = frame_codes(frame, self._colours, transposed=True)
+            return CodeWindow(codes, 0, 0, width, height)
         near = frame.image[top : top + rows, left : left + columns]
-        return Window(self._colours.codes(near, transposed=True), left, top, width, height)
+        return CodeWindow(self._colours.codes(near, transposed=True), left, top, width, height)

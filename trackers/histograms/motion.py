@@ -1,8 +1,8 @@
-"""How elliptic particles move, and where they are placed to wait for a target.
+"""Dynamic models of elliptic particles, and their placement while the target is lost.
 
-A state is x, y, vx, vy, Hx, Hy, a': centre and velocity, half axes, and change of scale a frame
-(Nummiaro et al. 2003, section 4). In the linear form a' is in pixels of Hx, in the multiplicative
-one it is a ratio.
+A state is x, y, vx, vy, Hx, Hy, a': centre, velocity, half axes, and change of scale per frame
+(Nummiaro et al. 2003, section 4). a' is in pixels of Hx if scale changes are linear, otherwise a
+ratio.
 """
 
 from collections import deque
@@ -18,40 +18,44 @@ Dynamics: TypeAlias = Literal["first-order", "second-order", "random-walk"]
 Axes: TypeAlias = Literal["together", "apart"]
 ScaleChange: TypeAlias = Literal["linear", "multiplicative"]
 
-LEAST_HALF_AXIS = 3.0  # pixels
+MIN_HALF_AXIS = 3.0  # pixels
 
 X, V, H, A = slice(0, 2), slice(2, 4), slice(4, 6), 6
-"""Where a state holds its centre, velocity, half axes and change of scale."""
+"""Indices of centre, velocity, half axes and change of scale in a state."""
 
 
-def at_rest(centres: Array, half_axes: Array) -> Array:
-    """States at rest, shape (n, 7), of centres (n, 2) and half axes (2,) or (n, 2) [pixels]."""
+def states_at_rest(centres: Array, half_axes: Array) -> Array:
+    """Return states without velocity, (n, 7), from centres (n, 2) and half axes [pixels]."""
     states = np.zeros((len(centres), 7))
     states[:, X], states[:, H] = centres, half_axes
     return states
 
 
 def ellipse_in(box: Array) -> Array:
-    """State at rest of the ellipse in a box `[x, y, width, height]` [pixels], shape (7,)."""
-    half_axes = np.maximum(box[2:] / 2, LEAST_HALF_AXIS)
-    return np.asarray(at_rest((box[:2] + box[2:] / 2)[np.newaxis], half_axes)[0])
+    """Return the state (7,) of the ellipse inscribed in a box (4,) [pixels], at rest."""
+    half_axes = np.maximum(box[2:] / 2, MIN_HALF_AXIS)
+    return np.asarray(states_at_rest((box[:2] + box[2:] / 2)[np.newaxis], half_axes)[0])
 
 
 def box_around(state: Array) -> Array:
-    """Box `[x, y, width, height]` around the ellipse of a state (7,) [pixels]."""
+    """Return the bounding box (4,) of the ellipse of a state (7,) [pixels]."""
     return np.asarray(np.concatenate([state[X] - state[H], 2 * state[H]]))
 
 
 @dataclass(frozen=True)
-class Motion:
-    """A model of motion; its noises are Gaussian, given by deviations in lengths of Hx.
+class MotionModel:
+    """Dynamic model of states; its Gaussian noises are standard deviations in units of Hx.
 
-    `first-order`: velocity and change of scale are constant but for the noise. `second-order`:
-    their rates of change are, which then take noises of the same size. `random-walk`: there is
-    neither. Half axes have one noise of scale `together`, and their ratio then stays, or one each
-    (`apart`). They grow by sums (`linear`), and all noise is in lengths of the last estimate's Hx,
-    so that a step is a linear map and noise that is the same for all; or by factors
-    (`multiplicative`), and noise is in lengths of each particle's own Hx.
+    `dynamics` {"first-order", "second-order", "random-walk"}: quantities that are constant except
+      for noise: velocity and change of scale, their rates of change (with noise of the same size),
+      or position and size.
+    `axes` {"together", "apart"}: one size noise for both half axes, whose ratio is then constant,
+      or one for each.
+    `scale_change` {"linear", "multiplicative"}: `linear`: half axes change by sums, and noise is in
+      units of the last estimate's Hx, so that a step is a linear map plus equal noise for all
+      particles. `multiplicative`: by factors, and noise is in units of each particle's Hx.
+    `scale_persistence`: factor of the change of scale per frame, in [0, 1].
+    `position_noise`, `velocity_noise`, `size_noise`, `scale_noise`: standard deviations, ≥ 0 [Hx].
     """
 
     dynamics: Dynamics
@@ -72,16 +76,15 @@ class Motion:
         image_size: tuple[int, int],
         random: np.random.Generator,
     ) -> tuple[Array, Array]:
-        """Move particles (n, 7) by a frame: new states and rates.
+        """Return the states (n, 7) and rates (n, 3) of particles in the next frame.
 
-        Rates (n, 3) are how vx, vy and a' change a frame; second-order dynamics alone use them.
-        `half_width` is Hx of the last estimate [pixels], `aspect` Hy / Hx of the target; half axes
-        stay within 3 pixels and `image_size`, width and height. Ten numbers are drawn a particle,
-        whatever the model.
+        Rates are the changes of vx, vy and a' per frame, for second-order dynamics. `half_width`:
+        Hx of the last estimate [pixels]. `aspect`: Hy / Hx of the target. Half axes are clipped to
+        [3 pixels, `image_size`]. Every model draws ten random numbers per particle.
         """
         linear = self.scale_change == "linear"
-        unit = half_width if linear else states[:, H][:, :1]  # of lengths
-        ratio_unit = half_width if linear else 1.0  # of changes of scale
+        unit = half_width if linear else states[:, H][:, :1]  # unit of lengths
+        ratio_unit = half_width if linear else 1.0  # unit of changes of scale
         noise = random.standard_normal((len(states), 10))
         moved, new_rates = states.copy(), rates
         if self.dynamics != "random-walk":
@@ -108,35 +111,35 @@ class Motion:
     def _keep_in_bounds(self, states: Array, aspect: float, image_size: tuple[int, int]) -> None:
         width, height = image_size
         if self.axes == "together":
-            least = max(LEAST_HALF_AXIS, LEAST_HALF_AXIS / aspect)
+            least = max(MIN_HALF_AXIS, MIN_HALF_AXIS / aspect)
             most = max(min(width, height / aspect), least)
             states[:, 4] = np.clip(states[:, 4], least, most)
             states[:, 5] = states[:, 4] * aspect
         else:
-            np.clip(states[:, H], LEAST_HALF_AXIS, [width, height], out=states[:, H])
+            np.clip(states[:, H], MIN_HALF_AXIS, [width, height], out=states[:, H])
 
 
 Placement: TypeAlias = Literal["last", "predicted", "borders", "image"]
 
-REMEMBERED = 20  # frames over which the way of the target is averaged
-FASTEST = 0.4  # speed that is believed [Hx/frame]
-SIZE_SPREAD = 0.08  # of the logarithm of the size, with `predicted`
+N_REMEMBERED = 20  # positions that determine the mean velocity
+MAX_SPEED = 0.4  # limit of the mean velocity per axis [Hx/frame]
+SIZE_SPREAD = 0.08  # standard deviation of the logarithm of the size, with `predicted`
 
 
 @dataclass
-class Whereabouts:
-    """What is known of where a target was, and where it may come in.
+class LocationMemory:
+    """Last positions of a target, and the boxes in which it can enter.
 
-    Entries (k, 4) are boxes in which a target that enters has its centre: doors, borders. Without
-    any it is the left and the right border, at the height at which the target was last. Raises
-    TrackerError for entries that are no boxes.
+    `entries` (k, 4) are boxes for the centre of an entering target, such as doors. The default is
+    the left and the right border, at the last height of the target. Raises TrackerError if entries
+    are not boxes.
     """
 
-    half_axes: Array  # (2,): Hx and Hy when last seen [pixels]
+    half_axes: Array  # (2,): last Hx and Hy [pixels]
     image_size: tuple[int, int]  # width and height [pixels]
     entries: Array | None = None
-    _seen: Array | None = None
-    _reliable: deque[tuple[int, Array]] = field(default_factory=lambda: deque(maxlen=REMEMBERED))
+    _last_seen: Array | None = None
+    _reliable: deque[tuple[int, Array]] = field(default_factory=lambda: deque(maxlen=N_REMEMBERED))
 
     def __post_init__(self) -> None:
         if self.entries is None:
@@ -148,53 +151,57 @@ class Whereabouts:
         if not np.isfinite(self.entries).all() or (self.entries[:, 2:] < 0).any():
             raise TrackerError(f"regions must have finite sizes: {self.entries.tolist()}.")
 
-    def seen(self, centre: Array, half_axes: Array) -> None:
-        """Note where the target is thought to be, most particles looking like it."""
-        self._seen, self.half_axes = centre.copy(), half_axes.copy()
+    def record_probable(self, centre: Array, half_axes: Array) -> None:
+        """Store a probable position: most particles are similar to the target."""
+        self._last_seen, self.half_axes = centre.copy(), half_axes.copy()
 
-    def certain(self, frame: int, centre: Array) -> None:
-        """Note where the target surely was in a frame."""
+    def record_certain(self, frame: int, centre: Array) -> None:
+        """Store a certain position: the estimate is very similar to the target."""
         self._reliable.append((frame, centre.copy()))
 
     def particles(
         self, placement: Placement, n: int, frame: int, random: np.random.Generator
     ) -> Array:
-        """So many particles at rest, shape (n, 7), as it is `frame` now.
+        """Draw `n` particles at rest, (n, 7), to search for the target in a frame.
 
-        'borders': where it may enter. 'image': anywhere. 'last': half of them where it may
-        enter, half around where it was last seen, by 3 Hx sideways and Hx upright. 'predicted':
-        three tenths where it may enter, the others around where it would be now, had it gone on
-        as before. Where it has never been seen, all where it may enter; 'image' does so where
-        `entries` are given.
+        `borders`: in the entry boxes. `image`: in the whole image. `last`: half in the entry boxes,
+        half around the last probable position, with deviations of 3 Hx in x and Hx in y.
+        `predicted`: 30 % in the entry boxes, 70 % around the prediction by the mean velocity.
+        Before the first stored position, all are in the entry boxes; for `image` only if `entries`
+        were given.
         """
         sizes: Array = self.half_axes
         share, centre, deviation = 0.0, np.zeros(2), np.zeros(2)
-        if placement == "last" and self._seen is not None:
-            share, centre, deviation = 0.5, self._seen, sizes[0] * np.array([3.0, 1.0])
+        if placement == "last" and self._last_seen is not None:
+            share, centre, deviation = 0.5, self._last_seen, sizes[0] * np.array([3.0, 1.0])
         elif placement == "predicted" and self._reliable:
             share = 0.7
             centre, deviation = self._prediction(frame)
             spread = random.standard_normal((n, 1))
             sizes = np.maximum(sizes * np.exp(SIZE_SPREAD * spread), 1.0)
-        near = round(share * n)
-        around = centre + deviation * random.standard_normal((near, 2))
-        known = self.entries is not None and self._seen is None  # it has yet to come in
-        anywhere = self._anywhere() if placement == "image" and not known else self._entries()
-        chosen = anywhere[random.integers(len(anywhere), size=n - near)]
-        inside = chosen[:, :2] + random.random((n - near, 2)) * chosen[:, 2:]
-        return at_rest(np.concatenate([around, inside]), sizes)
+        n_near = round(share * n)
+        around = centre + deviation * random.standard_normal((n_near, 2))
+        has_not_entered = (
+            self.entries is not None and self._last_seen is None
+        )  # it has yet to come in
+        boxes = (
+            self._image_box() if placement == "image" and not has_not_entered else self._entries()
+        )
+        entry_boxes = boxes[random.integers(len(boxes), size=n - n_near)]
+        inside = entry_boxes[:, :2] + random.random((n - n_near, 2)) * entry_boxes[:, 2:]
+        return states_at_rest(np.concatenate([around, inside]), sizes)
 
     def _prediction(self, frame: int) -> tuple[Array, Array]:
         (start, origin), (end, place) = self._reliable[0], self._reliable[-1]
         velocity = (place - origin) / max(end - start, 1)
-        fastest = FASTEST * self.half_axes[0]
+        fastest = MAX_SPEED * self.half_axes[0]
         lost = frame - end
         centre = place + lost * np.clip(velocity, -fastest, fastest)
         spread = np.array([min(3.0, 1.0 + 0.05 * lost), 0.5])
         return centre, self.half_axes[0] * spread
 
-    def _anywhere(self) -> Array:
-        """The box of centres of ellipses that are whole inside the image."""
+    def _image_box(self) -> Array:
+        """Return the box (1, 4) of centres of ellipses that are completely in the image."""
         size = np.array(self.image_size, float)
         low = np.minimum(self.half_axes, size / 2)
         return np.concatenate([low, size - 2 * low])[np.newaxis]
@@ -204,6 +211,6 @@ class Whereabouts:
             return self.entries
         half_width, half_height = self.half_axes
         width, height = self.image_size
-        middle = height / 2 if self._seen is None else self._seen[1]
+        middle = height / 2 if self._last_seen is None else self._last_seen[1]
         upright = [middle - half_height / 2, half_width, half_height]
         return np.array([[x - half_width / 2, *upright] for x in (half_width, width - half_width)])

@@ -1,7 +1,7 @@
-"""Rectangles of pixels: exact counts of colour bins in them, two ways, and histogram distances.
+"""Counts of colour bins in rectangles, by two ways, and histogram distances.
 
-Both ways give the same integers: `direct_counts` visits every pixel of every region,
-`integral_histogram` every pixel once, after which a region costs four look-ups a bin.
+Both ways give the same integers. `direct_counts` reads every pixel of every region.
+`integral_histogram` reads every pixel once; a region then takes four look-ups per bin.
 """
 
 from typing import NamedTuple, TypeAlias
@@ -18,14 +18,14 @@ Words: TypeAlias = NDArray[np.uint64]
 
 
 class Regions(NamedTuple):
-    """Rectangles cut into parts one below the other, and the window that holds them all.
+    """Rectangles split into parts from top to bottom, and their bounding window.
 
     Bounds are `[left, top, right, bottom]` in whole pixels inside the image, right and bottom
-    exclusive; all 0 for a rectangle of which too little is inside.
+    exclusive. They are 0 for a rectangle that is mostly outside.
     """
 
     parts: Ints  # (parts, n, 4): bounds
-    pixels: Ints  # (parts, n): how many each has
+    pixels: Ints  # (parts, n): number of pixels
     left: int
     top: int
     right: int
@@ -42,11 +42,11 @@ def pixel_regions(
     least_share: float,
     least_pixels: int,
 ) -> Regions:
-    """Rectangles of states, clipped to the image and cut into parts of equal height.
+    """Return the rectangles of states, clipped to the image and split into parts of equal height.
 
-    A state (n, 3) is centre x and y [pixels] and area [square pixels], `aspect` width over height.
-    Of two parts the boundary is the row ⌊(top + bottom) / 2⌋. A rectangle of which less is inside
-    the image than `least_share` or `least_pixels` is empty.
+    `states` (n, 3): centre x, y [pixels] and area [square pixels]. `aspect`: width / height. The
+    boundary of two parts is the row ⌊(top + bottom) / 2⌋. A rectangle is empty if its part in the
+    image is below `least_share` or `least_pixels`.
     """
     n = len(states)
     parts = np.zeros((n_parts, n, 4), np.int64)
@@ -100,11 +100,11 @@ class IntegralHistogram(NamedTuple):
 
 
 def integral_histogram(codes: Codes, votes: Votes, bins: Ints, n_bins: int) -> IntegralHistogram:
-    """Sum up an image or a window of one (Porikli 2005); parameters as in `direct_counts`."""
+    """Return the integral histogram (Porikli 2005); parameters as in `direct_counts`."""
     height, width = codes.shape
     places = np.full(n_bins, -1)
     places[bins] = np.arange(len(bins))
-    # NumPy asks for large pages where arrays are large; a kernel's own array would be slower.
+    # NumPy requests huge pages for large arrays; an array allocated in the kernel is slower.
     sums = np.empty((height + 1, (len(bins) + 3) // 4, width + 1), np.uint64)
     _sum_up(codes, votes, places, sums)
     return IntegralHistogram(sums, places)
@@ -112,7 +112,7 @@ def integral_histogram(codes: Codes, votes: Votes, bins: Ints, n_bins: int) -> I
 
 @njit(cache=True)
 def _sum_up(codes: Codes, votes: Votes, places: Ints, sums: Words) -> None:
-    """Fill in the sums of an integral histogram."""
+    """Fill the sums of an integral histogram."""
     height, width = codes.shape
     n_words = sums.shape[1]
     added = np.zeros((n_words, len(votes)), np.uint64)  # what a pixel of each code adds to a word
@@ -133,7 +133,7 @@ def _sum_up(codes: Codes, votes: Votes, places: Ints, sums: Words) -> None:
 
 @njit(cache=True)
 def integral_counts(sums: Words, places: Ints, regions: Ints, bins: Ints) -> Counts:
-    """Count as `direct_counts` does, in bands of at most 65535 pixels; no place counts 0."""
+    """Count as `direct_counts` does, in bands of at most 65535 pixels: sums wrap at 16 bits."""
     counts = np.zeros((len(regions), len(bins)), np.int32)
     for i in range(len(regions)):
         left, top, right, bottom = regions[i]
@@ -152,18 +152,18 @@ def integral_counts(sums: Words, places: Ints, regions: Ints, bins: Ints) -> Cou
 
 @njit(cache=True)
 def direct_counts(codes: Codes, votes: Votes, regions: Ints, bins: Ints, n_bins: int) -> Counts:
-    """Counts of bins in regions, pixel by pixel: (n, m).
+    """Return counts of bins in regions, pixel by pixel, int32 (n, m).
 
-    `codes` (height, width) hold each pixel's code, `votes` (codes, votes a pixel) the bins that
-    each code votes in; `regions` (n, 4) are `[left, top, right, bottom]` in whole pixels inside,
-    right and bottom exclusive; `bins` (m,) are those asked for, of `n_bins`.
+    `codes` (height, width): code of each pixel. `votes` (codes, votes per pixel): bins that a code
+    votes for. `regions` (n, 4): `[left, top, right, bottom]` in whole pixels inside the image,
+    right and bottom exclusive. `bins` (m,): requested bins, out of `n_bins`.
     """
     n_codes, n_votes = votes.shape
     slots = np.zeros(n_bins, np.int64)
-    slots[bins] = np.arange(1, len(bins) + 1)  # slot 0 takes what is not asked for
+    slots[bins] = np.arange(1, len(bins) + 1)  # slot 0: bins not requested
     counts = np.zeros((len(regions), len(bins)), np.int32)
-    # Neighbours mostly have the same code: four histograms keep an increment from waiting
-    # for the one before.
+    # Neighbours mostly have the same code; with four histograms, an increment does not depend on
+    # the previous one.
     first, second = np.empty(n_codes, np.int32), np.empty(n_codes, np.int32)
     third, fourth = np.empty(n_codes, np.int32), np.empty(n_codes, np.int32)
     summed = np.empty(len(bins) + 1, np.int32)
@@ -192,10 +192,10 @@ def direct_counts(codes: Codes, votes: Votes, regions: Ints, bins: Ints, n_bins:
 def bhattacharyya_distances(
     counts: Counts, totals: Ints, reference: Counts, reference_total: int
 ) -> Array:
-    """Return distances d = √(1 - Σ √(p q)), shape (n,), in [0, 1]; 1 where a total is 0.
+    """Return distances d = √(1 - Σ √(p q)), shape (n,), in [0, 1]; 1 if a total is 0.
 
-    Counts go in unnormalised: equal proportions have a distance of exactly 0 that way. `counts` (n,
-    m) are of the bins in which the reference q has some, `totals` (n,) those of the whole p.
+    Counts are not normalised, so that equal proportions have a distance of exactly 0. `counts` (n,
+    m): p in the non-empty bins of the reference q. `totals` (n,): sums of the complete p.
     """
     distances = np.ones(len(counts), np.float64)
     for i in range(len(counts)):

@@ -1,7 +1,7 @@
-"""Colour histograms of ellipses: the model that follows a target, and what looks like it.
+"""Target model of elliptic particles: likelihood, model update and background similarity.
 
-What a coefficient means for an update of the model, and how much of the target any place of the
-background looks like (the appearance condition): Nummiaro et al. 2003, equations 10 to 15.
+Nummiaro et al. 2003, equations 10 to 15: condition of a model update, and the threshold above
+which a particle is more similar to the target than the background (appearance condition).
 """
 
 from dataclasses import dataclass
@@ -15,89 +15,93 @@ from numpy.typing import NDArray
 from trackmark.trackers.base.arrays import Array, Ints
 from trackmark.trackers.base.sharing import SharedFrame
 from trackmark.trackers.histograms.bins import JointBins
-from trackmark.trackers.histograms.counting import ellipse_histograms
-from trackmark.trackers.histograms.ellipses import EllipseCounts, Kernel, coefficients
+from trackmark.trackers.histograms.counting import count_ellipses
+from trackmark.trackers.histograms.ellipses import EllipseCounts, Kernel, bhattacharyya_coefficients
 
-Reading: TypeAlias = Literal["density", "printed", "peak", "variance", "coefficient", "always"]
+Interpretation: TypeAlias = Literal[
+    "density", "printed", "peak", "variance", "coefficient", "always"
+]
 
 
 @dataclass(frozen=True)
 class Likelihood:
-    """π = f exp(-(1 - ρ) / 2σ²), of which the prefix f matters to the threshold alone.
+    """Likelihood π = f exp(-(1 - ρ) / 2σ²), where f only affects the update threshold.
 
-    Nummiaro et al. 2003, equation 10, print f = 1 / √(2πσ), call σ a variance and divide by
-    2σ²; equation 11 compares π with a threshold π_T. How that is read: 'density': f is
-    1 / (√(2π) σ), the Gaussian of deviation σ. 'printed': as printed. 'peak': f = 1. 'variance': f
-    as printed and 2σ in the place of 2σ², in the weights too. 'coefficient': ρ itself is compared.
-    'always': nothing is.
+    Nummiaro et al. 2003, equation 10, print f = 1 / √(2πσ), call σ a variance and divide by 2σ².
+    Equation 11 compares π with a threshold π_T. Interpretations: `density`: f = 1 / (√(2π) σ), a
+    Gaussian of standard deviation σ. `printed`: as printed. `peak`: f = 1. `variance`: f as
+    printed, and 2σ instead of 2σ² also in weights. `coefficient`: ρ is compared with π_T. `always`:
+    nothing is compared.
     """
 
     sigma: float
-    reading: Reading
+    interpretation: Interpretation
     threshold: float
 
     @property
     def variance(self) -> float:
-        """What stands in the place of σ²."""
-        return self.sigma if self.reading == "variance" else self.sigma**2
+        """Variance of the Gaussian: σ² or σ."""
+        return self.sigma if self.interpretation == "variance" else self.sigma**2
 
     def log(self, coefficient: Any) -> Any:
-        """Logarithm of π without its prefix, for ρ in [0, 1]: a number or an array."""
+        """Return log(π / f) for ρ in [0, 1], a number or an array."""
         return -(1.0 - coefficient) / (2.0 * self.variance)
 
     @property
     def least_coefficient(self) -> float:
-        """The ρ above which π > π_T; infinite where no ρ is enough.
+        """Value of ρ above which π > π_T; infinite if none is.
 
         Examples
         --------
         >>> round(Likelihood(0.1, "density", 0.9).least_coefficient, 4)
         0.9702
         """
-        if self.reading == "always":
+        if self.interpretation == "always":
             return -inf
-        if self.reading == "coefficient":
+        if self.interpretation == "coefficient":
             return self.threshold
         printed = 1 / sqrt(2 * pi * self.sigma)
         peaks = {"peak": 1.0, "density": 1 / (sqrt(2 * pi) * self.sigma)}
-        peak = peaks.get(self.reading, printed)
+        peak = peaks.get(self.interpretation, printed)
         if peak <= self.threshold:
             return inf
         return 1 - 2 * self.variance * log(peak / self.threshold)
 
 
-LEAST_SHARE = 0.25  # of an ellipse inside the image, for it to look like anything
+MIN_SHARE = 0.25  # share of an ellipse that must be inside the image
 
 
 @dataclass(frozen=True)
-class Ellipses:
-    """How ellipses are looked at: bins and kernel."""
+class EllipseHistograms:
+    """Colour histograms of ellipses: bins and kernel."""
 
     colours: JointBins
     kernel: Kernel
 
     def counts(self, frame: SharedFrame, states: Array, bins: Ints) -> EllipseCounts:
-        """Count bins in states (n, 7); totals are 0 where less than a quarter is inside."""
+        """Count bins in states (n, 7); the total is 0 if less than a quarter is inside."""
         ellipses = states[:, [0, 1, 4, 5]]
-        found = ellipse_histograms(frame, ellipses, self.kernel, self.colours, bins)
-        least = LEAST_SHARE * pi * ellipses[:, 2] * ellipses[:, 3]
-        return found._replace(totals=np.where(found.pixels >= least, found.totals, 0))
+        ellipse_counts = count_ellipses(frame, ellipses, self.kernel, self.colours, bins)
+        least = MIN_SHARE * pi * ellipses[:, 2] * ellipses[:, 3]
+        return ellipse_counts._replace(
+            totals=np.where(ellipse_counts.pixels >= least, ellipse_counts.totals, 0)
+        )
 
     def histogram(self, frame: SharedFrame, state: Array) -> Array | None:
         """Return the histogram of a state (7,); None if less than a quarter is inside."""
-        found = self.counts(frame, state[np.newaxis], np.arange(self.colours.n_bins))
-        if found.totals[0] == 0:
+        ellipse_counts = self.counts(frame, state[np.newaxis], np.arange(self.colours.n_bins))
+        if ellipse_counts.totals[0] == 0:
             return None
-        return np.asarray(found.counts[0] / found.totals[0])
+        return np.asarray(ellipse_counts.counts[0] / ellipse_counts.totals[0])
 
 
 class TargetModel:
-    """Histogram that particles are compared with: one for all, or one for each (`apart`).
+    """Target model histogram: one for all particles, or one for each (`apart`).
 
-    It begins as `first` (bins,), normalised; `alpha` is the
-    weight of a new histogram in an update. `current` is the model now, of models of their own
-    (`models`, (particles, bins)) the weighted mean; `bins` (m,) are those that must be counted in
-    particles.
+    `first` (bins,): initial model, normalised. `alpha`: weight of the new histogram in an update.
+
+    The attribute `current` is the present model; if `apart`, the weighted mean of `models`
+    (particles, bins). `bins` (m,) are the bins that must be counted in particles.
     """
 
     def __init__(self, first: Array, particles: int, apart: bool, alpha: float) -> None:
@@ -107,45 +111,49 @@ class TargetModel:
         self.bins = np.arange(len(first)) if apart else np.flatnonzero(first)
 
     def select(self, chosen: NDArray[np.intp]) -> None:
-        """Let models go on with the particles that are chosen."""
+        """Select the models of the selected particles."""
         if self.models is not None:
             self.models = self.models[chosen]
 
-    def forget(self) -> None:
-        """Give all particles the current model."""
+    def reset(self) -> None:
+        """Set the models of all particles to the current model."""
         if self.models is not None:
             self.models[:] = self.current
 
-    def coefficients(self, found: EllipseCounts) -> Array:
-        """Bhattacharyya coefficient of each particle, whose `bins` were counted, shape (n,)."""
+    def coefficients(self, ellipse_counts: EllipseCounts) -> Array:
+        """Return the Bhattacharyya coefficient of each particle, (n,)."""
         models = self.current[np.newaxis, self.bins] if self.models is None else self.models
-        return coefficients(found.counts, found.totals, models)
+        return bhattacharyya_coefficients(ellipse_counts.counts, ellipse_counts.totals, models)
 
-    def first_coefficients(self, found: EllipseCounts) -> Array:
-        """The same with the first model; its bins are among `bins` for good."""
-        return coefficients(found.counts, found.totals, self.first[np.newaxis, self.bins])
+    def first_coefficients(self, ellipse_counts: EllipseCounts) -> Array:
+        """Return the coefficient of each particle and the first model, (n,)."""
+        return bhattacharyya_coefficients(
+            ellipse_counts.counts, ellipse_counts.totals, self.first[np.newaxis, self.bins]
+        )
 
     def update(
         self,
         histogram: Array | None,
         coefficient: float,
-        found: EllipseCounts,
+        ellipse_counts: EllipseCounts,
         weights: Array,
         least: float,
     ) -> float:
-        """Mix in what was seen where that looks like the model (equations 11 and 12).
+        """Update models whose coefficient exceeds `least` (equations 11 and 12).
 
-        `histogram` (bins,) is that of the estimate (None: too little of it is inside),
-        `coefficient` its likeness; `found` and `weights` (n,) are the particles'. A coefficient
-        above `least` is needed. Gives the share of the models that were updated.
+        `histogram` (bins,): that of the estimate, None if it is mostly outside; `coefficient`: its
+        similarity. `ellipse_counts` and `weights` (n,): those of particles. Returns the share of
+        models that were updated.
         """
         alpha = self._alpha
         if self.models is not None:
-            chosen = (self.coefficients(found) > least) & (found.totals > 0)
-            own = found.counts[chosen] / found.totals[chosen, np.newaxis]
-            self.models[chosen] = (1 - alpha) * self.models[chosen] + alpha * own
+            updated = (self.coefficients(ellipse_counts) > least) & (ellipse_counts.totals > 0)
+            new_histograms = (
+                ellipse_counts.counts[updated] / ellipse_counts.totals[updated, np.newaxis]
+            )
+            self.models[updated] = (1 - alpha) * self.models[updated] + alpha * new_histograms
             self.current = weights @ self.models
-            return float(chosen.mean())
+            return float(updated.mean())
         if histogram is None or not coefficient > least:
             return 0.0
         self.current = (1 - alpha) * self.current + alpha * histogram
@@ -153,22 +161,25 @@ class TargetModel:
         return 1.0
 
 
-_AT_ONCE = 128  # positions
+_BATCH = 128  # positions
 
 
-def spacing_of(positions: int, half_axes: Array, image_size: tuple[int, int]) -> float:
-    """Return the spacing of about so many ellipses that are whole inside an image [pixels]."""
+def grid_spacing(positions: int, half_axes: Array, image_size: tuple[int, int]) -> float:
+    """Return the grid spacing for about `positions` ellipses completely in an image [pixels]."""
     free = np.maximum(np.array(image_size) - 2 * half_axes, 1.0)
     return float(np.sqrt(free.prod() / positions))
 
 
 class Background:
-    """Histograms of ellipses of the target's size all over an image, each whole inside it.
+    """Histograms of a grid of ellipses of the target's size, completely in the image.
 
-    Their half axes (2,) and the `spacing` of their grid, at least 1, are in pixels (see
-    `spacing_of`). Where the target is in the image, places nearer to its
-    centre `without` (2,) than 2 Hx sideways and 2 Hy upright are not background. `positions` (n, 2)
-    are the centres; there are none where the target fills the image.
+    The attribute `positions` (n, 2) contains their centres [pixels]; it is empty if the target
+    fills the image.
+
+    `half_axes` float64 (2,): half axes of the ellipses [pixels].
+    `spacing`: spacing of the grid, at least 1 [pixels]; see `grid_spacing`.
+    `target_centre` float64 (2,), or None: centre of a target in the image. Positions within 2 Hx in
+      x and 2 Hy in y are excluded.
     """
 
     def __init__(
@@ -178,7 +189,7 @@ class Background:
         spacing: float,
         colours: JointBins,
         kernel: Kernel,
-        without: Array | None = None,
+        target_centre: Array | None = None,
     ) -> None:
         height, width = frame.image.shape[:2]
         across, down = (
@@ -186,37 +197,37 @@ class Background:
             for half, size in zip(half_axes.tolist(), (width, height), strict=True)
         )
         places = np.stack(np.meshgrid(across, down), axis=2).reshape(-1, 2)
-        if without is not None:
-            places = places[(np.abs(places - without) >= 2 * half_axes).any(axis=1)]
+        if target_centre is not None:
+            places = places[(np.abs(places - target_centre) >= 2 * half_axes).any(axis=1)]
         self.positions = places
         bins, roots, ends = [np.zeros(0, np.int64)], [np.zeros(0)], [np.zeros(1, np.int64)]
-        # Whole histograms of all places at once would be large where bins are fine.
-        for start in range(0, len(places), _AT_ONCE):
-            some = places[start : start + _AT_ONCE]
+        # In batches, because complete histograms of all positions could be large.
+        for start in range(0, len(places), _BATCH):
+            some = places[start : start + _BATCH]
             ellipses = np.hstack([some, np.tile(half_axes, (len(some), 1))])
-            found = ellipse_histograms(frame, ellipses, kernel, colours, np.arange(colours.n_bins))
-            rows, filled = np.nonzero(found.counts)
+            counted = count_ellipses(frame, ellipses, kernel, colours, np.arange(colours.n_bins))
+            rows, filled = np.nonzero(counted.counts)
             bins.append(filled)
-            roots.append(np.sqrt(found.counts[rows, filled] / found.totals[rows]))
+            roots.append(np.sqrt(counted.counts[rows, filled] / counted.totals[rows]))
             ends.append(ends[-1][-1] + np.searchsorted(rows, np.arange(1, len(some) + 1)))
         self._bins, self._roots = np.concatenate(bins), np.concatenate(roots)
         self._ends = np.concatenate(ends)
 
     def coefficients(self, model: Array) -> Array:
-        """Bhattacharyya coefficient of every position, (n,), and a normalised histogram (bins,)."""
-        return _sums(self._ends, self._bins, self._roots, np.sqrt(model))
+        """Return the coefficient (n,) of each position and a normalised histogram (bins,)."""
+        return _sparse_products(self._ends, self._bins, self._roots, np.sqrt(model))
 
     def threshold(self, model: Array) -> float:
         """Return μ + 2 σ of the coefficients (equations 13 to 15); 0 without a position."""
-        found = self.coefficients(model)
-        return float(found.mean() + 2 * found.std()) if len(found) else 0.0
+        values = self.coefficients(model)
+        return float(values.mean() + 2 * values.std()) if len(values) else 0.0
 
 
 @njit(cache=True)
-def _sums(ends: Ints, bins: Ints, roots: Array, model_roots: Array) -> Array:
-    """Products of sparse rows and a vector, each summed up from left to right."""
-    found = np.zeros(len(ends) - 1)
-    for i in range(len(found)):
+def _sparse_products(ends: Ints, bins: Ints, roots: Array, model_roots: Array) -> Array:
+    """Return products of sparse rows and a vector, each summed from left to right."""
+    sums = np.zeros(len(ends) - 1)
+    for i in range(len(sums)):
         for k in range(ends[i], ends[i + 1]):
-            found[i] += roots[k] * model_roots[bins[k]]
-    return found
+            sums[i] += roots[k] * model_roots[bins[k]]
+    return sums

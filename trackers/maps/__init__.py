@@ -1,5 +1,5 @@
-"""Maps over the image that a window is moved on.
+"""Weight maps of an image, and trackers that move windows on them.
 
-`back_projection` is that of hue alone; `differences` of frames say what moves; `joint_map` joins
-colour and motion, windows `drift` on it, and `place_filter` moves a cloud of them.
+`back_projection` weighs hue, `differences` detects motion between frames, and `joint_map` combines
+colour and motion. `position_filter` is a particle filter on the joint map.
 """

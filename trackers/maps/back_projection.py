@@ -1,8 +1,8 @@
-"""Hue back-projection and mean shift over it, in exact integers.
+"""Hue back-projection and mean shift on it, in exact integers.
 
-A pixel's weight is the count of its hue bin in the template; divided by the largest count it is the
-back-projection in [0, 1] (Wang & Tang 2010, section 2.1.1, hue alone). Sums of counts are whole
-numbers, so no order of summation can change a result.
+The weight of a pixel is the count of its hue bin in the template. Divided by the largest count, it
+is the back-projection in [0, 1] (Wang & Tang 2010, section 2.1.1, hue alone). Sums are integers, so
+the order of summation does not change results.
 """
 
 from math import floor, sqrt
@@ -18,36 +18,36 @@ from trackmark.trackers.base.parameters import TrackerError
 Weights: TypeAlias = NDArray[np.int64]
 Bins: TypeAlias = NDArray[np.uint8]
 
-_UNVISITED = 255
-SMALLEST_WINDOW = 3  # pixels a side that Bradski's rule never goes below
-MOST_BINS = 254  # of the 256 values of a byte one is `_UNVISITED`, one the bin of masked pixels
+_NOT_COMPUTED = 255
+MIN_WINDOW = 3  # minimum side of a window by Bradski's rule [pixels]
+MAX_BINS = 254  # a byte also encodes `_NOT_COMPUTED` and the bin of masked pixels
 
 
 class HueBins(NamedTuple):
-    """A frame and the hue bins of those of its pixels that were visited so far.
+    """Frame with the hue bins that were computed so far.
 
-    The kernels bin a pixel when they first come to it: a tracker alone pays for its window,
-    trackers in lock step take what others binned before. The bins are the same either way.
+    Kernels compute the bin of a pixel on first access, so that one tracker only pays for its
+    window. Trackers that share the frame reuse the bins.
     """
 
     image: Image  # BGR, read-only
-    bins: Bins  # (height, width): n_bins where masked, 255 where no kernel has been
-    n_bins: int  # at most `MOST_BINS`
-    minimum_saturation: float  # pixels below it are masked [fraction]
-    minimum_value: float  # those below it, too [fraction]
-    maximum_value: float  # and those above it [fraction]
+    bins: Bins  # (height, width): n_bins for masked pixels, 255 if not yet computed
+    n_bins: int  # at most `MAX_BINS`
+    minimum_saturation: float  # pixels with a lower saturation are masked [fraction]
+    minimum_value: float  # pixels with a lower value are masked [fraction]
+    maximum_value: float  # pixels with a higher value are masked [fraction]
 
 
-def unvisited_hues(image: Image, n_bins: int, *limits: float) -> HueBins:
-    """Hue bins of a frame of which no pixel has been visited; limits as in `HueBins`."""
-    return HueBins(image, np.full(image.shape[:2], _UNVISITED, np.uint8), n_bins, *limits)
+def lazy_hue_bins(image: Image, n_bins: int, *limits: float) -> HueBins:
+    """Return a frame's hue bins, none computed; limits as in `HueBins`."""
+    return HueBins(image, np.full(image.shape[:2], _NOT_COMPUTED, np.uint8), n_bins, *limits)
 
 
 @njit(cache=True)
 def hue_bin(blue: int, green: int, red: int, n_bins: int) -> int:
-    """Hue bin in `range(n_bins)`, in integers so that no rounding moves an edge; grey is 0.
+    """Return the hue bin in `range(n_bins)`, by integer arithmetic without rounding; grey is 0.
 
-    Hue as MATLAB's `rgb2hsv` has it, from red through green and blue.
+    Hue is defined as in MATLAB's `rgb2hsv`, from red through green and blue.
 
     Examples
     --------
@@ -69,8 +69,8 @@ def hue_bin(blue: int, green: int, red: int, n_bins: int) -> int:
 
 
 @njit(cache=True)
-def _visit(hues: HueBins, row: int, column: int) -> int:
-    """Work out and keep the bin of a pixel that no kernel has come to."""
+def _compute_bin(hues: HueBins, row: int, column: int) -> int:
+    """Compute and store the bin of a pixel."""
     image = hues.image
     blue, green, red = image[row, column, 0], image[row, column, 1], image[row, column, 2]
     largest = max(blue, green, red)
@@ -80,32 +80,32 @@ def _visit(hues: HueBins, row: int, column: int) -> int:
         or largest < hues.minimum_value * 255.0
         or largest > hues.maximum_value * 255.0
     )
-    found = int(hues.n_bins if masked else hue_bin(blue, green, red, hues.n_bins))
-    hues.bins[row, column] = found
-    return found
+    code = int(hues.n_bins if masked else hue_bin(blue, green, red, hues.n_bins))
+    hues.bins[row, column] = code
+    return code
 
 
 @njit(cache=True)
-def bin_counts(hues: HueBins, left: int, top: int, width: int, height: int) -> Weights:
-    """Count a window's pixels inside the image by bin (n_bins + 1,); masked ones count 0."""
+def count_bins(hues: HueBins, left: int, top: int, width: int, height: int) -> Weights:
+    """Return counts (n_bins + 1,) of a window's pixels in the image; the last (masked) is 0."""
     bins = hues.bins
     rows, columns = bins.shape
     counts = np.zeros(hues.n_bins + 1, np.int64)
     for row in range(max(top, 0), min(top + height, rows)):
         for column in range(max(left, 0), min(left + width, columns)):
-            found = bins[row, column]
-            if found == _UNVISITED:
-                found = _visit(hues, row, column)
-            counts[found] += 1
+            code = bins[row, column]
+            if code == _NOT_COMPUTED:
+                code = _compute_bin(hues, row, column)
+            counts[code] += 1
     counts[hues.n_bins] = 0
     return counts
 
 
 @njit(cache=True)
-def moments(
+def window_moments(
     hues: HueBins, weights: Weights, left: int, top: int, width: int, height: int
 ) -> tuple[int, int, int]:
-    """Sum w, w · column and w · row over a window's pixels inside; `weights` are by bin."""
+    """Return Σ w, Σ w · column and Σ w · row of a window's pixels; `weights` (n_bins + 1,)."""
     bins = hues.bins
     rows, columns = bins.shape
     first, last = max(left, 0), min(left + width, columns)
@@ -113,10 +113,10 @@ def moments(
     for row in range(max(top, 0), min(top + height, rows)):
         row_total = 0
         for column in range(first, last):
-            found = bins[row, column]
-            if found == _UNVISITED:
-                found = _visit(hues, row, column)
-            weight = weights[found]
+            code = bins[row, column]
+            if code == _NOT_COMPUTED:
+                code = _compute_bin(hues, row, column)
+            weight = weights[code]
             row_total += weight
             total_x += weight * column
         total += row_total
@@ -126,7 +126,7 @@ def moments(
 
 @njit(cache=True)
 def first_pixel(centre: float, size: int) -> int:
-    """First pixel of a window of `size` pixels around `centre` (pixels, continuous, from 0)."""
+    """Return the first pixel of a window of `size` pixels around `centre` [pixels]."""
     return int(np.floor(centre - size / 2 + 0.5))
 
 
@@ -141,13 +141,13 @@ def mean_shift(
     stop_distance: float,
     max_iterations: int,
 ) -> tuple[float, float, int, int]:
-    """Move a window to the centroid of its weights until it rests (Wang & Tang, eqs. 6, 7).
+    """Move a window to the centroid of its weights until convergence (Wang & Tang, eqs. 6, 7).
 
-    A step shorter than `stop_distance` [pixels] is the last. Gives its centre, the windows whose
-    centroid was asked for, and the weight in the last one; where a window holds no weight it stays.
+    A step below `stop_distance` [pixels] is the last. Returns centre x and y [pixels], the number
+    of centroids computed, and Σ w in the final window. A window without weight is not moved.
     """
     for iteration in range(1, max_iterations + 1):
-        total, total_x, total_y = moments(
+        total, total_x, total_y = window_moments(
             hues, weights, first_pixel(x, width), first_pixel(y, height), width, height
         )
         if total == 0:
@@ -157,14 +157,14 @@ def mean_shift(
         x, y = new_x, new_y
         if step < stop_distance:
             break
-    total, _, _ = moments(
+    total, _, _ = window_moments(
         hues, weights, first_pixel(x, width), first_pixel(y, height), width, height
     )
     return x, y, iteration, total
 
 
-def whole_window(box: Box) -> tuple[int, int]:
-    """Return width and height of a box in whole pixels, at least one; TrackerError for no area."""
+def window_size(box: Box) -> tuple[int, int]:
+    """Return width and height in whole pixels, at least 1; raise TrackerError for no area."""
     if not (box[2] > 0 and box[3] > 0):
         raise TrackerError(f"the box {box.tolist()} has no area; give another.")
     return max(1, floor(float(box[2]) + 0.5)), max(1, floor(float(box[3]) + 0.5))
@@ -173,12 +173,12 @@ def whole_window(box: Box) -> tuple[int, int]:
 def adapted_window(weight: float, ratio: float, image_shape: tuple[int, ...]) -> tuple[int, int]:
     """Return the next window's size by Bradski's rule (Intel Techn. J. Q2, 1998) [pixels].
 
-    2 √(M₀₀ · ratio) and 2 √(M₀₀ / ratio), at least 3 pixels and at most the image's; `weight` is
-    M₀₀, `ratio` the target's width over its height.
+    Width 2 √(M₀₀ · ratio) and height 2 √(M₀₀ / ratio), clipped to [3, image size]. `weight`: M₀₀;
+    `ratio`: width / height of the target.
     """
     width = floor(2 * sqrt(weight * ratio) + 0.5)
     height = floor(2 * sqrt(weight / ratio) + 0.5)
     return (
-        min(max(width, SMALLEST_WINDOW), image_shape[1]),
-        min(max(height, SMALLEST_WINDOW), image_shape[0]),
+        min(max(width, MIN_WINDOW), image_shape[1]),
+        min(max(height, MIN_WINDOW), image_shape[0]),
     )

@@ -1,7 +1,7 @@
-"""Improved frame differencing: what has moved between three frames (Wang & Tang 2010, 2.1.2).
+"""Frame differencing: motion between three frames (Wang & Tang 2010, section 2.1.2).
 
-The camera must stand still. Where it moves, edges differ all over the image, and the adaptive
-threshold rises with them: `FrameMotion.changing` tells.
+The camera must not move. Otherwise, edges differ in the whole image and raise the adaptive
+threshold; `FrameMotion.changing` shows that.
 """
 
 from dataclasses import dataclass
@@ -12,51 +12,51 @@ from numpy.typing import NDArray
 
 from trackmark.trackers.base.interface import Image
 
-LARGEST_WINDOW = 9  # pixels a side whose sum of differences, 3 · 255 each, fits 16 bits
-NOTICEABLE = 8  # grey levels a pixel, on the mean of a window: what sensors' noise does not reach
+MAX_WINDOW = 9  # largest side [pixels] for which sums of differences, each ≤ 3 · 255, fit 16 bits
+MIN_CHANGE = 8  # mean change of a window above sensor noise [grey levels per pixel]
 
 Sums = NDArray[np.uint16]
 
 
 @dataclass(frozen=True, eq=False)
 class FrameMotion:
-    """How much a frame differs from those before it; maps are of shape (height, width).
+    """Differences between a frame and the two frames before it; maps (height, width).
 
-    D¹ and D² are absolute differences of grey, summed over the window around each pixel, from the
-    frame before to this one, and from that before it. Their sum S is 2 D of step 3. Trackers that
-    share a frame's work share these, one after the other; so it is equal to itself alone, and its
-    arrays are not written to.
+    D¹ is the absolute grey difference between the previous frame and this one, summed over the
+    window around each pixel; D² is that of the frame pair before. Their sum S is 2 D of step 3.
+    Trackers that share frames share this object: do not modify its arrays. It is compared by
+    identity, because `SharedFrame` uses it as part of a key.
     """
 
     grey: Sums  # R + G + B of the frame
     latest: Sums  # D¹; empty in the first frame
     earlier: Sums  # D²
     mean: float  # of S over the image
-    deviation: float  # standard deviation of S (of the population)
-    changing: float  # share of the pixels whose window differs by `NOTICEABLE` or more
+    deviation: float  # population standard deviation of S
+    changing: float  # share of pixels whose window changes by `MIN_CHANGE` or more
 
 
 def first_frame(image: Image) -> FrameMotion:
-    """What the first frame gives to the next: its grey. Nothing has moved yet."""
+    """Return the grey values of the first frame, without motion."""
     grey = np.empty(image.shape[:2], np.uint16)
     _sum_channels(image, grey)
     none = np.empty((0, 0), np.uint16)
     return FrameMotion(grey, none, none, 0.0, 0.0, 0.0)
 
 
-def frame_after(image: Image, previous: FrameMotion, window: int, averaged: bool) -> FrameMotion:
-    """Local differences of a frame, which is as large as the one before.
+def compare_frames(image: Image, previous: FrameMotion, window: int, averaged: bool) -> FrameMotion:
+    """Return the differences between a frame and the previous one, of equal size.
 
-    They are summed over squares of `window` pixels a side, odd, at most `LARGEST_WINDOW`, the same
-    as before. What is outside the image counts as unchanged. D is the mean of D¹ and D² where it
-    is averaged, otherwise D¹ alone; the second frame has no D².
+    `window`: odd side of the squares over which differences are summed, at most `MAX_WINDOW`, equal
+    in all frames [pixels]. Pixels outside the image count as unchanged. `averaged`: D is the mean
+    of D¹ and D², otherwise D¹. The second frame has no D².
     """
-    # One piece of memory: two would be given back to the system and faulted in at every frame.
+    # One allocation: the allocator would return two smaller ones to the system at every frame.
     grey, latest = np.empty((2, *image.shape[:2]), np.uint16)
     _sum_channels(image, grey)
     averaged = averaged and previous.latest.shape == grey.shape
     earlier = previous.latest if averaged else latest
-    noticeable = 2 * 3 * NOTICEABLE * window * window
+    noticeable = 2 * 3 * MIN_CHANGE * window * window
     total, squares, changing = _local_differences(
         grey, previous.grey, window, averaged, earlier, noticeable, latest
     )
@@ -69,20 +69,19 @@ def frame_after(image: Image, previous: FrameMotion, window: int, averaged: bool
 def moving_share(
     latest: Sums, earlier: Sums, threshold: float, left: int, top: int, right: int, bottom: int
 ) -> float:
-    """Share of the pixels of a window inside the image with D¹ + D² above a threshold.
+    """Return the share of a window's pixels in the image with D¹ + D² above a threshold.
 
-    0 for a window without a pixel in the image. Columns `left` to `right` and rows `top` to
-    `bottom`, their ends excluded.
+    `right` and `bottom` are exclusive. The share is 0 for a window outside the image.
     """
     rows, columns = latest.shape
     left, top, right, bottom = max(left, 0), max(top, 0), min(right, columns), min(bottom, rows)
     if right <= left or bottom <= top:
         return 0.0
-    limit = np.int32(np.floor(threshold))  # of whole numbers just those above it exceed it
+    limit = np.int32(np.floor(threshold))  # equivalent for integers
     moving = 0
     for row in range(top, bottom):
         first, second = latest[row, left:right], earlier[row, left:right]
-        of_row = np.int32(0)  # as wide as what is compared, for the loop to be vectorised
+        of_row = np.int32(0)  # same width as the compared values, so that the loop is vectorised
         for column in range(right - left):
             of_row += np.int32(np.int32(first[column]) + np.int32(second[column]) > limit)
         moving += int(of_row)
@@ -108,11 +107,11 @@ def _local_differences(
     noticeable: int,
     latest: Sums,
 ) -> tuple[np.int64, np.int64, np.int64]:
-    """Fill `latest`; return sums of S and S², and the pixels with S of at least `noticeable`."""
+    """Fill `latest`; return Σ S, Σ S² and the number of pixels with S ≥ `noticeable`."""
     rows, columns = grey.shape
     half = window // 2
     recent = np.zeros((window, columns), np.uint16)
-    sums = np.zeros(columns + 2 * half, np.uint16)  # with unchanged columns on both sides
+    sums = np.zeros(columns + 2 * half, np.uint16)  # padded by unchanged columns on both sides
     total, squares, changing = np.int64(0), np.int64(0), np.int64(0)
     for row in range(rows + half):
         oldest = recent[row % window]

@@ -1,8 +1,8 @@
-"""The target's colours, and where they are and move: the joint map (Wang & Tang 2010, 2.1).
+"""Joint map of colour and motion, and mean shift on it (Wang & Tang 2010, section 2.1).
 
-A weight of the map is a whole number of 2^-bits, `bits` being as many as keep every moment inside
-64 bits (40 at 160 x 120, 34 at 640 x 480). Sums of them are exact, so that neither the order of
-summation nor the size of the region that was summed can move a box.
+Weights are integers in units of 2^-bits. `weight_bits` chooses `bits` such that moments of the
+image fit 64 bits (40 at 160 x 120, 34 at 640 x 480). Sums are exact, so boxes depend neither on the
+order of summation nor on the size of the summed region.
 """
 
 from typing import Annotated, Literal, NamedTuple, TypeAlias
@@ -24,11 +24,11 @@ from trackmark.trackers.base.parameters import (
 )
 from trackmark.trackers.base.sharing import SharedFrame
 from trackmark.trackers.maps.differences import (
-    LARGEST_WINDOW,
+    MAX_WINDOW,
     FrameMotion,
     Sums,
+    compare_frames,
     first_frame,
-    frame_after,
     moving_share,
 )
 
@@ -36,14 +36,14 @@ Size: TypeAlias = tuple[int, int]
 Bins: TypeAlias = NDArray[np.int32]
 
 ROUNDING = 1e-9
-"""Pixels that a centroid may be off, weights being rounded: what should be on an edge is on it.
+"""Tolerance [pixels] for centroids on pixel edges, because weights are rounded.
 
-Centroids on edges are no rarity: weights are sums of a few counts, so rows of pixels often balance.
+Centroids on edges are common: weights are sums of few counts, so rows of pixels often balance.
 """
 
 
 class Region(NamedTuple):
-    """A rectangle of pixels: columns left to right, rows top to bottom, ends excluded."""
+    """Rectangle of pixels; right and bottom are exclusive."""
 
     left: int
     top: int
@@ -51,17 +51,17 @@ class Region(NamedTuple):
     bottom: int
 
 
-class Drifted(NamedTuple):
-    """Windows after they have moved."""
+class DriftResult(NamedTuple):
+    """Windows after mean shift."""
 
-    points: Array  # (n, 2): their centres x, y [pixels, continuous coordinates from 0]
-    iterations: Ints  # (n,): steps that each took
-    before: Ints  # (n,): M₀₀ of the windows at the start, in units of 2^-bits
-    after: Ints  # (n,): M₀₀ at the end
+    points: Array  # (n, 2): centres x, y [pixels]
+    iterations: Ints  # (n,): number of steps
+    before: Ints  # (n,): M₀₀ of the initial windows, in units of 2^-bits
+    after: Ints  # (n,): M₀₀ of the final windows
 
 
-class Binning(NamedTuple):
-    """How colours are binned, and which pixels weigh nothing [fractions]."""
+class ColourBinning(NamedTuple):
+    """Numbers of bins, and limits [fractions] outside which pixels have weight 0."""
 
     hues: int
     saturations: int
@@ -71,7 +71,7 @@ class Binning(NamedTuple):
 
 
 def weight_bits(rows: int, columns: int) -> int:
-    """Binary places of a weight in [0, 1] such that no moment over an image overflows, 1 to 40.
+    """Return the number of fraction bits, 1 to 40, for which no moment of an image overflows.
 
     Examples
     --------
@@ -83,8 +83,8 @@ def weight_bits(rows: int, columns: int) -> int:
 
 
 @njit(cache=True)
-def window_at(x: float, y: float, width: int, height: int, rows: int, columns: int) -> Region:
-    """Pixels of a window around (x, y) that are in the image; none for a window outside it."""
+def window_region(x: float, y: float, width: int, height: int, rows: int, columns: int) -> Region:
+    """Return the part of a window around (x, y) in the image; empty if it is outside."""
     left = int(np.floor(x - width / 2 + 0.5 + ROUNDING))
     top = int(np.floor(y - height / 2 + 0.5 + ROUNDING))
     first_column, first_row = min(max(left, 0), columns), min(max(top, 0), rows)
@@ -97,27 +97,29 @@ def window_at(x: float, y: float, width: int, height: int, rows: int, columns: i
 
 
 @njit(cache=True)
-def region_of(points: Array, width: int, height: int, rows: int, columns: int) -> Region:
-    """Smallest region with the windows of one size at all points (n, 2); see `window_at`."""
+def enclosing_region(points: Array, width: int, height: int, rows: int, columns: int) -> Region:
+    """Return the smallest region that contains the windows at all points (n, 2)."""
     left, top, right, bottom = columns, rows, 0, 0
     for x, y in points:
-        window = window_at(x, y, width, height, rows, columns)
+        window = window_region(x, y, width, height, rows, columns)
         left, top = min(left, window.left), min(top, window.top)
         right, bottom = max(right, window.right), max(bottom, window.bottom)
     return Region(left, top, right, bottom)
 
 
 @njit(cache=True, error_model="numpy")
-def colour_bins(image: Image, row: int, left: int, right: int, binning: Binning, out: Bins) -> None:
-    """Write joint hue and saturation bins of a stretch of a row to `out`, shape (right - left,).
+def colour_bins(
+    image: Image, row: int, left: int, right: int, binning: ColourBinning, out: Bins
+) -> None:
+    """Write joint hue and saturation bins of a part of a row to `out`, shape (right - left,).
 
-    Hue and saturation as MATLAB's `rgb2hsv` has them; the bin is hue · `saturations` + saturation,
-    and `hues` · `saturations` for a pixel beyond the limits. Quotients of whole numbers are exact
-    although computed as float32, several at once: half a unit more in the numerator keeps them
-    further from the next whole number than float32 can err.
+    Hue and saturation are defined as in MATLAB's `rgb2hsv`. The bin is hue · `saturations` +
+    saturation, and `hues` · `saturations` for a pixel outside the limits. Integer quotients in
+    float32 (for vector code) are exact: half a unit is added to the numerator, and keeps quotients
+    further from the next integer than the rounding error.
     """
     n_hues, n_saturations = np.float32(binning.hues), np.float32(binning.saturations)
-    half, one, six = np.float32(0.5), np.float32(1), np.float32(6)
+    half, unit, six = np.float32(0.5), np.float32(1), np.float32(6)
     highest = np.float32(binning.saturations - 1)
     masked = np.int32(binning.hues * binning.saturations)
     least_saturation = np.float32(binning.minimum_saturation)
@@ -138,8 +140,8 @@ def colour_bins(image: Image, row: int, left: int, right: int, binning: Binning,
         from_green = blue - red + np.float32(2) * spread
         from_blue = red - green + np.float32(4) * spread
         sixths = from_red if largest == red else (from_green if largest == green else from_blue)
-        hue = np.int32((n_hues * sixths + half) / (six * max(spread, one)))
-        saturation = np.int32(min((n_saturations * spread + half) / max(largest, one), highest))
+        hue = np.int32((n_hues * sixths + half) / (six * max(spread, unit)))
+        saturation = np.int32(min((n_saturations * spread + half) / max(largest, unit), highest))
         passes = (
             spread >= least_saturation * largest
             and largest >= least_value
@@ -149,47 +151,47 @@ def colour_bins(image: Image, row: int, left: int, right: int, binning: Binning,
 
 
 @njit(cache=True)
-def summed(
+def integral_image(
     image: Image,
     region: Region,
     latest: Sums,
     earlier: Sums,
     threshold: float,
     weights: Ints,
-    binning: Binning,
+    binning: ColourBinning,
 ) -> Ints:
-    """Return the integral image of the joint map P (eq. 5) and of its first moments over a region.
+    """Return the integral image of the joint map P (eq. 5) and of its first moments in a region.
 
-    A pixel moves where `latest` + `earlier` exceeds the threshold. `weights` (2, hues · saturations
-    + 1) are P of each colour where nothing moves, and where it does, in units of 2^-bits. Gives
-    sums of P, column · P and row · P above and left of each pixel, (rows + 1, columns + 1, 3).
+    A pixel moves if `latest` + `earlier` exceeds the threshold. `weights` (2, hues · saturations +
+    1) are P by colour bin of unmoving and moving pixels, in units of 2^-bits. The result (rows + 1,
+    columns + 1, 3) has sums of P, column · P and row · P above and left of each pixel.
     """
     left, top, right, bottom = region
     columns = right - left
-    limit = np.int32(np.floor(threshold))  # of whole numbers just those above it exceed it
+    limit = np.int32(np.floor(threshold))  # equivalent for integers
     sums = np.empty((bottom - top + 1, columns + 1, 3), np.int64)
     sums[0] = 0
     bins = np.empty(columns, np.int32)
     for row in range(top, bottom):
         colour_bins(image, row, left, right, binning, bins)
         total, total_x = np.int64(0), np.int64(0)
-        above, here = sums[row - top], sums[row - top + 1]
-        here[0] = 0
+        above, current = sums[row - top], sums[row - top + 1]
+        current[0] = 0
         first, second = latest[row, left:right], earlier[row, left:right]
         for column in range(columns):
             moves = np.int32(first[column]) + np.int32(second[column]) > limit
             weight = weights[1 if moves else 0, bins[column]]
             total += weight
             total_x += weight * (left + column)
-            here[column + 1, 0] = above[column + 1, 0] + total
-            here[column + 1, 1] = above[column + 1, 1] + total_x
-            here[column + 1, 2] = above[column + 1, 2] + total * row
+            current[column + 1, 0] = above[column + 1, 0] + total
+            current[column + 1, 1] = above[column + 1, 1] + total_x
+            current[column + 1, 2] = above[column + 1, 2] + total * row
     return sums
 
 
 @njit(cache=True)
-def holds(region: Region, window: Region) -> bool:
-    """Whether a region holds all of a window."""
+def contains(region: Region, window: Region) -> bool:
+    """Return whether a region contains a window."""
     return (
         window.left >= region.left
         and window.top >= region.top
@@ -200,7 +202,7 @@ def holds(region: Region, window: Region) -> bool:
 
 @njit(cache=True)
 def window_moments(sums: Ints, region: Region, window: Region) -> tuple[int, int, int]:
-    """M₀₀, M₁₀ and M₀₁ of a window (eq. 6) that the region of the sums holds."""
+    """Return M₀₀, M₁₀ and M₀₁ of a window (eq. 6) inside the region of the sums."""
     left, right = window.left - region.left, window.right - region.left
     upper, lower = sums[window.top - region.top], sums[window.bottom - region.top]
     return (
@@ -221,16 +223,16 @@ def drift(
     height: int,
     stop_distance: float,
     max_iterations: int,
-) -> tuple[Drifted, Region]:
-    """Move many windows of one size by mean shift (eqs. 6 and 7), on `sums` of a `region`.
+) -> tuple[DriftResult, Region]:
+    """Move windows of one size by mean shift (eqs. 6 and 7), on the `sums` of a `region`.
 
-    Each moves from its point (n, 2) to the centroid of its weights until a step was shorter than
-    `stop_distance` [pixels] or there were `max_iterations`; one without any weight stays. Gives
-    also a window that the region does not hold, with which the rest counts for nothing; else (0, 0,
-    0, 0).
+    Each window moves from its point (n, 2) to the centroid of its weights, until a step is below
+    `stop_distance` [pixels] or after `max_iterations`. A window without weight is not moved. If a
+    window leaves the region, the second result is that window and the first is incomplete;
+    otherwise the second is (0, 0, 0, 0).
     """
     n = len(points)
-    moved = Drifted(
+    moved = DriftResult(
         points.copy(), np.zeros(n, np.int64), np.zeros(n, np.int64), np.zeros(n, np.int64)
     )
     for i in range(n):
@@ -238,8 +240,8 @@ def drift(
         step = np.inf
         iterations = 0
         while True:
-            window = window_at(x, y, width, height, rows, columns)
-            if not holds(region, window):
+            window = window_region(x, y, width, height, rows, columns)
+            if not contains(region, window):
                 return moved, window
             total, total_x, total_y = window_moments(sums, region, window)
             if iterations == 0:
@@ -262,7 +264,7 @@ def _odd(value: int) -> int:
     return value
 
 
-class ModelParameters(Parameters):
+class ColourMotionParameters(Parameters):
     """Parameters of `ColourMotionModel`."""
 
     alpha: float = fraction(0.7, "α: weight of the hue map beside the saturation map [ratio]")
@@ -272,7 +274,7 @@ class ModelParameters(Parameters):
     difference_window: Annotated[int, AfterValidator(_odd)] = Field(
         5,
         ge=1,
-        le=LARGEST_WINDOW,
+        le=MAX_WINDOW,
         description="n: side of the square that differences are summed over, odd [pixels]",
     )
     differences: Literal["two", "one"] = choice(
@@ -292,19 +294,28 @@ class ModelParameters(Parameters):
 
 
 class ColourMotionModel:
-    """Histograms of the target's hue and saturation, and the motion of the frames shown so far.
+    """Histograms of the target's hue and saturation, and the motion of the last frames.
 
-    All pixels of a window around a centre (2,) [pixels, continuous coordinates from 0], of whole
-    width and height, are the template in the first `frame`; `owner` is the tracker's name, for
-    messages. Raises TrackerError where none of them is in the image and passes the limits of
+    `owner`: name of the tracker, for error messages.
+    `settings`: parameters of the map.
+    `frame`: first frame.
+    `centre` float64 (2,): centre x, y of the template window [pixels].
+    `window`: width and height of the template window [pixels].
+
+    Raises TrackerError if no pixel of the window is in the image and within the limits of
     saturation and value.
     """
 
     def __init__(
-        self, owner: str, settings: ModelParameters, frame: SharedFrame, centre: Array, window: Size
+        self,
+        owner: str,
+        settings: ColourMotionParameters,
+        frame: SharedFrame,
+        centre: Array,
+        window: Size,
     ) -> None:
         self._owner, self._settings = owner, settings
-        self._binning = Binning(
+        self._binning = ColourBinning(
             settings.hue_bins,
             settings.saturation_bins,
             settings.minimum_saturation,
@@ -314,7 +325,7 @@ class ColourMotionModel:
         self._motion = frame.compute(first_frame)
         rows, columns = frame.image.shape[:2]
         self._bits = weight_bits(rows, columns)
-        left, top, right, bottom = region_of(centre[np.newaxis], *window, rows, columns)
+        left, top, right, bottom = enclosing_region(centre[np.newaxis], *window, rows, columns)
         counts = np.zeros(settings.hue_bins * settings.saturation_bins + 1, np.int64)
         bins = np.empty(right - left, np.int32)
         for row in range(top, bottom):
@@ -336,7 +347,7 @@ class ColourMotionModel:
         self._weights = np.concatenate([scaled, np.zeros((2, 1), np.int64)], axis=1)
 
     def observe(self, frame: SharedFrame) -> "JointMap":
-        """Return the joint map of the next frame; TrackerError for a frame of another size."""
+        """Return the joint map of the next frame; raise TrackerError if its size differs."""
         settings = self._settings
         if frame.image.shape[:2] != self._motion.grey.shape:
             rows, columns = self._motion.grey.shape
@@ -345,13 +356,13 @@ class ColourMotionModel:
                 f"after one of {columns}x{rows}; frames of a sequence are of one size."
             )
         self._motion = frame.compute(
-            frame_after, self._motion, settings.difference_window, settings.differences == "two"
+            compare_frames, self._motion, settings.difference_window, settings.differences == "two"
         )
         threshold = self._threshold(self._motion)
         return JointMap(frame, self._motion, threshold, self._weights, self._bits, self._binning)
 
     def _threshold(self, motion: FrameMotion) -> float:
-        """What D¹ + D² must exceed where something moves: twice the T of step 4."""
+        """Return the threshold of D¹ + D² for motion: twice the T of step 4."""
         settings = self._settings
         if settings.motion_threshold == "adaptive":
             return motion.mean + settings.threshold_factor * motion.deviation
@@ -359,7 +370,10 @@ class ColourMotionModel:
 
 
 class JointMap:
-    """Joint map P of a frame (eq. 5), summed up where windows come to; `unit` is a weight of 1."""
+    """Joint map P of a frame (eq. 5), summed only in the regions that windows reach.
+
+    The attribute `unit` is the value of a weight of 1: 2^-bits.
+    """
 
     def __init__(
         self,
@@ -368,7 +382,7 @@ class JointMap:
         threshold: float,
         weights: Ints,
         bits: int,
-        binning: Binning,
+        binning: ColourBinning,
     ) -> None:
         self._image, self._motion, self._threshold = frame.image, motion, threshold
         self._weights, self._binning = weights, binning
@@ -378,14 +392,14 @@ class JointMap:
 
     def drift(
         self, points: Array, window: Size, stop_distance: float, max_iterations: int
-    ) -> Drifted:
-        """Mean shift of windows of one size; see the function `drift`."""
+    ) -> DriftResult:
+        """Move windows of one size by mean shift; see the function `drift`."""
         rows, columns = self._image.shape[:2]
-        reached = region_of(points, *window, rows, columns)
+        region = enclosing_region(points, *window, rows, columns)
         margin_x, margin_y = window[0] // 4, window[1] // 4
         while True:
-            self._cover(reached, margin_x, margin_y)
-            moved, reached = drift(
+            self._cover(region, margin_x, margin_y)
+            moved, region = drift(
                 self._sums,
                 self._region,
                 rows,
@@ -395,7 +409,7 @@ class JointMap:
                 stop_distance,
                 max_iterations,
             )
-            if reached.right == 0:
+            if region.right == 0:
                 return moved
             margin_x, margin_y = 2 * margin_x + 1, 2 * margin_y + 1
 
@@ -404,7 +418,7 @@ class JointMap:
         rows, columns = self._image.shape[:2]
         motion = self._motion
         change = motion.latest, motion.earlier, self._threshold
-        pixels = window_at(float(centre[0]), float(centre[1]), *window, rows, columns)
+        pixels = window_region(float(centre[0]), float(centre[1]), *window, rows, columns)
         self._cover(pixels, 0, 0)
         total = window_moments(self._sums, self._region, pixels)[0]
         return {
@@ -415,16 +429,16 @@ class JointMap:
         }
 
     def whole(self) -> Array:
-        """The map of the whole image, shape (height, width), in [0, 1]."""
+        """Return the map of the whole image, shape (height, width), in [0, 1]."""
         rows, columns = self._image.shape[:2]
         sums = self._summed(Region(0, 0, columns, rows))[..., 0]
         return np.diff(np.diff(sums, axis=0), axis=1) * self.unit
 
     def _cover(self, reached: Region, margin_x: int, margin_y: int) -> None:
-        """Sum up a region that holds what was summed before and what was reached now."""
+        """Extend the summed region to contain `reached`, with a margin [pixels]."""
         before = self._region
         if before.right > 0:
-            if holds(before, reached):
+            if contains(before, reached):
                 return
             reached = Region(
                 min(reached.left, before.left),
@@ -444,4 +458,4 @@ class JointMap:
     def _summed(self, region: Region) -> Ints:
         motion = self._motion
         change = motion.latest, motion.earlier, self._threshold
-        return summed(self._image, region, *change, self._weights, self._binning)
+        return integral_image(self._image, region, *change, self._weights, self._binning)

@@ -1,4 +1,5 @@
-"""Tracking by a template whose pixels are filtered, each by itself (Nguyen & Smeulders 2002).
+"""Template tracking with a Kalman filter per pixel (Nguyen & Smeulders 2002).
 
-`matching` finds where it fits, `appearance` filters its pixels, `occlusion` remembers what hid it.
+`matching` finds the template's pose, `appearance` filters its pixels, `occlusion` stores the state
+during an occlusion.
 """

@@ -1,7 +1,7 @@
-"""A robust Kalman filter for every pixel of a template, and what it holds of a pixel.
+"""Robust adaptive Kalman filter per template pixel, and the features of pixels.
 
-Nguyen & Smeulders 2002, sections 2.2, 2.3 and 3. All filters have one set of covariances. A pixel
-is intensity, colour, or what is left of colour in any light.
+Nguyen & Smeulders 2002, sections 2.2, 2.3 and 3. All pixels share the same covariances. The
+features of a pixel are its intensity, its colour or colour ratios that do not depend on the light.
 """
 
 from collections import deque
@@ -15,37 +15,37 @@ from numpy.typing import NDArray
 from trackmark.trackers.base.arrays import Array
 from trackmark.trackers.base.interface import Image
 
-PASSES = 6  # how often a trimmed first covariance is made of the pixels that it calls inliers
+N_PASSES = 6  # iterations of: inliers by the covariance, then covariance of the inliers
 
 
-class Noise(NamedTuple):
-    """How residuals are taken to be distributed, and what follows from them."""
+class NoiseModel(NamedTuple):
+    """Assumed distribution of residuals, and options of the filters."""
 
-    limit: float  # squared Mahalanobis distance from which on a pixel is an outlier
-    floor: float  # least eigenvalue of any covariance of residuals
-    factor: float  # what a covariance of inliers is multiplied by
-    first_spread: float  # deviation of the very first residuals, in those of the template itself
-    trimmed: bool  # whether the first covariance is of inliers; else of all pixels
-    grid_step: float  # of the search, for which the first covariance makes up; 0: none [pixels]
-    average: int  # K, frames that the covariance is averaged over
-    full: bool  # whether components are correlated
-    adaptive: bool  # whether the state's noise follows the residuals (equation 14), or stays 0
-    gate: bool  # whether outliers are kept out
-    patience: int  # frames in succession after which an outlier is taken as it is
+    limit: float  # squared Mahalanobis distance from which a pixel is an outlier
+    floor: float  # minimum eigenvalue of covariances of residuals
+    factor: float  # correction factor of covariances of inliers
+    first_spread: float  # first residuals' deviation / the template's own deviation
+    trimmed: bool  # True: first covariance of inliers only; False: of all pixels
+    grid_step: float  # search step that the first covariance accounts for; 0: none [pixels]
+    average: int  # K: number of frames over which the covariance is averaged
+    full: bool  # False: components are treated as uncorrelated
+    adaptive: bool  # True: state noise follows the residuals (equation 14); False: it is 0
+    gate: bool  # True: outliers do not update the template
+    patience: int  # consecutive outlier frames after which a pixel takes its new value
 
 
-class Seen(NamedTuple):
-    """A template's pixels in a frame, compared with the template."""
+class TemplateComparison(NamedTuple):
+    """Residuals of a frame at the pose of the template."""
 
     features: Array  # (height, width, d): f
     outliers: NDArray[np.bool_]  # (height, width)
-    share: float  # of outliers, in [0, 1]
+    share: float  # share of outliers, in [0, 1]
     covariance: Array  # (d, d): R of the inliers (equation 13), raised to the floor
 
 
 @njit(cache=True)
-def raised(matrix: Array, floor: float) -> Array:
-    """The symmetric matrix with no eigenvalue below a floor, otherwise the same."""
+def raise_eigenvalues(matrix: Array, floor: float) -> Array:
+    """Return a symmetric matrix with eigenvalues below `floor` replaced by it."""
     symmetric = (matrix + matrix.T) / 2
     values, vectors = np.linalg.eigh(symmetric)
     if values[0] >= floor:
@@ -54,68 +54,73 @@ def raised(matrix: Array, floor: float) -> Array:
     return held
 
 
-class Appearance:
-    """Template g of all pixels, (height, width, d), and the covariances (d, d) of its filters.
+class TemplateFilter:
+    """Template of filtered pixels, with the covariances that all filters share.
 
-    It begins with a first view, `features` (height, width, d); the second view (`start`) says how
-    noisy views are. `residual` is the covariance that residuals are measured by: the mean of the
-    last ones (equation 12), before the second view a guess. `state` and `measurement` are C_w and
-    C_f.
+    The second view (`start`) determines the noise.
+
+    `noise`: assumptions about residuals.
+    `features` float64 (height, width, d): first view of the target.
+
+    `template` float64 (height, width, d): filtered features g.
+    `residual` float64 (d, d): covariance of residuals, averaged over K frames (equation 12); a
+      guess until `start`.
+    `state`, `measurement` float64 (d, d): noise covariances C_w and C_f.
     """
 
-    def __init__(self, noise: Noise, features: Array) -> None:
+    def __init__(self, noise: NoiseModel, features: Array) -> None:
         self._noise = noise
         self._components = tuple(range(features.shape[2]))
-        self.take(features)
+        self.reset(features)
         zero = np.zeros((features.shape[2],) * 2)
         self.state, self.measurement, self._estimate = zero, zero, zero
 
-    def take(self, features: Array) -> None:
-        """Begin anew with a first view."""
+    def reset(self, features: Array) -> None:
+        """Replace the template by a first view; the noise is unknown."""
         self.template = features.copy()
         self._outlying = np.zeros(features.shape[:2], np.int64)
         variances = self._noise.first_spread**2 * features.var(axis=(0, 1))
         self.residual = np.diag(np.maximum(variances, self._noise.floor))
         self._history: deque[Array] = deque(maxlen=self._noise.average)
-        self.started = False
+        self.noise_known = False
 
-    def take_keeping_noise(self, features: Array) -> None:
-        """Begin anew with a first view, residuals being as after the very first one."""
+    def reset_keeping_noise(self, features: Array) -> None:
+        """Replace the template by a first view, with the noise of the first `start`."""
         first = 2 * self.measurement  # R(1), by equation 15
-        self.take(features)
+        self.reset(features)
         self._estimate, self.state = self.measurement, np.zeros_like(self.measurement)
         self._history.append(first)
-        self.residual, self.started = first, True
+        self.residual, self.noise_known = first, True
 
     def start(self, features: Array) -> None:
-        """Learn from the second view how noisy views are (equation 15).
+        """Estimate the noise from the second view (equation 15).
 
-        There is no R yet, so that no pixel is an outlier: R(1) is the covariance of all. Trimmed,
-        it is that of the inliers, which are told by the guess first, then by what came of it.
+        R(1) is the covariance of all pixels, because without R no pixel is an outlier. If
+        `trimmed`, R(1) is that of the inliers: first by the guess, then by the previous result.
         """
         covariance, trimmed = self.residual, self._noise.trimmed
-        for _ in range(PASSES if trimmed else 1):
-            seen = self._compared(features, covariance, gate=self._noise.gate and trimmed)
-            covariance = seen.covariance
+        for _ in range(N_PASSES if trimmed else 1):
+            comparison = self._compare_by(features, covariance, gate=self._noise.gate and trimmed)
+            covariance = comparison.covariance
         if self._noise.grid_step > 0:
             down, across = np.gradient(self.template, axis=(0, 1))
             slopes = np.concatenate([down, across]).reshape(-1, features.shape[2])
             spread = slopes.T @ slopes / self._outlying.size
-            covariance = self._shaped(covariance + self._noise.grid_step**2 / 6 * spread)
+            covariance = self._constrain(covariance + self._noise.grid_step**2 / 6 * spread)
         self._history.append(covariance)
         self.residual, self.measurement = covariance, covariance / 2
         self._estimate, self.state = covariance / 2, np.zeros_like(covariance)
-        self.started = True
+        self.noise_known = True
 
-    def seen(self, features: Array) -> Seen:
-        """Compare a view with the template."""
-        return self._compared(features, self.residual, gate=self._noise.gate)
+    def compare(self, features: Array) -> TemplateComparison:
+        """Return the residuals of a view (height, width, d)."""
+        return self._compare_by(features, self.residual, gate=self._noise.gate)
 
-    def update(self, seen: Seen, *, first: bool) -> None:
-        """Filter a view into the template (equations 8 to 14); `first` is that of `start`."""
+    def update(self, comparison: TemplateComparison, *, first: bool) -> None:
+        """Update the template by a view (equations 8 to 14); `first`: the view of `start`."""
         noise = self._noise
         if not first:
-            self._history.append(seen.covariance)
+            self._history.append(comparison.covariance)
             self.residual = np.asarray(sum(self._history) / len(self._history), np.float64)
         self.state, gain, self._estimate = _step(
             self.residual, self.measurement, self._estimate, self.state, noise.adaptive
@@ -123,14 +128,14 @@ class Appearance:
         _filter_pixels(
             self.template,
             self._components,
-            seen.features,
-            seen.outliers & noise.gate,
+            comparison.features,
+            comparison.outliers & noise.gate,
             self._outlying,
             gain,
             noise.patience,
         )
 
-    def _compared(self, features: Array, covariance: Array, *, gate: bool) -> Seen:
+    def _compare_by(self, features: Array, covariance: Array, *, gate: bool) -> TemplateComparison:
         inverse = np.asarray(np.linalg.inv(covariance), np.float64)
         outliers = np.empty(features.shape[:2], np.bool_)
         products, inliers = _compare(
@@ -139,24 +144,24 @@ class Appearance:
         share = float(np.count_nonzero(outliers) / outliers.size)
         factor = self._noise.factor if gate else 1.0
         mean = products / inliers * factor if inliers else covariance
-        return Seen(features, outliers, share, self._shaped(mean))
+        return TemplateComparison(features, outliers, share, self._constrain(mean))
 
-    def _shaped(self, covariance: Array) -> Array:
+    def _constrain(self, covariance: Array) -> Array:
         if not self._noise.full:
             covariance = np.diag(np.diag(covariance))
-        return raised(covariance, self._noise.floor)
+        return raise_eigenvalues(covariance, self._noise.floor)
 
 
 @njit(cache=True)
 def _step(
     residual: Array, measurement: Array, estimate: Array, state: Array, adaptive: bool
 ) -> tuple[Array, Array, Array]:
-    """C_w, K and C_g of a frame (equations 8 to 10 and 14)."""
+    """Return C_w, K and C_g of a frame (equations 8 to 10 and 14)."""
     if adaptive:
-        state = raised(residual - measurement - estimate, 0.0)
+        state = raise_eigenvalues(residual - measurement - estimate, 0.0)
     predicted = estimate + state
     gain = np.dot(predicted, np.linalg.inv(predicted + measurement))
-    return state, gain, raised(predicted - np.dot(gain, predicted), 0.0)
+    return state, gain, raise_eigenvalues(predicted - np.dot(gain, predicted), 0.0)
 
 
 @njit(cache=True)
@@ -169,7 +174,7 @@ def _compare(
     gate: bool,
     outliers: NDArray[np.bool_],
 ) -> tuple[Array, int]:
-    """Fill `outliers`; return the sum of r r' over the others, or all without `gate`, and n."""
+    """Fill `outliers`; return Σ r r' and the number of inliers (of all pixels without `gate`)."""
     height, width, _ = template.shape
     d = len(components)
     products = np.zeros((d, d))
@@ -203,7 +208,7 @@ def _filter_pixels(
     gain: Array,
     patience: int,
 ) -> None:
-    """Equation 11: g + K r for inliers, f for what has been an outlier for too long, else g."""
+    """Update g by equation 11: g + K r for inliers, f after `patience` outlier frames, else g."""
     height, width, _ = template.shape
     d = len(components)
     residual = np.empty(d)
@@ -227,23 +232,23 @@ def _filter_pixels(
 Features: TypeAlias = Literal["invariants", "arctan", "rgb", "intensity"]
 
 FLOORS: dict[Features, float] = {"intensity": 3.0, "rgb": 1.0, "invariants": 1e-4, "arctan": 1e-4}
-"""Least variance of any component of a residual: that of rounding to whole grey levels."""
+"""Minimum variance of a component of residuals: that of rounding to whole grey levels."""
 
 _RATIOS = np.arange(256.0)[:, np.newaxis] / np.maximum(np.arange(256.0), 1.0)
 _ANGLES = np.vectorize(atan)(_RATIOS)
 
 
-def dimension(kind: Features) -> int:
-    """Number d of components."""
+def n_features(kind: Features) -> int:
+    """Return the number d of components of a pixel's features."""
     return 1 if kind == "intensity" else 3
 
 
-def features_of(image: Image, kind: Features) -> Array:
-    """Features of every pixel of a BGR image, float64 of shape (rows, columns, d).
+def compute_features(image: Image, kind: Features) -> Array:
+    """Return the features of every pixel of a BGR image, float64 of shape (rows, columns, d).
 
-    `intensity` is R + G + B; `rgb` is (R, G, B); `invariants` are the ratios c1 = R / max(G, B),
-    c2 = G / max(B, R) and c3 = B / max(R, G) (equation 18), a largest of 0 counting as one grey
-    level; `arctan` are their arc tangents, as Gevers & Smeulders define them.
+    `intensity` is R + G + B; `rgb` is (R, G, B). `invariants` are the ratios c1 = R / max(G, B), c2
+    = G / max(B, R) and c3 = B / max(R, G) (equation 18); a maximum of 0 counts as one grey level.
+    `arctan` are their arc tangents, as defined by Gevers & Smeulders.
     """
     if kind == "intensity":
         return _intensities(image)
@@ -255,33 +260,33 @@ def features_of(image: Image, kind: Features) -> Array:
 @njit(cache=True)
 def _intensities(image: Image) -> Array:
     rows, columns, _ = image.shape
-    found = np.empty((rows, columns, 1))
+    features = np.empty((rows, columns, 1))
     for row in range(rows):
         for column in range(columns):
             blue, green, red = image[row, column, 0], image[row, column, 1], image[row, column, 2]
-            found[row, column, 0] = float(blue) + float(green) + float(red)
-    return found
+            features[row, column, 0] = float(blue) + float(green) + float(red)
+    return features
 
 
 @njit(cache=True)
 def _colours(image: Image) -> Array:
     rows, columns, _ = image.shape
-    found = np.empty((rows, columns, 3))
+    features = np.empty((rows, columns, 3))
     for row in range(rows):
         for column in range(columns):
             for channel in range(3):
-                found[row, column, channel] = image[row, column, 2 - channel]
-    return found
+                features[row, column, channel] = image[row, column, 2 - channel]
+    return features
 
 
 @njit(cache=True)
 def _ratios(image: Image, table: Array) -> Array:
     rows, columns, _ = image.shape
-    found = np.empty((rows, columns, 3))
+    features = np.empty((rows, columns, 3))
     for row in range(rows):
         for column in range(columns):
             blue, green, red = image[row, column, 0], image[row, column, 1], image[row, column, 2]
-            found[row, column, 0] = table[red, max(green, blue)]
-            found[row, column, 1] = table[green, max(blue, red)]
-            found[row, column, 2] = table[blue, max(red, green)]
-    return found
+            features[row, column, 0] = table[red, max(green, blue)]
+            features[row, column, 1] = table[green, max(blue, red)]
+            features[row, column, 2] = table[blue, max(red, green)]
+    return features

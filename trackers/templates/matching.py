@@ -1,4 +1,4 @@
-"""Where a template fits best: translation and scale, from coarse to fine (equations 1 to 4)."""
+"""Search for a template's pose: translation and scale, from coarse to fine (equations 1 to 4)."""
 
 from math import ceil, floor
 from typing import Literal, NamedTuple, TypeAlias, get_args
@@ -10,13 +10,13 @@ from trackmark.trackers.base.arrays import Array
 
 Ties: TypeAlias = Literal["ascending", "unchanged"]
 
-SMALLEST_SCALE, LARGEST_SCALE = 0.5, 2.0
-FINEST = 6  # pixels that the levels below the first may add to its range, all together
-WIDEST = 1.05  # and what their scales come to
+MIN_SCALE, MAX_SCALE = 0.5, 2.0
+FINEST = 6  # distance by which the finer levels can exceed the search range [pixels]
+WIDEST = 1.05  # upper bound of the product of their scale factors
 
 
 class Pose(NamedTuple):
-    """The transformation a of equation 1."""
+    """Translation and scale: the transformation a of equation 1."""
 
     x: float  # centre of the template in the image; pixel centres are whole numbers [pixels]
     y: float
@@ -24,33 +24,33 @@ class Pose(NamedTuple):
 
 
 class Match(NamedTuple):
-    """The best pose, and its cost over every second pixel either way (equation 4)."""
+    """Best pose, and its cost over every second pixel of every second row (equation 4)."""
 
     pose: Pose
     cost: float
 
 
-class Window(NamedTuple):
-    """Features of a part of the image, whose rest is taken to continue its rim."""
+class FeatureWindow(NamedTuple):
+    """Features of a window of the image; outside the image, its border pixels continue."""
 
-    features: Array  # (rows, columns, d) of the part
-    left: int  # the image's pixel that the first one is
-    top: int
+    features: Array  # (window rows, window columns, d)
+    left: int  # first column of the window in the image
+    top: int  # first row
     rows: int  # of the image
     columns: int
 
 
 def whitening(covariance: Array) -> Array:
-    """W with W' W the inverse of a covariance (d, d): |W r|² is the Mahalanobis distance of r."""
+    """Return W (d, d) with W' W = C⁻¹: |W r|² is the squared Mahalanobis distance of r."""
     return np.asarray(np.linalg.inv(np.linalg.cholesky(covariance)))
 
 
-def reach(
+def search_bounds(
     pose: Pose, search_range: float, template_shape: tuple[int, ...], rows: int, columns: int
 ) -> tuple[int, int, int, int]:
-    """Columns and rows, ends excluded, that a search around a pose looks at; within the image."""
+    """Return left, top, right and bottom (exclusive) of the pixels that a search can read."""
     height, width = template_shape[:2]
-    scale = WIDEST * min(max(pose.scale, SMALLEST_SCALE), LARGEST_SCALE)
+    scale = WIDEST * min(max(pose.scale, MIN_SCALE), MAX_SCALE)
     half_width = scale * (width - 1) / 2 + search_range + FINEST
     half_height = scale * (height - 1) / 2 + search_range + FINEST
     left = min(max(floor(pose.x - half_width), 0), columns - 1)
@@ -60,8 +60,8 @@ def reach(
     return left, top, right, bottom
 
 
-def search(
-    window: Window,
+def find_pose(
+    window: FeatureWindow,
     template: Array,
     covariance: Array,
     around: Pose,
@@ -70,17 +70,21 @@ def search(
     subpixel: bool,
     ties: Ties = "ascending",
 ) -> Match:
-    """Pose of the least robust cost (equations 3 and 4).
+    """Return the pose of minimum robust cost (equations 3 and 4).
 
-    First over ± `search_range` in steps of 4 pixels, then around the three best in steps of 2, then
-    around the best in steps of 1 with scales 2 % and then 1 % apart; for fractions of a pixel on in
-    steps of a half and a quarter. Of equal costs the first wins: scale, y and x ascend, or the
-    unchanged scale comes first.
+    The first level searches ± `search_range` in steps of 4 pixels, the second around the three best
+    in steps of 2. The next two search around the best in steps of 1, with scales 2 % and then 1 %
+    apart. With `subpixel`, steps of 0.5 and 0.25 pixels follow.
 
-    The window holds all that `reach` says; the template is (height, width, d), the covariance of
-    residuals (d, d). The search is `around` a place rounded to whole pixels, with an even range
-    [pixels]; 0 is the place itself. `cutoff` is c of Huber's function; infinite for a quadratic
-    one.
+    `window`: pixels of at least `search_bounds`.
+    `template` float64 (height, width, d): features of the template.
+    `covariance` float64 (d, d): covariance of residuals.
+    `around`: centre of the search, rounded to whole pixels.
+    `search_range`: maximum translation of the first level, even [pixels]; 0: none.
+    `cutoff`: c of Huber's function; infinite for quadratic costs.
+    `subpixel`: refine to fractions of a pixel, with bilinear interpolation.
+    `ties` {"ascending", "unchanged"}: order of poses, of which the first of equal cost wins:
+      ascending scale, y and x, or the unchanged scale before others.
     """
     start = floor(around.x + 0.5), floor(around.y + 0.5), around.scale
     pose, cost = _search(
@@ -97,8 +101,10 @@ def search(
     return Match(Pose(pose[0], pose[1], pose[2]), cost)
 
 
-def grid(half_range: float, step: float, scale_step: float, ties: Ties = "ascending") -> Array:
-    """Offsets x, y and factors of the scale, (n, 3) in the order of the scan."""
+def offset_grid(
+    half_range: float, step: float, scale_step: float, ties: Ties = "ascending"
+) -> Array:
+    """Return offsets x, y and scale factors, (n, 3), in the order of the search."""
     steps = np.arange(-half_range, half_range + step / 2, step)
     factors = [1 - scale_step, 1.0, 1 + scale_step] if scale_step else [1.0]
     if ties == "unchanged":
@@ -107,13 +113,13 @@ def grid(half_range: float, step: float, scale_step: float, ties: Ties = "ascend
     return np.stack([columns.ravel(), rows.ravel(), scales.ravel()], axis=1)
 
 
-NEAR = grid(2, 2.0, 0.0)
+NEAR = offset_grid(2, 2.0, 0.0)
 FINE: dict[Ties, tuple[Array, Array, Array, Array]] = {
     ties: (
-        grid(1, 1.0, 0.02, ties),
-        grid(1, 1.0, 0.01, ties),
-        grid(0.5, 0.5, 0.01, ties),
-        grid(0.25, 0.25, 0.005, ties),
+        offset_grid(1, 1.0, 0.02, ties),
+        offset_grid(1, 1.0, 0.01, ties),
+        offset_grid(0.5, 0.5, 0.01, ties),
+        offset_grid(0.25, 0.25, 0.005, ties),
     )
     for ties in get_args(Ties)
 }
@@ -121,7 +127,7 @@ FINE: dict[Ties, tuple[Array, Array, Array, Array]] = {
 
 @njit(cache=True)
 def _search(
-    whole: Window,
+    whole: FeatureWindow,
     template: Array,
     components: tuple[int, ...],
     white: Array,
@@ -131,9 +137,9 @@ def _search(
     subpixel: bool,
     fine: tuple[Array, Array, Array, Array],
 ) -> tuple[Array, float]:
-    features = _whitened(whole.features, components, white)
-    window = Window(features, whole.left, whole.top, whole.rows, whole.columns)
-    sought = _whitened(template, components, white)
+    features = _whiten(whole.features, components, white)
+    window = FeatureWindow(features, whole.left, whole.top, whole.rows, whole.columns)
+    sought = _whiten(template, components, white)
     n = 2 * search_range // 4 + 1
     coarse = np.ones((n * n, 3))
     for i in range(n * n):
@@ -150,63 +156,70 @@ def _search(
 
 
 @njit(cache=True)
-def _whitened(features: Array, components: tuple[int, ...], white: Array) -> Array:
-    """W f of every pixel; W is lower triangular."""
+def _whiten(features: Array, components: tuple[int, ...], white: Array) -> Array:
+    """Return W f of every pixel; W is lower triangular."""
     rows, columns, _ = features.shape
     d = len(components)
-    found = np.empty_like(features)
+    whitened = np.empty_like(features)
     for row in range(rows):
         for column in range(columns):
             for k in range(d):
                 value = 0.0
                 for m in range(k + 1):
                     value += white[k, m] * features[row, column, m]
-                found[row, column, k] = value
-    return found
+                whitened[row, column, k] = value
+    return whitened
 
 
-def sampled(window: Window, pose: Pose, height: int, width: int, bilinear: bool) -> Array:
-    """Features (height, width, d) of the image where a template's pixels come to lie (equation 1).
+def sample_template(
+    window: FeatureWindow, pose: Pose, height: int, width: int, bilinear: bool
+) -> Array:
+    """Return the image's features (height, width, d) at a template's pixels (equation 1).
 
-    The nearest pixel's (of two, the right or the lower one), or interpolated between four. Outside
-    the image its rim continues.
+    They are those of the nearest pixel (of two, the right or lower one), or `bilinear`. Outside the
+    image, its border pixels continue.
     """
     components = tuple(range(window.features.shape[2]))
-    return _sampled(window, components, pose, height, width, bilinear)
+    return _sample(window, components, pose, height, width, bilinear)
 
 
 @njit(cache=True)
-def _sampled(
-    window: Window, components: tuple[int, ...], pose: Pose, height: int, width: int, bilinear: bool
+def _sample(
+    window: FeatureWindow,
+    components: tuple[int, ...],
+    pose: Pose,
+    height: int,
+    width: int,
+    bilinear: bool,
 ) -> Array:
     d = len(components)
-    found = np.empty((height, width, d))
-    across = _positions(pose.x, pose.scale, width, window.columns)
-    along = _positions(pose.y, pose.scale, height, window.rows)
+    features = np.empty((height, width, d))
+    across = _axis_positions(pose.x, pose.scale, width, window.columns)
+    along = _axis_positions(pose.y, pose.scale, height, window.rows)
     for i in range(height):
         nearest_row = int(along[i] + 0.5) - window.top
         for j in range(width):
             nearest_column = int(across[j] + 0.5) - window.left
             for k in range(d):
                 if bilinear:
-                    found[i, j, k] = _between(window, across[j], along[i], k)
+                    features[i, j, k] = _interpolate(window, across[j], along[i], k)
                 else:
-                    found[i, j, k] = window.features[nearest_row, nearest_column, k]
-    return found
+                    features[i, j, k] = window.features[nearest_row, nearest_column, k]
+    return features
 
 
 @njit(cache=True)
-def _positions(centre: float, scale: float, length: int, limit: int) -> Array:
-    """Coordinates of a row or column of template pixels, held inside the image."""
-    found = np.empty(length)
+def _axis_positions(centre: float, scale: float, length: int, limit: int) -> Array:
+    """Return image coordinates of a row or column of template pixels, clipped to the image."""
+    positions = np.empty(length)
     for i in range(length):
-        found[i] = min(max(centre + scale * (i - (length - 1) / 2), 0.0), limit - 1.0)
-    return found
+        positions[i] = min(max(centre + scale * (i - (length - 1) / 2), 0.0), limit - 1.0)
+    return positions
 
 
 @njit(cache=True)
-def _between(window: Window, x: float, y: float, k: int) -> float:
-    """One feature between four pixels."""
+def _interpolate(window: FeatureWindow, x: float, y: float, k: int) -> float:
+    """Return feature `k` interpolated between four pixels."""
     features = window.features
     left, top = int(x), int(y)
     u, v = x - left, y - top
@@ -221,7 +234,7 @@ def _between(window: Window, x: float, y: float, k: int) -> float:
 
 @njit(cache=True)
 def best_poses(
-    window: Window,
+    window: FeatureWindow,
     template: Array,
     components: tuple[int, ...],
     around: Array,
@@ -232,10 +245,10 @@ def best_poses(
     cutoff: float,
     number: int,
 ) -> tuple[Array, Array]:
-    """Return the poses of least cost, `number` of `offsets` (m, 3) from `around` (n, 3), in order.
+    """Return the `number` best poses and costs of `offsets` (m, 3) from `around` (n, 3), in order.
 
-    A sum that already is no less than the last of them is not finished: terms are not negative. The
-    length of `components` is known to the compiler, which makes the loops over features short.
+    Terms of the cost are not negative, so a sum stops once it reaches the worst of the best costs.
+    The compiler knows the length of the tuple `components` and unrolls the loops over features.
     """
     height, width, _ = template.shape
     number = min(number, len(around) * len(offsets))
@@ -245,14 +258,14 @@ def best_poses(
     for n in range(len(around)):
         for m in range(len(offsets)):
             x, y = around[n, 0] + offsets[m, 0], around[n, 1] + offsets[m, 1]
-            scale = min(max(around[n, 2] * offsets[m, 2], SMALLEST_SCALE), LARGEST_SCALE)
-            across = _positions(x, scale, width, window.columns)[first::stride]
-            along = _positions(y, scale, height, window.rows)[first::stride]
+            scale = min(max(around[n, 2] * offsets[m, 2], MIN_SCALE), MAX_SCALE)
+            across = _axis_positions(x, scale, width, window.columns)[first::stride]
+            along = _axis_positions(y, scale, height, window.rows)[first::stride]
             worst = costs[number - 1]
             if bilinear:
-                cost = _cost_between(window, looked_at, components, across, along, cutoff, worst)
+                cost = _bilinear_cost(window, looked_at, components, across, along, cutoff, worst)
             else:
-                cost = _cost_nearest(window, looked_at, components, across, along, cutoff, worst)
+                cost = _nearest_cost(window, looked_at, components, across, along, cutoff, worst)
             if cost >= worst:
                 continue
             place = number - 1
@@ -266,8 +279,8 @@ def best_poses(
 
 
 @njit(cache=True)
-def _cost_nearest(
-    window: Window,
+def _nearest_cost(
+    window: FeatureWindow,
     template: Array,
     components: tuple[int, ...],
     across: Array,
@@ -275,7 +288,7 @@ def _cost_nearest(
     cutoff: float,
     worst: float,
 ) -> float:
-    """Cost of the nearest pixels at some columns and rows, or something no less than `worst`."""
+    """Return the cost with nearest pixels; the value is any number ≥ `worst` if it reaches that."""
     columns = np.empty(len(across), np.int64)
     for j in range(len(across)):
         columns[j] = int(across[j] + 0.5) - window.left
@@ -294,8 +307,8 @@ def _cost_nearest(
 
 
 @njit(cache=True)
-def _cost_between(
-    window: Window,
+def _bilinear_cost(
+    window: FeatureWindow,
     template: Array,
     components: tuple[int, ...],
     across: Array,
@@ -303,7 +316,7 @@ def _cost_between(
     cutoff: float,
     worst: float,
 ) -> float:
-    """As `_cost_nearest`, interpolating between four pixels."""
+    """Return the cost as `_nearest_cost` does, with bilinear interpolation."""
     lefts, rights = np.empty(len(across), np.int64), np.empty(len(across), np.int64)
     shares = np.empty(len(across))
     for j in range(len(across)):
@@ -334,7 +347,7 @@ def _cost_between(
 
 @njit(cache=True)
 def _huber(squared: float, cutoff: float) -> float:
-    """ρ of a distance that is given squared (equation 3)."""
+    """Return ρ of a squared distance (equation 3)."""
     if squared < cutoff * cutoff:
         return squared / 2
     return float(cutoff * (np.sqrt(squared) - cutoff / 2))

@@ -1,4 +1,4 @@
-"""What is remembered of a severe occlusion until its end is known (Nguyen & Smeulders 2002)."""
+"""State of a severe occlusion until its end is known (Nguyen & Smeulders 2002)."""
 
 from collections import deque
 from math import nan
@@ -10,10 +10,10 @@ from trackmark.trackers.templates.matching import Match, Pose
 FIRST_CANDIDATE = 5  # frames from an occlusion's beginning to the first that may be its end
 
 
-def visited(longest: int, candidates: str) -> list[int]:
-    """Frames after an occlusion's beginning that may be its end (section 2.4), none later than L.
+def candidate_offsets(longest: int, candidates: str) -> list[int]:
+    """Return the frames after an occlusion's beginning that may be its end, up to `longest`.
 
-    `all`, or `skipped`: 5, 7, 11, 19, 35 and so on, in steps that double.
+    Section 2.4: `all` from 5, or `skipped`: 5, 7, 11, 19, 35 and so on, in steps that double.
 
     Examples
     --------
@@ -29,36 +29,36 @@ def visited(longest: int, candidates: str) -> list[int]:
     return offsets
 
 
-class Candidate(NamedTuple):
-    """A frame that may be the end of an occlusion, so many frames after its beginning."""
+class EndCandidate(NamedTuple):
+    """Frame that may be the end of an occlusion."""
 
-    offset: int
+    offset: int  # frames since the beginning
     match: Match
-    share: float
+    share: float  # share of outliers
 
 
 class Occlusion:
-    """What is remembered while the target is hidden: from where, and all frames since."""
+    """Open occlusion: first frame, last pose, velocity [pixels/frame], and all frames since."""
 
     def __init__(self, beginning: int, last: Pose, velocity: tuple[float, float]) -> None:
         self.beginning = beginning
         self.last = last
         self.velocity = velocity
         self.images: list[Image] = []
-        self.candidates: list[Candidate] = []
+        self.candidates: list[EndCandidate] = []
 
     @property
-    def best(self) -> Candidate:
-        """The candidate of least cost."""
+    def best(self) -> EndCandidate:
+        """Candidate of minimum cost."""
         return min(self.candidates, key=lambda candidate: candidate.match.cost)
 
     @property
-    def ends_by_now(self) -> float:
-        """The frame that ends it if no better candidate comes; NaN before the first one."""
+    def current_end(self) -> float:
+        """Frame of the best candidate so far; NaN before the first candidate."""
         return self.beginning + self.best.offset if self.candidates else nan
 
-    def extrapolated(self, frame: int) -> Pose:
-        """Where the target would be, had it gone on as it went."""
+    def extrapolate(self, frame: int) -> Pose:
+        """Return the pose in a frame, extrapolated at constant velocity."""
         steps = frame - self.beginning + 1
         x, y = (
             value + steps * speed for value, speed in zip(self.last[:2], self.velocity, strict=True)
@@ -66,25 +66,25 @@ class Occlusion:
         return Pose(x, y, self.last.scale)
 
 
-class Diary:
-    """Frames in which occlusions began and ended, told in order, one of each a frame."""
+class OcclusionLog:
+    """Queue of frames in which occlusions began and ended; each frame reports one of each."""
 
     def __init__(self) -> None:
         self._beginnings: deque[int] = deque()
         self._ends: deque[int] = deque()
         self._ended = 0
 
-    def begins(self, frame: int) -> None:
-        """Note the first frame of an occlusion."""
+    def record_beginning(self, frame: int) -> None:
+        """Add the first frame of an occlusion."""
         self._beginnings.append(frame)
 
-    def ends(self, frame: int) -> None:
-        """Note the frame in which the target is back."""
+    def record_end(self, frame: int) -> None:
+        """Add the first frame after an occlusion."""
         self._ends.append(frame)
         self._ended += 1
 
-    def told(self) -> dict[str, float]:
-        """`beginning` and `end`, the next of each (NaN for none), and `ended`: ends so far."""
+    def next_events(self) -> dict[str, float]:
+        """Return the next `beginning` and `end` (NaN for none), and the number of ends so far."""
         return {
             "beginning": float(self._beginnings.popleft()) if self._beginnings else nan,
             "end": float(self._ends.popleft()) if self._ends else nan,

@@ -13,7 +13,7 @@ from trackmark.datasets.interface import Sequence
 from trackmark.trackers.base.interface import Image
 from trackmark.trackers.base.sharing import SharedFrame
 from trackmark.trackers.histograms.bins import N_BINS, LuvBins
-from trackmark.trackers.histograms.counting import region_counts
+from trackmark.trackers.histograms.counting import count_regions
 from trackmark.trackers.histograms.rectangles import bhattacharyya_distances, pixel_regions
 
 THRESHOLD = 0.4
@@ -77,7 +77,7 @@ def _half_counts(
     height, width = image.shape[:2]
     regions = pixel_regions(states, aspect, 2, width, height, MIN_INSIDE, MIN_PIXELS)
     colours = colours or LuvBins()
-    counts = region_counts(SharedFrame(image), regions, colours, _BINS)
+    counts = count_regions(SharedFrame(image), regions, colours, _BINS)
     return counts, regions.pixels * colours.votes_a_pixel
 
 

@@ -19,11 +19,11 @@ from trackmark.bench.papers.moreno2005.example import gain_of_dependence as gain
 from trackmark.bench.papers.moreno2005.example import gain_of_filtering as gain_of_filtering
 from trackmark.bench.papers.plan import tracker_text
 from trackmark.datasets.interface import Image, Mask
-from trackmark.trackers.contours.mixture import fitted
-from trackmark.trackers.contours.outline import filled, outline
+from trackmark.trackers.contours.mixture import fit_mixture
+from trackmark.trackers.contours.outline import fill_contour, outline
 from trackmark.trackers.contours.plane_cue import discriminant_basis
 from trackmark.trackers.contours.posterior import posterior
-from trackmark.trackers.contours.snake import refined
+from trackmark.trackers.contours.snake import refine_by_snake
 
 Array: TypeAlias = NDArray[np.float64]
 
@@ -102,7 +102,7 @@ def posterior_map(
     )
     basis = discriminant_basis(inside, outside)
     target, background = (
-        fitted(points @ basis, components, generator)
+        fit_mixture(points @ basis, components, generator)
         for points, components in zip((inside, outside), COMPONENTS, strict=True)
     )
     values = posterior((image[..., ::-1].reshape(-1, 3) / 255.0) @ basis, target, background)
@@ -118,5 +118,5 @@ def started(contour: Array, generator: np.random.Generator) -> Array:
 
 
 def _accuracy(start: Array, image: Image, support: NDArray[np.float32] | None, mask: Mask) -> float:
-    snake, _ = refined(start, image, support, "by-spacing")
-    return float(contour_accuracy(filled(snake, *mask.shape), mask))
+    snake, _ = refine_by_snake(start, image, support, "by-spacing")
+    return float(contour_accuracy(fill_contour(snake, *mask.shape), mask))

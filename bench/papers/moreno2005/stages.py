@@ -25,10 +25,10 @@ from trackmark.datasets.interface import Image, Mask
 from trackmark.reports.figures import Panel, map_plot
 from trackmark.trackers.base.interface import Estimate
 from trackmark.trackers.contours.chain import Chain, Hypotheses
-from trackmark.trackers.contours.mixture import mixture_of
-from trackmark.trackers.contours.observation import Observation, colour_cells, colours_of
-from trackmark.trackers.contours.outline import bounding_box, filled, outline
-from trackmark.trackers.contours.plane_cue import basis_of
+from trackmark.trackers.contours.mixture import from_components
+from trackmark.trackers.contours.observation import Observation, colour_cells, to_rgb
+from trackmark.trackers.contours.outline import bounding_box, fill_contour, outline
+from trackmark.trackers.contours.plane_cue import plane_basis
 from trackmark.trackers.contours.posterior import posterior
 from trackmark.trackers.contours.snake import MARGIN, edge_map
 from trackmark.trackers.moreno2005 import Moreno2005
@@ -99,7 +99,7 @@ def step_of(text: str, scene: str) -> Step:
         planes=planes,
         colours=colours,
         contours=contours,
-        bases=basis_of(planes.states, tracker.planes.basis),
+        bases=plane_basis(planes.states, tracker.planes.basis),
         of_target=settings.object_components,
         estimate=estimate,
         cells=colour_cells(image, settings.colour_levels).image,
@@ -141,7 +141,7 @@ def model_of(sequence: datasets.Sequence) -> ColourModel:
         mixtures={"target": Gaussians(*fit.target), "background": Gaussians(*fit.background)},
         grid=(x, y),
         on_plane=posterior_at(places),
-        on_image=posterior_at(colours_of(image) @ basis),
+        on_image=posterior_at(to_rgb(image) @ basis),
     )
 
 
@@ -195,8 +195,8 @@ def palettes_of(step: Step) -> dict[str, Palette]:
         number = int(order[place])
         mixture = step.colours.states[number]
         classes = {
-            "target": Gaussians(*mixture_of(mixture[: step.of_target])),
-            "background": Gaussians(*mixture_of(mixture[step.of_target :])),
+            "target": Gaussians(*from_components(mixture[: step.of_target])),
+            "background": Gaussians(*from_components(mixture[step.of_target :])),
         }
         label = f"{words} weight: {weights[number] * len(weights):.2g} times the mean"
         palettes[label] = Palette(classes, step.posterior(number))
@@ -223,7 +223,8 @@ def stages(step: Step) -> list[Panel]:
     image, posterior_map = step.image[near], arrays["posterior"][near]
     corner = np.array([x, y])
     agree = [
-        region_similarity(filled(contour, *step.mask.shape), step.mask) for contour in (mean, snake)
+        region_similarity(fill_contour(contour, *step.mask.shape), step.mask)
+        for contour in (mean, snake)
     ]
     return [
         Panel("(a) posterior map", posterior_map.astype(np.float64)),

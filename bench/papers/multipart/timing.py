@@ -14,7 +14,7 @@ from trackmark.reports.tables import MISSING, Table, text_table
 from trackmark.trackers.base.interface import Box, Image
 from trackmark.trackers.histograms.bins import LuvBins
 from trackmark.trackers.histograms.rectangles import pixel_regions
-from trackmark.trackers.multipart import LEAST_PIXELS, LEAST_SHARE, MultipartParameters
+from trackmark.trackers.multipart import MIN_PIXELS, MIN_SHARE, MultipartParameters
 
 SEQUENCE, FRAMES = "1", 8
 
@@ -35,7 +35,7 @@ class _Histograms:
         noise = np.random.default_rng(0).uniform(-1, 1, (settings.particles, 3))
         noise *= [step, step, width * height / settings.size_divisor]
         states = np.array([x + width / 2, y + height / 2, width * height]) + noise
-        size = image.shape[1], image.shape[0], LEAST_SHARE, LEAST_PIXELS
+        size = image.shape[1], image.shape[0], MIN_SHARE, MIN_PIXELS
         regions = pixel_regions(states, width / height, self._parts, *size)
         self._regions = regions.parts.reshape(-1, 4).tolist()
 

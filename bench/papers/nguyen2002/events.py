@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackmark.bench.evaluation.run_record import Run
-from trackmark.trackers.templates.occlusion import FIRST_CANDIDATE, visited
+from trackmark.trackers.templates.occlusion import FIRST_CANDIDATE, candidate_offsets
 
 CLEAR = 0.9
 """Visible part from which on a frame counts as clear."""
@@ -69,7 +69,7 @@ def declared_in(run: Run) -> list[Declared]:
     backs = np.searchsorted(number, np.arange(1, number[-1] + 1)).tolist()
     events = [Declared(*event) for event in zip(beginnings, ends, backs, strict=False)]
     boxes, parameters = run.boxes_in("revised"), run.identity.parameters
-    offsets = visited(int(parameters["longest_occlusion"]), str(parameters["candidates"]))
+    offsets = candidate_offsets(int(parameters["longest_occlusion"]), str(parameters["candidates"]))
     unreported, is_open = iter(beginnings[len(events) :]), details["occluded"][-1] == 1
     while len(events) < len(backs) or is_open:
         beginning = next(unreported, None) or _next_beginning(boxes, events)

@@ -14,8 +14,8 @@ from trackmark.bench.papers.plan import tracker_text
 from trackmark.trackers.base.interface import Image
 from trackmark.trackers.base.sharing import SharedFrame
 from trackmark.trackers.histograms.bins import JointBins
-from trackmark.trackers.histograms.ellipses import coefficients
-from trackmark.trackers.histograms.target_model import Ellipses
+from trackmark.trackers.histograms.ellipses import bhattacharyya_coefficients
+from trackmark.trackers.histograms.target_model import EllipseHistograms
 
 RUN = 100  # frames of the run
 CLEAR = 0.95  # visible share of the target in the frames that are looked at
@@ -79,7 +79,7 @@ def surfaces(scene: str, setting: str, most: int) -> list[Surface]:
     (run,) = run_protocol([(parse_tracker(text), 0)], part, keep_arrays=True).runs
     if run.failure:
         raise datasets.SequenceError(f"{scene}: {text} failed: {run.failure.splitlines()[0]}")
-    ellipses = Ellipses(JointBins(), "isotropic")
+    ellipses = EllipseHistograms(JointBins(), "isotropic")
     every = np.arange(ellipses.colours.n_bins)
     start = ellipse_in(part.boxes[first])
     counted = ellipses.counts(SharedFrame(part[first]), _states(start[np.newaxis]), every)
@@ -89,7 +89,7 @@ def surfaces(scene: str, setting: str, most: int) -> list[Surface]:
         mean = ellipse_in(run.boxes[frame])
         places = _grid(ellipse_in(part.boxes[frame]), mean[2:])
         counts = ellipses.counts(SharedFrame(part[frame]), _states(places), bins)
-        values = coefficients(counts.counts, counts.totals, model[np.newaxis, bins])
+        values = bhattacharyya_coefficients(counts.counts, counts.totals, model[np.newaxis, bins])
         samples = run.arrays[frame]["particles"][:, [0, 1, 4, 5]]
         surfaces_found.append(Surface(frame, part[frame], places[:, :2], values, mean, samples))
     return surfaces_found

@@ -23,10 +23,10 @@ from trackmark.bench.papers.timing import (
 )
 from trackmark.reports.tables import Table, text_table
 from trackmark.trackers.base.interface import Box, Image
-from trackmark.trackers.base.particles import normalised
+from trackmark.trackers.base.particles import normalise_log_weights
 from trackmark.trackers.base.sharing import SharedFrame
 from trackmark.trackers.histograms.bins import JointBins
-from trackmark.trackers.histograms.target_model import Ellipses, Likelihood, TargetModel
+from trackmark.trackers.histograms.target_model import EllipseHistograms, Likelihood, TargetModel
 
 SEQUENCES = ("person", "car")
 FRAMES, STRETCHES = 4, 4  # stretches over the whole sequence, as the target's size changes
@@ -47,7 +47,9 @@ class _Weighting:
     def init(self, image: Image, box: Box) -> None:
         self._tracker.init(image, box)
         settings = self._tracker.parameters
-        self._ellipses = Ellipses(JointBins(settings.colour, settings.bins), settings.kernel)
+        self._ellipses = EllipseHistograms(
+            JointBins(settings.colour, settings.bins), settings.kernel
+        )
         histogram = self._tracker.histogram_of(image, box)
         self._model = TargetModel(histogram, settings.particles, False, settings.alpha)
         reading = settings.update_reading, settings.update_threshold
@@ -56,7 +58,7 @@ class _Weighting:
     def update(self, image: Image) -> None:
         particles = self._tracker.update(image).arrays["particles"]
         counts = self._ellipses.counts(SharedFrame(image), particles, self._model.bins)
-        normalised(self._likelihood.log(self._model.coefficients(counts)))
+        normalise_log_weights(self._likelihood.log(self._model.coefficients(counts)))
 
 
 class _PlainWeighting(PlainFilter):

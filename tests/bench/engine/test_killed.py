@@ -179,7 +179,7 @@ def test_200_kills_cost_no_finished_run(ground, start, undisturbed, contents, ev
             shutil.rmtree(folder)
             kept = {}
         elif status != -signal.SIGKILL:  # two workers were killed while they started
-            assert "a worker process can't begin" in command.complained
+            assert "a worker process cannot start" in command.complained
     evidence(f"{kills} of {kills} kills cost nothing that was finished")
 
 

@@ -155,7 +155,7 @@ def test_run_of_a_worker_equals_that_of_this_process(data, without_processes, op
     assert a.circumstances.keys() == b.circumstances.keys()
 
 
-def test_runs_are_repeated_alone_and_a_culprit_gets_units_of_its_own(data, tasks):
+def test_harmful_tracker_gets_units_of_its_own(data, tasks):
     unit = one_unit(data, "static", "Ends", "Averages")
     units = [unit, replace(unit, truth="again")]
     with closing(Pool(Limits())) as workers:
@@ -169,7 +169,7 @@ def test_runs_are_repeated_alone_and_a_culprit_gets_units_of_its_own(data, tasks
     assert tasks[5:] == [(2, False), alone, recorded]
 
 
-def test_failures_of_one_tracker_for_one_reason_are_repeated_once(data, tasks):
+def test_equal_failures_of_a_tracker_are_repeated_once(data, tasks):
     unit = one_unit(data, "static", "Raises", repetitions=5)
     with closing(Pool(Limits())) as workers:
         ((_, outcome),) = workers.perform([unit])
@@ -193,9 +193,7 @@ def test_damage_by_a_neighbour_is_not_a_trackers_failure(data, names, failed):
     assert {name for name, failure in runs.items() if failure} <= failed | {"Patches"}
 
 
-def test_process_of_a_tracker_file_is_not_used_for_other_trackers(
-    data, contents, without_processes
-):
+def test_tracker_file_shares_no_process(data, contents, without_processes):
     names = ("Reads", "static")
     with without_processes():
         plain = run(experiment(data, *names), data / "plain", jobs=1)
@@ -277,7 +275,7 @@ def test_worker_that_is_killed_while_it_starts_is_replaced_once(data, monkeypatc
         ((_, outcome),) = workers.perform([unit])
     assert [run.failure for run in outcome.runs] == [""]
     kills, most = [], 2
-    with closing(Pool(Limits())) as workers, pytest.raises(ResultsError, match="can't begin"):
+    with closing(Pool(Limits())) as workers, pytest.raises(ResultsError, match="cannot start"):
         list(workers.perform([unit]))
 
 

@@ -48,19 +48,19 @@ def test_heartbeat_shows_what_is_called(shared):
     beats = Heartbeat(shared)
     assert beats.read_message() == b"request"
     assert not beats.has_called
-    beats.reading(4)
+    beats.on_frame_read(4)
     first = look(shared)
     assert (first.frame, first.entry) == (4, READING)
-    beats.calling(2, 4)
+    beats.on_tracker_call(2, 4)
     second = look(shared)
     assert (second.frame, second.entry) == (4, 2)
     assert second.sign_of_life != first.sign_of_life
     beats.compiling()
     assert look(shared).sign_of_life != second.sign_of_life
-    beats.called()
-    beats.shown(5)
+    beats.on_tracker_return()
+    beats.on_frames_done(5)
     assert (look(shared).entry, look(shared).shown) == (NOBODY, 5)
-    beats.ended()
+    beats.on_loop_end()
     assert look(shared).entry == ELSEWHERE
     assert beats.has_called
 
@@ -111,9 +111,9 @@ def test_damaged_message_is_recognised(shared, damage):
 
 def test_copy_of_the_process_that_returns_from_a_call_ends(shared):
     beats = Heartbeat(shared)
-    beats.calling(1, 3)
+    beats.on_tracker_call(1, 3)
     copy = os.fork()
-    beats.called()
+    beats.on_tracker_return()
     if copy == 0:
         os._exit(99)  # the copy must not get here
     assert os.waitstatus_to_exitcode(os.waitpid(copy, 0)[1]) == 0
@@ -150,8 +150,8 @@ def test_memory_that_decoding_lacks_may_be_held_by_a_tracker(
 ):
     def perform(request, observer):
         if called:
-            observer.calling(0, 0)
-            observer.called()
+            observer.on_tracker_call(0, 0)
+            observer.on_tracker_return()
         with decoding("clip/1.png: frame 0 can't be read"):
             raise MemoryError
 

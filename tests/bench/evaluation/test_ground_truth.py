@@ -47,7 +47,7 @@ def test_it_is_scored_by_the_region_that_it_started_from(sequence):
     assert plain["mean_overlap"] != scores["mean_overlap"]
 
 
-def test_the_region_is_part_of_the_identity_but_never_of_the_random_numbers(sequence):
+def test_region_changes_identity_but_not_seed(sequence):
     plain, full = parse_tracker("static"), parse_tracker("static:init=full")
     runs = run_protocol([(plain, 0), (full, 0)], sequence).runs
     assert runs[0].identity.digest != runs[1].identity.digest
@@ -61,7 +61,7 @@ def test_a_region_that_is_not_there_is_named_with_those_that_are(sequence):
         bench.evaluate("static:init=ful", sequence)
 
 
-def test_a_region_that_is_absent_where_the_target_appears_is_refused(sequence):
+def test_region_absent_in_first_target_frame_is_rejected(sequence):
     with pytest.raises(SequenceError, match="'late' is absent in frame 0"):
         bench.evaluate("static:init=late", sequence)
 

@@ -74,7 +74,7 @@ def test_what_never_ran_is_probed_and_nothing_is_kept(ground, in_this_process):
     assert estimated(ground, asked(ground, [20, 200])).high > 4 * 0.2
 
 
-def test_a_tracker_that_does_not_come_back_from_its_probe_is_said_to(ground):
+def test_tracker_that_hangs_in_probe_is_reported(ground):
     found = estimated(ground, asked(ground, [1, 60_000]), frame_seconds=1.0)
     assert found.bases == {Basis.PROBE: 1, Basis.NOTHING: 1}
 

@@ -49,7 +49,7 @@ def finished(workspace):
     return workspace
 
 
-def test_a_tracker_that_never_draws_runs_once_and_the_others_as_often_as_asked(workspace):
+def test_deterministic_tracker_runs_once(workspace):
     assert states(workspace) == {
         ("static", 0): "left",
         **{("knob.py:Knob", repetition): "left" for repetition in range(3)},
@@ -61,7 +61,7 @@ def test_a_tracker_can_have_a_number_of_repetitions_of_its_own(workspace):
     assert len(states(workspace, repeated={knob: 1})) == 2
 
 
-def test_a_region_that_a_sequence_has_not_is_refused_before_anything_runs(workspace):
+def test_missing_region_is_rejected_before_first_run(workspace):
     with pytest.raises(SequenceError, match="no region 'full' to initialise with"):
         states(workspace, trackers=("static:init=full",))
 
@@ -71,7 +71,7 @@ def test_more_repetitions_leave_the_old_ones_done(finished):
     assert [found["knob.py:Knob", i] for i in range(5)] == ["done"] * 3 + ["left"] * 2
 
 
-def test_a_changed_tracker_makes_its_own_runs_stale_and_no_others(finished):
+def test_changed_tracker_makes_only_its_runs_stale(finished):
     append(finished / "knob.py", "CHANGED = True\n")
     found = states(finished)
     assert found.pop(("static", 0)) == "done"
@@ -118,9 +118,7 @@ def touch(data):
 @pytest.mark.parametrize(
     ("change", "state"), [(change_a_pixel, "stale"), (change_a_box, "stale"), (touch, "done")]
 )
-def test_what_changes_in_a_sequence_makes_its_runs_stale_and_when_it_was_written_does_not(
-    finished, change, state
-):
+def test_changed_sequence_makes_runs_stale_but_mtime_does_not(finished, change, state):
     change(finished / "data" / "Small")
     assert set(states(finished).values()) == {state}
 
@@ -132,7 +130,7 @@ def test_timing_runs_are_runs_of_their_own(finished, in_this_process):
     assert set(states(finished).values()) == {"done"}
 
 
-def test_a_unit_is_a_sequence_with_all_trackers_that_may_share_a_process(workspace):
+def test_unit_holds_all_trackers_that_may_share_a_process(workspace):
     chosen = experiment(workspace, trackers=("static", "camshift", "opencv-mil"), repetitions=2)
     plan = make_plan(chosen, Results(workspace / "none"))
     entries = [tuple(entry[:2] for entry in unit.entries) for unit in left_of(plan)]
@@ -143,7 +141,7 @@ def test_a_unit_is_a_sequence_with_all_trackers_that_may_share_a_process(workspa
     ]
 
 
-def test_a_tracker_from_outside_shares_no_process_and_no_tracker_that_is_timed_does(workspace):
+def test_external_and_timed_trackers_share_no_process(workspace):
     """Its own runs follow one another, so that it has use for its process."""
     (workspace / "Twin.py").write_text((workspace / "knob.py").read_text())
     texts = (
@@ -215,9 +213,7 @@ def small_plan(workspace, sequences=1, **changes):
 
 @pytest.mark.parametrize("sequences", [1, 3])
 @pytest.mark.parametrize("workers", [1, 2, 3, 5, 50])
-def test_no_unit_is_larger_than_a_workers_share_and_every_run_is_in_one(
-    workspace, sequences, workers
-):
+def test_units_fit_worker_share_and_cover_every_run_once(workspace, sequences, workers):
     plan = small_plan(workspace, sequences)
     units = left_of(plan, workers=workers)
     made = list(units)
@@ -255,7 +251,7 @@ def test_a_unit_says_which_version_each_of_its_runs_replaces(finished):
     assert all(entry.version == plan.versions[0][1] != old for entry in unit.entries)
 
 
-def test_a_sequence_that_was_opened_for_one_plan_is_not_opened_for_the_next(workspace, monkeypatch):
+def test_opened_sequence_is_reused_by_next_plan(workspace, monkeypatch):
     known = {}
     first = make_plan(experiment(workspace), Results(workspace / "none"), known)
     monkeypatch.setattr(
@@ -276,7 +272,7 @@ def test_versions_and_cells_are_those_of_the_runs(finished):
     assert plan.counts().tolist() == [[0, 0, 0, 1], [0, 0, 0, 3]]
 
 
-def test_workers_open_the_sequences_of_a_large_plan_as_this_process_does(workspace, monkeypatch):
+def test_workers_open_sequences_of_large_plan_equally(workspace, monkeypatch):
     names = ["plain/target", *(f"plain/target:scene={scene}" for scene in range(1, 4))]
     large = Experiment(
         name="large", trackers=("static",), sequences=tuple(map(SequenceSource, names))

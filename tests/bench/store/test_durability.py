@@ -88,7 +88,7 @@ def test_a_killed_writer_loses_no_acknowledged_run(tmp_path, rounds, evidence):
     evidence(f"{rounds} kills: {len(reported)} acknowledged runs, {stored} stored, none lost")
 
 
-def test_a_transaction_that_was_killed_in_the_middle_is_undone_by_the_next_reader(several):
+def test_interrupted_transaction_is_undone_by_next_reader(several):
     """Copies of file and journal in the middle of a transaction are what a kill leaves."""
     file, journal = several.folder / "runs.db", several.folder / "runs.db-journal"
     before = contents(several)
@@ -258,7 +258,7 @@ def write_error(results, number):
     return ""
 
 
-def test_a_full_disk_leaves_everything_readable_and_writing_goes_on(tmp_path, monkeypatch):
+def test_full_disk_keeps_runs_readable_and_file_writable(tmp_path, monkeypatch):
     results = Results(tmp_path / "trial")
     limited = module._open
 
@@ -363,7 +363,7 @@ def test_results_on_a_read_only_file_system(several, tmp_path):
     assert (done.stdout.strip(), done.stderr) == ("4", "")
 
 
-def test_results_of_an_older_layout_are_refused_with_the_command_that_converts_them(tmp_path):
+def test_parquet_results_are_refused_with_convert_command(tmp_path):
     folder = tmp_path / "trial"
     folder.mkdir()
     (folder / "plan.json").write_text("{}")

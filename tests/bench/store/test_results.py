@@ -98,7 +98,7 @@ def test_ground_truth_comes_back_as_it_was(results, make_sequence):
         np.testing.assert_array_equal(ours, theirs)
 
 
-def test_a_ground_truth_without_shapes_gets_them_with_the_next_run(results, make_sequence):
+def test_ground_truth_without_shapes_is_completed(results, make_sequence):
     write_truth(results.folder, make_sequence(n=12))
     sequence = make_sequence(n=12, shapes=Shapes({0: np.eye(4, 2)}, range(12), (32, 24)))
     write_truth(results.folder, sequence)
@@ -106,9 +106,7 @@ def test_a_ground_truth_without_shapes_gets_them_with_the_next_run(results, make
 
 
 @given(CELLS, CELLS, CELLS)
-def test_requests_are_kept_in_order_with_the_later_version_of_a_series(
-    tmp_path_factory, first, second, gone
-):
+def test_manifest_keeps_order_and_latest_versions(tmp_path_factory, first, second, gone):
     results = Results(tmp_path_factory.mktemp("asked"))
     results.prepare(Manifest("First", dict.fromkeys(first, "1")))
     results.prepare(Manifest("", dict.fromkeys(second, "2")))
@@ -151,7 +149,7 @@ def test_a_late_run_never_replaces_what_another_process_finished(results, sequen
     assert results.read(cell).identity == b.identity
 
 
-def test_a_failed_run_gives_way_to_a_planned_repetition_and_to_a_finished_run(results, sequence):
+def test_failed_run_is_replaced_by_planned_or_finished_run(results, sequence):
     failed = full_run(sequence)
     assert results.write(failed)
     assert not results.write(failed)
@@ -161,7 +159,7 @@ def test_a_failed_run_gives_way_to_a_planned_repetition_and_to_a_finished_run(re
     assert not results.write(failed, replaces=failed.identity.version)
 
 
-def test_runs_of_one_transaction_are_stored_together_or_not_at_all(results, sequence):
+def test_write_all_is_atomic(results, sequence):
     run = bench.evaluate("static", sequence)
     broken = replace(bench.evaluate("static", sequence, 1), circumstances={"host": object()})
     with pytest.raises(TypeError):
@@ -226,7 +224,7 @@ def test_removed_runs_are_neither_stored_nor_missing(several, sequence):
     assert len(bench.load_results(several.folder)) == 0
 
 
-def test_runs_are_read_once_within_kept_runs(several, monkeypatch):
+def test_run_cache_reads_each_run_once(several, monkeypatch):
     token = run_cache.set(RunCache())
     try:
         cell = several.list_keys()[0]

@@ -7,7 +7,7 @@ import pandas as pd
 
 from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.store.truth import StoredTruth
-from trackmark.trackers.templates.occlusion import Diary
+from trackmark.trackers.templates.occlusion import OcclusionLog
 
 N = 120
 
@@ -55,7 +55,7 @@ def made_run(*events, beside=(), **parameters):
 
 def _details(events):
     """Return what the tracker reports of these occlusions, by frame."""
-    diary, rows, spans, declared_until = Diary(), [], [], 0
+    diary, rows, spans, declared_until = OcclusionLog(), [], [], 0
     for beginning, end, back in events:
         # One that began before the tracker was back from another is declared after it.
         spans.append((max(beginning, declared_until), N if back is None else back, beginning, end))
@@ -64,12 +64,12 @@ def _details(events):
         occluded, candidate = 0.0, np.nan
         for declared, last, beginning, end in spans:
             if frame == declared:
-                diary.begins(beginning)
+                diary.record_beginning(beginning)
             if frame == last:
-                diary.ends(end)
+                diary.record_end(end)
             if declared <= frame < last:
                 occluded, candidate = 1.0, np.nan if end is None else end
-        rows.append({"occluded": occluded, "candidate": candidate, **diary.told()})
+        rows.append({"occluded": occluded, "candidate": candidate, **diary.next_events()})
     return {name: np.r_[np.nan, values] for name, values in pd.DataFrame(rows).items()}
 
 

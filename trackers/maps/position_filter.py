@@ -1,4 +1,4 @@
-"""A particle filter over places on the joint map (Wang & Tang 2010, section 2.3)."""
+"""Particle filter of window positions on the joint map (Wang & Tang 2010, section 2.3)."""
 
 from collections.abc import Mapping
 from math import sqrt
@@ -11,17 +11,22 @@ from pydantic import Field
 from trackmark.trackers.base.arrays import Array
 from trackmark.trackers.base.interface import Box, Estimate, Image, Mask, Randomness
 from trackmark.trackers.base.parameters import choice, positive, whole
-from trackmark.trackers.base.particles import SCHEMES, effective_number, mean_state, normalised
+from trackmark.trackers.base.particles import (
+    SCHEMES,
+    effective_sample_size,
+    mean_state,
+    normalise_log_weights,
+)
 from trackmark.trackers.base.sharing import SharedFrame, SharingTracker
-from trackmark.trackers.maps.back_projection import whole_window
-from trackmark.trackers.maps.joint_map import ColourMotionModel, ModelParameters
+from trackmark.trackers.maps.back_projection import window_size
+from trackmark.trackers.maps.joint_map import ColourMotionModel, ColourMotionParameters
 
-ROBUST = {"sigma": 0.1, "radius": 10.0, "difference_window": 7}
-"""What the preset `robust` of every filter of places has (post hoc)."""
+ROBUST_PRESET = {"sigma": 0.1, "radius": 10.0, "difference_window": 7}
+"""Common part of the presets `robust` of position filters (post hoc)."""
 
 
-class CloudParameters(ModelParameters):
-    """Parameters of `PlaceFilter`."""
+class PositionFilterParameters(ColourMotionParameters):
+    """Parameters of `PositionFilter`."""
 
     particles: int = whole(60, "number of particles N [count]", most=100_000)
     radius: Annotated[float, Field(ge=0.0)] | Literal["rule"] = choice(
@@ -41,11 +46,11 @@ class CloudParameters(ModelParameters):
     )
 
 
-class PlaceFilter(SharingTracker):
-    """Particles that are places of a window of one size, weighed by the joint map inside it.
+class PositionFilter(SharingTracker):
+    """Base class of particle filters whose particles are window positions.
 
-    A subclass says its `name`, for messages, and in `drift_rule` how far each particle climbs
-    before it is weighed.
+    A particle's weight is computed from the joint map in the window. A subclass defines its `name`
+    (for error messages) and, by `drift_rule`, the mean shift of particles before weighting.
     """
 
     name: ClassVar[str]
@@ -53,34 +58,36 @@ class PlaceFilter(SharingTracker):
     randomness = Randomness.GENERATOR
 
     def drift_rule(self) -> tuple[float, int]:
-        """Stop distance (pixels) and most iterations of every particle's mean shift; 0 for none."""
+        """Return stop distance [pixels] and maximum iterations (0: none) of mean shift."""
         return 0.0, 0
 
     def init_shared(self, frame: SharedFrame, box: Box, mask: Mask | None = None) -> None:
-        """See `Tracker.init`, and `ColourMotionModel` for what is refused."""
+        """See `Tracker.init`; errors are those of `ColourMotionModel`."""
         settings = self.parameters
         centre, self._box_size = box[:2] + box[2:] / 2, box[2:].copy()
-        self._window = whole_window(box)
+        self._window = window_size(box)
         self._model = ColourMotionModel(self.name, settings, frame, centre, self._window)
         n = settings.particles
         self._radius = sqrt(n) / 2 if settings.radius == "rule" else settings.radius
         self._generator = np.random.default_rng(self.seed)
-        self._places = centre + self._thrown()
+        self._positions = centre + self._draw_displacements()
         self._steps = np.zeros((n, 2))
 
     def update_shared(self, frame: SharedFrame) -> Estimate:
-        """See `Tracker.update`; raises TrackerError for a frame of another size than the first."""
+        """See `Tracker.update`; raise TrackerError if the frame size changes."""
         settings, window = self.parameters, self._window
         joint = self._joint = self._model.observe(frame)
-        predicted = self._predicted(frame.image.shape)
+        predicted = self._predict(frame.image.shape)
         moved = joint.drift(predicted, window, *self.drift_rule())
         similarity = moved.after * joint.unit / (window[0] * window[1])
-        weights = normalised((similarity - 1) / (2 * settings.sigma**2))  # equations 9 to 11
+        weights = normalise_log_weights(
+            (similarity - 1) / (2 * settings.sigma**2)
+        )  # equations 9 to 11
         chosen = SCHEMES[settings.resampling](weights, self._uniforms())
-        estimate = self._estimated(weights, moved.points, chosen)
-        steps = moved.points - self._places
-        self._places, self._steps = moved.points[chosen], steps[chosen]
-        details = self._spread(weights, moved.points)
+        estimate = self._mean_position(weights, moved.points, chosen)
+        steps = moved.points - self._positions
+        self._positions, self._steps = moved.points[chosen], steps[chosen]
+        details = self._particle_details(weights, moved.points)
         details["iterations"] = float(moved.iterations.mean())
         details |= joint.details(estimate, window)
         return Estimate(
@@ -98,48 +105,48 @@ class PlaceFilter(SharingTracker):
         )
 
     def maps(self, image: Image) -> Mapping[str, Array]:
-        """See `Mapper.maps`: the joint map of colour and motion."""
+        """Return the joint map of colour and motion; see `Mapper.maps`."""
         return {"joint map": self._joint.whole()}
 
-    def _thrown(self) -> Array:
-        """Draw r u of equation 8, both coordinates apart."""
+    def _draw_displacements(self) -> Array:
+        """Draw r u of equation 8, independently for x and y."""
         return self._radius * self._generator.uniform(-1.0, 1.0, (self.parameters.particles, 2))
 
-    def _predicted(self, image_shape: tuple[int, ...]) -> Array:
-        """Equation 8; a particle carries on as it went, and stays on the image's pixels."""
+    def _predict(self, image_shape: tuple[int, ...]) -> Array:
+        """Predict positions by equation 8, clipped to the image's pixel centres."""
         steps = self._steps
         if self.parameters.velocity == "mean":
             steps = steps.mean(axis=0)
         last_pixel = np.array([image_shape[1] - 0.5, image_shape[0] - 0.5])
-        carried = self._places + steps + self._thrown()
+        carried = self._positions + steps + self._draw_displacements()
         inside: Array = np.minimum(np.maximum(carried, 0.5), last_pixel)
         return inside
 
     def _uniforms(self) -> Array:
-        """Numbers for the resampling; the systematic one looks at a single one."""
+        """Draw random numbers for resampling; systematic resampling uses one only."""
         n: int = self.parameters.particles
         if self.parameters.resampling == "systematic":
             return np.full(n, self._generator.random())
         return self._generator.random(n)
 
-    def _estimated(self, weights: Array, points: Array, chosen: NDArray[np.intp]) -> Array:
-        """Equation 12 and its readings."""
+    def _mean_position(self, weights: Array, points: Array, chosen: NDArray[np.intp]) -> Array:
+        """Return the estimated position (2,) by an interpretation of equation 12."""
         match self.parameters.estimate:
             case "mean":
-                found = mean_state(weights, points)
+                estimate = mean_state(weights, points)
             case "resampled":
-                found = points[chosen].mean(axis=0)
+                estimate = points[chosen].mean(axis=0)
             case _:
-                found = points[weights.argmax()]
-        return found
+                estimate = points[weights.argmax()]
+        return estimate
 
-    def _spread(self, weights: Array, points: Array) -> dict[str, float]:
-        """What became of the particles; see the details of `wang2010`."""
+    def _particle_details(self, weights: Array, points: Array) -> dict[str, float]:
+        """Return statistics of the particles; see the details of `wang2010`."""
         n = len(points)
         apart = (points - points.sum(axis=0) / n).ravel()
         pixels = points.astype(np.int64)
         return {
-            "effective_sample_size": effective_number(weights) / n,
+            "effective_sample_size": effective_sample_size(weights) / n,
             "weight_ratio": float(weights.max()) * n,
             "spread": sqrt(apart @ apart / n),
             "modes": float(len(set((pixels[:, 0] << 32 | pixels[:, 1]).tolist()))),
