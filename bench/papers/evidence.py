@@ -8,9 +8,9 @@ import pandas as pd
 from trackmark.bench.claims.claim_tests import Evidence
 from trackmark.bench.claims.claims_file import Claim
 from trackmark.bench.claims.row_verdicts import SETTINGS, VerdictRow, judge_row
-from trackmark.bench.papers.context import Context
 from trackmark.bench.papers.measures import Measure, find_measure
 from trackmark.bench.papers.plan import scene_names, tracker_text
+from trackmark.bench.papers.runs import Context
 from trackmark.bench.papers.scene_values import scene_values
 
 BOUNDED = ("share", "overlap")  # units of measures in [0, 1]

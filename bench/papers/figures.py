@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 
 from trackmark import datasets
 from trackmark.bench.claims.row_verdicts import SETTINGS
-from trackmark.bench.papers.context import Context
 from trackmark.bench.papers.description import FigureEntry
 from trackmark.bench.papers.measures import JudgedRun, find_measure, series
 from trackmark.bench.papers.plan import scene_names, tracker_text
+from trackmark.bench.papers.runs import Context
 from trackmark.reports.figures import write_figure
 from trackmark.reports.film_strip import DEFAULT_WIDTH, MAX_COLUMNS, film_strip, write_film_strip
 from trackmark.reports.overlay import TRUTH

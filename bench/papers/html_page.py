@@ -7,10 +7,16 @@ from pathlib import Path
 
 from trackmark.bench.claims.row_verdicts import SETTINGS, VerdictRow, count_verdicts, verdict_table
 from trackmark.bench.pages.page_frames import Watch
-from trackmark.bench.papers.evidence_frames import Footage, film_runs
+from trackmark.bench.papers.evidence_frames import (
+    Footage,
+    SceneRow,
+    ShownRun,
+    claim_scenes,
+    film_runs,
+    main_runs,
+)
 from trackmark.bench.papers.markdown_page import RULES, VIDEOS
 from trackmark.bench.papers.reproduction import Report
-from trackmark.bench.papers.scene_rows import SceneRow, ShownRun, claim_scenes, main_runs
 from trackmark.reports.page.content import Card, Page, PageSection, PageTable, Picture
 from trackmark.reports.page.film import compress_picture
 from trackmark.reports.page.page import write_page

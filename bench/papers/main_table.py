@@ -1,12 +1,15 @@
-"""Main table with the paper's numbers and ours, and the sensitivity table."""
+"""Tables of a paper: main table, sensitivity, settings, and criteria of the scenes."""
+
+from statistics import median
 
 import pandas as pd
 
 from trackmark.bench.claims.row_verdicts import SETTINGS
-from trackmark.bench.papers.context import Context
-from trackmark.bench.papers.description import MainRow, Sensitivity
+from trackmark.bench.papers.description import Description, MainRow, Sensitivity
 from trackmark.bench.papers.measures import Measure, find_measure
 from trackmark.bench.papers.plan import tracker_text
+from trackmark.bench.papers.runs import Context
+from trackmark.bench.papers.scene_check import read_criteria, read_values
 from trackmark.reports.tables import MISSING, Table, text_table
 
 
@@ -68,3 +71,47 @@ def _cell(row: MainRow, setting: str, context: Context) -> str:
             cells.append(format_mean(pd.concat(pieces), measure, members))
         by_tracker.append(", ".join(cells))
     return " / ".join(by_tracker)
+
+
+def setting_table(description: Description) -> Table:
+    """Return the values that differ between the settings, with their sources."""
+    heads = ["", "as written", "recommended", "source"]
+    rows = [list(row) for row in description.setting_table]
+    caption = "Values in which the settings differ, and values that both share"
+    return text_table("settings", caption, heads, rows, 1)
+
+
+def criteria_table(paper: str) -> Table:
+    """Return criterion, measured value, target, scenes that meet it, and the paper's sentence."""
+    heads = ["sequence", "criterion", "ours, median", "target", "met by", "the paper's sentence"]
+    try:
+        _, declared = read_criteria(paper)
+        values = read_values(paper)
+    except FileNotFoundError:
+        return text_table("criteria", "Criteria of the scenes: none.", heads, [], 2)
+    rows, skipped = [], []
+    for criterion in declared:
+        criterion_values = [
+            r for r in values if (r.sequence, r.name) == (criterion.sequence, criterion.name)
+        ]
+        met = (
+            f"{sum(row.passes for row in criterion_values)} of {len(criterion_values)}"
+            if criterion.target
+            else "printed"
+        )
+        name = f"{criterion.name} *" if criterion.with_result_in_view else criterion.name
+        middle = f"{median(row.value for row in criterion_values):.3g}" if criterion_values else ""
+        sequence = criterion.sequence.partition("/")[2]
+        target = criterion.target.replace("<=", "≤").replace(">=", "≥")
+        rows.append([sequence, name, middle, target, met, criterion.sentence])
+    for sequence in dict.fromkeys(row.sequence for row in values):
+        failed = sorted({r.scene for r in values if r.sequence == sequence and not r.passes})
+        if failed:
+            numbers = ", ".join(map(str, failed))
+            skipped.append(f"Skipped scenes of {sequence.partition('/')[2]}: {numbers}.")
+    caption = "Criteria of the scenes, measured on images and ground truth before any tracker ran"
+    table = text_table("criteria", caption, heads, rows, 2)
+    in_view = any(criterion.with_result_in_view for criterion in declared)
+    table.notes.extend(["* Chosen with the result in view."] if in_view else [])
+    table.notes.extend(skipped)
+    return table

@@ -9,17 +9,20 @@ from trackmark.bench.claims.claims_file import read_claims
 from trackmark.bench.claims.row_verdicts import VerdictRow, verdict_table
 from trackmark.bench.experiments.experiment import Experiment, ExperimentError
 from trackmark.bench.papers import FOLDER, Effort, check_paper_name
-from trackmark.bench.papers.context import Context
-from trackmark.bench.papers.criteria_table import criteria_table
 from trackmark.bench.papers.description import Description, read_description, read_sensitivity
 from trackmark.bench.papers.evidence import verdict_rows
 from trackmark.bench.papers.figures import Drawing, draw_figures
-from trackmark.bench.papers.main_table import main_table, sensitivity_table
+from trackmark.bench.papers.main_table import (
+    criteria_table,
+    main_table,
+    sensitivity_table,
+    setting_table,
+)
 from trackmark.bench.papers.measures import check_measure, paper_module
 from trackmark.bench.papers.plan import experiments, requests, sensitivity_requests
-from trackmark.bench.papers.runs import StoredRuns
+from trackmark.bench.papers.runs import Context, StoredRuns
 from trackmark.bench.store.layout import RunKey
-from trackmark.reports.tables import Table, text_table
+from trackmark.reports.tables import Table
 
 
 @dataclass(frozen=True)
@@ -126,14 +129,6 @@ class Reproduction:
             sensitivity=sensitivity,
             notes=read_notes(self.name),
         )
-
-
-def setting_table(description: Description) -> Table:
-    """Return the values that differ between the settings, with their sources."""
-    heads = ["", "as written", "recommended", "source"]
-    rows = [list(row) for row in description.setting_table]
-    caption = "Values in which the settings differ, and values that both share"
-    return text_table("settings", caption, heads, rows, 1)
 
 
 def read_notes(paper: str) -> dict[str, str]:

@@ -1,19 +1,25 @@
-"""Stored runs of a paper's experiments, by tracker and sequence, and their measures by scene."""
+"""Stored runs of a paper's experiments, and their measures by scene.
 
+`Context` passes them, the paper and the report's folder to tables and figures.
+"""
+
+import os
 from collections.abc import Collection, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from math import isnan
 from pathlib import Path
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import pandas as pd
 
 from trackmark import datasets
+from trackmark.bench.claims.claims_file import Claim
 from trackmark.bench.evaluation.ground_truth import select_ground_truth
 from trackmark.bench.experiments.tracker_spec import parse_tracker
+from trackmark.bench.papers import Effort, plan
 from trackmark.bench.papers.description import Description
-from trackmark.bench.papers.measures import JudgedRun, Measure
+from trackmark.bench.papers.measures import JudgedRun, Measure, find_function
 from trackmark.bench.papers.plan import scene_names
 from trackmark.bench.store.data_frames import load_results
 from trackmark.bench.store.files import ResultsError
@@ -121,3 +127,48 @@ class StoredRuns:
                 total = sum(sum(numbers) / len(numbers) for numbers in defined)
                 rows.append((sequence, rank, members[0], tracker, total))
         return pd.DataFrame(rows, columns=["sequence", "rank", "scene", "tracker", "value"])
+
+
+@dataclass(frozen=True)
+class Context:
+    """Input of tables, figures and functions in a paper's own modules.
+
+    Attributes
+    ----------
+    description : Description
+        The paper.
+    claims : mapping of str to Claim
+        Its claims.
+    runs : StoredRuns
+        Requested runs.
+    folder : Path
+        Folder of the report.
+    effort : Effort
+        Extent of the reproduction.
+    """
+
+    description: Description
+    claims: Mapping[str, Claim]
+    runs: StoredRuns
+    folder: Path
+    effort: Effort
+
+    @property
+    def scenes(self) -> int:
+        """Scenes of each sequence in tables and figures."""
+        return self.description.quick_scenes if self.effort.quick else plan.MAIN_SCENES
+
+    @cached_property
+    def jobs(self) -> int:
+        """Worker processes."""
+        return self.effort.jobs or os.cpu_count() or 1
+
+    def function(self, name: str) -> Any:
+        """Return a function of the paper's own modules, named as `module.function`.
+
+        Raises
+        ------
+        ExperimentError
+            If there is none.
+        """
+        return find_function(name, self.description.name)

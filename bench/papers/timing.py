@@ -28,8 +28,8 @@ from trackmark.bench.evaluation.ground_truth import select_ground_truth
 from trackmark.bench.evaluation.interleaved_timing import Reference, one_thread, take_turns
 from trackmark.bench.experiments.tracker_spec import BOXES, parse_tracker
 from trackmark.bench.metrics.times import DISTURBED_RATIO
-from trackmark.bench.papers.context import Context
 from trackmark.bench.papers.plan import scene_names, tracker_text
+from trackmark.bench.papers.runs import Context
 from trackmark.bench.store.files import write_atomically
 from trackmark.datasets.source_digest import source_digest
 from trackmark.trackers.base.interface import Box, Image

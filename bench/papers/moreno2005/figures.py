@@ -17,7 +17,6 @@ from trackmark import datasets
 from trackmark.bench.claims.row_verdicts import SETTINGS
 from trackmark.bench.evaluation.loop import run_protocol
 from trackmark.bench.experiments.tracker_spec import parse_tracker
-from trackmark.bench.papers.context import Context
 from trackmark.bench.papers.moreno2005.example import (
     COLOUR,
     COLOURS,
@@ -39,6 +38,7 @@ from trackmark.bench.papers.moreno2005.stages import (
     true_contour,
 )
 from trackmark.bench.papers.plan import scene_names, tracker_text
+from trackmark.bench.papers.runs import Context
 from trackmark.bench.statistics.intervals import mean_interval
 from trackmark.reports.film_strip import evenly_spaced, film_strip
 from trackmark.reports.overlay import TRUTH

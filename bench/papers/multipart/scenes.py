@@ -2,12 +2,12 @@
 
 from trackmark import datasets
 from trackmark.bench.experiments.tracker_spec import parse_tracker
-from trackmark.bench.papers.context import Context
 from trackmark.bench.papers.criteria.margins import right_choice as share_of_right_choices
 from trackmark.bench.papers.description import read_description
 from trackmark.bench.papers.measures import measure
 from trackmark.bench.papers.multipart.measures import PERSON
 from trackmark.bench.papers.plan import scene_names, tracker_text
+from trackmark.bench.papers.runs import Context
 from trackmark.bench.papers.scene_values import scene_values
 from trackmark.datasets.spec_string import parse_text
 from trackmark.datasets.synthetic.multipart.designs import DESIGNS

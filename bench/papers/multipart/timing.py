@@ -7,8 +7,8 @@ import numpy as np
 
 from trackmark.bench.claims.row_verdicts import SETTINGS
 from trackmark.bench.experiments.tracker_spec import parse_tracker
-from trackmark.bench.papers.context import Context
 from trackmark.bench.papers.measures import measure
+from trackmark.bench.papers.runs import Context
 from trackmark.bench.papers.timing import Methods, Pairs, kept_times, milliseconds
 from trackmark.reports.tables import MISSING, Table, text_table
 from trackmark.trackers.base.interface import Box, Image

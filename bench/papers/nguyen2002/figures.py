@@ -7,10 +7,10 @@ from numpy.typing import NDArray
 
 from trackmark import datasets
 from trackmark.bench.claims.row_verdicts import SETTINGS
-from trackmark.bench.papers.context import Context
 from trackmark.bench.papers.nguyen2002.events import hidden_in
 from trackmark.bench.papers.nguyen2002.measures import SWITCH
 from trackmark.bench.papers.plan import scene_names, tracker_text
+from trackmark.bench.papers.runs import Context
 from trackmark.bench.store.truth import StoredTruth
 from trackmark.reports.film_strip import film_strip
 from trackmark.reports.overlay import TRUTH

@@ -3,8 +3,8 @@
 import numpy as np
 
 from trackmark.bench.claims.row_verdicts import SETTINGS
-from trackmark.bench.papers.context import Context
 from trackmark.bench.papers.measures import measure
+from trackmark.bench.papers.runs import Context
 from trackmark.bench.papers.timing import Pairs, Values, kept_times, milliseconds, tracker_methods
 from trackmark.reports.tables import Table, text_table
 

@@ -5,7 +5,6 @@ from matplotlib.figure import Figure
 
 from trackmark import datasets
 from trackmark.bench.claims.row_verdicts import SETTINGS
-from trackmark.bench.papers.context import Context
 from trackmark.bench.papers.nummiaro2003.measures import GONE, HIDDEN
 from trackmark.bench.papers.nummiaro2003.sample_plots import (
     Surface,
@@ -16,6 +15,7 @@ from trackmark.bench.papers.nummiaro2003.sample_plots import (
 )
 from trackmark.bench.papers.nummiaro2003.scenes import surfaces
 from trackmark.bench.papers.plan import scene_names, tracker_text
+from trackmark.bench.papers.runs import Context
 
 EVERY = 25  # frames of Fig. 4
 

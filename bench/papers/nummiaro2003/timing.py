@@ -9,9 +9,9 @@ from numba import njit
 
 from trackmark.bench.claims.row_verdicts import SETTINGS
 from trackmark.bench.experiments.tracker_spec import parse_tracker
-from trackmark.bench.papers.context import Context
 from trackmark.bench.papers.measures import measure
 from trackmark.bench.papers.nummiaro2003.plain import PlainFilter
+from trackmark.bench.papers.runs import Context
 from trackmark.bench.papers.timing import (
     MethodMaker,
     Methods,

@@ -3,8 +3,8 @@
 from matplotlib.figure import Figure
 
 from trackmark import datasets
-from trackmark.bench.papers.context import Context
 from trackmark.bench.papers.plan import scene_names
+from trackmark.bench.papers.runs import Context
 from trackmark.bench.papers.wang2010.plain import PlainImprovedCamShift
 from trackmark.reports.figures import Panel, map_plot
 

@@ -6,8 +6,8 @@ from functools import partial
 import numpy as np
 
 from trackmark.bench.experiments.tracker_spec import parse_tracker
-from trackmark.bench.papers.context import Context
 from trackmark.bench.papers.measures import measure
+from trackmark.bench.papers.runs import Context
 from trackmark.bench.papers.timing import Methods, Pairs, kept_times, milliseconds, tracker_methods
 from trackmark.bench.papers.wang2010 import plain
 from trackmark.reports.tables import MISSING, Table, text_table

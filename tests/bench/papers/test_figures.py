@@ -8,8 +8,8 @@ import pytest
 
 from trackmark import datasets
 from trackmark.bench.papers import figures
-from trackmark.bench.papers.context import Context
 from trackmark.bench.papers.figures import draw_figures, figure_label
+from trackmark.bench.papers.runs import Context
 
 SCENES = [f"plain/target:length=20:scene={number}" for number in (200, *range(202, 213))]
 ADAPTIVE = "camshift:window=adaptive"

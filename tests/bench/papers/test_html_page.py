@@ -12,10 +12,10 @@ import pytest
 from tests import browser
 from trackmark.bench.claims.claim_tests import Evidence
 from trackmark.bench.papers import evidence_frames
+from trackmark.bench.papers.evidence_frames import claim_scenes
 from trackmark.bench.papers.html_page import write_html_page
 from trackmark.bench.papers.index_page import write_front_page
 from trackmark.bench.papers.reproduction import document
-from trackmark.bench.papers.scene_rows import claim_scenes
 from trackmark.bench.store.files import ResultsError
 
 TEXTS = ("camshift:window=adaptive", "static")

@@ -9,11 +9,10 @@ from trackmark.bench.claims.claims_file import read_claims
 from trackmark.bench.claims.row_verdicts import judge_row
 from trackmark.bench.execution.executor import Execution
 from trackmark.bench.papers import Effort
-from trackmark.bench.papers.context import Context
 from trackmark.bench.papers.description import read_description
 from trackmark.bench.papers.evidence import evidence
 from trackmark.bench.papers.plan import experiments, requests
-from trackmark.bench.papers.runs import StoredRuns
+from trackmark.bench.papers.runs import Context, StoredRuns
 
 ROOT = Path(__file__).parents[3]
 
