@@ -138,7 +138,7 @@ def asked_here(request):
 
 @pytest.fixture(scope="session")
 def without_processes():
-    """Have trackers run in this process. That children do the same is tested with the engine."""
+    """Run trackers in this process. The engine tests check that workers give equal results."""
 
     @contextmanager
     def within():
@@ -152,7 +152,7 @@ def without_processes():
 
 @pytest.fixture
 def in_this_process(without_processes):
-    """The same during a test."""
+    """Run trackers in this process during a test."""
     with without_processes():
         yield
 
@@ -197,9 +197,9 @@ def trackmark_process(workspace):
             env=os.environ | {"TRACKMARK_CACHE": str(workspace / "cache")},
             **options,
         )
-        said = done.stderr.splitlines(keepends=True)
-        # That something takes long on a busy machine is no test's matter.
-        done.stderr = "".join(line for line in said if not line.endswith(" …\n"))
+        error_lines = done.stderr.splitlines(keepends=True)
+        # Drop notices of slow steps: they depend on the load of the machine.
+        done.stderr = "".join(line for line in error_lines if not line.endswith(" …\n"))
         assert "Traceback" not in done.stderr, done.stderr
         assert status in (None, done.returncode), done.stdout + done.stderr
         return done

@@ -1,4 +1,4 @@
-"""The user is told that kernels are compiled, while it happens and then never again."""
+"""Tests of the message that kernels are being compiled, which appears only once."""
 
 import fcntl
 import json

@@ -1,4 +1,4 @@
-"""What the speed tests compare with, and how."""
+"""Reference trackers and time measurements of the speed tests."""
 
 from statistics import median
 from time import thread_time
@@ -38,7 +38,7 @@ class MeanShift:
 
 
 def run(tracker, clip, seconds=None, n=40):
-    """Track; give the mean overlap."""
+    """Track a clip and return the mean overlap."""
     images, truth = clip
     tracker.init(images[0], truth[0])
     overlaps = []
@@ -59,7 +59,7 @@ def say(*words):
 
 
 def warm(text, clip):
-    """The tracker of a text such as `multipart:particles=400`, compiled and its tables filled."""
+    """Return the tracker of a spec such as `multipart:particles=400`, compiled and warmed up."""
     name, *options = text.split(":")
     tracker = trackers.create(name, **dict(option.split("=") for option in options))
     run(tracker, clip, n=3)
@@ -67,14 +67,14 @@ def warm(text, clip):
 
 
 def seconds_of(function, *arguments):
-    """Processor time of a call."""
+    """Return the processor time of a call [s]."""
     begin = thread_time()
     function(*arguments)
     return thread_time() - begin
 
 
 def compare(clip, ours, theirs, rounds=3, n=40):
-    """Median time of theirs over ours; both in turns, so that both meet the same machine."""
+    """Return the ratio of median times, theirs over ours, measured in turns under equal load."""
     our_seconds, their_seconds = [], []
     for _ in range(rounds):
         our_overlap = run(ours, clip, our_seconds, n)

@@ -1,4 +1,4 @@
-"""What the harness costs: its own time per frame and tracker, and a run's way to the disk."""
+"""Overhead of the evaluation loop per frame and tracker, and the time to store a run."""
 
 import subprocess
 import sys

@@ -1,8 +1,8 @@
-"""Trackers beside OpenCV's mean shift on a hue back-projection, and what their time grows with.
+"""Speed of trackers relative to OpenCV's mean shift, and growth with their sample numbers.
 
-Ratios of processor time in one process, on the same frames and in turns: so much do they mean on
-any machine. `make bench` asks for them, and `pytest -s` shows them and how well each follows.
-Targets in milliseconds are what a reproduction of a paper prints.
+The mean shift uses a hue back-projection. The tests compare processor time in one process, on the
+same frames and in turns. Such ratios are comparable across machines. `make bench` runs the tests;
+`pytest -s` prints the ratios and the overlaps. Reproductions of papers print times in milliseconds.
 """
 
 from itertools import pairwise
@@ -19,7 +19,7 @@ from trackmark.trackers.base.sharing import SharedFrame
 from trackmark.trackers.histograms.motion import states_at_rest
 
 LEEWAY = 1.7
-"""By this factor other machines, and busy ones, differ; what takes twice as long is noticed."""
+"""Tolerance factor for other and busy machines. A time that doubles is still detected."""
 
 MEAN_SHIFTS = {
     clips.large: {
@@ -52,8 +52,10 @@ MEAN_SHIFTS = {
         "nguyen2002:features=arctan": 6.2,
     },
 }
-"""By frames and tracker: what a frame costs in mean shifts, back-projection of the whole frame
-included."""
+"""Usual time per frame, by clip and tracker, as a multiple of the time of a mean shift.
+
+The mean shift includes the back-projection of the whole frame.
+"""
 
 
 @pytest.mark.parametrize(
@@ -91,13 +93,13 @@ def test_multipart_is_many_times_quicker_than_opencvs_trackers(name, at_least):
 def test_time_grows_no_faster_than_each_number_of_samples(
     clip, tracker, parameter, numbers, at_most
 ):
-    found = []
+    medians = []
     for number in numbers:
-        own = []
-        run(warm(f"{tracker}:{parameter}={number}", clip()), clip(), own, n=12)
-        found.append(median(own))
-    say({n: f"{value * 1e3:.3f} ms" for n, value in zip(numbers, found, strict=True)})
-    for less, more in pairwise(found):
+        seconds = []
+        run(warm(f"{tracker}:{parameter}={number}", clip()), clip(), seconds, n=12)
+        medians.append(median(seconds))
+    say({n: f"{value * 1e3:.3f} ms" for n, value in zip(numbers, medians, strict=True)})
+    for less, more in pairwise(medians):
         assert more < at_most * less
 
 

@@ -52,16 +52,16 @@ class Command:
         return self.process.returncode
 
     def living(self):
-        """Numbers of living processes that it has started, wherever they went, and its own."""
-        found = []
+        """Return the ids of the living processes of the command, detached ones included."""
+        numbers = []
         for place in Path("/proc").glob("[0-9]*"):
             try:
                 state = (place / "stat").read_text().rpartition(")")[2].split()[0]
                 if state not in "ZX" and self._mark.encode() in (place / "environ").read_bytes():
-                    found.append(int(place.name))
+                    numbers.append(int(place.name))
             except OSError:  # it has ended
                 continue
-        return sorted(found)
+        return sorted(numbers)
 
     def workers(self):
         """Numbers of its living processes in which trackers run."""
@@ -85,10 +85,10 @@ def command_line(number):
         return ""
 
 
-def send(number, what):
-    """Send a signal, if there is still somebody."""
+def send(number, signal_number):
+    """Send a signal and return whether the process still existed."""
     try:
-        os.kill(number, what)
+        os.kill(number, signal_number)
     except ProcessLookupError:
         return False
     return True
@@ -96,15 +96,15 @@ def send(number, what):
 
 @pytest.fixture(scope="session")
 def begin():
-    """Begin a command; see `Command`. All are killed in the end."""
-    begun = []
+    """Start a command; see `Command`. All commands are killed at the end of the session."""
+    commands = []
 
-    def begin_one(*arguments, **surroundings):
-        begun.append(Command(*arguments, **surroundings))
-        return begun[-1]
+    def begin_command(*arguments, **surroundings):
+        commands.append(Command(*arguments, **surroundings))
+        return commands[-1]
 
-    yield begin_one
-    for command in begun:
+    yield begin_command
+    for command in commands:
         if command.process.poll() is None:
             command.kill()
 
@@ -124,15 +124,15 @@ def wait_until():
 
 @pytest.fixture(scope="session")
 def contents():
-    """Everything that determines and says a run, by path."""
+    """Return a function that reads identity, failure and columns of all runs, by run key."""
 
-    def of(folder):
+    def read_contents(folder):
         results = Results(folder)
-        found = {}
+        contents_by_key = {}
         for cell in results.list_keys():
             run = results.read(cell)
             columns = {name: values.tobytes() for name, values in run_columns(run).items()}
-            found[cell] = (run.identity, run.failure, columns)
-        return found
+            contents_by_key[cell] = (run.identity, run.failure, columns)
+        return contents_by_key
 
-    return of
+    return read_contents

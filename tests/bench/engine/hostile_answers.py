@@ -148,7 +148,7 @@ ROWS = {
     for number, row in enumerate(
         [
             *((f"return Estimate({box})", words) for box, words in BOXES),
-            *((f"return Estimate(self.box.copy(), {said})", words) for said, words in OTHERS),
+            *((f"return Estimate(self.box.copy(), {values})", words) for values, words in OTHERS),
             *ACTS,
         ]
     )

@@ -94,16 +94,18 @@ def content(run):
 def wrong(runs, names, undisturbed):
     """Return the runs that differ from what is expected, with the expected pattern or content."""
     assert runs.keys() == {*undisturbed, *names}
-    found = [name for name, expected in undisturbed.items() if content(runs[name]) != expected]
+    differences = [
+        name for name, expected in undisturbed.items() if content(runs[name]) != expected
+    ]
     for name in names:
         pattern, run = hostile.CLASSES[name][0], runs[name]
         reason = run.failure.partition("\n")[0]
         as_expected = re.search(pattern, reason) if pattern else not reason
         if pattern is not None and not as_expected:
-            found.append((name, pattern, reason))
+            differences.append((name, pattern, reason))
         assert len(run.failure) < 100_000
         assert len(run.output) < 20_000
-    return found
+    return differences
 
 
 def test_hostile_trackers_of_one_unit_cost_their_own_runs(
@@ -120,16 +122,16 @@ def test_hostile_trackers_of_one_unit_cost_their_own_runs(
 
 @pytest.mark.slow
 def test_each_hostile_tracker_is_contained_in_lock_step(lock_step, clock_of_hangs, undisturbed):
-    """In units of its own, twice, so that each meets what it has left of its process."""
+    """Run each tracker twice in its own units: the second run meets the process of the first."""
     names = [name for name in hostile.CLASSES for _ in range(2)]
     units = [replace(lock_step(name), truth=str(turn)) for turn, name in enumerate(names)]
     outcomes = zip(names, run_units(units), strict=True)
-    found = [wrong(runs, [name], undisturbed) for name, runs in outcomes]
-    assert [item for items in found for item in items] == []
+    differences = [wrong(runs, [name], undisturbed) for name, runs in outcomes]
+    assert [item for items in differences for item in items] == []
 
 
 def test_errors_and_malformed_estimates_cost_one_run(tmp_path, ground):
-    """In one pass over a sequence, next to calm trackers."""
+    """Run the hostile trackers in one pass over a sequence, next to calm trackers."""
     (tmp_path / "answers.py").write_text(hostile_answers.source())
     classes = runpy.run_path(str(tmp_path / "answers.py"))
     first, *others = parse_trackers([f"{ground}/hostile.py:Calm", "static"]).values()

@@ -108,10 +108,10 @@ def run_here(ground, without_processes):
 
 @pytest.fixture(scope="module")
 def undisturbed(run_here, contents):
-    """Contents of results of a command that was not disturbed."""
-    found = contents(run_here("undisturbed"))
-    assert len(found) == RUNS
-    return found
+    """Return the contents of the results of an undisturbed command."""
+    stored_contents = contents(run_here("undisturbed"))
+    assert len(stored_contents) == RUNS
+    return stored_contents
 
 
 def strike(command, target):
@@ -126,15 +126,15 @@ def strike(command, target):
 def test_work_continues_after_ctrl_c_and_a_kill(
     ground, start, wait_until, undisturbed, contents, evidence
 ):
-    """Workers end with the command, even within a frame."""
+    """Check that workers end with the command, even within a frame."""
     folder = ground / "results" / "stopped"
     command = start("stopped", TRACKER_WAITS=str(ground / "first"))
     wait_until(lambda: (ground / "first").exists() and Results(folder).list_keys())
     os.killpg(command.process.pid, signal.SIGINT)
     assert command.wait() == 130
-    kept = stamps(folder)
-    assert 1 <= len(kept) < RUNS
-    assert f"{len(kept)} of {RUNS} runs are in" in command.complained
+    finished_stamps = stamps(folder)
+    assert 1 <= len(finished_stamps) < RUNS
+    assert f"{len(finished_stamps)} of {RUNS} runs are in" in command.complained
     assert "same command" in command.complained
     assert "Traceback" not in command.complained
     assert command.living() == []
@@ -145,13 +145,13 @@ def test_work_continues_after_ctrl_c_and_a_kill(
     send(command.process.pid, signal.SIGKILL)
     assert command.wait() == -signal.SIGKILL
     wait_until(lambda: not command.living())
-    assert kept.items() <= stamps(folder).items()
-    kept = stamps(folder)
-    assert len(kept) < RUNS
+    assert finished_stamps.items() <= stamps(folder).items()
+    finished_stamps = stamps(folder)
+    assert len(finished_stamps) < RUNS
 
     command = start("stopped")
     assert command.wait() == 0, command.complained
-    assert kept.items() <= stamps(folder).items(), "a finished run was lost or repeated"
+    assert finished_stamps.items() <= stamps(folder).items(), "a finished run was lost or repeated"
     assert contents(folder) == undisturbed
     evidence("Ctrl-C and a kill cost nothing that was finished")
 
@@ -159,25 +159,25 @@ def test_work_continues_after_ctrl_c_and_a_kill(
 @pytest.mark.weekly
 @pytest.mark.parametrize("seed", range(1, 6))
 def test_200_kills_cost_no_finished_run(ground, start, undisturbed, contents, evidence, seed):
-    """Commands are killed at random moments, one after another, until one ends."""
+    """Kill commands at random moments, one after another, until one ends."""
     began = time.monotonic()
     assert start(f"timed-{seed}", TRACKER_SECONDS="0.001").wait() == 0
     seconds = time.monotonic() - began
     moments, kills, folder = random.Random(seed), 0, ground / "results" / f"killed-{seed}"
-    kept = {}
-    while kills < 40 or kept:
+    finished_stamps = {}
+    while kills < 40 or finished_stamps:
         command = start(folder.name, TRACKER_SECONDS="0.001")
         if kills < 40:
             time.sleep(moments.uniform(0.1, 0.95) * seconds)
             kills += strike(command, moments.choice(["all", "command", "worker"]))
         status = command.wait()
         now = stamps(folder)
-        assert kept.items() <= now.items(), "a finished run was lost or repeated"
-        kept = now
+        assert finished_stamps.items() <= now.items(), "a finished run was lost or repeated"
+        finished_stamps = now
         if status == 0:  # it was not hit, or lost a worker only
             assert contents(folder) == undisturbed
             shutil.rmtree(folder)
-            kept = {}
+            finished_stamps = {}
         elif status != -signal.SIGKILL:  # two workers were killed while they started
             assert "a worker process cannot start" in command.complained
     evidence(f"{kills} of {kills} kills cost nothing that was finished")
@@ -186,10 +186,10 @@ def test_200_kills_cost_no_finished_run(ground, start, undisturbed, contents, ev
 def test_paused_command_overwrites_nothing(
     ground, start, run_here, wait_until, undisturbed, contents
 ):
-    """Another command does its work meanwhile."""
-    folder, here = ground / "results" / "paused", ground / "here"
-    slow = start("paused", 1, TRACKER_WAITS=str(here))
-    wait_until(here.exists)
+    """Let another command finish the work during the pause."""
+    folder, pause_file = ground / "results" / "paused", ground / "here"
+    slow = start("paused", 1, TRACKER_WAITS=str(pause_file))
+    wait_until(pause_file.exists)
     stopped = slow.living()
     assert slow.process.pid in stopped
     assert slow.workers()
@@ -199,7 +199,7 @@ def test_paused_command_overwrites_nothing(
     assert run_here("paused") == folder
     before = stamps(folder)
     assert len(before) == RUNS
-    here.with_suffix(".on").touch()
+    pause_file.with_suffix(".on").touch()
     for number in stopped:
         send(number, signal.SIGCONT)
     assert slow.wait() == 0, slow.complained

@@ -80,53 +80,53 @@ def failures(folder):
 
 
 def one_unit(data, *names, repetitions=1):
-    """Return one unit of trackers of the file in one process, as planned."""
-    asked = experiment(data, *names, sequences="A", repetitions=repetitions)
-    units = list(left_of(make_plan(asked, Results(data / "none"))))
+    """Return the planned units of the trackers on sequence A as a single unit."""
+    requested = experiment(data, *names, sequences="A", repetitions=repetitions)
+    units = list(left_of(make_plan(requested, Results(data / "none"))))
     return replace(units[0], entries=tuple(entry for unit in units for entry in unit.entries))
 
 
 @pytest.fixture
 def tasks(monkeypatch):
     """Record the number of runs of each request, and whether it was for a fresh process."""
-    given = []
+    requests = []
     plain = Worker.give
 
     def give(self, request):
-        given.append((len(request.unit.entries), not self._used))
+        requests.append((len(request.unit.entries), not self._used))
         plain(self, request)
 
     monkeypatch.setattr(Worker, "give", give)
-    return given
+    return requests
 
 
 def test_one_process_or_two_make_the_results_of_evaluate(
     data, contents, without_processes, monkeypatch
 ):
     names = ("static", f"{data}/knob.py:Knob", "camshift")
-    asked = experiment(data, *names, repetitions=2)
+    requested = experiment(data, *names, repetitions=2)
     with without_processes():
-        one = run(replace(asked, name="one"), data / "results", jobs=1)
+        folder_without_workers = run(replace(requested, name="one"), data / "results", jobs=1)
     opened, read = [], readers.read
     monkeypatch.setattr(readers, "read", lambda *args: opened.append(args[0]) or read(*args))
-    execution = Execution(asked, data / "results", jobs=2)
+    execution = Execution(requested, data / "results", jobs=2)
     seen = []
     list(execution.rows(seen.append))
     assert len(execution.units) == 4
     assert len(opened) == 4  # each sequence for the plan and for its ground truth
-    assert len(contents(one)) == 2 * 4
-    assert contents(one) == contents(execution.folder)
+    assert len(contents(folder_without_workers)) == 2 * 4
+    assert contents(folder_without_workers) == contents(execution.folder)
     assert execution.work == seen[-1] == 2 * FRAMES * 4
     assert 0 <= min(seen) <= max(seen) <= execution.work
     assert 0 < execution.overhead < 0.01
-    results = Results(one)
+    results = Results(folder_without_workers)
     for row in list_scored_runs(results):
         stored = results.read(run_key(row))
         tracker = row["tracker"].replace("knob.py", f"{data}/knob.py")
         alone = bench.evaluate(tracker, str(data / "data" / row["sequence"]), row["repetition"])
         assert alone.identity == stored.identity
         np.testing.assert_array_equal(alone.boxes, stored.boxes)
-    assert Execution(replace(asked, name="one"), data / "results").units.runs == 0
+    assert Execution(replace(requested, name="one"), data / "results").units.runs == 0
 
 
 @pytest.mark.parametrize(
@@ -136,12 +136,12 @@ def test_one_process_or_two_make_the_results_of_evaluate(
 )
 def test_run_of_a_worker_equals_that_of_this_process(data, without_processes, options):
     names = ("camshift:window=adaptive",)
-    asked = experiment(data, *names, sequences="A", **options)
-    there = run(asked, data / "results", jobs=1)
+    requested = experiment(data, *names, sequences="A", **options)
+    worker_folder = run(requested, data / "results", jobs=1)
     with without_processes():
-        here = run(replace(asked, name="here"), data / "results", jobs=1)
-    (row,) = list_scored_runs(Results(there))
-    a, b = (Results(folder).read(run_key(row)) for folder in (there, here))
+        local_folder = run(replace(requested, name="here"), data / "results", jobs=1)
+    (row,) = list_scored_runs(Results(worker_folder))
+    a, b = (Results(folder).read(run_key(row)) for folder in (worker_folder, local_folder))
     assert a.identity == b.identity
     assert a.arrays.keys() == b.arrays.keys()
     for frame, named in a.arrays.items():

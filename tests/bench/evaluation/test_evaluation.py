@@ -22,15 +22,15 @@ def boxes_of(maker, sequence, repetition=0):
 def test_tracker_starts_with_the_target_and_sees_later_frames(
     make_sequence,
 ):
-    made = []
+    created_trackers = []
 
     def maker(seed):
-        made.append(Walker(seed))
-        return made[-1]
+        created_trackers.append(Walker(seed))
+        return created_trackers[-1]
 
     sequence = make_sequence(n=8, absent=(0, 1, 5))
     run = bench.evaluate(maker, sequence)
-    assert made[0].shown == [int(sequence[i].sum()) for i in range(2, 8)]
+    assert created_trackers[0].shown == [int(sequence[i].sum()) for i in range(2, 8)]
     assert np.isnan(run.boxes[:2]).all()
     np.testing.assert_array_equal(run.boxes[2], sequence.boxes[2])
     assert np.isfinite(run.boxes[3:]).all()
@@ -117,16 +117,16 @@ def test_shared_work_is_done_once_per_frame(make_sequence):
 
 @pytest.mark.parametrize("n", [1, 3])
 def test_shared_frame_has_the_number_of_trackers(make_sequence, n):
-    told = set()
+    sharer_counts = set()
 
     class Asker(Sharer):
         def update_shared(self, frame):
-            told.add(frame.sharers)
+            sharer_counts.add(frame.sharers)
             return Estimate(self.box)
 
     entry = parse_tracker(lambda seed: Asker(Asker.Parameters(), seed))
     run_protocol([(entry, repetition) for repetition in range(n)], make_sequence(4))
-    assert told == {n}
+    assert sharer_counts == {n}
 
 
 def raise_error(image, tracker):
@@ -196,10 +196,10 @@ def test_arrays_and_masks_are_kept_on_request(make_sequence):
 
     maker = misbehaving(draw)
     assert bench.evaluate(maker, make_sequence()).arrays == {}
-    kept = bench.evaluate(maker, make_sequence(), keep_arrays=True).arrays
-    assert list(kept) == [3]
-    np.testing.assert_array_equal(kept[3]["cloud"], [0, 1, 2])
-    assert kept[3]["mask"].all()
+    arrays = bench.evaluate(maker, make_sequence(), keep_arrays=True).arrays
+    assert list(arrays) == [3]
+    np.testing.assert_array_equal(arrays[3]["cloud"], [0, 1, 2])
+    assert arrays[3]["mask"].all()
 
 
 def test_tracker_instance_is_refused(make_sequence):
@@ -222,7 +222,7 @@ def test_static_has_the_scores_of_its_first_box(make_sequence):
 
 
 def test_overhead_excludes_trackers_and_images(make_sequence, monkeypatch):
-    """By a clock that ticks once a reading: 1 in the loop, 2 in each tracker's own call."""
+    """Use a clock that advances by 1 per reading: once in the loop, twice in a tracker call."""
     ticks = iter(range(10**6))
     now = partial(next, ticks)
     monkeypatch.setattr("trackmark.bench.evaluation.loop.perf_counter", now)
@@ -231,7 +231,7 @@ def test_overhead_excludes_trackers_and_images(make_sequence, monkeypatch):
     for n_trackers in (1, 4):
         entries = [(entry, repetition) for repetition in range(n_trackers)]
         overhead = run_protocol(entries, make_sequence(n=9)).overhead
-        # A frame reads the clock 2 + 3 a tracker: so much passes, of which 2 a tracker are its own.
+        # A frame of n trackers takes 2 + 3n readings; 2n of the ticks belong to the trackers.
         assert overhead == pytest.approx((1 + 3 * n_trackers - 2 * n_trackers) / n_trackers)
 
 
@@ -239,6 +239,6 @@ def test_overhead_counts_running_trackers_only(make_sequence, monkeypatch):
     clock = iter(range(10**6))
     monkeypatch.setattr("trackmark.bench.evaluation.loop.perf_counter", lambda: next(clock))
     monkeypatch.setattr("trackmark.bench.evaluation.recorder.perf_counter", lambda: 0.0)
-    failing = parse_tracker(misbehaving(raise_error, at=1))
+    failing = parse_tracker(misbehaving(raise_error, call_number=1))
     entries = [(parse_tracker(Walker), 0)] + [(failing, i) for i in range(9)]
     assert run_protocol(entries, make_sequence(n=9)).overhead == 1.0

@@ -36,10 +36,10 @@ def test_revised_frames_count_the_shown_ones(make_sequence):
     np.testing.assert_array_equal(run.revised[[2, 5]], run.boxes[[5, 5]])
 
 
-def finishing(last_word, at=99, act=None):
-    """A maker of trackers whose last word is `last_word(tracker)`."""
+def finishing(last_word, call_number=99, act=None):
+    """Return a tracker class whose final corrections are `last_word(tracker)`."""
 
-    class Finishing(misbehaving(act, at)):
+    class Finishing(misbehaving(act, call_number)):
         def finish(self):
             return last_word(self)
 
@@ -48,16 +48,16 @@ def finishing(last_word, at=99, act=None):
 
 def test_final_corrections_are_revised_boxes(make_sequence):
     sequence = make_sequence(n=6)
-    asked = []
+    frame_counts = []
 
     def last_word(tracker):
-        asked.append(len(tracker.shown))
+        frame_counts.append(len(tracker.shown))
         return {2: tracker.box, 5: tracker.box + [1, 0, 0, 0]}
 
     maker = finishing(last_word)
     maker.__qualname__ = Walker.__qualname__  # for the same random numbers
     run = bench.evaluate(maker, sequence)
-    assert asked == [6]  # once, when all frames were shown
+    assert frame_counts == [6]  # once, when all frames were shown
     np.testing.assert_array_equal(run.boxes, bench.evaluate(Walker, sequence).boxes)
     np.testing.assert_array_equal(run.revised[2], run.boxes[5])
     np.testing.assert_array_equal(run.revised[5], run.boxes[5] + [1, 0, 0, 0])
@@ -81,10 +81,14 @@ def test_malformed_final_correction_fails_its_run(make_sequence, last_word, reas
 
 
 def test_failed_tracker_is_not_asked_for_corrections(make_sequence):
-    asked = []
-    maker = finishing(lambda tracker: asked.append(tracker) or {}, at=2, act=lambda i, t: 1 / 0)
+    finished_trackers = []
+    maker = finishing(
+        lambda tracker: finished_trackers.append(tracker) or {},
+        call_number=2,
+        act=lambda i, t: 1 / 0,
+    )
     assert bench.evaluate(maker, make_sequence()).failure.startswith("frame 2: ZeroDivisionError")
-    assert asked == []
+    assert finished_trackers == []
     assert bench.evaluate(finishing(lambda tracker: {}), make_sequence()).revised is None
 
 

@@ -43,12 +43,12 @@ def clips(tmp_path):
 
 @pytest.fixture
 def tracker(tmp_path):
-    def made(name, cost=0.001, then=""):
+    def make_setup(name, cost=0.001, then=""):
         file = tmp_path / f"{name}.py"
         file.write_text(TRACKER.replace("COST", str(cost)).replace("{then}", then))
         return Setup(str(file), {})
 
-    return made
+    return make_setup
 
 
 def test_both_are_shown_the_same_and_the_dearer_one_takes_longer(tracker, clips):

@@ -62,14 +62,14 @@ def test_disturbed_pass_has_no_speed():
 
 
 class Counting:
-    """Counts its instances' calls."""
+    """Tracker that counts its updates and records its instances."""
 
-    made: list["Counting"] = []  # noqa: RUF012  # the test looks at all of them
+    instances: list["Counting"] = []  # noqa: RUF012  # the test reads all of them
 
     def __init__(self, seed):
         self.updates = 0
         self.random = np.random.default_rng(seed)
-        Counting.made.append(self)
+        Counting.instances.append(self)
 
     def init(self, image, box, mask=None):
         self.box = box
@@ -81,9 +81,9 @@ class Counting:
 
 def test_timing_run_warms_up_and_gives_the_same_boxes(make_sequence):
     sequence = make_sequence(n=30)
-    Counting.made.clear()
+    Counting.instances.clear()
     run = time_run(Counting, sequence)
-    assert [tracker.updates for tracker in Counting.made] == [WARM_UP_FRAMES - 1, 29, 29]
+    assert [tracker.updates for tracker in Counting.instances] == [WARM_UP_FRAMES - 1, 29, 29]
     assert run.identity.protocol == "timing"
     np.testing.assert_array_equal(run.boxes, bench.evaluate(Counting, sequence).boxes)
     assert np.isnan(run.times.cpu[0])
@@ -96,20 +96,20 @@ def test_timing_run_warms_up_and_gives_the_same_boxes(make_sequence):
 
 def test_warm_pass_reads_no_image_and_ends_with_memory(make_sequence, monkeypatch):
     sequence = make_sequence(n=30)
-    frames, asked = sequence.frames, []
+    frames, frames_read = sequence.frames, []
 
     class Counted:
         def __len__(self):
             return len(frames)
 
         def __getitem__(self, frame):
-            asked.append(frame)
+            frames_read.append(frame)
             return frames[frame]
 
     sequence.frames = counted = Counted()
     time_run("static", sequence)
-    assert asked[-30:] == [*range(30)]
-    assert asked.count(29) == 1
+    assert frames_read[-30:] == [*range(30)]
+    assert frames_read.count(29) == 1
     assert sequence.frames is counted
     monkeypatch.setattr(loop, "MAX_WARM_BYTES", 12 * frames[0].nbytes)
     times = time_run("static", sequence).times
@@ -118,12 +118,12 @@ def test_warm_pass_reads_no_image_and_ends_with_memory(make_sequence, monkeypatc
 
 
 def test_warm_times_have_their_own_scores():
-    one = np.array([np.nan, 1.0, 2.0, 3.0])
-    scores = time_scores(Times(one, one, 0.5, 0.25, one / 10, one / 10))
+    seconds = np.array([np.nan, 1.0, 2.0, 3.0])
+    scores = time_scores(Times(seconds, seconds, 0.5, 0.25, seconds / 10, seconds / 10))
     assert scores["warm_seconds_median"] == pytest.approx(0.2)
     assert scores["cpu_seconds_median"] == pytest.approx(2.0)
-    assert "warm_seconds_median" not in time_scores(Times(one, one, 0.5, 0.25))
-    disturbed = time_scores(Times(one, one, 0.5, 0.25, one / 5, one / 10))
+    assert "warm_seconds_median" not in time_scores(Times(seconds, seconds, 0.5, 0.25))
+    disturbed = time_scores(Times(seconds, seconds, 0.5, 0.25, seconds / 5, seconds / 10))
     assert disturbed["disturbed"] == 1.0
     assert np.isnan(disturbed["warm_seconds_median"])
 

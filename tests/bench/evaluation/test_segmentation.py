@@ -41,20 +41,20 @@ def square(x, side=8):
 
 
 class TrueMasks:
-    """True masks of a square that stays, and which of them were asked for."""
+    """Ground-truth masks of a static square, with a list of the requested frames."""
 
     def __init__(self, unknown=(), empty=()):
-        self.unknown, self.empty, self.asked = unknown, empty, []
+        self.unknown, self.empty, self.requested = unknown, empty, []
 
     def __call__(self, frame):
-        self.asked.append(frame)
+        self.requested.append(frame)
         if frame in self.unknown:
             return None
         return square(4, 0 if frame in self.empty else 8)
 
 
-def segmenting(say):
-    """A maker of trackers whose mask in their call number i is `say(i)`, from 1."""
+def segmenting(mask_of_call):
+    """Return a tracker class whose mask in call number i, from 1, is `mask_of_call(i)`."""
 
     class Segmenting:
         def __init__(self, seed):
@@ -65,14 +65,14 @@ def segmenting(say):
 
         def update(self, image):
             self.calls += 1
-            return Estimate(self.box, mask=say(self.calls))
+            return Estimate(self.box, mask=mask_of_call(self.calls))
 
     return Segmenting
 
 
 @pytest.fixture
 def make(make_sequence):
-    """Makes a sequence with masks, and gives what it was asked for beside it."""
+    """Return a function that makes a sequence with masks and its `TrueMasks`."""
 
     def with_masks(n=6, absent=(), unknown=(), empty=()):
         masks = TrueMasks(unknown, empty)
@@ -83,13 +83,13 @@ def make(make_sequence):
 
 def test_frames_after_the_first_are_compared(make):
     sequence, _ = make(n=7, absent=(0,))
-    found = bench.evaluate(segmenting(lambda call: square(3 + call)), sequence).segmentation
+    segmentation = bench.evaluate(segmenting(lambda call: square(3 + call)), sequence).segmentation
     expected = [region_similarity(square(3 + call), square(4)) for call in range(1, 6)]
-    assert np.isnan(found.region_similarity[:2]).all()
-    assert found.region_similarity[2:].tolist() == expected
+    assert np.isnan(segmentation.region_similarity[:2]).all()
+    assert segmentation.region_similarity[2:].tolist() == expected
     accuracy = [contour_accuracy(square(3 + call), square(4)) for call in range(1, 6)]
-    assert np.isnan(found.contour_accuracy[:2]).all()
-    assert found.contour_accuracy[2:].tolist() == accuracy
+    assert np.isnan(segmentation.contour_accuracy[:2]).all()
+    assert segmentation.contour_accuracy[2:].tolist() == accuracy
     assert len(set(expected)) == 5
     assert expected[0] == accuracy[0] == 1.0
 
@@ -97,19 +97,19 @@ def test_frames_after_the_first_are_compared(make):
 def test_true_mask_is_read_once_and_only_if_needed(make):
     sequence, masks = make(n=4)
     bench.evaluate("static", sequence)
-    assert masks.asked == [0]
-    masks.asked.clear()
+    assert masks.requested == [0]
+    masks.requested.clear()
     entries = [(parse_tracker("static"), 0)]
     entries += [(parse_tracker(segmenting(lambda call: square(4))), r) for r in range(3)]
     runs = run_protocol(entries, sequence).runs
-    assert masks.asked == [0, 1, 2, 3]
+    assert masks.requested == [0, 1, 2, 3]
     assert [run.segmentation is None for run in runs] == [True, False, False, False]
 
 
 def test_empty_or_missing_mask_has_lost_the_target(make):
-    said = {1: None, 2: square(4), 3: square(4, 0), 4: None, 5: square(4)}
+    masks = {1: None, 2: square(4), 3: square(4, 0), 4: None, 5: square(4)}
     sequence, _ = make()
-    run = bench.evaluate(segmenting(said.get), sequence)
+    run = bench.evaluate(segmenting(masks.get), sequence)
     for values in vars(run.segmentation).values():
         np.testing.assert_array_equal(values, [np.nan, np.nan, 1, 0, 0, 1])
     assert bench.score(run, sequence)["mean_region_similarity"] == 0.5
@@ -117,8 +117,8 @@ def test_empty_or_missing_mask_has_lost_the_target(make):
 
 def test_frame_without_true_mask_is_not_compared(make, make_sequence):
     maker = segmenting(lambda call: square(4))
-    found = bench.evaluate(maker, make(unknown=(2, 4))[0]).segmentation
-    np.testing.assert_array_equal(np.isnan(found.region_similarity), [1, 0, 1, 0, 1, 0])
+    segmentation = bench.evaluate(maker, make(unknown=(2, 4))[0]).segmentation
+    np.testing.assert_array_equal(np.isnan(segmentation.region_similarity), [1, 0, 1, 0, 1, 0])
     sequence = make_sequence()
     run = bench.evaluate(maker, sequence)
     assert run.segmentation is None
@@ -137,7 +137,7 @@ def test_masks_are_never_compared_in_timing_runs(make):
     (run,) = run_protocol(entries, sequence, TIMING).runs
     assert run.failure == ""
     assert run.segmentation is None
-    assert set(masks.asked) == {0}
+    assert set(masks.requested) == {0}
 
 
 def test_scores_are_mean_recall_and_decay():
@@ -210,19 +210,25 @@ def test_stored_scores_are_those_of_the_masks(stored):
 
 
 def test_tables_have_columns_of_masks(stored):
-    made = {table.name: table for table in tables(stored)}
-    assert list(made) == ["summary", "sequences", "segmentation"]
-    assert "DAVIS" in made["segmentation"].caption
+    tables_by_name = {table.name: table for table in tables(stored)}
+    assert list(tables_by_name) == ["summary", "sequences", "segmentation"]
+    assert "DAVIS" in tables_by_name["segmentation"].caption
     scores = load_results(stored).set_index("tracker_name").drop(index="static")
     for column, name in (
         ("region similarity J", "mean_region_similarity"),
         ("contour accuracy F", "mean_contour_accuracy"),
     ):
-        texts = [row[made["summary"].heads.index(column)].text for row in made["summary"].rows]
+        texts = [
+            row[tables_by_name["summary"].heads.index(column)].text
+            for row in tables_by_name["summary"].rows
+        ]
         assert texts == ["—", f"{scores[name].mean():.3f}"]
-        texts = [row[made["sequences"].heads.index(column)].text for row in made["sequences"].rows]
+        texts = [
+            row[tables_by_name["sequences"].heads.index(column)].text
+            for row in tables_by_name["sequences"].rows
+        ]
         assert texts == ["—", f"{scores[name].iloc[0]:.3f}", "—", f"{scores[name].iloc[1]:.3f}"]
-    _, last = made["segmentation"].rows  # of the tracker that segments alone
+    _, last = tables_by_name["segmentation"].rows  # of the tracker that segments alone
     assert last[2].text == f"{scores['mean_region_similarity'].iloc[1]:.3f}"
     assert last[-1].text == f"{scores['contour_decay'].iloc[1]:.3f}"
 
@@ -230,9 +236,9 @@ def test_tables_have_columns_of_masks(stored):
 def test_tables_without_masks_have_no_such_columns(stored):
     sequences = load_results(stored)["sequence"].unique()
     cells = [("static", sequence, 0, "accuracy") for sequence in sequences]
-    made = tables(stored, cells)
-    assert [table.name for table in made] == ["summary", "sequences"]
-    for table in made:
+    tables_without_masks = tables(stored, cells)
+    assert [table.name for table in tables_without_masks] == ["summary", "sequences"]
+    for table in tables_without_masks:
         assert not {"region similarity J", "contour accuracy F"} & set(table.heads)
 
 
@@ -242,12 +248,12 @@ def test_commands_show_scores_of_masks(trackmark, workspace):
     lines = trackmark("run", *arguments, "--name", "mine", "--json").stdout.splitlines()
     scores = {row["tracker_name"]: row["scores"] for row in map(json.loads, lines)}
     assert not set(NAMES) & scores.pop("static").keys()
-    (found,) = scores.values()
-    assert set(NAMES) <= found.keys()
-    said = trackmark("report", "results/mine").stdout
-    assert "region similarity J" in said
-    assert f"{found['mean_region_similarity']:.3f}" in said
-    assert f"{found['contour_decay']:.3f}" in said
+    (mask_scores,) = scores.values()
+    assert set(NAMES) <= mask_scores.keys()
+    report = trackmark("report", "results/mine").stdout
+    assert "region similarity J" in report
+    assert f"{mask_scores['mean_region_similarity']:.3f}" in report
+    assert f"{mask_scores['contour_decay']:.3f}" in report
     listed = trackmark("results", "list", "results/mine", "--json").stdout.splitlines()
-    assert found in [json.loads(line)["scores"] for line in listed]
+    assert mask_scores in [json.loads(line)["scores"] for line in listed]
     trackmark("results", "check", "results/mine")

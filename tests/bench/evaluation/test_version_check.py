@@ -24,7 +24,7 @@ def sealing(tmp_path, monkeypatch):
 
     def seal(present, images, *arguments, tree="new tree"):
         write_versions(file, {} if present is None else {"suite/one": present})
-        one = Sealed(
+        entry = Sealed(
             "suite/one",
             file,
             tree,
@@ -34,7 +34,7 @@ def sealing(tmp_path, monkeypatch):
             ["cv2"],
             [],
         )
-        monkeypatch.setattr(command, "sealed", lambda: iter([one]))
+        monkeypatch.setattr(command, "sealed", lambda: iter([entry]))
         answer = CliRunner().invoke(command.main, arguments)
         return answer, read_versions(file).get("suite/one")
 
@@ -110,5 +110,7 @@ def library_versions_of_constraints(libraries):
 
 
 def test_every_source_is_the_sealed_one():
-    changed = [one.name for one in sealed() if one.seal is None or one.seal.tree != one.tree]
+    changed = [
+        entry.name for entry in sealed() if entry.seal is None or entry.seal.tree != entry.tree
+    ]
     assert not changed, "their source changed: `make seal` proves that they give the same"

@@ -22,8 +22,8 @@ class Walker:
         return Estimate(self.box, details={"brightness": image.mean()})
 
 
-def misbehaving(act, at=3):
-    """A maker of trackers that do `act` in their call number `at`."""
+def misbehaving(act, call_number=3):
+    """Return a tracker class that calls `act` in its update number `call_number`."""
 
     class Misbehaving(Walker):
         def __init__(self, seed):
@@ -32,6 +32,6 @@ def misbehaving(act, at=3):
 
         def update(self, image):
             self.calls += 1
-            return act(image, self) if self.calls == at else super().update(image)
+            return act(image, self) if self.calls == call_number else super().update(image)
 
     return Misbehaving

@@ -1,4 +1,4 @@
-"""How long the rest takes: what it rests on, and how it is said."""
+"""Tests of the estimated remaining time: its measurements and its text."""
 
 import shutil
 
@@ -45,7 +45,7 @@ def ground(workspace):
     return workspace
 
 
-def asked(ground, milliseconds, sequences=("Small",), name="trial"):
+def make_experiment(ground, milliseconds, sequences=("Small",), name="trial"):
     trackers = tuple(f"{ground / 'sleeper.py'}:Sleeper:milliseconds={ms}" for ms in milliseconds)
     sources = tuple(SequenceSource(str(ground / "data" / sequence)) for sequence in sequences)
     return Experiment(name, trackers, sources)
@@ -57,35 +57,35 @@ def estimated(ground, chosen, **limits):
     return estimate(units, measured_before(ground / "results"), Limits(**limits))
 
 
-def test_the_nearest_that_was_measured_counts(ground, in_this_process):
-    run(asked(ground, [100]), ground / "results", jobs=1)
-    chosen = asked(ground, [100, 50], ("Small", "Other"), name="next")
-    found = estimated(ground, chosen)
-    assert found.bases == {Basis.NAME: 2, Basis.TRACKER: 1, Basis.SEQUENCE: 1}
+def test_estimate_uses_the_nearest_measurement(ground, in_this_process):
+    run(make_experiment(ground, [100]), ground / "results", jobs=1)
+    chosen = make_experiment(ground, [100, 50], ("Small", "Other"), name="next")
+    estimate = estimated(ground, chosen)
+    assert estimate.bases == {Basis.NAME: 2, Basis.TRACKER: 1, Basis.SEQUENCE: 1}
     # Four calls of the tracker in five frames, 0.1 s each as far as is known, in four runs.
-    assert found.high > 1.6
-    assert 0 < found.low < found.high
+    assert estimate.high > 1.6
+    assert 0 < estimate.low < estimate.high
 
 
-def test_what_never_ran_is_probed_and_nothing_is_kept(ground, in_this_process):
-    found = estimated(ground, asked(ground, [20]))
-    assert found.bases == {Basis.PROBE: 1}
+def test_unmeasured_tracker_is_probed_and_nothing_is_stored(ground, in_this_process):
+    estimate = estimated(ground, make_experiment(ground, [20]))
+    assert estimate.bases == {Basis.PROBE: 1}
     assert not (ground / "results").exists()
-    assert estimated(ground, asked(ground, [20, 200])).high > 4 * 0.2
+    assert estimated(ground, make_experiment(ground, [20, 200])).high > 4 * 0.2
 
 
 def test_tracker_that_hangs_in_probe_is_reported(ground):
-    found = estimated(ground, asked(ground, [1, 60_000]), frame_seconds=1.0)
-    assert found.bases == {Basis.PROBE: 1, Basis.NOTHING: 1}
+    estimate = estimated(ground, make_experiment(ground, [1, 60_000]), frame_seconds=1.0)
+    assert estimate.bases == {Basis.PROBE: 1, Basis.NOTHING: 1}
 
 
 def test_nothing_takes_no_time(ground, in_this_process):
-    run(asked(ground, [1]), ground / "results", jobs=1)
-    assert estimated(ground, asked(ground, [1])) == Estimate(0.0, 0.0, {})
+    run(make_experiment(ground, [1]), ground / "results", jobs=1)
+    assert estimated(ground, make_experiment(ground, [1])) == Estimate(0.0, 0.0, {})
 
 
 @pytest.mark.parametrize(
-    ("low", "high", "said"),
+    ("low", "high", "text"),
     [
         (0.0, 0.4, "1 to 1 seconds"),
         (11.4, 36.7, "11 to 37 seconds"),
@@ -94,5 +94,5 @@ def test_nothing_takes_no_time(ground, in_this_process):
         (1e6, 2e6, "12 to 23 days"),
     ],
 )
-def test_an_estimate_is_said_in_two_digits(low, high, said):
-    assert words(Estimate(low, high, {})) == said
+def test_estimate_text_has_two_digits(low, high, text):
+    assert words(Estimate(low, high, {})) == text

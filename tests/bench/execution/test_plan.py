@@ -1,4 +1,4 @@
-"""Plans: what is done, what is stale, and how the rest is shared out."""
+"""Tests of plans: finished runs, stale runs and the division of the rest into work units."""
 
 import shutil
 from itertools import groupby
@@ -35,10 +35,10 @@ def experiment(workspace, **changes):
 def states(workspace, **changes):
     chosen = experiment(workspace, **changes)
     plan = make_plan(chosen, Results(workspace / "results" / chosen.name))
-    found = zip(plan.manifest().versions, plan.states.ravel(), strict=True)
+    run_states = zip(plan.manifest().versions, plan.states.ravel(), strict=True)
     return {
         (tracker, repetition): State(state).name.lower()
-        for (tracker, _, repetition, _), state in found
+        for (tracker, _, repetition, _), state in run_states
     }
 
 
@@ -67,15 +67,15 @@ def test_missing_region_is_rejected_before_first_run(workspace):
 
 
 def test_more_repetitions_leave_the_old_ones_done(finished):
-    found = states(finished, repetitions=5)
-    assert [found["knob.py:Knob", i] for i in range(5)] == ["done"] * 3 + ["left"] * 2
+    run_states = states(finished, repetitions=5)
+    assert [run_states["knob.py:Knob", i] for i in range(5)] == ["done"] * 3 + ["left"] * 2
 
 
 def test_changed_tracker_makes_only_its_runs_stale(finished):
     append(finished / "knob.py", "CHANGED = True\n")
-    found = states(finished)
-    assert found.pop(("static", 0)) == "done"
-    assert set(found.values()) == {"stale"}
+    run_states = states(finished)
+    assert run_states.pop(("static", 0)) == "done"
+    assert set(run_states.values()) == {"stale"}
 
 
 def test_a_changed_shared_module_makes_runs_stale(finished, monkeypatch, tmp_path):
@@ -142,7 +142,7 @@ def test_unit_holds_all_trackers_that_may_share_a_process(workspace):
 
 
 def test_external_and_timed_trackers_share_no_process(workspace):
-    """Its own runs follow one another, so that it has use for its process."""
+    """Check that the runs of an external tracker are adjacent, so that they reuse its process."""
     (workspace / "Twin.py").write_text((workspace / "knob.py").read_text())
     texts = (
         "static",
@@ -159,7 +159,7 @@ def test_external_and_timed_trackers_share_no_process(workspace):
     timed = small_plan(workspace, trackers=texts, repetitions=2, timing=True)
     owners = [unit.owner for unit in left_of(timed)]
     assert len(owners) == 5 * 2 * 2
-    assert [own for own, _ in groupby(owners)] == list(dict.fromkeys(owners))
+    assert [owner for owner, _ in groupby(owners)] == list(dict.fromkeys(owners))
     assert len(set(owners)) == 5
 
 
@@ -174,9 +174,11 @@ def test_two_sequences_of_one_name_are_refused(workspace):
     sources = tuple(SequenceSource(str(path)) for path in (workspace / "data" / "Small", other))
     assert len(states(workspace, sequences=sources)) == 4
     (other / "groundtruth_rect.txt").write_text("6,6,10,12\n" * 5)
-    with pytest.raises(ExperimentError, match="two different sequences are called 'Small'") as told:
+    with pytest.raises(
+        ExperimentError, match="two different sequences are called 'Small'"
+    ) as raised:
         states(workspace, sequences=sources)
-    assert f"{workspace / 'data' / 'Small'} and {other}. " in str(told.value)
+    assert f"{workspace / 'data' / 'Small'} and {other}. " in str(raised.value)
 
 
 def test_two_trackers_of_one_name_are_refused(workspace):
@@ -187,13 +189,13 @@ def test_two_trackers_of_one_name_are_refused(workspace):
         states(workspace, trackers=both)
 
 
-def test_failed_runs_are_repeated_only_when_asked_for(workspace):
+def test_failed_runs_are_repeated_only_on_request(workspace):
     file = workspace / "knob.py"
     file.write_text(file.read_text().replace("return Estimate", "raise ValueError  #"))
     run(experiment(workspace), workspace / "results")
-    found = states(workspace)
-    assert found["static", 0] == "done"
-    assert found["knob.py:Knob", 1] == "failed"
+    run_states = states(workspace)
+    assert run_states["static", 0] == "done"
+    assert run_states["knob.py:Knob", 1] == "failed"
     plan = make_plan(experiment(workspace), Results(workspace / "results" / "trial"))
     assert list(left_of(plan)) == []
     (unit,) = left_of(plan, retry_failed=True)
@@ -216,19 +218,19 @@ def small_plan(workspace, sequences=1, **changes):
 def test_units_fit_worker_share_and_cover_every_run_once(workspace, sequences, workers):
     plan = small_plan(workspace, sequences)
     units = left_of(plan, workers=workers)
-    made = list(units)
-    assert len(units) == len(made)
-    assert units.runs == 4 * sequences == sum(len(unit.entries) for unit in made)
-    assert units.work == sum(unit.work for unit in made) == 4 * 5 * sequences
-    for unit in made:
+    all_units = list(units)
+    assert len(units) == len(all_units)
+    assert units.runs == 4 * sequences == sum(len(unit.entries) for unit in all_units)
+    assert units.work == sum(unit.work for unit in all_units) == 4 * 5 * sequences
+    for unit in all_units:
         assert len(unit.entries) == 1 or unit.work * workers <= units.work
-    runs = {(unit.source, *entry[:2]) for unit in made for entry in unit.entries}
+    runs = {(unit.source, *entry[:2]) for unit in all_units for entry in unit.entries}
     assert len(runs) == units.runs
     if sequences % workers == 0:
-        assert len(made) == 2 * sequences, "static apart; what leaves no core idle is not split"
+        assert len(all_units) == 2 * sequences, "two per sequence: static and the rest"
     # As a pool takes them: none has more to do than its share and one run.
     busy = [0] * workers
-    for unit in made:
+    for unit in all_units:
         busy[busy.index(min(busy))] += unit.work
     assert max(busy) <= units.work / workers + 5
 
@@ -252,12 +254,12 @@ def test_a_unit_says_which_version_each_of_its_runs_replaces(finished):
 
 
 def test_opened_sequence_is_reused_by_next_plan(workspace, monkeypatch):
-    known = {}
-    first = make_plan(experiment(workspace), Results(workspace / "none"), known)
+    opened_sequences = {}
+    first = make_plan(experiment(workspace), Results(workspace / "none"), opened_sequences)
     monkeypatch.setattr(
         "trackmark.datasets.load", lambda *_, **__: pytest.fail("a sequence was opened")
     )
-    second = make_plan(experiment(workspace), Results(workspace / "none"), known)
+    second = make_plan(experiment(workspace), Results(workspace / "none"), opened_sequences)
     assert first.versions == second.versions
 
 
@@ -277,14 +279,14 @@ def test_workers_open_sequences_of_large_plan_equally(workspace, monkeypatch):
     large = Experiment(
         name="large", trackers=("static",), sequences=tuple(map(SequenceSource, names))
     )
-    results, told = Results(workspace / "results" / "large"), []
+    results, progress = Results(workspace / "results" / "large"), []
     alone = make_plan(large, results)
     monkeypatch.setattr("trackmark.bench.execution.plan.MIN_SEQUENCES_FOR_WORKERS", 4)
-    shared = make_plan(large, results, on_opened=lambda *number: told.append(number), jobs=2)
-    assert told[:4] == [(number, 4) for number in range(4)]
+    shared = make_plan(large, results, on_opened=lambda *number: progress.append(number), jobs=2)
+    assert progress[:4] == [(number, 4) for number in range(4)]
     for field in ("name", "fingerprint", "frames", "starts"):
-        assert [getattr(one, field) for one in shared.sequences] == [
-            getattr(one, field) for one in alone.sequences
+        assert [getattr(sequence, field) for sequence in shared.sequences] == [
+            getattr(sequence, field) for sequence in alone.sequences
         ]
     broken = Experiment(
         name="large", trackers=("static",), sequences=(*large.sequences, SequenceSource("no/where"))
@@ -293,10 +295,10 @@ def test_workers_open_sequences_of_large_plan_equally(workspace, monkeypatch):
         make_plan(broken, results, jobs=2)
 
 
-def test_a_sequence_that_workers_cannot_open_is_told_alone(workspace, monkeypatch):
-    told = []
+def test_sequence_that_workers_cannot_open_raises_one_error(workspace, monkeypatch):
+    logged = []
     monkeypatch.setattr(
-        "loky.process_executor.LOGGER.critical", lambda *words, **_: told.append(words)
+        "loky.process_executor.LOGGER.critical", lambda *words, **_: logged.append(words)
     )
     names = ["no/where", *(f"plain/target:scene={scene}" for scene in range(1, 40))]
     broken = Experiment(
@@ -304,4 +306,4 @@ def test_a_sequence_that_workers_cannot_open_is_told_alone(workspace, monkeypatc
     )
     with pytest.raises(SequenceError, match="no/where"):
         make_plan(broken, Results(workspace / "results"), jobs=2)
-    assert not told
+    assert not logged

@@ -30,7 +30,7 @@ from trackmark.bench.store.truth import read_truth
 WRITER = """
 import sys
 from pathlib import Path
-from tests.bench.store.test_durability import made
+from tests.bench.store.test_durability import make_run
 from trackmark.bench.store.results import Results
 results, first = Results(Path(sys.argv[1])), int(sys.argv[2])
 for number in range(first, first + 100_000):
@@ -39,8 +39,8 @@ for number in range(first, first + 100_000):
 """
 
 
-def made(number):
-    """A run without tracker and sequence."""
+def make_run(number):
+    """Return a run without tracker and sequence."""
     rng = np.random.default_rng(number)
     identity = Identity("t", "t", "", {}, {"source": "1"}, "s", "f", number, "accuracy")
     boxes = rng.random((50, 4))
@@ -54,7 +54,7 @@ def assert_whole(results, numbers):
     assert set(numbers) <= stored
     for number in stored:
         run = results.read(("t", "s", number, "accuracy"))
-        np.testing.assert_array_equal(run.boxes, made(number).boxes)
+        np.testing.assert_array_equal(run.boxes, make_run(number).boxes)
     return len(stored)
 
 
@@ -99,8 +99,8 @@ def test_interrupted_transaction_is_undone_by_next_reader(several):
     writer.execute("UPDATE run SET failure = 'x'")
     left = several.folder.parent / "left" / "trial"
     left.mkdir(parents=True)
-    for one in (file, journal):
-        shutil.copy(one, left / one.name)
+    for path in (file, journal):
+        shutil.copy(path, left / path.name)
     writer.execute("ROLLBACK")
     writer.close()
     assert (left / "runs.db").read_bytes() != file.read_bytes()
@@ -111,18 +111,23 @@ def test_interrupted_transaction_is_undone_by_next_reader(several):
 def contents(results):
     """Return everything that is stored, as text."""
     folder = results.folder
-    asked = results.manifest()
+    manifest = results.manifest()
     runs = {cell: results.read(cell) for cell in results.list_keys()}
-    said = [asked.title, list(asked.versions.items()), list_scored_runs(results), read_logs(folder)]
+    stored = [
+        manifest.title,
+        list(manifest.versions.items()),
+        list_scored_runs(results),
+        read_logs(folder),
+    ]
     for cell, run in runs.items():
         arrays = [run.boxes, run.visible, run.confidence, *run.details.values()]
-        arrays += [one for named in run.arrays.values() for one in named.values()]
+        arrays += [array for named in run.arrays.values() for array in named.values()]
         arrays += [] if run.revised is None else [run.revised]
         truth = read_truth(folder, run.identity.sequence, run.identity.fingerprint)
         arrays += [truth.boxes, truth.visibility]
-        said += [cell, run.identity, run.failure, run.output, run.circumstances]
-        said += [[array.tobytes() for array in arrays], truth.fps, truth.image_size]
-    return repr(said)
+        stored += [cell, run.identity, run.failure, run.output, run.circumstances]
+        stored += [[array.tobytes() for array in arrays], truth.fps, truth.image_size]
+    return repr(stored)
 
 
 def flip_bits(results, bits, caplog):
@@ -177,8 +182,8 @@ def test_no_flipped_bit_is_silent(several, number, evidence, caplog):
 )
 def test_changes_in_any_table_are_reported_by_check_and_readers(several, change, reason):
     edit(several, change)
-    (said, *_) = find_damage(several.folder)
-    assert reason in said
+    (message, *_) = find_damage(several.folder)
+    assert reason in message
     with pytest.raises(ResultsError, match=r"runs\.db is damaged"):
         contents(several)
 
@@ -252,7 +257,7 @@ def test_a_file_cut_anywhere_is_reported(several):
 
 def write_error(results, number):
     try:
-        results.write(made(number))
+        results.write(make_run(number))
     except ResultsError as error:
         return str(error)
     return ""
@@ -276,7 +281,7 @@ def test_full_disk_keeps_runs_readable_and_file_writable(tmp_path, monkeypatch):
     assert "runs.db cannot be read or written: database or disk is full. Make room" in refused
     assert stored > 5
     assert assert_whole(results, range(stored)) == stored
-    results.write(made(stored))
+    results.write(make_run(stored))
     assert assert_whole(results, range(stored + 1)) == stored + 1
 
 
@@ -298,9 +303,9 @@ def write_some(folder, first):
     results = Results(folder)
     for number in range(first, first + 20):
         results.prepare(
-            Manifest("", {("t", "s", number, "accuracy"): made(number).identity.version})
+            Manifest("", {("t", "s", number, "accuracy"): make_run(number).identity.version})
         )
-        assert results.write(made(number))
+        assert results.write(make_run(number))
         RunLog(folder).write("unit", number=number)
     return first
 
@@ -309,10 +314,10 @@ def test_two_commands_in_one_folder_lose_nothing(tmp_path):
     folder = tmp_path / "trial"
     with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as executor:
         work = [executor.submit(write_some, folder, first) for first in (0, 100)]
-        while not all(one.done() for one in work):
+        while not all(future.done() for future in work):
             if folder.exists():
                 Results(folder).list_keys()  # a reader among them
-        assert [one.result() for one in work] == [0, 100]
+        assert [future.result() for future in work] == [0, 100]
     numbers = [*range(20), *range(100, 120)]
     assert assert_whole(Results(folder), numbers) == 40
     assert {cell[2] for cell in Results(folder).manifest().versions} == set(numbers)
@@ -325,7 +330,7 @@ def test_a_lock_that_is_never_released_is_named(several, monkeypatch):
     other.execute("BEGIN IMMEDIATE")
     assert len(several.list_keys()) == 4, "readers go on"
     with pytest.raises(ResultsError, match=r"runs\.db: another process has locked this file"):
-        several.write(made(0))
+        several.write(make_run(0))
     other.close()
 
 
@@ -347,7 +352,7 @@ def test_a_folder_that_can_only_be_read_is_read(several, monkeypatch):
     monkeypatch.setattr(module, "_open", read_only)
     assert len(bench.load_results(several.folder)) == 4
     with pytest.raises(ResultsError, match=r"runs\.db cannot be read or written.*permissions"):
-        several.write(made(0))
+        several.write(make_run(0))
     assert database.read_bytes() == before
 
 

@@ -66,8 +66,8 @@ def test_converted_results_are_equal_to_the_bit(old, written, trackmark):
             written.fingerprint,
         )
     assert runs[1].output == "several\nlines"
-    asked = results.manifest()
-    assert (asked.title, len(asked.versions)) == ("Older", 3)
+    manifest = results.manifest()
+    assert (manifest.title, len(manifest.versions)) == ("Older", 3)
     frame = bench.load_results(old)
     assert frame["status"].tolist() == ["failed", "finished", "missing"]
     truth = read_truth(old, written.name, written.fingerprint)

@@ -1,4 +1,4 @@
-"""What is written comes back, and finished runs are never replaced by mistake."""
+"""Tests of the results store: runs are read back unchanged and finished runs are kept."""
 
 import sqlite3
 from dataclasses import fields, replace
@@ -33,7 +33,7 @@ CELLS = st.lists(CELL, unique=True, max_size=12)
 
 
 def assert_same(a, b):
-    """Compare arrays to the bit, whatever holds them."""
+    """Compare values and nested arrays bit by bit."""
     assert type(a) is type(b)
     if isinstance(a, np.ndarray):
         assert a.dtype == b.dtype
@@ -44,8 +44,8 @@ def assert_same(a, b):
             assert_same(a[key], b[key])
     elif isinstance(a, tuple):
         assert len(a) == len(b)
-        for one, other in zip(a, b, strict=True):
-            assert_same(one, other)
+        for first, second in zip(a, b, strict=True):
+            assert_same(first, second)
     elif hasattr(a, "wall"):
         assert_same(vars(a), vars(b))
     else:
@@ -115,8 +115,8 @@ def test_manifest_keeps_order_and_latest_versions(tmp_path_factory, first, secon
         (t, s, r, p): "2" if (t, s, p) in series else "1"
         for t, s, r, p in dict.fromkeys([*first, *second])
     }
-    asked = results.manifest()
-    assert (asked.title, list(asked.versions.items())) == ("First", list(expected.items()))
+    manifest = results.manifest()
+    assert (manifest.title, list(manifest.versions.items())) == ("First", list(expected.items()))
     results.remove(gone)
     assert list(results.manifest().versions) == [cell for cell in expected if cell not in gone]
     assert find_damage(results.folder) == []

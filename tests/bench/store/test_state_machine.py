@@ -1,5 +1,7 @@
-"""Whatever order of running, killing, editing, removing: what is asked for again is made as if
-nothing had happened, and nothing that is not whole and up to date is ever averaged over.
+"""Random tests of runs, kills, tracker edits and removals in any order.
+
+Requested runs must equal those of an undisturbed experiment. Tables must average only over
+complete and current runs.
 """
 
 import hashlib
@@ -65,17 +67,17 @@ SEQUENCES = ("A", "B")
 
 
 class KilledError(BaseException):
-    """Stands for the end of a process: nobody may catch it."""
+    """Stand-in for the end of a process. The program must not catch it."""
 
 
 @contextmanager
-def killed(at):
-    """Raise `KilledError` at a call of the database, counted from 0."""
+def killed(first_killed_call):
+    """Raise `KilledError` from a database call on, counted from 0."""
     numbers = count()
 
     def deadly(call):
         def called(*arguments):
-            if next(numbers) >= at:
+            if next(numbers) >= first_killed_call:
                 raise KilledError
             return call(*arguments)
 
@@ -97,22 +99,22 @@ class Here:
             yield unit, perform(unit, limits.run_seconds)
 
 
-def said(run):
-    """Digest of all that a run says, without time and place."""
+def content_digest(run):
+    """Return a digest of a run without its times and circumstances."""
     revised = None if run.revised is None else run.revised.tobytes()
     whole = (run.identity, run.failure.partition("\n")[0], run.boxes.tobytes(), revised)
     return hashlib.sha256(repr(whole).encode()).hexdigest()
 
 
 class Experimenter(RuleBasedStateMachine):
-    """Somebody who experiments, in a folder; knows what should lie there.
+    """State machine of a user with one results folder and its expected contents.
 
     Parameters
     ----------
     ground : Path
-        Where sequences lie.
+        Folder of the sequences.
     steps : Counter
-        Counts what was done.
+        Counts of the actions and run states.
     """
 
     def __init__(self, ground, steps):
@@ -121,7 +123,7 @@ class Experimenter(RuleBasedStateMachine):
         self.output = ground / "results"
         shutil.rmtree(self.output, ignore_errors=True)
         self.results = Results(self.output / "trial")
-        self.runs, self.asked = {}, {}
+        self.runs, self.requested = {}, {}
 
     @initialize(editions=st.tuples(st.integers(0, 1), st.integers(0, 1)), whole=st.booleans())
     def begin(self, editions, whole):
@@ -130,7 +132,7 @@ class Experimenter(RuleBasedStateMachine):
         if whole:
             self.run(set(TRACKERS), set(SEQUENCES), 2, False, None)
 
-    # What is done
+    # Actions
 
     @rule(
         trackers=st.sets(st.sampled_from(TRACKERS), min_size=1),
@@ -146,62 +148,62 @@ class Experimenter(RuleBasedStateMachine):
             tuple(SequenceSource(str(self.ground / name)) for name in sorted(sequences)),
             repetitions=repetitions,
         )
-        goal, asked = self._goal(chosen, retry_failed)
+        goal, requested = self._goal(chosen, retry_failed)
         execution = Execution(chosen, self.output, retry_failed=retry_failed)
         execution.performer = Here()
-        self._do(lambda: list(execution.rows()), killed_at, goal, asked)
+        self._do(lambda: list(execution.rows()), killed_at, goal, requested)
 
     @rule(tracker=st.sampled_from(TRACKERS), killed_at=st.none() | st.integers(0, 20))
     def remove(self, tracker, killed_at):
         label = parse_tracker(self._text(tracker)).label
         cells = [cell for cell in self.results.list_keys() if cell[0] == label]
         goal = {cell: run for cell, run in self.runs.items() if cell not in cells}
-        asked = {cell: version for cell, version in self.asked.items() if cell not in cells}
+        requested = {cell: version for cell, version in self.requested.items() if cell not in cells}
         if cells:
-            self._do(lambda: self.results.remove(cells), killed_at, goal, asked)
+            self._do(lambda: self.results.remove(cells), killed_at, goal, requested)
 
     @rule(tracker=st.sampled_from(EDITED), edition=st.integers(0, 3))
     def edit(self, tracker, edition):
         self._write(tracker, edition)
 
-    # What always holds
+    # Invariants
 
     @invariant()
-    def what_lies_there_is_what_should(self):
-        assert self._found() == self.runs
-        assert dict(self.results.manifest().versions) == self.asked
+    def stored_runs_are_the_expected_ones(self):
+        assert self._stored_runs() == self.runs
+        assert dict(self.results.manifest().versions) == self.requested
 
     @invariant()
     def nothing_is_damaged(self):
-        if self.results.folder.exists() and self.asked:
+        if self.results.folder.exists() and self.requested:
             assert find_damage(self.results.folder) == []
 
     @invariant()
-    def each_run_is_said_to_be_what_it_is(self):
-        if not self.asked:
+    def each_run_has_the_expected_status(self):
+        if not self.requested:
             return
         table = bench.load_results(self.results.folder)
         columns = ("tracker", "sequence", "repetition", "protocol")
         cells = zip(*(table[column] for column in columns), strict=True)
-        found = dict(zip(cells, table["status"], strict=True))
-        for cell, version in self.asked.items():
+        statuses = dict(zip(cells, table["status"], strict=True))
+        for cell, version in self.requested.items():
             if cell not in self.runs:
                 expected = "missing"
             elif self.runs[cell][0] != version:
                 expected = "stale"
             else:
                 expected = self.runs[cell][1]
-            assert found[cell] == expected
+            assert statuses[cell] == expected
             self.steps[expected] += 1
 
     @invariant()
-    def only_what_is_whole_is_averaged(self):
-        if not self.asked:
+    def only_complete_runs_are_averaged(self):
+        if not self.requested:
             return
         bench_tables = tables(self.results.folder)
         incomplete = {
             cell[0]
-            for cell, version in self.asked.items()
+            for cell, version in self.requested.items()
             if self.runs.get(cell, ("", ""))[:2] != (version, "finished")
         }
         for table in bench_tables:
@@ -211,14 +213,14 @@ class Experimenter(RuleBasedStateMachine):
                     assert blank or label.text not in incomplete
 
     def teardown(self):
-        """In the end all that was ever asked for is made once more, undisturbed."""
+        """Run the full experiment once more at the end, undisturbed."""
         self.run(set(TRACKERS), set(SEQUENCES), 2, True, None)
-        self.what_lies_there_is_what_should()
+        self.stored_runs_are_the_expected_ones()
         assert {run[0] for run in self.runs.values()} == {
             self._oracle(tracker, sequence, 0)[0] for tracker in TRACKERS for sequence in SEQUENCES
         }
 
-    # How
+    # Helpers
 
     def _text(self, name):
         return name if name == "static" else f"{self.ground}/{name.lower()}.py:{name}"
@@ -229,31 +231,31 @@ class Experimenter(RuleBasedStateMachine):
         catalogue._load.cache_clear()  # as in another process
 
     def _oracle(self, tracker, sequence, repetition):
-        """Version, status and digest of an undisturbed run."""
+        """Return version, status and digest of an undisturbed run."""
         run = bench.evaluate(self._text(tracker), str(self.ground / sequence), repetition)
-        return run.identity.version, run.status, said(run)
+        return run.identity.version, run.status, content_digest(run)
 
     def _goal(self, chosen, retry_failed):
-        """What lies there, and what is asked for, when an experiment has been run."""
-        goal, asked = dict(self.runs), dict(self.asked)
+        """Return the expected runs and requested versions after an experiment."""
+        goal, requested = dict(self.runs), dict(self.requested)
         for source in chosen.sequences:
             sequence = load(source.text)
             for text in chosen.trackers:
                 entry = parse_tracker(text)
                 for repetition in range(chosen.repetitions if entry.name != "static" else 1):
                     key = run_identity(entry, sequence, repetition)
-                    asked[key.tracker, key.sequence, repetition, "accuracy"] = key.version
+                    requested[key.tracker, key.sequence, repetition, "accuracy"] = key.version
                     version, status, _ = self.runs.get(run_key(key), ("", "", ""))
                     if version != key.version or (retry_failed and status == "failed"):
                         run = bench.evaluate(text, sequence, repetition)
-                        goal[run_key(key)] = run.identity.version, run.status, said(run)
-                for cell in asked:  # one version counts for all repetitions
+                        goal[run_key(key)] = run.identity.version, run.status, content_digest(run)
+                for cell in requested:  # one version counts for all repetitions
                     if cell[:2] == (key.tracker, key.sequence):
-                        asked[cell] = key.version
-        return goal, asked
+                        requested[cell] = key.version
+        return goal, requested
 
-    def _do(self, action, killed_at, goal, asked):
-        """Do something that may be killed: then each run is old or new, and so is the plan."""
+    def _do(self, action, killed_at, goal, requested):
+        """Perform an action that may be killed. Runs and manifest are then either old or new."""
         self.steps["actions"] += 1
         if killed_at is not None:
             try:
@@ -261,21 +263,24 @@ class Experimenter(RuleBasedStateMachine):
                     action()
             except KilledError:
                 self.steps["kills"] += 1
-                found = self._found()
-                for cell in found.keys() | goal.keys() | self.runs.keys():
-                    assert found.get(cell) in (self.runs.get(cell), goal.get(cell))
+                stored_runs = self._stored_runs()
+                for cell in stored_runs.keys() | goal.keys() | self.runs.keys():
+                    assert stored_runs.get(cell) in (self.runs.get(cell), goal.get(cell))
                 noted = dict(self.results.manifest().versions)
-                assert noted in (self.asked, asked)
-                self.runs, self.asked = found, noted
+                assert noted in (self.requested, requested)
+                self.runs, self.requested = stored_runs, noted
                 return
         else:
             action()
-        self.runs, self.asked = goal, asked
+        self.runs, self.requested = goal, requested
 
-    def _found(self):
-        """Version, status and digest of the stored runs."""
+    def _stored_runs(self):
+        """Return version, status and digest of the stored runs."""
         runs = {cell: self.results.read(cell) for cell in self.results.list_keys()}
-        return {cell: (run.identity.version, run.status, said(run)) for cell, run in runs.items()}
+        return {
+            cell: (run.identity.version, run.status, content_digest(run))
+            for cell, run in runs.items()
+        }
 
 
 @pytest.fixture
