@@ -34,7 +34,7 @@ from tests.bench.store.test_durability import make_run
 from trackmark.bench.store.results import Results
 results, first = Results(Path(sys.argv[1])), int(sys.argv[2])
 for number in range(first, first + 100_000):
-    assert results.write(made(number))
+    assert results.write(make_run(number))
     print(number, flush=True)
 """
 
