@@ -67,7 +67,7 @@ class Nummiaro2003Parameters(Parameters):
         "linear", "half axes grow by sums, as A s + w does, or by factors"
     )
     scale_persistence: float = fraction(
-        1.0, "what is left of the change of scale a frame on [ratio]"
+        1.0, "factor of the scale change from one frame to the next [ratio]"
     )
     position_noise: float = nonnegative(0.12, "deviation of the centre's noise [half widths]")
     velocity_noise: float = nonnegative(
@@ -90,7 +90,7 @@ class Nummiaro2003Parameters(Parameters):
         "one", "one target model for all particles, or one for each"
     )
     reinitialise: bool = choice(
-        True, "whether the target is looked for anew when too few particles see it"
+        True, "whether the target is searched for when too few particles match it"
     )
     kick_off: float = Field(
         0.1,

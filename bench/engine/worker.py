@@ -176,8 +176,8 @@ def record_failure(unit: Unit, failure: Failure) -> Outcome:
     if not segments:
         init_boxes = select_ground_truth(sequence, tracker.init, sequence.name).boxes
         rows[sequence.first_frame, :4] = init_boxes[sequence.first_frame]
-    known = 0 <= failure.frame < len(sequence)
-    where = f"{sequence.frame_name(failure.frame)}: " if known else ""
+    is_known = 0 <= failure.frame < len(sequence)
+    where = f"{sequence.frame_name(failure.frame)}: " if is_known else ""
     line = f" at {select_line(failure.stack, tracker.file)}" if failure.stack else ""
     run = Run(
         identity=key,

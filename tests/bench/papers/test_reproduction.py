@@ -47,7 +47,7 @@ def test_page_begins_with_the_result_and_ends_with_history(report, tmp_path):
     assert f"`{file.name}`: " in text  # the figures lie in another folder
     places = [
         "# A tiny paper",
-        "**Result in one sentence.** CamShift follows the target.",
+        "**Result.** CamShift follows the target.",
         "## 1 The paper's numbers and ours",
         "20 of 20",
         "## 2 Figures",
