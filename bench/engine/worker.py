@@ -253,8 +253,8 @@ def _open(unit: Unit) -> tuple[Sequence, list[TrackerSpec], list[Identity]]:
 
 def _changed(tracker: str, sequence: Sequence) -> SequenceError:
     return SequenceError(
-        f"{tracker} on {sequence.name}: the tracker or the sequence changed while it ran, so "
-        "nothing was kept. Run the same command again."
+        f"{tracker} on {sequence.name}: the tracker or the sequence changed during its runs, "
+        "which were not stored. Run the same command again."
     )
 
 

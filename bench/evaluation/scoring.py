@@ -46,11 +46,11 @@ def judge(
             name for name in protocol_names() if chosen.protocol in parse_protocol(name).judged
         ]
         raise ValueError(
-            f"{canonical_name(preset)} judges no runs by the protocol "
-            f"{title(run.identity.protocol)}, but those by {', '.join(names)}."
+            f"{canonical_name(preset)} cannot score runs of the protocol "
+            f"{title(run.identity.protocol)}. It scores runs of {', '.join(names)}."
         )
     if run.states is not None and chosen.protocol != "supervised":
-        raise ValueError(f"{preset}: {run!r} was begun again after failures; it judges others.")
+        raise ValueError(f"{preset} cannot score {run!r}: it has restarts. Use vot-supervised.")
     boxes = run.boxes_in(trace)
     _check_segments(run, scored.boxes, init.boxes)
     if not run.segments:

@@ -15,9 +15,9 @@ RULES = (
 )
 VIDEOS = (
     "The paper's videos are not available. Ours are synthetic scenes drawn from its descriptions. "
-    "Its numbers are therefore printed next to ours and are not targets. Two settings are reported: "
-    "`as-written` takes the text literally, `recommended` differs from it in the values under "
-    "Settings only."
+    "Its numbers are therefore printed next to ours and are not targets. Two settings are "
+    "reported: `as-written` takes the text literally, `recommended` differs from it in the values "
+    "under Settings only."
 )
 
 

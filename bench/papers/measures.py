@@ -265,8 +265,8 @@ SERIES: dict[str, Callable[[JudgedRun], Values]] = {
 }
 
 
-def at_frames(text: str) -> list[int]:
-    """Return the frames of `11+16` or `12-15` or both, as numbers."""
+def parse_frames(text: str) -> list[int]:
+    """Parse a list of frames as `11+16`, `12-15` or `1+12-15`; ranges include both ends."""
     frames: list[int] = []
     for part in filter(None, text.split("+")):
         first, _, last = part.partition("-")
@@ -326,8 +326,8 @@ def all_on_target(judged: JudgedRun, first: int, last: int) -> float:
 def _lost_before_event(
     judged: JudgedRun, on: str = "", off: str = "", once_off: str = "", mean_off: str = ""
 ) -> float:
-    event = min(at_frames("+".join(filter(None, [off, once_off, mean_off]))), default=None)
-    before = [frame for frame in at_frames(on) if event is None or frame < event]
+    event = min(parse_frames("+".join(filter(None, [off, once_off, mean_off]))), default=None)
+    before = [frame for frame in parse_frames(on) if event is None or frame < event]
     return float(not _on_at(judged, before).all()) if before else 0.0
 
 
@@ -341,10 +341,10 @@ def pattern(
     `once_off=12-15`: not tracked in at least one of them. `mean_off=36-51`: the mean error over
     them exceeds the tolerance.
     """
-    holds = bool(_on_at(judged, at_frames(on)).all()) if on else True
-    holds &= not (off and _on_at(judged, at_frames(off)).any())
-    holds &= not (once_off and _on_at(judged, at_frames(once_off)).all())
+    holds = bool(_on_at(judged, parse_frames(on)).all()) if on else True
+    holds &= not (off and _on_at(judged, parse_frames(off)).any())
+    holds &= not (once_off and _on_at(judged, parse_frames(once_off)).all())
     if mean_off:
-        frames = at_frames(mean_off)
+        frames = parse_frames(mean_off)
         holds &= mean_error(judged, frames[0], frames[-1]) > judged.tolerance
     return float(holds)

@@ -38,8 +38,8 @@ class Request:
     on: str = ""
 
 
-def options_of(text: str) -> dict[str, str]:
-    """Return options in text form, as `preset=as-written:sigma=1`."""
+def parse_options(text: str) -> dict[str, str]:
+    """Parse options such as `preset=as-written:sigma=1` into a dictionary."""
     return parse_text(f":{text}")[1] if text else {}
 
 
@@ -51,9 +51,9 @@ def tracker_text(
     `change` has options by the name in `paper.toml`, or by the tracker's own.
     """
     name, tracker_options = parse_text(description.trackers[tracker])
-    setting_options = options_of(description.settings[setting].get(name, ""))
+    setting_options = parse_options(description.settings[setting].get(name, ""))
     changes = change or {}
-    changed_options = options_of(changes.get(tracker, changes.get(name, "")))
+    changed_options = parse_options(changes.get(tracker, changes.get(name, "")))
     return format_text(name, {**setting_options, **tracker_options, **changed_options})
 
 
@@ -79,7 +79,7 @@ def scene_names(
         If fewer scenes meet the criteria than are requested.
     """
     entry = description.sequences[sequence]
-    further = options_of(on)
+    further = parse_options(on)
     members = []
     for member in entry.members:
         name, options = parse_text(member)

@@ -139,8 +139,8 @@ def read_notes(paper: str) -> dict[str, str]:
     return {heading.strip(): body.strip() for heading, _, body in sections}
 
 
-def document(report: Report, seconds: float) -> dict[str, Any]:
-    """Return the report for scripts."""
+def report_data(report: Report, seconds: float) -> dict[str, Any]:
+    """Return the report as a dictionary for JSON."""
     return {
         "title": report.description.title,
         "paper": report.description.name,
