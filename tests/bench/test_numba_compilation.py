@@ -1,4 +1,4 @@
-"""The user is told that kernels are compiled, while it happens and then never again."""
+"""Message about compiling kernels: printed once while it happens."""
 
 import fcntl
 import json
