@@ -39,23 +39,12 @@ class JudgedRun:
     """A run with the ground truth of its sequence, frame by frame.
 
     A failed run counts as one that gives no box after initialisation.
-
-    Attributes
-    ----------
-    run : Run
-        The run.
-    truth : StoredTruth
-        Ground truth that it was made with.
-    description : Description
-        The paper.
-    tracker : str
-        Text form of the tracker.
     """
 
     run: Run
-    truth: StoredTruth
-    description: Description
-    tracker: str
+    truth: StoredTruth  # ground truth that the run was made with
+    description: Description  # of the paper
+    tracker: str  # text form
 
     @cached_property
     def boxes(self) -> Values:
@@ -128,27 +117,13 @@ class JudgedRun:
 
 @dataclass(frozen=True)
 class Measure:
-    """A measure with its options.
+    """A measure with its options."""
 
-    Attributes
-    ----------
-    function : callable
-        Gives the number of a `JudgedRun`.
-    text : str
-        Its text form.
-    unit : str
-        `share`, `px`, `frames` or another unit of the number.
-    lower_is_better : bool
-        Whether a smaller number is the better one.
-    lost_before : callable or None
-        Returns 1 if the target is lost before the event that the measure looks at, else 0.
-    """
-
-    function: Function
-    text: str
-    unit: str
+    function: Function  # returns the number of a `JudgedRun`
+    text: str  # text form
+    unit: str  # `share`, `px`, `frames` or another
     lower_is_better: bool
-    lost_before: Function | None
+    lost_before: Function | None  # returns 1 if the target is lost before the event, else 0
 
     def __call__(self, judged: JudgedRun) -> float:
         """Return the number of a run."""

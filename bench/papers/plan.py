@@ -17,25 +17,13 @@ MAIN_SCENES = 24
 
 @dataclass(frozen=True)
 class Request:
-    """Runs of one tracker on the first scenes of a sequence.
+    """Runs of one tracker on the first scenes of a sequence."""
 
-    Attributes
-    ----------
-    sequence : str
-        Name of `paper.toml`.
-    tracker : str
-        Text form, with the options of a setting.
-    scenes, repetitions : int
-        Numbers of scenes and of repetitions.
-    on : str
-        Further options of the sequence, as `light=dappled`.
-    """
-
-    sequence: str
-    tracker: str
+    sequence: str  # name in `paper.toml`
+    tracker: str  # text form, with the options of a setting
     scenes: int
     repetitions: int
-    on: str = ""
+    on: str = ""  # further options of the sequence, as `light=dappled`
 
 
 def parse_options(text: str) -> dict[str, str]:
