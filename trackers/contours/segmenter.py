@@ -220,8 +220,8 @@ class Segmenter(SharingTracker):
                 mask = inscribed_ellipse(box, height, width)
         if mask.shape != (height, width) or mask.dtype != np.bool_:
             raise TrackerError(
-                f"a mask is bool of the image's shape ({height}, {width}), not {mask.dtype} of "
-                f"shape {mask.shape}."
+                f"the mask is {mask.dtype} of shape {mask.shape}. Expected: bool of the image's "
+                f"shape ({height}, {width})."
             )
         target, background = certain_pixels(mask)
         if not target.any() or not background.any():
