@@ -198,7 +198,7 @@ def test_what_is_no_histogram_no_size_or_no_region_is_refused():
     good, size = np.full(512, 1 / 512), np.array([10.0, 14.0])
     negative = good.copy()
     negative[:2] = -0.5, 0.5 + 2 / 512
-    with pytest.raises(TrackerError, match="less than a quarter"):
+    with pytest.raises(TrackerError, match="too little"):
         tracker.histogram_of(ground(), box_at(-60))
     for histogram in (np.ones(512), np.ones(10) / 10, negative):
         with pytest.raises(TrackerError, match="512 bins, none below 0, that sum to 1"):
