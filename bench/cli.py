@@ -44,7 +44,7 @@ def _summary(name: str) -> str:
 @click.group(cls=_Commands, context_settings={"help_option_names": ["-h", "--help"], "color": True})
 @click.version_option(package_name="trackmark", message="%(prog)s %(version)s")
 def trackmark() -> None:
-    """A benchmark harness for classic visual trackers.
+    """Run, compare and check classic visual trackers.
 
     Exit codes: 0 success; 1 negative result, such as failed runs or a regression; 2 invalid usage
     or input; 3 inconclusive; 130 interrupted. See COMMAND --help for the codes of each command.

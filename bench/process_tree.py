@@ -65,6 +65,6 @@ def _started_by(parent: int, mark: str) -> list[int]:
             if wanted in (folder / "environ").read_bytes().split(b"\0"):
                 numbers.add(number)
     newer = {parent, *numbers}
-    while newer := {child for child, of in parents.items() if of in newer} - numbers:
+    while newer := {child for child, creator in parents.items() if creator in newer} - numbers:
         numbers |= newer
     return sorted(numbers - {parent})

@@ -80,7 +80,9 @@ def _check_frame(frame: int, n_frames: int) -> None:
 
 def _check_box(frame: int, box: NDArray[np.float64], size: tuple[int, int] | None) -> None:
     if not (np.isfinite(box).all() and (box[2:] > 0.0).all()):
-        raise SequenceError(f"frame {frame}: {box.tolist()} is not a box with a size.")
+        raise SequenceError(
+            f"frame {frame}: invalid box {box.tolist()}. Expected: finite, with a size above 0."
+        )
     if (np.abs(box) > MAX_COORDINATE).any() or (size and lies_outside(box, size)):
         image = f" ({size[0]}x{size[1]})" if size else ""
         raise SequenceError(f"frame {frame}: {box.tolist()} lies outside the image{image}.")

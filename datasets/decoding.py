@@ -84,6 +84,6 @@ def check_pixels(width: int, height: int, max_pixels: int | None = None) -> None
     limit = pixel_limit(max_pixels)
     if width * height > limit:
         raise ValueError(
-            f"it claims {width}x{height} pixels, more than the {limit} that are decoded; set "
-            f"{PIXEL_LIMIT_VARIABLE} to another limit"
+            f"its header states {width}x{height} pixels; the maximum is {limit}. Set "
+            f"{PIXEL_LIMIT_VARIABLE} to raise it"
         )

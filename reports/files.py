@@ -38,7 +38,7 @@ def write_file(path: Path, write: Callable[[Path], object]) -> Path:
 def _replace(
     target: Path, name: str, write: Callable[[Path], object], status: os.stat_result | None
 ) -> None:
-    """Replace the file `target`, which has this `status` or does not exist (None)."""
+    """Replace the file `target`; `status`: that of the existing file, None if there is none."""
     if status is not None and not os.access(target, os.W_OK):
         target.open("ab").close()  # raises `OSError`; replacing would ignore the write protection
     target.parent.mkdir(parents=True, exist_ok=True)

@@ -46,7 +46,7 @@ def one_line(text: str) -> str:
 def to_xml(text: str) -> str:
     r"""Return the text with the characters that XML 1.0 cannot hold as `\u0000`.
 
-    >>> in_xml("\x00\ufffe")
+    >>> to_xml("\x00\ufffe")
     '\\u0000\\ufffe'
     """
     return _NONCHARACTER.sub(_number, printable(text))

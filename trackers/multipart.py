@@ -38,14 +38,14 @@ class MultipartParameters(Parameters):
     representation: Literal["adaptive", "single", "multi"] = choice(
         "adaptive",
         "single: one histogram of the rectangle; multi: one of each half; adaptive: "
-        "whichever the first frame's halves call for",
+        "chosen from the halves of the first frame",
     )
     particles: int = whole(200, "number of particles N [count]")
     position_divisor: float = positive(3.0, "a: noise of the centre is the width over this [ratio]")
     size_divisor: float = positive(10.0, "b: noise of the area is the area over this [ratio]")
     sigma: float = positive(0.1, "σ of the likelihood of a distance [histogram distance]")
     threshold: float = fraction(
-        0.4, "T: halves further apart than this are told apart [histogram distance]"
+        0.4, "T: two parts are used if the distance of the halves exceeds it [histogram distance]"
     )
     binning: Binning = choice(
         "both",

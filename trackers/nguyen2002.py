@@ -109,7 +109,7 @@ class Nguyen2002Parameters(Parameters):
         True, "whether a pixel that was an outlier for too long is taken as it is"
     )
     reinitialise: Literal["bootstrap", "keep"] = choice(
-        "bootstrap", "after an occlusion the noise is learnt anew, or kept from the beginning"
+        "bootstrap", "noise after an occlusion: estimated again, or kept from the first frame"
     )
     report: Literal["smoothed", "raw"] = choice(
         "smoothed", "whether boxes are the smoothed or the matched places"
@@ -120,7 +120,7 @@ class Nguyen2002Parameters(Parameters):
     first_covariance: Literal["all", "inliers"] = Field(
         "inliers",
         exclude_if=lambda value: value == "inliers",  # as runs were that don't name it
-        description="pixels that R(1) is of: all, or inliers, told six times over",
+        description="pixels that determine R(1): all, or inliers, which are selected six times",
     )
     end: Literal["minimum", "first"] = choice(
         "minimum",

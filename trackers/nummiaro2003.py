@@ -67,7 +67,7 @@ class Nummiaro2003Parameters(Parameters):
         "linear", "half axes grow by sums, as A s + w does, or by factors"
     )
     scale_persistence: float = fraction(
-        1.0, "what is left of the change of scale a frame on [ratio]"
+        1.0, "factor of the scale change from one frame to the next [ratio]"
     )
     position_noise: float = nonnegative(0.12, "deviation of the centre's noise [half widths]")
     velocity_noise: float = nonnegative(
@@ -90,7 +90,7 @@ class Nummiaro2003Parameters(Parameters):
         "one", "one target model for all particles, or one for each"
     )
     reinitialise: bool = choice(
-        True, "whether the target is looked for anew when too few particles see it"
+        True, "whether the target is searched for when too few particles match it"
     )
     kick_off: float = Field(
         0.1,
@@ -188,13 +188,15 @@ class Nummiaro2003(SharingTracker):
         """
         watched, self._watched = self._watched, None
         if not (box[2] > 0 and box[3] > 0):
-            raise TrackerError(f"nummiaro2003: the box {box.tolist()} has no area; give another.")
+            raise TrackerError(
+                f"nummiaro2003: the box {box.tolist()} has no area. Use another box."
+            )
         mean = ellipse_in(box)
         model = self._ellipses.histogram(frame, mean)
         if model is None:
             raise TrackerError(
-                f"nummiaro2003: of the box {np.round(box, 1).tolist()} too little lies in the "
-                "image: a quarter of its ellipse is needed; give another."
+                "nummiaro2003: less than a quarter of the ellipse of the box "
+                f"{np.round(box, 1).tolist()} is inside the image. Use another box."
             )
         empty = None if watched is None else SharedFrame(watched)
         self._begin(frame, model, mean, empty, tracking=True)
@@ -230,7 +232,9 @@ class Nummiaro2003(SharingTracker):
             )
         sizes = np.array(half_axes, float)
         if sizes.shape != (2,) or not ((sizes > 0) & np.isfinite(sizes)).all():
-            raise TrackerError(f"nummiaro2003: half axes are two lengths above 0, not {half_axes}.")
+            raise TrackerError(
+                f"nummiaro2003: invalid half_axes {half_axes}. Expected: two lengths above 0."
+            )
         height, width = image.shape[:2]
         whole = np.array([width, height, 0.0, 0.0]) / 2 + np.array([*-sizes, *(2 * sizes)])
         frame = SharedFrame(image)

@@ -117,7 +117,7 @@ def progress_outlet() -> TextIO:
 def interruptible() -> Iterator[None]:
     """Let Ctrl-C raise `KeyboardInterrupt` within the context, unless it is ignored.
 
-    Outside, Ctrl-C ends the process, without the traceback of an interrupted import.
+    Outside the context, Ctrl-C ends the process immediately and prints no traceback.
     """
     before = signal.getsignal(signal.SIGINT)
     if before is signal.SIG_DFL:

@@ -94,8 +94,8 @@ def command(options: ReproduceOptions) -> int:
 
 
 def _reproduce(paper: "Reproduction", effort: "Effort", options: ReproduceOptions) -> "Report":
-    """Run, report and print a paper."""
-    from trackmark.bench.papers.reproduction import document
+    """Run the reproduction of a paper; write and print its report."""
+    from trackmark.bench.papers.reproduction import report_data
     from trackmark.bench.papers.terminal_report import screen
 
     started_at, folder = time.monotonic(), options.output / paper.name
@@ -107,7 +107,7 @@ def _reproduce(paper: "Reproduction", effort: "Effort", options: ReproduceOption
         execute_runs(execution)
         requested[experiment.name] = execution.plan.manifest().versions
     report = paper.report(options.output, folder, effort, requested)
-    content = document(report, time.monotonic() - started_at)
+    content = report_data(report, time.monotonic() - started_at)
     _write(report, content, folder)
     click.echo(json.dumps(content, allow_nan=False) if options.as_json else screen(report, folder))
     return report

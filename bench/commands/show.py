@@ -74,7 +74,7 @@ def command(options: ShowOptions) -> int:
     sequence, output, results = options.sequence, options.output, options.results
     first, last = options.first, options.last
     if output is None:
-        raise click.UsageError("Give --output, a .png or an .mp4 file, or --live.")
+        raise click.UsageError("The output is missing. Use --output FILE (.png or .mp4) or --live.")
     if output.suffix not in (".png", ".mp4"):
         raise click.BadParameter(f"{output} is neither .png nor .mp4.", param_hint="--output")
     if results is None and options.trace != "online":

@@ -104,7 +104,9 @@ def knob_of(text: str, sequences: Sequence[str]) -> Knob:
     except ValueError:
         ends = [nan]
     if equals and (len(ends) != 2 or ends[0] == ends[1] or not all(map(isfinite, ends))):
-        raise ExperimentError(f"knob {text!r}: give a range as {name}=FROM..TO, easy to hard.")
+        raise ExperimentError(
+            f"knob {text!r}: invalid range. Use {name}=FROM..TO; FROM is the easy end."
+        )
     filters = {key: kind for key, kind in FILTERS.items() if key != "start"}
     if name in filters:
         kind = filters[name]

@@ -54,7 +54,7 @@ def screen(comparison: Comparison) -> list[Table]:
 def files(comparison: Comparison) -> list[Table]:
     """Return all tables, for a folder: also scores by sequence, and differences by part."""
     pairs = [_file_pairs(comparison)] if comparison.pairs else []
-    parts = _parts(comparison)
+    parts = _subset_table(comparison)
     tables = [_standings(comparison), *pairs, _sequences(comparison)]
     return [*tables, parts] if parts.rows else tables
 
@@ -91,7 +91,7 @@ def as_data(comparison: Comparison) -> dict[str, Any]:
             }
             for pair in comparison.pairs
         ],
-        "parts": json.loads(_parts(comparison).data.to_json(orient="records")),
+        "parts": json.loads(_subset_table(comparison).data.to_json(orient="records")),
         "paragraph": paragraph(comparison),
     }
 
@@ -260,8 +260,8 @@ def _sequences(comparison: Comparison) -> Table:
     )
 
 
-def _parts(comparison: Comparison) -> Table:
-    """Return differences on the sequences with a parameter's value or an attribute."""
+def _subset_table(comparison: Comparison) -> Table:
+    """Return a table of pairwise differences, one row per parameter value or attribute."""
     rows, data = [], []
     widest = comparison.measure.most - comparison.measure.least
     parts = parts_of(comparison.sequences, comparison.attributes)

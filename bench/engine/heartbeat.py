@@ -54,9 +54,9 @@ class Sight(NamedTuple):
     """Numbers of 64 bits at the start of the file."""
 
     beat: int  # changes with every call of a tracker and every frame that is read
-    frame: int  # that is read or shown
+    frame: int  # frame that is read or passed to the tracker
     entry: int  # of the unit whose tracker is called, or one of the values above
-    shown: int  # number of frames that all trackers have seen
+    frames_done: int  # number of frames that all trackers have seen
     compiled: int  # number of kernels that Numba has begun to compile
     rows: int  # bytes of the rows
     length: int  # bytes of the message, or `NO_ROOM`

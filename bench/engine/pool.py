@@ -371,7 +371,7 @@ class Pool:
 
 def _work_done(lane: _Lane) -> int:
     """Return frames times trackers of the present request."""
-    frames = lane.worker.look().shown if lane.worker else 0
+    frames = lane.worker.look().frames_done if lane.worker else 0
     return min(frames * len(lane.request.unit.entries), lane.request.unit.work)
 
 

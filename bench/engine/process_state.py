@@ -38,8 +38,8 @@ class ProcessState(NamedTuple):
 
     def restore(self) -> None:
         """Make this the present state."""
-        own, name, keys, *rest = self.numbers
-        random.setstate(own)
+        python_state, name, keys, *rest = self.numbers
+        random.setstate(python_state)
         np.random.set_state((name, np.frombuffer(keys, np.uint32), *rest))  # noqa: NPY002  # as above
         np.seterr(**self.arithmetic)
         os.chdir(self.folder)

@@ -176,8 +176,8 @@ def record_failure(unit: Unit, failure: Failure) -> Outcome:
     if not segments:
         init_boxes = select_ground_truth(sequence, tracker.init, sequence.name).boxes
         rows[sequence.first_frame, :4] = init_boxes[sequence.first_frame]
-    known = 0 <= failure.frame < len(sequence)
-    where = f"{sequence.frame_name(failure.frame)}: " if known else ""
+    is_known = 0 <= failure.frame < len(sequence)
+    where = f"{sequence.frame_name(failure.frame)}: " if is_known else ""
     line = f" at {select_line(failure.stack, tracker.file)}" if failure.stack else ""
     run = Run(
         identity=key,
@@ -253,8 +253,8 @@ def _open(unit: Unit) -> tuple[Sequence, list[TrackerSpec], list[Identity]]:
 
 def _changed(tracker: str, sequence: Sequence) -> SequenceError:
     return SequenceError(
-        f"{tracker} on {sequence.name}: the tracker or the sequence changed while it ran, so "
-        "nothing was kept. Run the same command again."
+        f"{tracker} on {sequence.name}: the tracker or the sequence changed during its runs, "
+        "which were not stored. Run the same command again."
     )
 
 

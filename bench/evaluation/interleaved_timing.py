@@ -115,10 +115,10 @@ class _ClipRunner:
                     self._tracker.watch(_frozen(images[frame]))
             mask = np.load(clip.mask) if clip.mask else None
             self._tracker.init(_frozen(images[clip.first]), np.array(clip.box, float), mask)
-        shown = [_frozen(image) for image in images[clip.first + 1 :][start:stop]]
+        clip_images = [_frozen(image) for image in images[clip.first + 1 :][start:stop]]
         update = self._tracker.update
         began = thread_time()
-        for image in shown:
+        for image in clip_images:
             update(image)
         return thread_time() - began
 
@@ -201,10 +201,10 @@ class _Process:
             self._pipe.flush()
             answer = json.loads(self._line())
         except (OSError, ValueError):
-            answer = "its process ended, or wrote no sense"
+            answer = "its process ended or wrote an invalid message"
         if isinstance(answer, float) and 0 < answer < inf:
             return answer
-        reason = answer if isinstance(answer, str) else f"{answer!r:.100} is no time"
+        reason = answer if isinstance(answer, str) else f"{answer!r:.100} is not a duration"
         raise TurnError(f"as of {self._revision}, {reason}" if self._revision else reason)
 
     def _line(self) -> bytes:

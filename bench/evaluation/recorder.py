@@ -245,9 +245,9 @@ class Recorder:
 
     def _tracker(self) -> Tracker:
         if self._made is None:
-            key, begun = self.identity, self._trackers_begun
+            key, number = self.identity, self._trackers_begun
             self._trackers_begun += 1
-            seed = run_seed(self._chosen.name, key.sequence, key.repetition, begun)
+            seed = run_seed(self._chosen.name, key.sequence, key.repetition, number)
             self._made = self._chosen.make(seed)
         return self._made
 
@@ -271,11 +271,11 @@ class Recorder:
         # The wall clock inside the CPU clock: reading the CPU clock must not look like waiting.
         cpu = thread_time()
         try:
-            asked = perf_counter()
+            called_at = perf_counter()
             estimate = update(argument)
             answered = perf_counter()
             self._cpu.append(thread_time() - cpu)
-            self._wall.append(answered - asked)
+            self._wall.append(answered - called_at)
             self._take(shared_frame, frame, estimate)
         except _OURS:
             raise
@@ -312,9 +312,9 @@ class Recorder:
 
     def _keep(self, shared_frame: SharedFrame, frame: int, estimate: Estimate) -> None:
         """Store arrays, the mask and maps; the values of maps are multiplied by 255."""
-        kept = {key: np.array(value) for key, value in estimate.arrays.items()}
+        arrays = {key: np.array(value) for key, value in estimate.arrays.items()}
         if estimate.mask is not None:
-            kept["mask"] = np.array(estimate.mask)
+            arrays["mask"] = np.array(estimate.mask)
         tracker = self._tracker()
         maps = tracker.maps(shared_frame.image) if isinstance(tracker, Mapper) else {}
         for key, weights in maps.items():
@@ -322,9 +322,9 @@ class Recorder:
                 raise MalformedEstimateError(
                     f"the map {key!r} is of shape {np.shape(weights)}, not the image's"
                 )
-            kept[f"{MAP}{key}"] = np.rint(255 * np.clip(weights, 0, 1)).astype(np.uint8)
-        if kept:
-            self._arrays[frame] = kept
+            arrays[f"{MAP}{key}"] = np.rint(255 * np.clip(weights, 0, 1)).astype(np.uint8)
+        if arrays:
+            self._arrays[frame] = arrays
 
     def _take_revision(self, frame: int, revised: Mapping[int, Box]) -> None:
         if not self._revises:

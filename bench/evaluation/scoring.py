@@ -46,11 +46,11 @@ def judge(
             name for name in protocol_names() if chosen.protocol in parse_protocol(name).judged
         ]
         raise ValueError(
-            f"{canonical_name(preset)} judges no runs by the protocol "
-            f"{title(run.identity.protocol)}, but those by {', '.join(names)}."
+            f"{canonical_name(preset)} cannot score runs of the protocol "
+            f"{title(run.identity.protocol)}. It scores runs of {', '.join(names)}."
         )
     if run.states is not None and chosen.protocol != "supervised":
-        raise ValueError(f"{preset}: {run!r} was begun again after failures; it judges others.")
+        raise ValueError(f"{preset} cannot score {run!r}: it has restarts. Use vot-supervised.")
     boxes = run.boxes_in(trace)
     _check_segments(run, scored.boxes, init.boxes)
     if not run.segments:
@@ -71,10 +71,10 @@ def can_judge(preset: str, protocol: str) -> bool:
     No preset is for unknown protocols, which runs of a later trackmark may have.
     """
     try:
-        known = stored_protocol(protocol)
+        rules = stored_protocol(protocol)
     except ProtocolError:
         return False
-    return metrics_preset(preset).protocol in known.judged
+    return metrics_preset(preset).protocol in rules.judged
 
 
 def _check_segments(run: Run, boxes: NDArray[Any], init_boxes: NDArray[Any]) -> None:
@@ -94,8 +94,8 @@ def _check_segments(run: Run, boxes: NDArray[Any], init_boxes: NDArray[Any]) -> 
     if run.segments and (rules.by_values or run.identity.imported):
         return
     present = np.isfinite(boxes).all(axis=1) & np.isfinite(init_boxes).all(axis=1)
-    asked = rules.segments(present, {}) if rules.segmented and present.any() else []
-    expected = [one.frames(n) for one in asked]
+    segments = rules.segments(present, {}) if rules.segmented and present.any() else []
+    expected = [segment.frames(n) for segment in segments]
     if len(expected) != len(run.segments) or not all(map(np.array_equal, run.segments, expected)):
         raise ValueError(
             f"{run!r} has {len(run.segments)} segments, which are not the {len(expected)} of the "

@@ -67,7 +67,7 @@ def golden_boxes(key: str) -> dict[str, str]:
 
 @cache
 def _short(name: str) -> datasets.Sequence:
-    first, last = next((first, last) for known, first, last in SHORT if known == name)
+    first, last = next((first, last) for short_name, first, last in SHORT if short_name == name)
     sequence = datasets.load(name)[first:last]
     sequence.frames = [sequence.frames[frame] for frame in range(len(sequence))]
     return sequence
@@ -112,38 +112,38 @@ def _trackers() -> Iterator[Sealed]:
         yield Sealed(name, GOLDEN, tree, seals.get(name), keys, golden_boxes, libraries, [])
 
 
-def _seal(one: Sealed, new: bool) -> str:
+def _seal(item: Sealed, new: bool) -> str:
     """Check a scene or tracker and write its seal; return what changed, empty for nothing."""
-    seal = one.seal
+    seal = item.seal
     if (
         seal is not None
-        and seal.tree == one.tree
-        and set(seal.golden) == set(one.texts)
-        and set(seal.known) == set(one.described)
+        and seal.tree == item.tree
+        and set(seal.golden) == set(item.texts)
+        and set(seal.known) == set(item.described)
     ):
         return ""
-    golden: Golden = {text: one.digests(text) for text in one.texts}
-    known = {name: stored_metadata(datasets.load(name)) for name in one.described}
+    golden: Golden = {text: item.digests(text) for text in item.texts}
+    metadata = {name: stored_metadata(datasets.load(name)) for name in item.described}
     if seal is None:
-        made, message = (
-            VersionEntry([1], one.tree, golden, one.libraries, known),
+        entry, message = (
+            VersionEntry([1], item.tree, golden, item.libraries, metadata),
             "sealed for the first time",
         )
     else:
-        kept = [text for text in golden if text in seal.golden]
-        different = [text for text in kept if not _agree(golden[text], seal.golden[text])]
+        common = [text for text in golden if text in seal.golden]
+        different = [text for text in common if not _agree(golden[text], seal.golden[text])]
         if different and not new:
             return (
                 f"NOT sealed, as {', '.join(different)} came out otherwise. If that is meant, "
-                f"--new {one.name} gives a new version."
+                f"--new {item.name} gives a new version."
             )
-        made = replace(seal, tree=one.tree, golden=golden, known=known)
+        entry = replace(seal, tree=item.tree, golden=golden, known=metadata)
         message = "the same as before: sealed again"
         if different:
-            made = replace(made, version=seal.next_version(), libraries=one.libraries)
-            message = f"now version {made.version[0]}"
-    seals = {**read_versions(one.file), one.name: made}
-    write_file(one.file, lambda file: write_versions(file, seals))
+            entry = replace(entry, version=seal.next_version(), libraries=item.libraries)
+            message = f"now version {entry.version[0]}"
+    seals = {**read_versions(item.file), item.name: entry}
+    write_file(item.file, lambda file: write_versions(file, seals))
     return message
 
 
@@ -158,10 +158,10 @@ def _agree(digests: Mapping[str, str], golden: Mapping[str, str]) -> bool:
 def main(new: tuple[str, ...], only: str) -> None:
     """Check scenes and trackers whose source changed, and seal them."""
     refused = 0
-    for one in sealed():
-        if one.name.startswith(only) and (message := _seal(one, one.name in new)):
+    for item in sealed():
+        if item.name.startswith(only) and (message := _seal(item, item.name in new)):
             refused += message.startswith("NOT")
-            click.echo(f"{one.name}: {message}")
+            click.echo(f"{item.name}: {message}")
     raise SystemExit(1 if refused else 0)
 
 

@@ -178,8 +178,8 @@ class Execution:
             self._truths.add((unit.source, sequence.fingerprint))
         if (unit.source, unit.truth) not in self._truths:
             raise SequenceError(
-                f"{unit.source.text}: the sequence changed while it ran, so nothing was kept. Run "
-                "the same command again."
+                f"{unit.source.text}: the sequence changed during its runs, which were not stored. "
+                "Run the same command again."
             )
         origin = {"source": source.text, "truth": str(source.truth or ""), "host": outcome.host}
         # If another process has stored a run meanwhile, that one stays.

@@ -35,7 +35,7 @@ class GroundTruthLike(Protocol):
 
     @property
     def regions(self) -> Mapping[str, NDArray[np.float64]]:
-        """Boxes of further regions by name, shape (n, 4) each."""
+        """Boxes of other image regions by name, as `full`, shape (n, 4) each."""
         ...
 
     @property

@@ -16,24 +16,12 @@ FOLDER = Path(__file__).parent
 
 @dataclass(frozen=True)
 class Effort:
-    """Extent of a reproduction.
+    """Extent of a reproduction."""
 
-    Attributes
-    ----------
-    quick : bool
-        The main table and the figure strips alone, from few scenes and without verdicts.
-    everything : bool
-        Also the sensitivity table.
-    seeds : int or None
-        Largest number of repetitions of any tracker; None keeps those of the paper.
-    jobs : int or None
-        Worker processes; None for one per core.
-    """
-
-    quick: bool = False
-    everything: bool = False
-    seeds: int | None = None
-    jobs: int | None = None
+    quick: bool = False  # main table and figure strips alone, from few scenes, without verdicts
+    everything: bool = False  # also the sensitivity table
+    seeds: int | None = None  # maximum repetitions of any tracker; None: those of the paper
+    jobs: int | None = None  # worker processes; None: one per core
 
     def command(self, paper: str) -> str:
         """Return the command that makes the report again."""

@@ -36,25 +36,13 @@ QUANTITIES = {"error": "centre error [px]"}
 
 @dataclass(frozen=True)
 class Drawing:
-    """A figure that was drawn.
+    """A figure that was drawn."""
 
-    Attributes
-    ----------
-    name : str
-        Stem of its file, as `figure-3`.
-    label : str
-        The paper's name of it, as `Fig. 3`.
-    caption, words : str
-        What the paper's figure shows; what ours shows.
-    path : Path
-        PNG file.
-    """
-
-    name: str
-    label: str
-    caption: str
-    words: str
-    path: Path
+    name: str  # stem of its file, as `figure-3`
+    label: str  # the paper's name of it, as `Fig. 3`
+    caption: str  # content of the paper's figure
+    words: str  # content of ours
+    path: Path  # PNG file
 
 
 def draw_figures(context: Context) -> list[Drawing]:

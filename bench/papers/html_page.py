@@ -72,7 +72,7 @@ def _sections(
 ) -> list[PageSection]:
     """Return the parts of the page in their order."""
     entry, notes = report.description, report.notes
-    result = _paragraphs(notes.get("Result in one sentence", ""))
+    result = _paragraphs(notes.get("Result", ""))
     quick = ["Quick report: few scenes, and no verdicts."] if report.context.effort.quick else []
     main, *others = report.main
     places = [[None, *map(footage.place, row)] for row in cells]

@@ -15,9 +15,9 @@ RULES = (
 )
 VIDEOS = (
     "The paper's videos are not available. Ours are synthetic scenes drawn from its descriptions. "
-    "Its numbers are therefore printed beside ours and are not targets. Two settings are reported: "
-    "`as-written` takes the text literally, `recommended` differs from it in the values under "
-    "Settings only."
+    "Its numbers are therefore printed next to ours and are not targets. Two settings are "
+    "reported: `as-written` takes the text literally, `recommended` differs from it in the values "
+    "under Settings only."
 )
 
 
@@ -30,8 +30,8 @@ def page(report: Report, folder: Path) -> str:
     """Return the page of a paper in Markdown; figures in the page's `folder` are links."""
     entry, notes = report.description, report.notes
     parts = [f"# {entry.title}", f"{entry.citation}", f"**Method.** {entry.method}"]
-    if finding := notes.get("Result in one sentence"):
-        parts.append(f"**Result in one sentence.** {finding}")
+    if finding := notes.get("Result"):
+        parts.append(f"**Result.** {finding}")
     parts += [VIDEOS, "## 1 The paper's numbers and ours", *map(markdown, report.main)]
     parts += ["## 2 Figures", _figures(report, folder)]
     if report.verdicts:

@@ -39,23 +39,12 @@ class JudgedRun:
     """A run with the ground truth of its sequence, frame by frame.
 
     A failed run counts as one that gives no box after initialisation.
-
-    Attributes
-    ----------
-    run : Run
-        The run.
-    truth : StoredTruth
-        Ground truth that it was made with.
-    description : Description
-        The paper.
-    tracker : str
-        Text form of the tracker.
     """
 
     run: Run
-    truth: StoredTruth
-    description: Description
-    tracker: str
+    truth: StoredTruth  # ground truth that the run was made with
+    description: Description  # of the paper
+    tracker: str  # text form
 
     @cached_property
     def boxes(self) -> Values:
@@ -128,27 +117,13 @@ class JudgedRun:
 
 @dataclass(frozen=True)
 class Measure:
-    """A measure with its options.
+    """A measure with its options."""
 
-    Attributes
-    ----------
-    function : callable
-        Gives the number of a `JudgedRun`.
-    text : str
-        Its text form.
-    unit : str
-        `share`, `px`, `frames` or another unit of the number.
-    lower_is_better : bool
-        Whether a smaller number is the better one.
-    lost_before : callable or None
-        Returns 1 if the target is lost before the event that the measure looks at, else 0.
-    """
-
-    function: Function
-    text: str
-    unit: str
+    function: Function  # returns the number of a `JudgedRun`
+    text: str  # text form
+    unit: str  # `share`, `px`, `frames` or another
     lower_is_better: bool
-    lost_before: Function | None
+    lost_before: Function | None  # returns 1 if the target is lost before the event, else 0
 
     def __call__(self, judged: JudgedRun) -> float:
         """Return the number of a run."""
@@ -265,8 +240,8 @@ SERIES: dict[str, Callable[[JudgedRun], Values]] = {
 }
 
 
-def at_frames(text: str) -> list[int]:
-    """Return the frames of `11+16` or `12-15` or both, as numbers."""
+def parse_frames(text: str) -> list[int]:
+    """Parse a list of frames as `11+16`, `12-15` or `1+12-15`; ranges include both ends."""
     frames: list[int] = []
     for part in filter(None, text.split("+")):
         first, _, last = part.partition("-")
@@ -326,8 +301,8 @@ def all_on_target(judged: JudgedRun, first: int, last: int) -> float:
 def _lost_before_event(
     judged: JudgedRun, on: str = "", off: str = "", once_off: str = "", mean_off: str = ""
 ) -> float:
-    event = min(at_frames("+".join(filter(None, [off, once_off, mean_off]))), default=None)
-    before = [frame for frame in at_frames(on) if event is None or frame < event]
+    event = min(parse_frames("+".join(filter(None, [off, once_off, mean_off]))), default=None)
+    before = [frame for frame in parse_frames(on) if event is None or frame < event]
     return float(not _on_at(judged, before).all()) if before else 0.0
 
 
@@ -341,10 +316,10 @@ def pattern(
     `once_off=12-15`: not tracked in at least one of them. `mean_off=36-51`: the mean error over
     them exceeds the tolerance.
     """
-    holds = bool(_on_at(judged, at_frames(on)).all()) if on else True
-    holds &= not (off and _on_at(judged, at_frames(off)).any())
-    holds &= not (once_off and _on_at(judged, at_frames(once_off)).all())
+    holds = bool(_on_at(judged, parse_frames(on)).all()) if on else True
+    holds &= not (off and _on_at(judged, parse_frames(off)).any())
+    holds &= not (once_off and _on_at(judged, parse_frames(once_off)).all())
     if mean_off:
-        frames = at_frames(mean_off)
+        frames = parse_frames(mean_off)
         holds &= mean_error(judged, frames[0], frames[-1]) > judged.tolerance
     return float(holds)

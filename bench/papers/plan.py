@@ -17,29 +17,17 @@ MAIN_SCENES = 24
 
 @dataclass(frozen=True)
 class Request:
-    """Runs of one tracker on the first scenes of a sequence.
+    """Runs of one tracker on the first scenes of a sequence."""
 
-    Attributes
-    ----------
-    sequence : str
-        Name of `paper.toml`.
-    tracker : str
-        Text form, with the options of a setting.
-    scenes, repetitions : int
-        Numbers of scenes and of repetitions.
-    on : str
-        Further options of the sequence, as `light=dappled`.
-    """
-
-    sequence: str
-    tracker: str
+    sequence: str  # name in `paper.toml`
+    tracker: str  # text form, with the options of a setting
     scenes: int
     repetitions: int
-    on: str = ""
+    on: str = ""  # further options of the sequence, as `light=dappled`
 
 
-def options_of(text: str) -> dict[str, str]:
-    """Return options in text form, as `preset=as-written:sigma=1`."""
+def parse_options(text: str) -> dict[str, str]:
+    """Parse options such as `preset=as-written:sigma=1` into a dictionary."""
     return parse_text(f":{text}")[1] if text else {}
 
 
@@ -51,9 +39,9 @@ def tracker_text(
     `change` has options by the name in `paper.toml`, or by the tracker's own.
     """
     name, tracker_options = parse_text(description.trackers[tracker])
-    setting_options = options_of(description.settings[setting].get(name, ""))
+    setting_options = parse_options(description.settings[setting].get(name, ""))
     changes = change or {}
-    changed_options = options_of(changes.get(tracker, changes.get(name, "")))
+    changed_options = parse_options(changes.get(tracker, changes.get(name, "")))
     return format_text(name, {**setting_options, **tracker_options, **changed_options})
 
 
@@ -79,7 +67,7 @@ def scene_names(
         If fewer scenes meet the criteria than are requested.
     """
     entry = description.sequences[sequence]
-    further = options_of(on)
+    further = parse_options(on)
     members = []
     for member in entry.members:
         name, options = parse_text(member)

@@ -27,34 +27,16 @@ from trackmark.reports.tables import Table
 
 @dataclass(frozen=True)
 class Report:
-    """Results of a reproduction.
+    """Results of a reproduction."""
 
-    Attributes
-    ----------
-    context : Context
-        The paper, its runs and the effort.
-    main : list of Table
-        The paper's main tables with our values.
-    figures : list of Drawing
-        The paper's figures, drawn from our runs.
-    verdicts : list of VerdictRow
-        One per claim; empty for a quick report.
-    criteria, settings : Table
-        Criteria of the scenes; values of the settings with their sources.
-    sensitivity : Table or None
-        Measures of every open choice, if requested.
-    notes : mapping of str to str
-        Sections of the paper's `notes.md` by heading: comments on the results.
-    """
-
-    context: Context
-    main: list[Table]
-    figures: list[Drawing]
-    verdicts: list[VerdictRow]
-    criteria: Table
-    settings: Table
-    sensitivity: Table | None = None
-    notes: Mapping[str, str] = field(default_factory=dict)
+    context: Context  # the paper, its runs and the effort
+    main: list[Table]  # the paper's main tables with our values
+    figures: list[Drawing]  # the paper's figures, drawn from our runs
+    verdicts: list[VerdictRow]  # one per claim; empty for a quick report
+    criteria: Table  # of the scenes
+    settings: Table  # values of the settings with their sources
+    sensitivity: Table | None = None  # measures of every open choice, if requested
+    notes: Mapping[str, str] = field(default_factory=dict)  # sections of `notes.md` by heading
 
     @property
     def description(self) -> Description:
@@ -139,8 +121,8 @@ def read_notes(paper: str) -> dict[str, str]:
     return {heading.strip(): body.strip() for heading, _, body in sections}
 
 
-def document(report: Report, seconds: float) -> dict[str, Any]:
-    """Return the report for scripts."""
+def report_data(report: Report, seconds: float) -> dict[str, Any]:
+    """Return the report as a dictionary for JSON."""
     return {
         "title": report.description.title,
         "paper": report.description.name,

@@ -131,26 +131,12 @@ class StoredRuns:
 
 @dataclass(frozen=True)
 class Context:
-    """Input of tables, figures and functions in a paper's own modules.
+    """Input of tables, figures and functions in a paper's own modules."""
 
-    Attributes
-    ----------
-    description : Description
-        The paper.
-    claims : mapping of str to Claim
-        Its claims.
-    runs : StoredRuns
-        Requested runs.
-    folder : Path
-        Folder of the report.
-    effort : Effort
-        Extent of the reproduction.
-    """
-
-    description: Description
+    description: Description  # of the paper
     claims: Mapping[str, Claim]
-    runs: StoredRuns
-    folder: Path
+    runs: StoredRuns  # requested runs
+    folder: Path  # of the report
     effort: Effort
 
     @property

@@ -35,30 +35,17 @@ COMPARISONS = {"<=": operator.le, ">=": operator.ge}
 class Criterion:
     """One row of a paper's `criteria.toml`.
 
-    Attributes
-    ----------
-    sequence : str
-        Sequence of the criterion, without the scene's number; options may follow the name.
-    name : str
-        What is measured, for readers, with its unit.
-    measure : str
-        Function of `bench.papers.criteria` with its options, as `slow_share:limit=1`: of the
-        sequence's paper, or a shared one.
-    sentence : str
-        The paper's words that ask for it, with the section.
-    target : str
-        Bounds that every scene must meet: `<= 0.1`, `>= 2.5`, or both, as `>= 4, <= 9`. Empty
-        for a number that is only printed.
-    with_result_in_view : bool
-        Whether it uses what the paper says about a method's result.
+    `measure` names a function of `bench.papers.criteria` with its options, as `slow_share:limit=1`:
+    of the sequence's paper, or a shared one. `target` has the bounds that every scene must meet, as
+    `<= 0.1` or `>= 4, <= 9`; it is empty for a number that is only printed.
     """
 
-    sequence: str
-    name: str
+    sequence: str  # without the scene's number; options may follow the name
+    name: str  # measured quantity with its unit, for readers
     measure: str
-    sentence: str
+    sentence: str  # the paper's sentence that requires the criterion, with the section
     target: str = ""
-    with_result_in_view: bool = False
+    with_result_in_view: bool = False  # whether it uses the paper's result of a method
 
     def value(self, scene: SceneImages | ClipSet) -> float:
         """Measure the criterion on a scene."""

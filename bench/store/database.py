@@ -311,7 +311,7 @@ def _checked(path: Path, connection: sqlite3.Connection) -> Database | None:
     database = Database(path, connection)
     stored = connection.execute("SELECT sql FROM sqlite_schema WHERE type = 'table'").fetchall()
     if {row[0] for row in stored} != set(_STATEMENTS):
-        raise database.damaged("its tables have other columns")
+        raise database.damaged("its tables do not have the expected columns")
     return database
 
 

@@ -55,7 +55,7 @@ def find_different_data(
 
 
 def find_damage(folder: Path) -> list[str]:
-    """Return a sentence for each damage of an experiment's file; none if it is undamaged."""
+    """Return one message per damaged row or table; an empty list if there is none."""
     try:
         with open_database(folder) as database:
             messages = database.find_damage()

@@ -95,9 +95,9 @@ def occlusion(sequence: Sequence, value: float, draw: int) -> Sequence:
     hidden = np.arange(start, start + int(value))
     if start + int(value) + MIN_FRAMES_AFTER_WALL > n:
         raise SequenceError(
-            f"{sequence.name}: filter.occlusion={value:g} is too long. At most "
-            f"{max(0, n - MIN_FRAMES_AFTER_WALL - start)} of {n} frames leave "
-            f"{MIN_FRAMES_AFTER_WALL} after the wall."
+            f"{sequence.name}: filter.occlusion={value:g} is too long for {n} frames. Use at most "
+            f"{max(0, n - MIN_FRAMES_AFTER_WALL - start)}: {MIN_FRAMES_AFTER_WALL} frames must "
+            "follow the wall."
         )
     rows = sequence.boxes[hidden][sequence.present[hidden]]
     if len(rows) == 0:

@@ -102,7 +102,9 @@ def _read_targets(source: Path) -> dict[str, NDArray[np.float64]]:
         )
     selected = rows[order][counts[order]]
     if not len(selected):
-        raise SequenceError(f"{source}: all rows have counts 0. Expected: a target that counts.")
+        raise SequenceError(
+            f"{source}: the flag `counts` is 0 in all rows. Expected: 1 for a target."
+        )
     numbers, starts = np.unique(selected[:, 1].astype(int), return_index=True)
     return dict(zip(map(str, numbers), np.split(selected, starts[1:]), strict=True))
 

@@ -1,4 +1,4 @@
-"""Tests of the message that kernels are being compiled, which appears only once."""
+"""Message about compiling kernels: printed once while it happens."""
 
 import fcntl
 import json

@@ -147,7 +147,7 @@ def test_order_of_filters_in_the_text_does_not_matter():
         ("filter.noise=nan", "Expected: a number from 0 to 255"),
         ("filter.step=1.5", "Expected: an integer"),
         ("filter.noise=1:filter.noise=2", "given twice"),
-        ("filter.occlusion=50", "At most 35 of 60 frames"),
+        ("filter.occlusion=50", "for 60 frames. Use at most 35"),
         ("filter.start=50", "At least 20 must be left"),
         ("filter.step=100", "only the first of 60 frames"),
     ],

@@ -159,8 +159,8 @@ HOSTILE = {
     latin_file_name: r"\\udce9\.png: this name is not UTF-8",
     damaged_first_image: r"00000\.jpg: damaged, or not an image",
     truncated_palette: r"00000\.png: the mask cannot be read",
-    mask_of_huge_image: r"groundtruth\.txt: line 1: it claims 60000x60000 pixels",
-    decompression_bomb: r"00000\.png: the mask cannot be read \(it claims 60000x60000 pixels",
+    mask_of_huge_image: r"groundtruth\.txt: line 1: its header states 60000x60000",
+    decompression_bomb: r"00000\.png: the mask cannot be read \(its header states 60000x60000",
 }
 
 

@@ -162,7 +162,7 @@ def test_watched_frame_is_the_background_once():
     assert threshold(watching) > usual + 0.1
     assert threshold(watching) == usual  # what was watched served one initialisation
     watching.watch(redder)
-    with pytest.raises(TrackerError, match="too little"):  # which may fail
+    with pytest.raises(TrackerError, match="less than a quarter"):  # which may fail
         watching.init(ground(), box_at(-60))
     assert threshold(watching) == usual
 
@@ -207,7 +207,7 @@ def test_what_is_no_histogram_no_size_or_no_region_is_refused():
         with pytest.raises(TrackerError, match="two lengths above 0"):
             tracker.init_by_histogram(ground(), good, np.array(half_axes))
     for regions in (np.zeros((0, 4)), np.zeros(4), np.array([[0.0, 0, -3, 5]])):
-        with pytest.raises(TrackerError, match="regions must"):
+        with pytest.raises(TrackerError, match="regions"):
             tracker.init_by_histogram(ground(), good, size, regions)
     tracker.init_by_histogram(ground(), good, np.array([1.0, 1.0]))
     assert (tracker.update(ground()).box[2:] >= 6).all()

@@ -14,7 +14,7 @@ class TrackerError(ValueError):
 def closest_match(name: str, valid_names: Iterable[str]) -> str:
     """Return the valid name that is most similar to `name`; empty if none is similar.
 
-    >>> closest("kcf", ["camshift", "opencv-kcf"])
+    >>> closest_match("kcf", ["camshift", "opencv-kcf"])
     'opencv-kcf'
     """
     names = sorted(valid_names)

@@ -23,7 +23,7 @@ def normalise_log_weights(log_weights: Array) -> Array:
 
     Examples
     --------
-    >>> normalised(np.array([-5000.0, -5000.0, -np.inf])).tolist()
+    >>> normalise_log_weights(np.array([-5000.0, -5000.0, -np.inf])).tolist()
     [0.5, 0.5, 0.0]
     """
     largest = log_weights.max()
@@ -44,7 +44,7 @@ def effective_sample_size(weights: Array) -> float:
 
     Examples
     --------
-    >>> effective_number(np.array([0.25, 0.25, 0.25, 0.25]))
+    >>> effective_sample_size(np.array([0.25, 0.25, 0.25, 0.25]))
     4.0
     """
     return 1.0 / float(weights @ weights)

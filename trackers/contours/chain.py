@@ -152,9 +152,9 @@ def normalise_weights(weights: Array) -> Array:
 
     Examples
     --------
-    >>> proportional(np.array([1.0, 3.0])).tolist()
+    >>> normalise_weights(np.array([1.0, 3.0])).tolist()
     [0.25, 0.75]
-    >>> proportional(np.zeros(2)).tolist()
+    >>> normalise_weights(np.zeros(2)).tolist()
     [0.5, 0.5]
     """
     total = float(weights.sum())

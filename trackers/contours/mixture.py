@@ -123,8 +123,8 @@ def to_components(mixture: Mixture) -> Array:
 
     Examples
     --------
-    >>> one = Mixture(np.ones(1), np.zeros((1, 2)), np.diag([1.0, 4.0])[np.newaxis])
-    >>> components_of(one).round(4)
+    >>> mixture = Mixture(np.ones(1), np.zeros((1, 2)), np.diag([1.0, 4.0])[np.newaxis])
+    >>> to_components(mixture).round(4)
     array([[1.    , 0.    , 0.    , 4.    , 1.    , 1.5708]])
     """
     xx, yy = mixture.covariances[..., 0, 0], mixture.covariances[..., 1, 1]

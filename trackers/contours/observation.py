@@ -80,9 +80,9 @@ def weights_from_scores(scores: Array, weights: Weights, temperature: float) -> 
 
     Examples
     --------
-    >>> graded(np.array([-0.5, 0.2]), "literal", 1.0).tolist()
+    >>> weights_from_scores(np.array([-0.5, 0.2]), "literal", 1.0).tolist()
     [0.0, 0.2]
-    >>> graded(np.array([0.0, 0.1]), "exponential", 0.1).round(3).tolist()
+    >>> weights_from_scores(np.array([0.0, 0.1]), "exponential", 0.1).round(3).tolist()
     [0.368, 1.0]
     """
     if weights == "literal":

@@ -92,7 +92,7 @@ def plane_basis(normals: Array, reference_basis: Array) -> Array:
 
     Examples
     --------
-    >>> basis_of(np.array([[0.0, 1.0, 0.0]]), np.eye(3)[:, :2])[0]
+    >>> plane_basis(np.array([[0.0, 1.0, 0.0]]), np.eye(3)[:, :2])[0]
     array([[ 1.,  0.],
            [ 0.,  0.],
            [ 0., -1.]])

@@ -128,13 +128,15 @@ class SegmenterParameters(Parameters):
     )
     snake_stiffness: Stiffness = choice(
         "by-spacing",
-        "the snake's weights are of differences between its points, whatever their "
-        "distance, or of derivatives along it, or of those of its change",
+        "the snake's weights apply to differences between its points, to derivatives "
+        "along it, or to derivatives of its change",
     )
     snake_feedback: float = fraction(
         0.0, "share of the contours that start from the snake [fraction]"
     )
-    colour_levels: int = whole(20, "L: colours are told apart in L³ cells [count]", 2, 64)
+    colour_levels: int = whole(
+        20, "L: number of levels per channel; the colour space has L³ cells [count]", 2, 64
+    )
     start: Literal["mask", "box"] = choice(
         "mask", "the target is the given mask (where there is one), or an ellipse in the given box"
     )
@@ -218,8 +220,8 @@ class Segmenter(SharingTracker):
                 mask = inscribed_ellipse(box, height, width)
         if mask.shape != (height, width) or mask.dtype != np.bool_:
             raise TrackerError(
-                f"a mask is bool of the image's shape ({height}, {width}), not {mask.dtype} of "
-                f"shape {mask.shape}."
+                f"the mask is {mask.dtype} of shape {mask.shape}. Expected: bool of the image's "
+                f"shape ({height}, {width})."
             )
         target, background = certain_pixels(mask)
         if not target.any() or not background.any():

@@ -149,7 +149,10 @@ class LocationMemory:
             shape = self.entries.shape
             raise TrackerError(f"regions must be boxes, shape (k, 4) with k > 0, not {shape}.")
         if not np.isfinite(self.entries).all() or (self.entries[:, 2:] < 0).any():
-            raise TrackerError(f"regions must have finite sizes: {self.entries.tolist()}.")
+            raise TrackerError(
+                f"invalid regions {self.entries.tolist()}. Expected: finite boxes without a "
+                "negative size."
+            )
 
     def record_probable(self, centre: Array, half_axes: Array) -> None:
         """Store a probable position: most particles are similar to the target."""

@@ -17,7 +17,7 @@ def candidate_offsets(longest: int, candidates: str) -> list[int]:
 
     Examples
     --------
-    >>> visited(40, "skipped"), visited(4, "skipped")
+    >>> candidate_offsets(40, "skipped"), candidate_offsets(4, "skipped")
     ([5, 7, 11, 19, 35], [])
     """
     if candidates == "all":

@@ -153,12 +153,12 @@ def estimates(
 
 @cache
 def errors(run: int, number: int) -> dict[str, float]:
-    """Return the mean error in the plane of position and colour over a trajectory.
+    """Return the mean Euclidean error of (position, colour) over a trajectory.
 
     Parameters
     ----------
     run : int
-        Number of the trajectory; its truth and its observations are the same for all filters.
+        Number of the trajectory; all filters have the same ground truth and observations.
     number : int
         Number of samples.
 

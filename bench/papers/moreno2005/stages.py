@@ -59,9 +59,9 @@ class Step(NamedTuple):
     """Result of the tracker in a frame.
 
     `mask`: visible part of the target. `planes`, `colours`, `contours`: hypotheses of the three
-    cues. `bases`: of the planes, shape (n, 3, 2). `of_target`: number of the components of a pair,
-    from the first, that belong to the target. `estimate`: with arrays. `cells`: column of the
-    colours' evidence, by pixel.
+    cues. `bases`: of the colour planes, shape (n, 3, 2). `n_target_components`: number of the first
+    components of a mixture pair, which model the target. `estimate`: of the tracker, with
+    `arrays`. `cells`: column index into `colours.evidence` for each pixel.
     """
 
     image: Image
@@ -70,7 +70,7 @@ class Step(NamedTuple):
     colours: Hypotheses
     contours: Hypotheses
     bases: Array
-    of_target: int
+    n_target_components: int
     estimate: Estimate
     cells: NDArray[np.int32]
 
@@ -100,7 +100,7 @@ def step_of(text: str, scene: str) -> Step:
         colours=colours,
         contours=contours,
         bases=plane_basis(planes.states, tracker.planes.basis),
-        of_target=settings.object_components,
+        n_target_components=settings.object_components,
         estimate=estimate,
         cells=colour_cells(image, settings.colour_levels).image,
     )
@@ -195,8 +195,8 @@ def palettes_of(step: Step) -> dict[str, Palette]:
         number = int(order[place])
         mixture = step.colours.states[number]
         classes = {
-            "target": Gaussians(*from_components(mixture[: step.of_target])),
-            "background": Gaussians(*from_components(mixture[step.of_target :])),
+            "target": Gaussians(*from_components(mixture[: step.n_target_components])),
+            "background": Gaussians(*from_components(mixture[step.n_target_components :])),
         }
         label = f"{words} weight: {weights[number] * len(weights):.2g} times the mean"
         palettes[label] = Palette(classes, step.posterior(number))

@@ -115,8 +115,8 @@ class PlainImprovedCamShift(_CamShift):
 class PlainParticleFilter:
     """The traditional particle filter, with the same transition and observation.
 
-    `particles`: N. `radius`: r of the transition [px], "rule" for √N / 2. `sigma`: scale of the
-    observation. `resampling`: "systematic" or "multinomial". `velocity`: "particle" (each particle
+    `particles`: N. `radius`: r of the transition [px], "rule" for √N / 2. `sigma`: σ of the
+    likelihood. `resampling`: "systematic" or "multinomial". `velocity`: "particle" (each particle
     repeats its own last step) or "mean" (all repeat the mean step). `estimate`: "mean" (by weight),
     "resampled" (mean after resampling) or "best" (the particle of the largest weight).
 

@@ -115,7 +115,7 @@ def test_imported_restarted_runs_need_presets_of_protocol(trackmark, workspace, 
     report = ("report", "--results-of", "MINE=theirs", "--sequences", "data/Other")
     done = trackmark(*report, "--metrics", "native,vot,otb", "--folder", "report", "--no-pictures")
     assert scores(workspace, "vot-supervised", "failures", "supervised-") == {("MINE", "Other"): 1}
-    assert "otb judges no runs by the protocol supervised" in done.stdout
+    assert "otb cannot score runs of the protocol supervised" in done.stdout
     assert "nan" not in done.stdout
 
 

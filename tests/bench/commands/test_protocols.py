@@ -39,7 +39,9 @@ def test_runs_by_several_protocols_are_stored_and_tabled_apart(both, trackmark, 
     assert text.count("metrics preset") == 4
     assert text.count("trial, protocol one-pass") == 2
     assert text.count("trial, protocol supervised:skip=2") == 2
-    assert "otb judges no runs by the protocol supervised:skip=2, but those by anchors" in text
+    assert (
+        "otb cannot score runs of the protocol supervised:skip=2. It scores runs of anchors" in text
+    )
     listed = trackmark("results", "list", folder).stdout
     assert "static on Small: 1" in listed
     assert "static on Small (supervised:skip=2): 1" in listed
@@ -88,7 +90,7 @@ def test_trackers_are_compared_by_one_protocol(trackmark):
     assert "accuracy (vot-supervised), protocol supervised" in unwrapped(done.stdout)
     assert max(map(len, done.stdout.splitlines())) <= 100
     refused = trackmark(*command, "--protocol", "supervised", "--metrics", "otb", status=2).stderr
-    assert "otb judges no runs by the protocol supervised" in refused
+    assert "otb cannot score runs of the protocol supervised" in refused
 
 
 def test_changed_tracker_is_run_again_by_its_protocol(both, trackmark, workspace):

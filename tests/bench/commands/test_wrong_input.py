@@ -101,7 +101,7 @@ reproduce multipart --quick --all | either --quick or --all
 {ANNOTATE} --box 0:1,2,1e300,4 --box 4:1,4,3,4 | frame 0
 {ANNOTATE} {BOXES} --absent x | FIRST-LAST
 {ANNOTATE} | key frames
-show data/Small | Give --output
+show data/Small | Use --output FILE
 show data/Small --output a.gif | neither .png nor .mp4
 show data/Small --output a.png --first 9 | not among 0 to 4
 show data/Small --output a.png --trace revised | requires --results

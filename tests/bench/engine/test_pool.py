@@ -234,7 +234,7 @@ def running(command):
 
 
 def test_tracker_whose_file_changes_while_it_runs_leaves_nothing(data):
-    with pytest.raises(SequenceError, match="changed while it ran"):
+    with pytest.raises(SequenceError, match="changed during its runs"):
         run(experiment(data, "ChangesItsFile", sequences="A"), data / "results", jobs=1)
     assert Results(data / "results" / "trial").list_keys() == []
 

@@ -59,7 +59,7 @@ def test_heartbeat_shows_what_is_called(shared):
     assert look(shared).sign_of_life != second.sign_of_life
     beats.on_tracker_return()
     beats.on_frames_done(5)
-    assert (look(shared).entry, look(shared).shown) == (NOBODY, 5)
+    assert (look(shared).entry, look(shared).frames_done) == (NOBODY, 5)
     beats.on_loop_end()
     assert look(shared).entry == ELSEWHERE
     assert beats.has_called

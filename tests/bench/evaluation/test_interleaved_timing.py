@@ -78,8 +78,8 @@ def test_modules_beside_an_old_file_are_old_too(tracker, clips, tmp_path, monkey
         ("raise RuntimeError('no\\nmore')", "RuntimeError: no more"),
         ("import os; os._exit(3)", "its process ended"),
         ("import sys; sys.exit(3)", "SystemExit: 3"),
-        ("ticks = float('nan')", "nan is no time"),
-        ("ticks = 0.0", "0.0 is no time"),
+        ("ticks = float('nan')", "nan is not a duration"),
+        ("ticks = 0.0", "0.0 is not a duration"),
     ],
 )
 def test_one_that_cannot_be_clocked_says_why(tracker, clips, then, words):

@@ -132,7 +132,7 @@ columns = [
 rows = [{ choice = "16 bins", change = { camshift = "hue_bins=16" } }]
 """,
     "notes.md": """
-## Result in one sentence
+## Result
 
 CamShift follows the target.
 

@@ -15,7 +15,7 @@ from trackmark.bench.papers import evidence_frames
 from trackmark.bench.papers.evidence_frames import claim_scenes
 from trackmark.bench.papers.html_page import write_html_page
 from trackmark.bench.papers.index_page import write_front_page
-from trackmark.bench.papers.reproduction import document
+from trackmark.bench.papers.reproduction import report_data
 from trackmark.bench.store.files import ResultsError
 
 TEXTS = ("camshift:window=adaptive", "static")
@@ -125,7 +125,7 @@ def test_quick_page_has_numbers_and_strips_without_verdicts(tiny):
 
 
 def test_front_page_counts_verdicts_and_links_papers(tiny, report, page):
-    text = json.dumps(document(report, 75.0))
+    text = json.dumps(report_data(report, 75.0))
     (tiny.results / "tiny" / "report.json").write_text(text)
     front = write_front_page(tiny.results).read_text()
     assert '<a href="tiny/report.html">tiny</a>' in front

@@ -11,7 +11,7 @@ from trackmark.bench.claims.claims_file import read_claims
 from trackmark.bench.experiments.experiment import ExperimentError
 from trackmark.bench.papers import paper_names
 from trackmark.bench.papers.description import read_sensitivity
-from trackmark.bench.papers.measures import JudgedRun, at_frames, check_measure, find_measure
+from trackmark.bench.papers.measures import JudgedRun, check_measure, find_measure, parse_frames
 
 N = 20
 
@@ -104,7 +104,7 @@ def test_absent_frames_have_no_error() -> None:
 
 
 def test_frames_may_be_listed_and_ranged() -> None:
-    assert at_frames("11+14-16") == [11, 14, 15, 16]
+    assert parse_frames("11+14-16") == [11, 14, 15, 16]
 
 
 @pytest.mark.parametrize(

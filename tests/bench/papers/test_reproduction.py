@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from trackmark.bench.papers.evidence import evidence
 from trackmark.bench.papers.markdown_page import page, write_page
-from trackmark.bench.papers.reproduction import document
+from trackmark.bench.papers.reproduction import report_data
 from trackmark.bench.papers.terminal_report import screen
 
 
@@ -15,7 +15,7 @@ def test_verdicts_rest_on_scenes_that_meet_the_criteria(report):
     }
     assert order.verdicts["recommended"].effect.endswith("px, 12 scenes")
     assert share.verdicts["as-written"] == share.verdicts["recommended"]
-    assert share.claim.note in document(report, 1.0)["claims"][1]["note"]
+    assert share.claim.note in report_data(report, 1.0)["claims"][1]["note"]
     assert time.verdicts["as-written"].verdict == "holds"
     assert time.verdicts["as-written"].effect.startswith("2.0")
 
@@ -47,7 +47,7 @@ def test_page_begins_with_the_result_and_ends_with_history(report, tmp_path):
     assert f"`{file.name}`: " in text  # the figures lie in another folder
     places = [
         "# A tiny paper",
-        "**Result in one sentence.** CamShift follows the target.",
+        "**Result.** CamShift follows the target.",
         "## 1 The paper's numbers and ours",
         "20 of 20",
         "## 2 Figures",

@@ -165,7 +165,7 @@ def test_presets_judge_their_protocols_and_refuse_others(name, sequence):
                 assert len(judged.parts) == len(run.segments)
         else:
             with pytest.raises(
-                ValueError, match=f"^{preset} judges no runs by the protocol {name}"
+                ValueError, match=f"^{preset} cannot score runs of the protocol {name}"
             ):
                 judge(run, sequence, preset)
 
@@ -196,7 +196,9 @@ def test_runs_by_unknown_protocol_are_read_but_not_judged(sequence, tmp_path):
     (row,) = list_scored_runs(results)
     assert (row["protocol"], row["scores"]) == ("of-tomorrow:knob=1", {})
     (table,) = preset_report(results.folder, ["native"]).tables
-    assert any("native judges no runs by the protocol of-tomorrow" in note for note in table.notes)
+    assert any(
+        "native cannot score runs of the protocol of-tomorrow" in note for note in table.notes
+    )
 
 
 def test_one_pass_keeps_its_first_identity_and_stored_name(sequence, tmp_path):

@@ -89,7 +89,7 @@ def test_preset_without_judgeable_runs_has_a_note(without_processes, tmp_path):
     table = preset_report(folder, ["otb"]).tables[0]
     assert not table.rows
     for text in (to_text(table), to_markdown(table), to_latex(table)):
-        assert "otb judges no runs by the protocol supervised" in text
+        assert "otb cannot score runs of the protocol supervised" in text
         assert "toprule" not in text
         assert "---" not in text
     assert set(table.data["lacking"]) == {"1 of 1 not scored", "2 of 2 not scored"}

@@ -290,7 +290,7 @@ def test_missing_things_are_named(several, sequence, tmp_path):
     [
         ("PRAGMA application_id = 5", "not a file of trackmark: its application id is 0x5"),
         ("PRAGMA user_version = 4", "schema version 4; this trackmark reads version 3"),
-        ("DROP TABLE log", "is damaged: its tables have other columns"),
+        ("DROP TABLE log", "is damaged: its tables do not have the expected columns"),
     ],
 )
 def test_other_files_are_refused(several, change, message):
