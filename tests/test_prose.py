@@ -1,0 +1,120 @@
+"""Docstrings, names, messages and pages follow the section "Style" of CONTRIBUTING.md."""
+
+import ast
+import re
+from inspect import cleandoc
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+FOLDERS = ("bench", "datasets", "reports", "tests", "trackers")
+CODE = [file for folder in FOLDERS for file in sorted((ROOT / folder).rglob("*.py"))]
+PAGES = sorted([*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md")])
+
+OPENINGS = (
+    "Of|What|Whether|How|Where|Who|Whom|Whose|Which|When|As|By|In|For|To|From|That|Those|These|It|"
+    "They|Such|Somebody|Nobody|Everything|Nothing|Likewise|Is|Are|Has|Takes? notice|The same"
+)
+BANNED = (
+    "told|tells? of|anew|mend(?:s|ed|ing)?|whom|astray|culprits?|innocents?|somebody|nobody|"
+    "hereafter|thereof|by halves|found wanting|sa(?:ys|id) of|what lacks|for ever|beside|"
+    "older sel(?:f|ves)|be it|as ever|on end|misdeeds?|begun again|what is (?:there|left|asked)|"
+    "can't be told|goes by|bears?|alike|whatever|whoever"
+)
+WEAK_NAMES = (
+    "found|told|said|known|there|here|shown|asked|given|one|ones|those|what|who|of|own|at|by|begun|"
+    "made|taken|kept|lacking|guests"
+)
+MAX_WORDS = {"page": 30, "docstring": 35, "message": 10**6}  # of a sentence
+
+ALLOWED = {
+    ("bench/claims/claims_file.py", "weak name: of"): "key in claims.toml",
+    ("bench/papers/description.py", "weak name: of"): "key in paper.toml",
+    ("bench/papers/measures.py", "weak name: kept"): "measure in paper.toml and claims.toml",
+    ("bench/papers/nguyen2002/measures.py", "weak name: kept"): "measure in claims.toml",
+}
+"""Reasons for wrong findings, by file and text; at most 20."""
+
+
+def sentences(text):
+    """Yield sentences without code, tables, headings and addresses of links."""
+    code = r"^```.*?^```$|<!--.*?-->|^>>>.*?(?:\n\n|\Z)|^ {4}.*?$"
+    text = re.sub(code, "\n", text, flags=re.S | re.M)
+    text = re.sub(r"`[^`]*`|https?://\S+", "X", re.sub(r"\]\([^)]*\)", "]", text))
+    text = re.sub(r"\b(e\.g|i\.e|et al|vs|cf|No|Fig)\.", r"\1", text)
+    for paragraph in re.split(r"\n\s*\n|\n\s*(?:[-*]|\d+\.) ", "\n" + text):
+        lines = paragraph.splitlines()
+        prose = " ".join(line for line in lines if not re.match(r"\s*([|#]|!\[|---)", line))
+        yield from re.split(r"(?<=[.!?:])\s+", " ".join(prose.split()))
+
+
+def check_text(text, kind):
+    """Yield departures in a page, docstring or message."""
+    for sentence in sentences(text):
+        for match in re.finditer(rf"\b(?:{BANNED})\b", sentence, re.I):
+            yield f"banned word: {match.group()} ({sentence[:60]})"
+        if len(sentence.split()) > MAX_WORDS[kind]:
+            yield f"long sentence: {sentence[:80]}"
+
+
+def strings(nodes):
+    """Yield docstrings and messages of at least four words, with their kind and line."""
+    docstrings = {node.value for node in nodes if isinstance(node, ast.Expr)}
+    parts = {part for node in nodes if isinstance(node, ast.JoinedStr) for part in node.values}
+    for node in nodes:
+        if isinstance(node, ast.JoinedStr):
+            text = "".join(p.value if isinstance(p, ast.Constant) else "X" for p in node.values)
+        elif isinstance(node, ast.Constant) and isinstance(node.value, str) and node not in parts:
+            text = node.value
+        else:
+            continue
+        if node in docstrings:
+            yield "docstring", node.lineno, cleandoc(text)
+        elif len(text.split()) >= 4 and not re.search(r"[{}<>;]|\bSELECT\b", text):
+            yield "message", node.lineno, text
+
+
+def bound_name(node):
+    """Return the name that a function, class, parameter or assignment binds; "" if none."""
+    if isinstance(node, ast.Name):
+        return node.id if isinstance(node.ctx, ast.Store) else ""
+    defining = ast.arg | ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef
+    return getattr(node, "arg", None) or node.name if isinstance(node, defining) else ""
+
+
+def check_code(source, test=False):
+    """Yield lines and departures of a Python file."""
+    nodes = list(ast.walk(ast.parse(source)))
+    for kind, line, text in strings(nodes):
+        if kind == "docstring" and re.match(rf"(?:{OPENINGS})\b(?! place\b| situ\b)", text):
+            yield line, f"docstring opening: {text.partition(chr(10))[0]}"
+        if not test:
+            yield from ((line, problem) for problem in check_text(text.split("\n---")[0], kind))
+    for node in nodes:
+        name = bound_name(node)
+        if re.fullmatch(WEAK_NAMES, name.lstrip("_")):
+            yield node.lineno, f"weak name: {name}"
+        if name.startswith("test_") and len(name) > 60:
+            yield node.lineno, f"long test name: {name}"
+
+
+def test_prose_of_code_and_pages_follows_the_rules():
+    departures = []
+    for file in CODE:
+        name = str(file.relative_to(ROOT))
+        problems = check_code(file.read_text("utf-8"), name.startswith("tests/"))
+        departures += [(name, line, problem) for line, problem in problems]
+    for file in PAGES:
+        problems = check_text(file.read_text("utf-8"), "page")
+        departures += [(str(file.relative_to(ROOT)), 1, problem) for problem in problems]
+    assert not ALLOWED.keys() - {(name, text) for name, _, text in departures}, "unused entries"
+    assert len(ALLOWED) <= 20
+    rest = [f"{n}:{line}: {text}" for n, line, text in departures if (n, text) not in ALLOWED]
+    assert not rest, "\n".join(rest)
+
+
+def test_prose_rules_find_each_kind_of_departure():
+    source = f'def test_{"x" * 60}(known):\n    """What is seen."""\n    raise E("a word was told")'
+    problems = [problem.partition(":")[0] for _, problem in check_code(source)]
+    assert problems == ["docstring opening", "banned word", "long test name", "weak name"]
+    assert next(check_text("A word " * 16, "page")).startswith("long sentence")
+    assert not [*check_text("Run `told` and [a page](anew.md).\n\n```\nbeside\n```\n", "page")]
