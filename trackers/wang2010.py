@@ -51,13 +51,14 @@ class Wang2010(PositionFilter):
     per cent, and `moving_inside` is little above `moving`. `beta=0` disables motion, `alpha=1`
     saturation.
 
-    Details: `effective_sample_size` (1 / (N Σ w²), in (0, 1]), `weight_ratio` (largest weight times
-    N), `spread` (root mean square distance of particles from their mean [pixels]), `modes` (number
-    of different pixels with a particle), `iterations` (mean per particle) and `similarity` (M / M₀
-    at the estimate, also the confidence). `moving` and `moving_inside` are the shares of moving
-    pixels in the image and in the window, `changing` the share of pixels whose surroundings change
-    by 8 grey levels or more. Arrays: `particles` and `predicted` (N, 2), positions x, y after and
-    before mean shift; `weights`, `similarity` and `predicted_similarity` (N,).
+    Details: `effective_sample_size` is 1 / (N Σ w²), in (0, 1], and `weight_ratio` the largest
+    weight times N. `spread` is the root mean square distance of particles from their mean [pixels],
+    `modes` the number of different pixels with a particle, `iterations` the mean per particle.
+    `similarity` is M / M₀ at the estimate, also the confidence. `moving` and `moving_inside` are
+    the shares of moving pixels in the image and in the window, `changing` the share of pixels whose
+    surroundings change by 8 grey levels or more. Arrays: `particles` and `predicted` (N, 2),
+    positions x, y after and before mean shift; `weights`, `similarity` and `predicted_similarity`
+    (N,).
     """
 
     name = "wang2010"

@@ -35,8 +35,8 @@ class Samples:
 def drawn(weights, positions):
     """Sample at each position, in [0, 1), of the summed weights."""
     cumulative = np.cumsum(weights)
-    found = np.searchsorted(cumulative, positions * cumulative[-1], side="right")
-    return np.minimum(found, len(weights) - 1)
+    actual = np.searchsorted(cumulative, positions * cumulative[-1], side="right")
+    return np.minimum(actual, len(weights) - 1)
 
 
 def weights_of(differences, kind, temperature):
@@ -47,13 +47,13 @@ def weights_of(differences, kind, temperature):
 
 
 def normalised(weights):
-    """Of sum one; all equal where none is above 0."""
+    """Return weights that sum to 1; all equal if none is above 0."""
     total = weights.sum()
     return weights / total if total > 0 else np.full(len(weights), 1 / len(weights))
 
 
 def shares(attached, weights, count):
-    """What weights sum to over those that each of so many samples is attached to."""
+    """Return the sum of the weights of the samples that are attached to each sample."""
     return np.array([weights[attached == sample].sum() for sample in range(count)])
 
 

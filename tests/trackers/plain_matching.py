@@ -17,7 +17,7 @@ def features_of(image, kind):
     if kind == "rgb":
         return np.stack([red, green, blue], axis=2)
     both = (red, green, blue), (green, blue, red), (blue, red, green)
-    ratios = [one / np.maximum(np.maximum(*others), 1.0) for one, *others in both]
+    ratios = [channel / np.maximum(np.maximum(*others), 1.0) for channel, *others in both]
     return np.arctan(np.stack(ratios, axis=2)) if kind == "arctan" else np.stack(ratios, axis=2)
 
 
@@ -72,17 +72,19 @@ def match(features, template, covariance, around, search_range, cutoff, *, subpi
                 features, template, inverse, held, cutoff, stride=stride, bilinear=bilinear
             )
             rated.append((cost, held))
-        return sorted(rated, key=lambda one: one[0])[:number]  # of equals the first stays first
+        return sorted(rated, key=lambda rating: rating[0])[
+            :number
+        ]  # of equals the first stays first
 
     centre = Pose(floor(around.x + 0.5), floor(around.y + 0.5), around.scale)
-    found = best(grid(centre, search_range, 4), 3, stride=4)
-    found = best([pose for _, one in found for pose in grid(one, 2, 2)], 1, stride=4)
+    actual = best(grid(centre, search_range, 4), 3, stride=4)
+    actual = best([pose for _, coarse in actual for pose in grid(coarse, 2, 2)], 1, stride=4)
     for spread in (0.02, 0.01):
-        found = best(grid(found[0][1], 1, 1, spread, ties), 1, stride=2)
+        actual = best(grid(actual[0][1], 1, 1, spread, ties), 1, stride=2)
     if subpixel:
         for step, spread in ((0.5, 0.01), (0.25, 0.005)):
-            found = best(grid(found[0][1], step, step, spread, ties), 1, stride=2, bilinear=True)
-    cost, pose = found[0]
+            actual = best(grid(actual[0][1], step, step, spread, ties), 1, stride=2, bilinear=True)
+    cost, pose = actual[0]
     return pose, cost
 
 

@@ -60,8 +60,8 @@ class Frame:
     """
 
     def __init__(self, image, contour, settings):
-        known = colour_cells(image, settings.colour_levels)
-        self.colours, self.cells = known.colours, known.image
+        cells = colour_cells(image, settings.colour_levels)
+        self.colours, self.cells = cells.colours, cells.image
         height, width = image.shape[:2]
         margin = settings.window_margin * width / 320
         least, most = contour.min(axis=0), contour.max(axis=0)
@@ -116,7 +116,7 @@ def sure(mask):
 
 
 class Found(NamedTuple):
-    """What is said of a frame: the snake R, the mean of the samples, the best posterior map, …"""
+    """Results of a frame: the snake R, the mean of the samples, the best posterior map, …"""
 
     contour: np.ndarray
     mean_contour: np.ndarray
@@ -128,7 +128,7 @@ class Found(NamedTuple):
 
 
 class PlainSegmenter:
-    """What both trackers do alike: the beginning, contours, the snake (sections 5.4 and 5.5)."""
+    """Common part of both trackers: first frame, contours, snake (sections 5.4 and 5.5)."""
 
     tracker: type
 
@@ -169,8 +169,10 @@ class PlainSegmenter:
         posteriors = tables[int(joint.argmax())][frame.cells]
         self.contour, snake = mean, False
         if self.settings.snake:
-            shown = posteriors if self.settings.snake_edges == "supported" else None
-            self.contour, snake = refined_snake(mean, image, shown, self.settings.snake_stiffness)
+            edge_posteriors = posteriors if self.settings.snake_edges == "supported" else None
+            self.contour, snake = refined_snake(
+                mean, image, edge_posteriors, self.settings.snake_stiffness
+            )
         self.anchors = round(self.settings.snake_feedback * self.settings.contour_samples)
         mask = fill_contour(self.contour, *image.shape[:2])
         self.learn(image, mask)
@@ -216,9 +218,9 @@ class PlainSegmenter:
         return tuple(drawn_colours(image, region, n, self.random) for region, n in pairs)
 
     def later_sets(self, image, mask):
-        """Of a frame as it was segmented; empty where one of the two has no pixel."""
-        known = all(region.any() for region in sure(mask))
-        return self.sets(image, mask, LATER_COLOURS) if known else ()
+        """Return colours of a segmented frame; empty if one class has no pixel."""
+        has_both = all(region.any() for region in sure(mask))
+        return self.sets(image, mask, LATER_COLOURS) if has_both else ()
 
 
 class PlainContourSmoothColor(PlainSegmenter):

@@ -48,12 +48,12 @@ class Settings:
 
     @property
     def cutoff(self):
-        """Where Huber's function turns linear: c."""
+        """Limit c above which Huber's function is linear."""
         return sqrt(self.limit) if self.norm == "huber" else inf
 
     @property
     def consistency_factor(self):
-        """What a covariance of inliers is multiplied by."""
+        """Factor of a covariance of inliers."""
         if not (self.consistency and self.gate):
             return 1.0
         return self.delta / chi2.cdf(self.limit, self.d + 2)
@@ -72,7 +72,7 @@ class Settings:
         return [offset for offset in doubling if offset <= self.longest_occlusion]
 
     def too_long(self, count):
-        """Whether a pixel that was an outlier so often in succession is to be taken as it is."""
+        """Return whether a pixel, an outlier for too many frames, replaces its template value."""
         longest = round(self.gamma / self.minimal_speed, 9)  # 0.3 / 0.05 comes to less than 6
         if not self.rebootstrap:
             return False
@@ -102,19 +102,19 @@ class Appearance:
         self.r = []
 
     def outliers(self, features, covariance):
-        """Which pixels' residuals are too large."""
+        """Return a mask of the pixels whose residuals are too large."""
         r = features - self.g
         q = np.einsum("ijk,km,ijm->ij", r, np.linalg.inv(covariance), r)
         return ~(q < self._settings.limit)
 
     def residual_covariance(self, features, covariance):
         """R of equation 13, over the pixels that are inliers by another covariance."""
-        kept = np.full(self.n_o.shape, True)
+        updated = np.full(self.n_o.shape, True)
         if self._settings.gate:
-            kept = ~self.outliers(features, covariance)
-        if not kept.any():
+            updated = ~self.outliers(features, covariance)
+        if not updated.any():
             return covariance
-        r = (features - self.g)[kept]
+        r = (features - self.g)[updated]
         return self._shaped(r.T @ r / len(r) * self._settings.consistency_factor)
 
     def begin(self, features):
@@ -199,25 +199,25 @@ class ScalarSmoother:
     @property
     def pose(self):
         """Smoothed pose of the last frame measured."""
-        return Pose(*(one.value for one in self._filters))
+        return Pose(*(axis_filter.value for axis_filter in self._filters))
 
     @property
     def velocity(self):
         """Its change a frame."""
-        return Pose(*(one.velocity for one in self._filters))
+        return Pose(*(axis_filter.velocity for axis_filter in self._filters))
 
     def predicted(self):
         """Pose to expect in the next frame."""
-        return Pose(*(one.predicted() for one in self._filters))
+        return Pose(*(axis_filter.predicted() for axis_filter in self._filters))
 
     def measure(self, pose):
         """Take the next frame's measured pose into account."""
-        for one, value in zip(self._filters, pose, strict=True):
-            one.measure(value)
+        for axis_filter, value in zip(self._filters, pose, strict=True):
+            axis_filter.measure(value)
 
 
 class Candidate(NamedTuple):
-    """Where the template fits best in a frame that may end an occlusion."""
+    """Return the best pose in a frame that may end an occlusion."""
 
     pose: Pose
     cost: float

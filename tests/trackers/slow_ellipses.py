@@ -30,15 +30,15 @@ def pixels_of(codes, ellipse, kernel="epanechnikov", *, whole=True):
     rows, columns = np.indices(codes.shape) + 0.5
     across, down = columns - x, rows - y
     inside = (across / half_x) ** 2 + (down / half_y) ** 2 <= 1
-    taken = falls[0] * across * across, falls[1] * down * down
+    falloff = falls[0] * across * across, falls[1] * down * down
     if whole:
-        taken = np.floor(taken[0]), np.floor(taken[1])
-    weights = full - taken[0] - taken[1]
+        falloff = np.floor(falloff[0]), np.floor(falloff[1])
+    weights = full - falloff[0] - falloff[1]
     return codes[inside], columns[inside], rows[inside], weights[inside]
 
 
 def histogram_of(codes, n_bins, ellipse, kernel="epanechnikov", *, whole=True):
     """Normalised histogram; zeros where no pixel is inside."""
-    found, _, _, weights = pixels_of(codes, ellipse, kernel, whole=whole)
-    histogram = np.bincount(found, weights, n_bins)
-    return histogram / histogram.sum() if len(found) else histogram
+    actual, _, _, weights = pixels_of(codes, ellipse, kernel, whole=whole)
+    histogram = np.bincount(actual, weights, n_bins)
+    return histogram / histogram.sum() if len(actual) else histogram

@@ -43,14 +43,14 @@ def clip(n_frames=36, hidden=7, start=10, seed=0, noise=2.5):
     return images, np.array(boxes)
 
 
-def made(images, box, **parameters):
+def create_tracker(images, box, **parameters):
     tracker = trackers.create("nguyen2002", **parameters)
     tracker.init(images[0], np.asarray(box, float))
     return tracker
 
 
 def track(images, box, **parameters):
-    tracker = made(images, box, **parameters)
+    tracker = create_tracker(images, box, **parameters)
     return [tracker.update(image) for image in images[1:]], dict(tracker.finish())
 
 
@@ -58,6 +58,6 @@ def revised(box, estimates, last):
     """First box and estimates' boxes with what was said of them later."""
     boxes = np.array([box] + [estimate.box for estimate in estimates])
     for better in [*(estimate.revised or {} for estimate in estimates), last]:
-        for frame, known in better.items():
-            boxes[frame] = known
+        for frame, expected_places in better.items():
+            boxes[frame] = expected_places
     return boxes

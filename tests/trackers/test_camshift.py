@@ -113,9 +113,9 @@ def test_an_adaptive_window_has_the_centre_of_opencvs():
 
 
 def test_window_without_weight_stays_until_target_returns():
-    here, box = scene((60, 60))
-    empty = np.full_like(here, GREEN)
-    gone, back = track("camshift", [here, empty, here], box, window="adaptive")
+    target_image, box = scene((60, 60))
+    empty = np.full_like(target_image, GREEN)
+    gone, back = track("camshift", [target_image, empty, target_image], box, window="adaptive")
     assert not gone.visible
     assert gone.confidence == 0
     assert gone.box.tolist() == box.tolist()

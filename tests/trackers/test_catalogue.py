@@ -116,8 +116,8 @@ def test_an_unknown_preset_lists_the_known_and_the_closest():
 
 
 def test_options_are_what_differs_from_the_preset():
-    given = trackers.resolve("camshift", window="adaptive", hue_bins="16", max_iterations=10)
-    assert given.options == {"hue_bins": 16, "window": "adaptive"}
+    resolved = trackers.resolve("camshift", window="adaptive", hue_bins="16", max_iterations=10)
+    assert resolved.options == {"hue_bins": 16, "window": "adaptive"}
     assert trackers.resolve("camshift", preset="as-written").options == {"preset": "as-written"}
 
 
@@ -145,10 +145,10 @@ def test_plugin_file_errors_state_the_problem(plugin):
         trackers.create(f"{plugin}:Drfit")
     with pytest.raises(TrackerError, match="not a class derived from"):
         trackers.create(f"{plugin}:NotATracker")
-    lacking = plugin.with_name("lacking.py")
-    lacking.write_text("import a_library_that_nobody_has\n")
+    incomplete = plugin.with_name("lacking.py")
+    incomplete.write_text("import a_library_that_nobody_has\n")
     with pytest.raises(TrackerError, match="can't be used here: No module named 'a_library_that"):
-        trackers.create(f"{lacking}:Drift")
+        trackers.create(f"{incomplete}:Drift")
 
 
 def test_an_edit_of_equal_size_in_the_same_second_is_loaded(plugin):
@@ -199,12 +199,12 @@ def test_a_name_offered_twice_is_an_error_that_names_both(tmp_path, monkeypatch)
 
 
 def test_describe_gives_parameters_with_default_type_and_meaning(plugin):
-    found = trackers.describe("camshift")
-    assert found["name"] == "camshift"
-    assert "Bradski" in found["paper"]
-    assert found["randomness"] == "none"
-    assert set(found["presets"]) == {"as-written", "recommended"}
-    window, bins = found["parameters"][:2]
+    actual = trackers.describe("camshift")
+    assert actual["name"] == "camshift"
+    assert "Bradski" in actual["paper"]
+    assert actual["randomness"] == "none"
+    assert set(actual["presets"]) == {"as-written", "recommended"}
+    window, bins = actual["parameters"][:2]
     assert [*window.values()][:3] == ["window", "fixed | adaptive", "fixed"]
     assert [*bins.values()][:3] == ["hue_bins", "int", 32]
     assert bins["meaning"].endswith("[count]")
@@ -224,5 +224,5 @@ def test_listing_imports_no_tracker_and_no_heavy_library():
         "       and not name.startswith('trackmark.trackers.base')]\n"
         "print(sorted(heavy), own)"
     )
-    found = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
-    assert found.stdout.strip() == "[] []", found.stderr
+    actual = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
+    assert actual.stdout.strip() == "[] []", actual.stderr

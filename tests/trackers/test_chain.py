@@ -74,7 +74,7 @@ def test_an_unknown_way_is_refused(options):
 @pytest.mark.parametrize("weights", [[0.2, -0.5, 0.3], [0.2, 0.5]])
 def test_invalid_cue_weights_are_rejected(weights):
     wrong = Listed([0, 1, 2], [0.2, 0.5, 0.3])
-    wrong.weigh = lambda *given: Weighed(np.array(weights))
+    wrong.weigh = lambda *arguments: Weighed(np.array(weights))
     with pytest.raises(ValueError, match="Listed gives weights of shape"):
         Chain([wrong]).step(None, np.random.default_rng(0))
 

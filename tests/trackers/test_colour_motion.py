@@ -34,12 +34,12 @@ def random_image(seed, rows=24, columns=31):
 
 def bins_of(image, hue_bins=32, saturation_bins=32, limits=(0.0, 0.0, 1.0)):
     rows, columns = image.shape[:2]
-    found = np.empty((rows, columns), np.int32)
+    actual = np.empty((rows, columns), np.int32)
     for row in range(rows):
         colour_bins(
-            image, row, 0, columns, ColourBinning(hue_bins, saturation_bins, *limits), found[row]
+            image, row, 0, columns, ColourBinning(hue_bins, saturation_bins, *limits), actual[row]
         )
-    return found
+    return actual
 
 
 @pytest.mark.parametrize("bins", [1, 7, 32, 255, 256])
@@ -57,8 +57,8 @@ def test_every_quotient_that_bytes_can_give_is_binned_exactly(bins):
 
 def test_pale_dark_and_bright_pixels_have_a_bin_of_their_own():
     pixels = [[100, 100, 140], [100, 100, 141], [0, 0, 51], [0, 0, 50], [0, 0, 204], [0, 0, 205]]
-    found = bins_of(np.array([pixels], np.uint8), 4, 4, limits=(0.29, 0.2, 0.8))
-    assert (found == 16).tolist() == [[True, False, False, True, False, True]]
+    actual = bins_of(np.array([pixels], np.uint8), 4, 4, limits=(0.29, 0.2, 0.8))
+    assert (actual == 16).tolist() == [[True, False, False, True, False, True]]
 
 
 @settings(max_examples=40)

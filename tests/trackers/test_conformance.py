@@ -39,12 +39,12 @@ USABLE = [name for name in trackers.names() if not isinstance(resolved(name), Tr
 
 @pytest.mark.parametrize("name", trackers.names())
 def test_every_tracker_found_can_be_had_or_lacks_a_dependency(name):
-    found = resolved(name)
-    if isinstance(found, TrackerError):
-        wants_files = name == "opencv-dasiamrpn" and "has to be given" in str(found)
-        if not (isinstance(found.__cause__, ImportError) or wants_files):
-            raise found
-        pytest.skip(str(found))
+    actual = resolved(name)
+    if isinstance(actual, TrackerError):
+        wants_files = name == "opencv-dasiamrpn" and "has to be given" in str(actual)
+        if not (isinstance(actual.__cause__, ImportError) or wants_files):
+            raise actual
+        pytest.skip(str(actual))
 
 
 @pytest.fixture(params=USABLE, scope="module")
@@ -168,7 +168,7 @@ PRESETS = {
     "wang2010:sharp": SHARP,
     "wang2010:robust": {"sigma": 0.1, "radius": 10.0, "stop_distance": 0.5, "difference_window": 7},
 }
-"""What the papers' texts, and the literature, say."""
+"""Values in the texts of the papers and in the literature."""
 
 
 @pytest.mark.parametrize("name", PRESETS)
@@ -194,19 +194,19 @@ def test_the_same_seed_gives_the_same_boxes_to_the_bit(specification, clip, run)
 
 
 def test_two_instances_share_nothing(specification, clip, other_clip, run):
-    one = started(specification, clip)
+    tracker_of_clip = started(specification, clip)
     if specification.randomness is trackers.Randomness.PROCESS:
         # Such a tracker is alone in its process while it runs; another may have run before.
         estimates(started(specification, other_clip, seed=1), other_clip)
-        one = started(specification, clip)
-        found = estimates(one, clip)
+        tracker_of_clip = started(specification, clip)
+        actual = estimates(tracker_of_clip, clip)
     else:
         other = started(specification, other_clip, seed=1)
-        found = []
+        actual = []
         for frame, image in enumerate(clip.images[1:], start=1):
             other.update(other_clip.images[frame % len(other_clip.images)])
-            found.append(one.update(image))
-    np.testing.assert_array_equal(boxes_of(found), boxes_of(run))
+            actual.append(tracker_of_clip.update(image))
+    np.testing.assert_array_equal(boxes_of(actual), boxes_of(run))
 
 
 def test_init_on_another_sequence_starts_afresh(specification, clip, other_clip, run):
@@ -224,14 +224,14 @@ def test_inputs_are_neither_modified_nor_referenced(specification, clip, run):
     tracker.init(reused, first)
     np.testing.assert_array_equal(first, clip.boxes[0])
     first[:] = -1
-    found = []
+    actual = []
     for image in clip.images[1:]:
         reused[:] = image
         estimate = tracker.update(reused)
         np.testing.assert_array_equal(reused, image)
-        found.append(estimate.box.copy())
+        actual.append(estimate.box.copy())
         estimate.box[:] = -1
-    np.testing.assert_array_equal(found, boxes_of(run))
+    np.testing.assert_array_equal(actual, boxes_of(run))
     assert pickle.dumps((np.random.get_state(), random.getstate())) == states  # noqa: NPY002  # as above
 
 
@@ -266,9 +266,9 @@ def test_a_shared_frame_gives_the_same_boxes_as_a_plain_one(
     shared = crowded if sharers == 1 else [SharedFrame(image, sharers) for image in clip.images]
     tracker = specification.create(SEED)
     tracker.init_shared(shared[0], clip.boxes[0].copy())
-    found = [tracker.update_shared(frame) for frame in shared[1:]]
-    np.testing.assert_array_equal(boxes_of(found), boxes_of(run))
-    assert [estimate.details for estimate in found] == [estimate.details for estimate in run]
+    actual = [tracker.update_shared(frame) for frame in shared[1:]]
+    np.testing.assert_array_equal(boxes_of(actual), boxes_of(run))
+    assert [estimate.details for estimate in actual] == [estimate.details for estimate in run]
 
 
 HARD = {

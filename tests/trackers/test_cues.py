@@ -1,4 +1,4 @@
-"""What cues are shown, and what of them no plain reference has (see `plain_moreno2005.py`)."""
+"""Inputs of cues, and properties without a plain reference (see `plain_moreno2005.py`)."""
 
 import numpy as np
 import pytest
@@ -104,15 +104,17 @@ def slow_scatter(target, background, k, exponent):
     whitening = np.diag(values**-0.5) @ axes.T
     classes = [[whitening @ colour for colour in a_class] for a_class in (target, background)]
     scatter = np.zeros((3, 3))
-    for own, other in ([0, 1], [1, 0]):
-        for i, colour in enumerate(classes[own]):
-            companions = [there for j, there in enumerate(classes[own]) if j != i]
-            near = sorted(np.linalg.norm(colour - there) for there in companions)[k - 1]
-            others = sorted(classes[other], key=lambda there: np.linalg.norm(colour - there))[:k]
+    for own_class, other in ([0, 1], [1, 0]):
+        for i, colour in enumerate(classes[own_class]):
+            companions = [neighbour for j, neighbour in enumerate(classes[own_class]) if j != i]
+            near = sorted(np.linalg.norm(colour - neighbour) for neighbour in companions)[k - 1]
+            others = sorted(
+                classes[other], key=lambda neighbour: np.linalg.norm(colour - neighbour)
+            )[:k]
             far = np.linalg.norm(colour - others[k - 1])
             weight = min(near**exponent, far**exponent) / (near**exponent + far**exponent)
             difference = colour - sum(others) / k
-            scatter += 0.5 / len(classes[own]) * weight * np.outer(difference, difference)
+            scatter += 0.5 / len(classes[own_class]) * weight * np.outer(difference, difference)
     return whitening, scatter
 
 

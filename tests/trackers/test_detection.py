@@ -44,9 +44,11 @@ def test_people_detects_and_tracks_a_walking_person():
     frames = range(0, 200, 20)
     hits = 0
     for frame in frames:
-        found = detect(sequence[frame])
+        actual = detect(sequence[frame])
         x, y = sequence.boxes[frame, :2] + sequence.boxes[frame, 2:] / 2
-        inside = (found[:, :2] < (x, y)).all(axis=1) & (found[:, :2] + found[:, 2:] > (x, y)).all(1)
+        inside = (actual[:, :2] < (x, y)).all(axis=1) & (
+            actual[:, :2] + actual[:, 2:] > (x, y)
+        ).all(1)
         hits += bool(inside.any())
     assert hits >= len(frames) / 2
     tracker = trackers.create("nummiaro2003")
@@ -62,9 +64,9 @@ def test_a_cascade_is_asked_and_its_largest_hit_comes_first(tmp_path):
     image = np.full((200, 300, 3), 120, np.uint8)
     image[20:40, 20:60], image[40:60, 20:60] = 250, 5
     image[80:120, 150:230], image[120:160, 150:230] = 250, 5
-    found = cascade(file)(image)
-    assert len(found) >= 2
-    areas = found[:, 2] * found[:, 3]
+    actual = cascade(file)(image)
+    assert len(actual) >= 2
+    areas = actual[:, 2] * actual[:, 3]
     assert (np.diff(areas) <= 0).all()
     tracker = trackers.create("nummiaro2003")
     tracker.init_by_detector(image, cascade(file))

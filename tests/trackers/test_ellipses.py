@@ -37,13 +37,13 @@ some_ellipses = st.lists(st.tuples(place, place, half_axis, half_axis), min_size
 @example(0, np.array([[16.0, 12.0, 3.0, 3.0], [-300.0, 12.0, 3.0, 3.0]]), "epanechnikov", False)
 def test_counts_are_the_sums_of_whole_weights(seed, ellipses, kernel, transposed):
     laid = np.ascontiguousarray(codes(seed).T) if transposed else codes(seed)
-    found = ellipse_counts(laid, (0, 0), transposed, ellipses, kernel, EVERY, BINS)
+    actual = ellipse_counts(laid, (0, 0), transposed, ellipses, kernel, EVERY, BINS)
     for i, ellipse in enumerate(ellipses):
         inside, _, _, weights = pixels_of(codes(seed), ellipse, kernel)
-        np.testing.assert_array_equal(found.counts[i], np.bincount(inside, weights, BINS))
-        assert found.pixels[i] == len(inside)
-        assert found.totals[i] == found.counts[i].sum()
-    assert (found.counts >= 0).all()
+        np.testing.assert_array_equal(actual.counts[i], np.bincount(inside, weights, BINS))
+        assert actual.pixels[i] == len(inside)
+        assert actual.totals[i] == actual.counts[i].sum()
+    assert (actual.counts >= 0).all()
 
 
 @pytest.mark.parametrize("kernel", KERNELS)
@@ -52,13 +52,13 @@ def test_coefficients_are_those_of_exact_weights(kernel):
     ellipses = np.column_stack(
         [rng.uniform(-2, WIDTH, 20), rng.uniform(0, HEIGHT, 20), rng.uniform(3, 14, (20, 2))]
     )
-    found = ellipse_counts(codes(8), (0, 0), False, ellipses, kernel, EVERY, BINS)
+    actual = ellipse_counts(codes(8), (0, 0), False, ellipses, kernel, EVERY, BINS)
     model = rng.dirichlet(np.ones(BINS))
     expected = [
         np.sqrt(histogram_of(codes(8), BINS, ellipse, kernel, whole=False) * model).sum()
         for ellipse in ellipses
     ]
-    ours = bhattacharyya_coefficients(found.counts, found.totals, model[np.newaxis])
+    ours = bhattacharyya_coefficients(actual.counts, actual.totals, model[np.newaxis])
     np.testing.assert_allclose(ours, expected, atol=1e-5)
 
 
@@ -75,10 +75,10 @@ def test_bins_that_are_not_asked_for_count_in_the_total_alone():
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf, 1e300])
 def test_ellipses_that_are_nowhere_count_nothing(value):
     ellipses = np.array([[value, 12.0, 5.0, 5.0], [12.0, value, 5.0, 5.0]])
-    found = ellipse_counts(codes(0), (0, 0), False, ellipses, "uniform", EVERY, BINS)
-    assert not found.totals.any()
+    actual = ellipse_counts(codes(0), (0, 0), False, ellipses, "uniform", EVERY, BINS)
+    assert not actual.totals.any()
     assert not bhattacharyya_coefficients(
-        found.counts, found.totals, np.full((1, BINS), 1 / BINS)
+        actual.counts, actual.totals, np.full((1, BINS), 1 / BINS)
     ).any()
 
 
@@ -87,7 +87,7 @@ def test_ellipses_that_are_nowhere_count_nothing(value):
 )
 def test_joint_bins_divide_channels_evenly(space, bins):
     colours = JointBins(space, bins)
-    found = colours.codes(picture(2))
-    np.testing.assert_array_equal(found, codes_of(picture(2), space, bins))
-    np.testing.assert_array_equal(colours.codes(picture(2), transposed=True), found.T)
+    actual = colours.codes(picture(2))
+    np.testing.assert_array_equal(actual, codes_of(picture(2), space, bins))
+    np.testing.assert_array_equal(colours.codes(picture(2), transposed=True), actual.T)
     assert colours.n_bins == bins**3 / (1 if space == "rgb" else 2)

@@ -61,20 +61,20 @@ STATE = [100.0, 80.0, 3.0, -2.0, 20.0, 30.0, 0.5]
 
 
 def test_motion_without_noise_is_constant_or_damped():
-    found = steps(motion(), STATE, n=4)
-    np.testing.assert_allclose(found[0], [112, 72, 3, -2, 22, 33, 0.5])
+    actual = steps(motion(), STATE, n=4)
+    np.testing.assert_allclose(actual[0], [112, 72, 3, -2, 22, 33, 0.5])
     damped = steps(motion(scale_persistence=0.9), STATE, n=3)
     assert damped[0, 6] == pytest.approx(0.5 * 0.9**3)
     assert damped[0, 4] == pytest.approx(20 + 0.5 * (1 + 0.9 + 0.81))
     factors = motion(scale_change="multiplicative", axes="apart")
-    found = steps(factors, [*STATE[:6], 0.02], n=3)
-    np.testing.assert_allclose(found[0, 4:6], np.array([20, 30]) * 1.02**3)
+    actual = steps(factors, [*STATE[:6], 0.02], n=3)
+    np.testing.assert_allclose(actual[0, 4:6], np.array([20, 30]) * 1.02**3)
 
 
 def test_second_order_has_constant_rates_of_change():
-    found = steps(motion(dynamics="second-order"), STATE, n=3, rates=(1.0, 0.5, 0.1))
-    np.testing.assert_allclose(found[0, :2], [100 + 3 * 3 + 3, 80 - 3 * 2 + 1.5])
-    np.testing.assert_allclose(found[0, [2, 3, 6]], [6.0, -0.5, 0.8])
+    actual = steps(motion(dynamics="second-order"), STATE, n=3, rates=(1.0, 0.5, 0.1))
+    np.testing.assert_allclose(actual[0, :2], [100 + 3 * 3 + 3, 80 - 3 * 2 + 1.5])
+    np.testing.assert_allclose(actual[0, [2, 3, 6]], [6.0, -0.5, 0.8])
 
 
 @pytest.mark.parametrize("scale_change", ["linear", "multiplicative"])
@@ -141,10 +141,10 @@ def test_background_is_examined_at_every_place_of_the_grid():
         ).sum()
         for centre in background.positions[:6]
     ]
-    found = background.coefficients(model)
-    np.testing.assert_allclose(found[:6], expected, atol=1e-5)
-    mean = sum(found) / len(found)
-    deviation = sqrt(sum((rho - mean) ** 2 for rho in found) / len(found))  # equations 13, 14
+    actual = background.coefficients(model)
+    np.testing.assert_allclose(actual[:6], expected, atol=1e-5)
+    mean = sum(actual) / len(actual)
+    deviation = sqrt(sum((rho - mean) ** 2 for rho in actual) / len(actual))  # equations 13, 14
     assert background.threshold(model) == pytest.approx(mean + 2 * deviation, rel=1e-12)
 
 
@@ -204,10 +204,10 @@ def test_unseen_target_is_searched_in_entry_boxes(placement, entries, expected):
     )
     assert (inside.sum(axis=1) == 1).all()
     np.testing.assert_allclose(inside.mean(axis=0), 1 / len(expected), atol=0.05)
-    for own, box in zip(inside.T, expected, strict=True):
+    for scaled, box in zip(inside.T, expected, strict=True):
         middle, spread = box[:2] + box[2:] / 2, box[2:] / np.sqrt(12)
-        np.testing.assert_allclose(places[own, 0].mean(axis=0), middle, atol=spread.max() / 5)
-        np.testing.assert_allclose(places[own, 0].std(axis=0), spread, rtol=0.1)
+        np.testing.assert_allclose(places[scaled, 0].mean(axis=0), middle, atol=spread.max() / 5)
+        np.testing.assert_allclose(places[scaled, 0].std(axis=0), spread, rtol=0.1)
 
 
 def test_placement_last_keeps_half_at_the_last_position():
@@ -262,21 +262,21 @@ def test_a_model_forgets_exponentially():
 @pytest.mark.parametrize(("coefficient", "updated"), [(0.90, 0.0), (0.91, 1.0)])
 def test_a_model_follows_only_what_is_more_like_it_than_asked(coefficient, updated):
     model = TargetModel(np.array([0.5, 0.5]), 3, apart=False, alpha=0.1)
-    found = counts_of([[1, 1]] * 3)
-    assert model.update(np.array([0.2, 0.8]), coefficient, found, np.ones(3) / 3, 0.9) == updated
+    actual = counts_of([[1, 1]] * 3)
+    assert model.update(np.array([0.2, 0.8]), coefficient, actual, np.ones(3) / 3, 0.9) == updated
     np.testing.assert_allclose(model.current, [0.47, 0.53] if updated else [0.5, 0.5])
 
 
 def test_nothing_that_is_outside_the_image_enters_a_model():
     model = TargetModel(np.array([0.5, 0.5]), 3, apart=False, alpha=0.1)
-    found = counts_of([[1, 1]] * 3)
-    assert model.update(None, 0.0, found, np.ones(3) / 3, -np.inf) == 0.0
+    actual = counts_of([[1, 1]] * 3)
+    assert model.update(None, 0.0, actual, np.ones(3) / 3, -np.inf) == 0.0
 
 
 def test_models_per_particle_follow_their_particles():
     model = TargetModel(np.array([0.5, 0.5]), 3, apart=True, alpha=0.5)
-    found = counts_of([[1, 1], [1, 0], [0, 0]])
-    assert model.update(None, 0.0, found, np.array([0.5, 0.25, 0.25]), 0.1) == pytest.approx(2 / 3)
+    actual = counts_of([[1, 1], [1, 0], [0, 0]])
+    assert model.update(None, 0.0, actual, np.array([0.5, 0.25, 0.25]), 0.1) == pytest.approx(2 / 3)
     np.testing.assert_allclose(model.current, [0.5625, 0.4375])
     model.select(np.array([1, 1, 0]))
     expected = [1 * sqrt(0.75), 1 * sqrt(0.75), sqrt(0.5)]
@@ -290,7 +290,7 @@ def test_an_ellipse_counts_only_with_a_quarter_inside():
     ellipses, frame = EllipseHistograms(JointBins(), "isotropic"), SharedFrame(picture())
     inside = [-6.0 + 0.5 * i for i in range(20)]
     states = states_at_rest(np.array([[x, 40.0] for x in inside]), np.array([8.0, 8.0]))
-    found = ellipses.counts(frame, states, np.arange(512))
-    shares = found.pixels / (pi * 64)
-    assert ((found.totals > 0) == (shares >= 0.25)).all()
-    assert 0 < (found.totals > 0).sum() < 20
+    actual = ellipses.counts(frame, states, np.arange(512))
+    shares = actual.pixels / (pi * 64)
+    assert ((actual.totals > 0) == (shares >= 0.25)).all()
+    assert 0 < (actual.totals > 0).sum() < 20

@@ -21,8 +21,8 @@ TRACKERS = {
 def test_shared_parts_never_import_a_tracker(imports):
     assert "trackmark.trackers.static" in TRACKERS
     guilty = {
-        f"{module} imports {found}"
+        f"{module} imports {actual}"
         for module in imports.find_descendants("trackmark.trackers") - TRACKERS
-        for found in imports.find_modules_directly_imported_by(module) & TRACKERS
+        for actual in imports.find_modules_directly_imported_by(module) & TRACKERS
     }
     assert not guilty

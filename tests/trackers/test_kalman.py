@@ -56,8 +56,8 @@ sizes = st.floats(0.1, 100)
     st.floats(0.01, 50),
     st.lists(st.tuples(*[st.floats(-500, 500)] * 2, sizes, sizes), min_size=1, max_size=12),
 )
-def test_each_axis_is_the_textbooks_filter(position, velocity_deviation, noise, given):
-    measurements, deviations = np.array(given)[:, :2], np.array(given)[:, 2:]
+def test_each_axis_is_the_textbooks_filter(position, velocity_deviation, noise, rows):
+    measurements, deviations = np.array(rows)[:, :2], np.array(rows)[:, 2:]
     ours = ConstantVelocity(np.array(position), np.array(velocity_deviation), noise)
     axes = [
         textbook([x, 0], np.diag([0, speed**2]), noise, measured, deviation)

@@ -25,45 +25,47 @@ def slow_shift(codes, q, x, y, half, stop, most, halving):
     def coefficient(x, y):
         return np.sqrt(histogram_of(codes, len(q), (x, y, *half)) * q).sum()
 
-    here, steps = coefficient(x, y), 0
-    while here > 0 and steps < most:
+    current, steps = coefficient(x, y), 0
+    while current > 0 and steps < most:
         steps += 1
         p = histogram_of(codes, len(q), (x, y, *half))
-        found, columns, rows, _ = pixels_of(codes, (x, y, *half))
-        weights = np.sqrt(q[found] / p[found])
+        pixel_codes, columns, rows, _ = pixels_of(codes, (x, y, *half))
+        weights = np.sqrt(q[pixel_codes] / p[pixel_codes])
         new_x, new_y = (weights @ columns) / weights.sum(), (weights @ rows) / weights.sum()
         step = hypot(new_x - x, new_y - y)
-        while halving and coefficient(new_x, new_y) < here:
+        while halving and coefficient(new_x, new_y) < current:
             if step < stop:
-                return x, y, here, steps
+                return x, y, current, steps
             new_x, new_y = (x + new_x) / 2, (y + new_y) / 2
             step = hypot(new_x - x, new_y - y)
         x, y = new_x, new_y
-        here = coefficient(x, y)
+        current = coefficient(x, y)
         if step < stop:
             break
-    return x, y, here, steps
+    return x, y, current, steps
 
 
 def slow_track(images, box, **parameters):
-    given = trackers.resolve("mean-shift", **parameters).parameters
-    n_bins = given.bins**3 if given.colour == "rgb" else given.bins**2 * (given.bins // 2)
+    settings = trackers.resolve("mean-shift", **parameters).parameters
+    n_bins = (
+        settings.bins**3 if settings.colour == "rgb" else settings.bins**2 * (settings.bins // 2)
+    )
     half = np.array(box[2:]) / 2
     x, y = np.array(box[:2]) + half
-    q = histogram_of(codes_of(images[0], given.colour, given.bins), n_bins, (x, y, *half))
-    step = given.scale_step
-    factors = [1.0] if given.scale == "fixed" else [1.0, 1 - step, 1 + step]
+    q = histogram_of(codes_of(images[0], settings.colour, settings.bins), n_bins, (x, y, *half))
+    step = settings.scale_step
+    factors = [1.0] if settings.scale == "fixed" else [1.0, 1 - step, 1 + step]
     estimates = []
     for image in images[1:]:
-        codes = codes_of(image, given.colour, given.bins)
+        codes = codes_of(image, settings.colour, settings.bins)
         best = None
         for factor in factors:
-            rules = given.stop_distance, given.max_iterations, given.step_halving
-            found = slow_shift(codes, q, x, y, half * factor, *rules)
-            if best is None or found[2] > best[0][2]:
-                best = found, half * factor
+            rules = settings.stop_distance, settings.max_iterations, settings.step_halving
+            candidate = slow_shift(codes, q, x, y, half * factor, *rules)
+            if best is None or candidate[2] > best[0][2]:
+                best = candidate, half * factor
         (x, y, coefficient, steps), best_half = best
-        half = given.scale_smoothing * best_half + (1 - given.scale_smoothing) * half
+        half = settings.scale_smoothing * best_half + (1 - settings.scale_smoothing) * half
         estimates.append((x - half[0], y - half[1], 2 * half[0], 2 * half[1], coefficient, steps))
     return np.array(estimates)
 
@@ -108,13 +110,13 @@ READINGS = [
 @pytest.mark.parametrize("reading", READINGS, ids=str)
 def test_the_boxes_are_those_of_the_equations_written_out_slowly(clip, reading):
     images, box = clip
-    found = track("mean-shift", images, box, **reading)
+    actual = track("mean-shift", images, box, **reading)
     expected = slow_track(images, box, **reading)
-    np.testing.assert_allclose(boxes_of(found), expected[:, :4], rtol=0, atol=1e-9)
-    confidences = [estimate.confidence for estimate in found]
+    np.testing.assert_allclose(boxes_of(actual), expected[:, :4], rtol=0, atol=1e-9)
+    confidences = [estimate.confidence for estimate in actual]
     np.testing.assert_allclose(confidences, expected[:, 4], rtol=0, atol=1e-9)
-    assert [estimate.details["iterations"] for estimate in found] == expected[:, 5].tolist()
-    for estimate in found:
+    assert [estimate.details["iterations"] for estimate in actual] == expected[:, 5].tolist()
+    for estimate in actual:
         assert estimate.details["coefficient"] == estimate.confidence
         assert estimate.details["half_width"] == estimate.box[2] / 2
         assert estimate.details["half_height"] == estimate.box[3] / 2
@@ -133,40 +135,40 @@ def test_so_they_are_wherever_the_ellipse_crosses_the_border(seed, box):
     box = np.array(box) + [0.1234, 0.2345, 0.3456, 0.4567]  # no pixel on the rim
     settings = {"bins": 2, "max_iterations": 2}
     try:
-        found = track("mean-shift", list(images), box, **settings)
+        actual = track("mean-shift", list(images), box, **settings)
     except TrackerError as refusal:
         assert "in the image" in str(refusal)  # noqa: PT017  # or it is refused
         half = box[2:] / 2
         assert not len(pixels_of(images[0, ..., 0], (*(box[:2] + half), *half))[0])
         return
     expected = slow_track(images, box, **settings)
-    np.testing.assert_allclose(boxes_of(found), expected[:, :4], rtol=0, atol=1e-9)
-    assert found[0].confidence == pytest.approx(expected[0, 4], abs=1e-9)
+    np.testing.assert_allclose(boxes_of(actual), expected[:, :4], rtol=0, atol=1e-9)
+    assert actual[0].confidence == pytest.approx(expected[0, 4], abs=1e-9)
 
 
 def test_no_side_shrinks_below_three_pixels():
     full, spot = np.full((80, 120, 3), 90, np.uint8), np.full((80, 120, 3), GREEN, np.uint8)
     spot[39:41, 59:61] = 90  # the smaller the ellipse, the larger the share of the spot
-    found = boxes_of(
+    actual = boxes_of(
         track("mean-shift", [full, *[spot] * 30], [50, 34, 20, 12], scale_smoothing=1.0)
     )
-    np.testing.assert_allclose(found[9, 2], 20 * 0.9**10)
-    np.testing.assert_allclose(found[-1, 2:], np.array([20, 12]) * 0.9**13)  # 3.05 high
+    np.testing.assert_allclose(actual[9, 2], 20 * 0.9**10)
+    np.testing.assert_allclose(actual[-1, 2:], np.array([20, 12]) * 0.9**13)  # 3.05 high
 
 
 def test_no_side_grows_beyond_the_image():
     first, second = np.full((2, 80, 120, 3), GREEN, np.uint8)
     first[36:44, 56:64] = 90
     second[28:52, 48:72] = 90  # the larger the ellipse, the more ground it has
-    found = boxes_of(
+    actual = boxes_of(
         track("mean-shift", [first, *[second] * 30], [45, 25, 30, 30], scale_smoothing=1.0)
     )
-    np.testing.assert_allclose(found[-1, 2:], 30 * 1.1**10)  # 77.8 of 80
+    np.testing.assert_allclose(actual[-1, 2:], 30 * 1.1**10)  # 77.8 of 80
 
 
 def test_target_that_left_and_returned_is_found():
-    here, empty = picture((60, 40)), np.full((80, 120, 3), 0, np.uint8)
-    gone, back = track("mean-shift", [here, empty, here], [48, 22, 24, 36])
+    target_image, empty = picture((60, 40)), np.full((80, 120, 3), 0, np.uint8)
+    gone, back = track("mean-shift", [target_image, empty, target_image], [48, 22, 24, 36])
     assert not gone.visible
     assert gone.confidence == 0
     assert gone.details["iterations"] == 0

@@ -19,10 +19,10 @@ GREEN, RED, BLUE = (60, 180, 40), (30, 50, 210), (210, 80, 30)
 def test_deviation_of_gaussian_through_three_points(scale, deviation, deviations_aside, shift):
     distance = deviation * deviations_aside
 
-    def gaussian(at):
-        return scale * exp(-((at - shift * distance) ** 2) / (2 * deviation**2))
+    def gaussian(position):
+        return scale * exp(-((position - shift * distance) ** 2) / (2 * deviation**2))
 
-    points = [gaussian(at) for at in (-distance, 0, distance)]
+    points = [gaussian(position) for position in (-distance, 0, distance)]
     assert _deviation(*points, distance) == pytest.approx(deviation, rel=1e-6)
 
 
@@ -45,11 +45,11 @@ def picture(left, top, hidden=None, height=120, width=200):
 
 def test_box_and_gain_are_the_filters_of_the_measured_places():
     images = [picture(20 + 4 * t, 40 + t) for t in range(8)]
-    found = track("mean-shift-kalman", images, [20, 40, 24, 30], acceleration_noise=3.0)
+    actual = track("mean-shift-kalman", images, [20, 40, 24, 30], acceleration_noise=3.0)
     transition, noise = np.array([[1, 1], [0, 1]]), 9 * np.array([[0.25, 0.5], [0.5, 1]])
     for axis, start, half in (("x", 32.0, 12.0), ("y", 55.0, 15.0)):
         state, covariance = np.array([start, 0.0]), np.diag([0.0, half**2])
-        for estimate in found:
+        for estimate in actual:
             measured, gain = (estimate.details[f"{name}_{axis}"] for name in ("measured", "gain"))
             state = transition @ state
             covariance = transition @ covariance @ transition.T + noise
@@ -89,8 +89,8 @@ def test_it_bridges_an_occlusion_that_mean_shift_alone_does_not():
     lefts = [20 + 5 * t for t in range(26)]
     images = [picture(left, 40, hidden=(75, 100)) for left in lefts]
     start = [20, 40, 24, 30]
-    found = boxes_of(track("mean-shift-kalman", images, start))
-    assert np.abs(found[-3:, 0] - lefts[-3:]).max() < 8
+    actual = boxes_of(track("mean-shift-kalman", images, start))
+    assert np.abs(actual[-3:, 0] - lefts[-3:]).max() < 8
     alone = boxes_of(track("mean-shift", images, start))
     assert np.abs(alone[-3:, 0] - lefts[-3:]).min() > 30
 
@@ -99,8 +99,8 @@ def test_below_the_least_coefficient_the_prediction_stands():
     images = [picture(20 + 5 * t, 40) for t in range(8)] + [
         np.full((120, 200, 3), 128, np.uint8)
     ] * 3
-    found = track("mean-shift-kalman", images, [20, 40, 24, 30])
-    seen, hidden = found[:7], found[7:]
+    actual = track("mean-shift-kalman", images, [20, 40, 24, 30])
+    seen, hidden = actual[:7], actual[7:]
     assert all(estimate.visible for estimate in seen)
     assert not any(estimate.visible for estimate in hidden)
     steps = np.diff(boxes_of([seen[-1], *hidden]), axis=0)
@@ -121,9 +121,9 @@ def test_a_place_is_believed_from_the_least_coefficient_on():
 
 
 def test_search_start_is_clipped_to_the_image():
-    here, empty = picture(20, 40), np.full((120, 200, 3), 128, np.uint8)
+    target_image, empty = picture(20, 40), np.full((120, 200, 3), 128, np.uint8)
     tracker = trackers.create("mean-shift-kalman")
-    tracker.init(here, np.array([20.0, 40, 24, 30]))
+    tracker.init(target_image, np.array([20.0, 40, 24, 30]))
     tracker._motion.means[:] = [[-60, -9], [55, 0]]
     gone = tracker.update(empty)
     assert not gone.visible

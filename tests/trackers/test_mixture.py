@@ -53,8 +53,8 @@ def by_scikit_learn(points, start, iterations, regularisation):
     return Mixture(model.weights_, model.means_, model.covariances_)
 
 
-def assert_same(found, expected, **tolerance):
-    for part, other in zip(found, expected, strict=True):
+def assert_same(actual, expected, **tolerance):
+    for part, other in zip(actual, expected, strict=True):
         np.testing.assert_allclose(part, other, **tolerance)
 
 
@@ -64,8 +64,8 @@ def test_refining_is_scikit_learns_expectation_maximisation(d, iterations):
     points = drawn(some_mixture(d, m=4, d=d), 300, 1)
     start = some_mixture(7, m=3, d=d)
     before = [part.copy() for part in start]
-    found = refine_mixture(points, start, iterations, 1e-3)
-    assert_same(found, by_scikit_learn(points, start, iterations, 1e-3), rtol=1e-8, atol=1e-10)
+    actual = refine_mixture(points, start, iterations, 1e-3)
+    assert_same(actual, by_scikit_learn(points, start, iterations, 1e-3), rtol=1e-8, atol=1e-10)
     assert_same(start, before)
 
 
@@ -102,12 +102,12 @@ def test_fit_mixture_starts_from_k_means_plus_plus(d):
 
 def test_components_without_points_have_weight_zero():
     points = np.repeat([[0.2, 0.3], [0.8, 0.5]], [30, 10], axis=0)
-    found = fit_mixture(points, 4, np.random.default_rng(0))
-    assert sorted(found.weights.round(9)) == [0, 0, 0.25, 0.75]
-    assert {tuple(mean) for mean in found.means.round(9)} == {(0.2, 0.3), (0.8, 0.5)}
-    np.testing.assert_allclose(found.covariances, np.tile(3e-4 * np.eye(2), (4, 1, 1)), atol=1e-15)
-    again = refine_mixture(points + 0.01, found, 3)
-    np.testing.assert_array_equal(again.weights == 0, found.weights == 0)
+    actual = fit_mixture(points, 4, np.random.default_rng(0))
+    assert sorted(actual.weights.round(9)) == [0, 0, 0.25, 0.75]
+    assert {tuple(mean) for mean in actual.means.round(9)} == {(0.2, 0.3), (0.8, 0.5)}
+    np.testing.assert_allclose(actual.covariances, np.tile(3e-4 * np.eye(2), (4, 1, 1)), atol=1e-15)
+    again = refine_mixture(points + 0.01, actual, 3)
+    np.testing.assert_array_equal(again.weights == 0, actual.weights == 0)
     assert all(np.isfinite(part).all() for part in again)
 
 
@@ -135,9 +135,9 @@ def test_mixtures_on_planes_are_refined_projections():
     mixture = some_mixture(4, m=3, d=3)
     points = drawn(some_mixture(5, m=4, d=3), 150, 0)
     several = bases(4)
-    found = refine_on_planes(points, mixture, several, 2, 1e-3)
+    actual = refine_on_planes(points, mixture, several, 2, 1e-3)
     for plane, basis in enumerate(several):
-        part = Mixture(*(array[plane] for array in found))
+        part = Mixture(*(array[plane] for array in actual))
         start = project_mixture(mixture, basis)
         assert_same(part, refine_mixture(points @ basis, start, 2, 1e-3), rtol=1e-10)
         assert_same(
@@ -164,9 +164,9 @@ def test_six_numbers_and_covariances_say_the_same(numbers):
         turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
         expected = turn @ np.diag([first, second]) @ turn.T
         np.testing.assert_allclose(covariance, expected, atol=1e-14)
-    found = to_components(mixture)
-    np.testing.assert_array_equal(found[:, :3], given_ones[:, :3])
+    actual = to_components(mixture)
+    np.testing.assert_array_equal(actual[:, :3], given_ones[:, :3])
     ordered = np.sort(given_ones[:, 3:5], axis=1)[:, ::-1]
-    np.testing.assert_allclose(found[:, 3:5], ordered, atol=1e-14)
-    assert (np.abs(found[:, 5]) <= np.pi / 2).all()
-    assert_same(from_components(found), mixture, atol=1e-14)
+    np.testing.assert_allclose(actual[:, 3:5], ordered, atol=1e-14)
+    assert (np.abs(actual[:, 5]) <= np.pi / 2).all()
+    assert_same(from_components(actual), mixture, atol=1e-14)

@@ -14,7 +14,7 @@ FEW = {"contour_samples": 60}
 FRAMES = 8
 
 
-def made(frames=FRAMES, height=120, width=160):
+def make_clip(frames=FRAMES, height=120, width=160):
     """Images, masks and boxes of a disc whose colour goes from red to blue."""
     random = np.random.default_rng(0)
     ground = np.full((height, width, 3), 90.0)
@@ -36,13 +36,13 @@ def made(frames=FRAMES, height=120, width=160):
     return images, masks, [box_of(mask) for mask in masks]
 
 
-def similarity(one, other):
-    return (one & other).sum() / (one | other).sum()
+def similarity(mask, other):
+    return (mask & other).sum() / (mask | other).sum()
 
 
 @pytest.fixture(scope="module")
 def disc():
-    return made()
+    return make_clip()
 
 
 def run(name, clip, seed=0, with_mask=True, frames=FRAMES, **parameters):
@@ -62,9 +62,9 @@ VARIANTS = [
 @pytest.mark.parametrize(("name", "parameters"), VARIANTS)
 def test_a_disc_is_segmented_while_its_colour_changes(disc, name, parameters):
     _, estimates = run(name, disc, **parameters)
-    found = [similarity(e.mask, mask) for e, mask in zip(estimates, disc[1][1:], strict=True)]
-    assert min(found) > 0.75
-    assert np.mean(found) > 0.85
+    actual = [similarity(e.mask, mask) for e, mask in zip(estimates, disc[1][1:], strict=True)]
+    assert min(actual) > 0.75
+    assert np.mean(actual) > 0.85
 
 
 def test_output_can_be_mean_contour_or_posterior(disc):

@@ -96,25 +96,25 @@ def clip(frames, height=72, width=96, seed=5, step=3, axes=(15, 10)):
 
 def pair(name, first, mask, seed=0, **parameters):
     """The compiled tracker, which keeps what its cues found, and the plain one."""
-    given = {"preset": "recommended", **FEW[name], **parameters}
-    fast = trackers.create(name, seed=seed, **given)
-    values = {**type(fast).presets[given.pop("preset")], **given}
+    settings = {"preset": "recommended", **FEW[name], **parameters}
+    fast = trackers.create(name, seed=seed, **settings)
+    values = {**type(fast).presets[settings.pop("preset")], **settings}
     slow = PLAIN[name](np.random.SeedSequence(seed), **values)
     for tracker in (fast, slow):
         tracker.init(first, box_of(mask), mask)
-    found, step = [], fast.chain.step
-    fast.chain.step = lambda *seen: found.append(step(*seen)) or found[-1]
-    return fast, slow, found
+    actual, step = [], fast.chain.step
+    fast.chain.step = lambda *seen: actual.append(step(*seen)) or actual[-1]
+    return fast, slow, actual
 
 
 def assert_it_is_the_plain_reference(name, frames, seed=0, step=3, axes=(15, 10), **parameters):
     images, masks = clip(frames, step=step, axes=axes)
-    fast, slow, found = pair(name, images[0], masks[0], seed, **parameters)
+    fast, slow, actual = pair(name, images[0], masks[0], seed, **parameters)
     np.testing.assert_allclose(slow.contour, fast.contour, rtol=0, atol=STATES)
     snakes = 0
     for image in images[1:]:
         estimate, expected = fast.update(image), slow.update(image)
-        assert_cues_are_the_same(fast, slow, found[-1], parameters)
+        assert_cues_are_the_same(fast, slow, actual[-1], parameters)
         for key, tolerance in (
             ("posterior", POSTERIORS),
             ("mean_contour", PIXELS),
@@ -131,16 +131,16 @@ def assert_it_is_the_plain_reference(name, frames, seed=0, step=3, axes=(15, 10)
     return snakes
 
 
-def assert_cues_are_the_same(fast, slow, found, parameters):
+def assert_cues_are_the_same(fast, slow, actual, parameters):
     """States, what they were attached to, and weights: of the frame, and those that go on."""
     moved = PIXELS if parameters.get("snake_feedback") else STATES
-    cues = [(slow.contours, found[2], fast.chain.cues[2], moved)]
+    cues = [(slow.contours, actual[2], fast.chain.cues[2], moved)]
     if isinstance(slow, PlainMoreno2005):
         refitted = parameters.get("colour_model") == "refitted"
-        cues += [(slow.planes, found[0], fast.chain.cues[0], STATES)]
-        cues += [(slow.colours, found[1], None if refitted else fast.chain.cues[1], STATES)]
-        np.testing.assert_array_equal(slow.colours.attached, found[1].attached)
-    np.testing.assert_array_equal(slow.contours.attached, found[2].attached)
+        cues += [(slow.planes, actual[0], fast.chain.cues[0], STATES)]
+        cues += [(slow.colours, actual[1], None if refitted else fast.chain.cues[1], STATES)]
+        np.testing.assert_array_equal(slow.colours.attached, actual[1].attached)
+    np.testing.assert_array_equal(slow.contours.attached, actual[2].attached)
     for plain, hypotheses, cue, tolerance in cues:
         np.testing.assert_allclose(plain.states, hypotheses.states, rtol=0, atol=tolerance)
         np.testing.assert_allclose(plain.weights, hypotheses.weights, rtol=0, atol=WEIGHTS)

@@ -125,8 +125,8 @@ def slow_track(images, box, seed, **settings):
                 distances.append(1.0)
                 continue
             if representation == "multi":  # equation 2
-                found = [slow_histogram(luv, *h, *bins) for h in slow_halves(*rectangle)]
-                d = (slow_distance(p1, found[0]) + slow_distance(p2, found[1])) / 2
+                actual = [slow_histogram(luv, *h, *bins) for h in slow_halves(*rectangle)]
+                d = (slow_distance(p1, actual[0]) + slow_distance(p2, actual[1])) / 2
             else:
                 d = slow_distance(whole, slow_histogram(luv, *rectangle, *bins))
             weights.append(exp(-(d**2) / (2 * variance)))  # equation 8
@@ -182,11 +182,11 @@ READINGS = [
 @pytest.mark.parametrize("reading", READINGS, ids=str)
 def test_the_boxes_are_those_of_the_equations_in_plain_loops(clip, reading):
     images, box = clip
-    found = track("multipart", images, box, 3, particles=16, **reading)
+    actual = track("multipart", images, box, 3, particles=16, **reading)
     expected, distances, part_distance = slow_track(images, box, 3, particles=16, **reading)
-    np.testing.assert_allclose(boxes_of(found), expected, rtol=0, atol=1e-9)
-    assert [e.details["distance"] for e in found] == pytest.approx(distances, abs=1e-9)
-    assert found[0].details["part_distance"] == pytest.approx(part_distance, abs=1e-12)
+    np.testing.assert_allclose(boxes_of(actual), expected, rtol=0, atol=1e-9)
+    assert [e.details["distance"] for e in actual] == pytest.approx(distances, abs=1e-9)
+    assert actual[0].details["part_distance"] == pytest.approx(part_distance, abs=1e-12)
 
 
 def test_the_confidence_is_the_likelihood_of_the_distance(clip):
@@ -203,14 +203,14 @@ def test_the_confidence_is_the_likelihood_of_the_distance(clip):
 @pytest.mark.parametrize("threshold", [0.0, 0.4, 1.0])
 def test_adaptive_is_to_the_bit_the_representation_that_it_picks(clip, threshold):
     images, box = clip
-    found = track("multipart", images, box, 5, threshold=threshold)
-    part_distance = found[0].details["part_distance"]
+    actual = track("multipart", images, box, 5, threshold=threshold)
+    part_distance = actual[0].details["part_distance"]
     pick = "multi" if part_distance > threshold else "single"
     assert pick == {0.0: "multi", 0.4: "multi", 1.0: "single"}[threshold]
     same = track("multipart", images, box, 5, representation=pick)
-    np.testing.assert_array_equal(boxes_of(same), boxes_of(found))
-    for one, other in zip(same, found, strict=True):
-        assert one.details == other.details
+    np.testing.assert_array_equal(boxes_of(same), boxes_of(actual))
+    for estimate, other in zip(same, actual, strict=True):
+        assert estimate.details == other.details
     for representation in ("single", "multi"):
         estimates = track("multipart", images, box, 5, representation=representation)
         assert {e.details["part_distance"] for e in estimates} == {part_distance}

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.trackers import plain_nguyen2002 as plain
-from tests.trackers.template_clip import clip, made, texture, track
+from tests.trackers.template_clip import clip, create_tracker, texture, track
 from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.trackers.base.parameters import TrackerError
 from trackmark.trackers.templates.appearance import TemplateFilter, compute_features
@@ -21,7 +21,7 @@ def test_the_gate_is_the_99_percent_quantile_of_chi_square(features, limit, fact
     assert settings.limit == pytest.approx(limit, abs=5e-4)
     assert settings.consistency_factor == pytest.approx(factor, abs=5e-5)
     images, boxes = clip(2)
-    noise = made(images, boxes[0], features=features)._noise
+    noise = create_tracker(images, boxes[0], features=features)._noise
     assert noise.limit == pytest.approx(settings.limit, rel=1e-9)
     assert noise.factor == pytest.approx(settings.consistency_factor, rel=1e-9)
 
@@ -48,28 +48,28 @@ def test_even_sides_are_half_a_pixel_off_in_whole_pixels(preset, width, height):
         truth.append([x, y, width, height])
     parameters = {"preset": preset, "report": "raw", "features": "rgb", "ties": "unchanged"}
     estimates, _ = track(images, truth[0], **parameters)
-    found = np.array([estimate.box for estimate in estimates])
+    actual = np.array([estimate.box for estimate in estimates])
     whole = preset == "as-written"
     before = [0.5 * (whole and side % 2 == 0) for side in (width, height)]
-    np.testing.assert_allclose(found, np.array(truth[1:]) - [*before, 0, 0], atol=1e-9)
+    np.testing.assert_allclose(actual, np.array(truth[1:]) - [*before, 0, 0], atol=1e-9)
 
 
 def test_frame_numbers_include_watched_frames():
     images, truth = clip(36)
-    said = {}
+    reports = {}
     for before in (0, 5, 0):
-        tracker = made(images[:1], truth[0], longest_occlusion=11)
+        tracker = create_tracker(images[:1], truth[0], longest_occlusion=11)
         for _ in range(before):
             tracker.watch(images[0])
         tracker.init(images[0], truth[0])
         estimates = [tracker.update(image) for image in images[1:]]
         last = next(estimate for estimate in estimates if estimate.revised)
         beginnings = [estimate.details["beginning"] for estimate in estimates]
-        said[before] = min(last.revised), np.nanmin(beginnings), last.details["end"]
+        reports[before] = min(last.revised), np.nanmin(beginnings), last.details["end"]
         tracker.init(images[0], truth[0])  # what was watched belongs to the sequence before
         again = [tracker.update(image).details["beginning"] for image in images[1:]]
-        assert np.nanmin(again) == said[0][1]
-    assert said[5] == tuple(frame + 5 for frame in said[0])
+        assert np.nanmin(again) == reports[0][1]
+    assert reports[5] == tuple(frame + 5 for frame in reports[0])
 
 
 @pytest.mark.parametrize("end", ["minimum", "first"])
@@ -77,10 +77,10 @@ def test_no_more_images_are_kept_than_the_longest_occlusion_has(end):
     random = np.random.default_rng(0)
     images = [random.integers(0, 256, (240, 320, 3), dtype=np.uint8) for _ in range(15)]
     parameters = {"end": end, "search_range": 4, "longest_occlusion": 19, "subpixel": False}
-    tracker = made(images, [100, 100, 12, 12], **parameters)
+    tracker = create_tracker(images, [100, 100, 12, 12], **parameters)
     for frame in range(80):  # all that an occlusion and its end need is compiled
         tracker.update(images[frame % 15])
-    tracker = made(images, [100, 100, 12, 12], **parameters)
+    tracker = create_tracker(images, [100, 100, 12, 12], **parameters)
     tracker.update(images[1])
     tracemalloc.start()
     try:
@@ -97,7 +97,7 @@ def test_no_more_images_are_kept_than_the_longest_occlusion_has(end):
 
 def test_a_frame_of_another_size_is_refused():
     images, truth = clip(3)
-    tracker = made(images, truth[0])
+    tracker = create_tracker(images, truth[0])
     tracker.update(images[1])
     with pytest.raises(TrackerError, match="100x64 pixels after one of 110x64"):
         tracker.update(np.ascontiguousarray(images[2][:, :100]))
@@ -128,7 +128,7 @@ def creeping(speed, features="rgb", **parameters):
     """
     random = np.random.default_rng(0)
     still = random.integers(0, 200, (40, 100, 3), dtype=np.uint8)
-    tracker = made([still], (0, 0, 100, 40), features=features, **parameters)
+    tracker = create_tracker([still], (0, 0, 100, 40), features=features, **parameters)
     target = compute_features(still, features)
     appearance = TemplateFilter(tracker._noise, target)
     appearance.start(target)
@@ -161,7 +161,8 @@ def test_slow_occluder_becomes_the_template():
 def test_n_omax_is_rounded_neither_way_by_arithmetic(rule):
     images, truth = clip(1)
     # 0.3 / 0.05 is less than 6 in floating point.
-    noise = made(images, truth[0], gamma=0.3, minimal_speed=0.05, outlier_rule=rule)._noise
+    options = {"outlier_rule": rule}
+    noise = create_tracker(images, truth[0], gamma=0.3, minimal_speed=0.05, **options)._noise
     assert noise.patience == {"exceeds": 7, "reaches": 6}[rule]
-    between = made(images, truth[0], gamma=0.25, minimal_speed=0.1, outlier_rule=rule)._noise
+    between = create_tracker(images, truth[0], gamma=0.25, minimal_speed=0.1, **options)._noise
     assert between.patience == 3

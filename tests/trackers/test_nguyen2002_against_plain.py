@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tests.trackers.plain_nguyen2002 import track_offline
-from tests.trackers.template_clip import clip, made, revised
+from tests.trackers.template_clip import clip, create_tracker, revised
 from trackmark import trackers
 
 AS_WRITTEN = trackers.resolve("nguyen2002").plugin.presets["as-written"]
@@ -58,20 +58,20 @@ SINGLY = [
 
 def assert_it_is_the_plain_reference(images, box, **parameters):
     """All boxes after all revisions, and the noise in the end; gives the occlusions."""
-    tracker = made(images, box, **parameters)
+    tracker = create_tracker(images, box, **parameters)
     settings = dict(parameters)
     settings = {**type(tracker).presets[settings.pop("preset", "recommended")], **settings}
     expected, occlusions, noise = track_offline(images, box, **settings)
     estimates = [tracker.update(image) for image in images[1:]]
-    found = revised(box, estimates, tracker.finish())
-    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-9)
+    actual = revised(box, estimates, tracker.finish())
+    np.testing.assert_allclose(actual, expected, rtol=0, atol=1e-9)
     ours = tracker._filter
     if not occlusions or occlusions[-1][1] < len(images):
         pairs = (ours.state, noise.c_w), (ours.measurement, noise.c_f), (ours.residual, noise.r_bar)
         for matrix, other in pairs:
             np.testing.assert_allclose(matrix, other, rtol=1e-7, atol=1e-10)
-    begun = {frame for e in estimates if not np.isnan(frame := e.details["beginning"])}
-    assert begun <= {beginning for beginning, _ in occlusions}
+    beginnings = {frame for e in estimates if not np.isnan(frame := e.details["beginning"])}
+    assert beginnings <= {beginning for beginning, _ in occlusions}
     return occlusions
 
 

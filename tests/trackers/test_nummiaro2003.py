@@ -101,9 +101,9 @@ def test_a_target_that_is_hidden_is_waited_for_and_found_again():
     assert not any(estimate.visible for estimate in hidden[2:])
     for estimate in hidden[3:]:
         np.testing.assert_array_equal(estimate.box, hidden[2].box)
-    found = follow(tracker, [with_target(58 + k) for k in range(12)])
-    assert found[-1].details["mode"] == 1
-    assert np.abs(centre(found[-1]) - [79, 64]).max() < 12
+    actual = follow(tracker, [with_target(58 + k) for k in range(12)])
+    assert actual[-1].details["mode"] == 1
+    assert np.abs(centre(actual[-1]) - [79, 64]).max() < 12
 
 
 @pytest.mark.parametrize("frames", [1, 2, 5])
@@ -124,18 +124,18 @@ def test_only_certain_positions_are_stored():
     tracker.init(with_target(40), box_at(40))
     noted = []
     tracker._locations.record_certain = lambda frame, centre: noted.append(frame)
-    found = follow(tracker, [fading(share) for share in np.linspace(0, 1, 20)])
-    sure = [e.details["coefficient"] > (1 + e.details["appearance_threshold"]) / 2 for e in found]
+    actual = follow(tracker, [fading(share) for share in np.linspace(0, 1, 20)])
+    sure = [e.details["coefficient"] > (1 + e.details["appearance_threshold"]) / 2 for e in actual]
     assert noted == [frame for frame, seen in enumerate(sure, 1) if seen]
     assert 0 < len(noted) < 20
 
 
 def test_model_adapts_to_gradual_change_only():
     updated = started(sigma=0.1, alpha=0.3, update_reading="coefficient")
-    kept = started(sigma=0.1, model_update=False)
+    fixed = started(sigma=0.1, model_update=False)
     slowly = [fading(share) for share in np.linspace(0, 1, 60)]
     assert follow(updated, slowly)[-1].details["coefficient"] > 0.85
-    last = follow(kept, slowly)[-1].details
+    last = follow(fixed, slowly)[-1].details
     assert last["updated"] == 0
     assert last["coefficient"] < 0.75
     sudden = started(sigma=0.1, alpha=0.3, update_reading="coefficient")
@@ -143,9 +143,9 @@ def test_model_adapts_to_gradual_change_only():
 
 
 def test_threshold_uses_the_selected_model():
-    shown = [with_target(40, colour=(30 + 8 * k, 40, 210 - 8 * k)) for k in range(20)]
-    current = follow(started(update_reading="always"), shown)
-    first = follow(started(update_reading="always", appearance="first"), shown)
+    images = [with_target(40, colour=(30 + 8 * k, 40, 210 - 8 * k)) for k in range(20)]
+    current = follow(started(update_reading="always"), images)
+    first = follow(started(update_reading="always", appearance="first"), images)
     assert len({e.details["appearance_threshold"] for e in current}) > 10
     assert len({e.details["appearance_threshold"] for e in first}) == 1
 
@@ -214,10 +214,10 @@ def test_what_is_no_histogram_no_size_or_no_region_is_refused():
 
 
 def test_a_detector_is_asked_until_it_finds_something():
-    asked = []
+    calls = []
 
     def detect(image):
-        asked.append(image)
+        calls.append(image)
         reddish = (image == RED).all(axis=2)
         if not reddish.any():
             return np.zeros((0, 4))
@@ -230,9 +230,9 @@ def test_a_detector_is_asked_until_it_finds_something():
     assert not empty.visible
     np.testing.assert_array_equal(empty.box, [0, 0, WIDTH, HEIGHT])
     np.testing.assert_array_equal(tracker.update(with_target(60)).box, box_at(60))
-    assert len(asked) == 3
+    assert len(calls) == 3
     later = follow(tracker, [with_target(60 + k) for k in range(10)])
-    assert len(asked) == 3
+    assert len(calls) == 3
     assert np.abs(centre(later[-1]) - [79, 64]).max() < 10
 
 

@@ -61,9 +61,9 @@ def test_lost_target_keeps_the_last_valid_box(answer):
     lost = tracker.update(IMAGE)
     assert lost.box.tolist() == [1.5, 2.5, 10.25, 10.0]
     assert not lost.visible
-    found = tracker.update(IMAGE)
-    assert found.visible
-    assert found.box.tolist() == [4.5, 4, 4, 4.25]  # as it is given
+    actual = tracker.update(IMAGE)
+    assert actual.visible
+    assert actual.box.tolist() == [4.5, 4, 4, 4.25]  # as it is given
     for _ in range(2):
         lost = tracker.update(IMAGE)
         assert lost.box.tolist() == [4.5, 4, 4, 4.25]
@@ -109,12 +109,12 @@ def test_the_seed_alone_decides_whatever_the_process_drew_before(name, moving_ta
     assert specification.randomness is trackers.Randomness.PROCESS
     # Fast enough to be nearly lost: on an easy clip every seed of Boosting gives the same.
     clip = moving_target(7, 140, 200, velocity=(10, 5), seed=4)
-    found = boxes_of(specification.create(1), clip)
+    actual = boxes_of(specification.create(1), clip)
     ctypes.CDLL(None).srand(99)
     cv2.setRNGSeed(99)
-    np.testing.assert_array_equal(boxes_of(specification.create(1), clip), found)
+    np.testing.assert_array_equal(boxes_of(specification.create(1), clip), actual)
     others = (boxes_of(specification.create(seed), clip) for seed in range(2, 8))
-    assert any((other != found).any() for other in others)
+    assert any((other != actual).any() for other in others)
 
 
 @pytest.mark.parametrize(
@@ -124,10 +124,10 @@ def test_deterministic_trackers_ignore_process_state(name, moving_target):
     specification = usable(name)
     assert specification.randomness is trackers.Randomness.NONE
     clip = moving_target(12, velocity=(3, 1), seed=3)
-    found = boxes_of(specification.create(1), clip)
+    actual = boxes_of(specification.create(1), clip)
     tracker = specification.create(2)
     tracker.init(clip.images[0], clip.boxes[0])
-    for image, expected in zip(clip.images[1:], found, strict=True):
+    for image, expected in zip(clip.images[1:], actual, strict=True):
         ctypes.CDLL(None).srand(5)
         cv2.setRNGSeed(5)
         np.testing.assert_array_equal(tracker.update(image).box, expected)
@@ -161,7 +161,7 @@ def test_opencv_parameters_and_defaults_are_passed_on(name, monkeypatch):
     kind = getattr(cv2, plugin.opencv_parameters)
     names = [key for key in dir(kind) if not key.startswith("_")]
     assert len(names) == len(fields) - 1
-    values = [{key: getattr(one, key) for key in names} for one in (kind(), *handed)]
+    values = [{key: getattr(options, key) for key in names} for options in (kind(), *handed)]
     defaults, ours, *others = values
     assert ours == defaults
     changed = [{key for key in names if other[key] != ours[key]} for other in others]
@@ -180,7 +180,9 @@ def written(tracker):
 @pytest.mark.parametrize("name", ["opencv-median-flow", "opencv-boosting"])
 def test_legacy_parameters_and_defaults_are_passed_on(name):
     plugin = usable(name).plugin
-    (_, ours), *others = ((field, written(one._make())) for field, one in changed_alone(name))
+    (_, ours), *others = (
+        (field, written(changed._make())) for field, changed in changed_alone(name)
+    )
     assert ours == written(plugin.create_tracker())
     for field, other in others:
         changed = {key.lower() for key in other if other[key] != ours[key]}

@@ -23,7 +23,7 @@ def _models(tmp_path_factory):
 
 
 def refused(name, **parameters):
-    """What is said where the tracker can't be had; GOTURN is not in every OpenCV."""
+    """Message for a tracker that OpenCV lacks; GOTURN is not in every version."""
     with pytest.raises(TrackerError) as caught:
         trackers.resolve(name, **parameters)
     if isinstance(caught.value.__cause__, ImportError):
@@ -35,19 +35,21 @@ def refused(name, **parameters):
 @pytest.mark.parametrize("name", KINDS)
 def test_missing_model_error_names_its_source(name, tmp_path):
     first, *rest = KINDS[name]
-    said = refused(name)
-    assert said.startswith(f"{name}: parameter {first} has to be given, as in {name}:{first}=PATH")
-    assert "trackmark" in said  # which has none
-    there = tmp_path / "there.onnx"
-    there.write_bytes(b"a model")
+    message = refused(name)
+    assert message.startswith(
+        f"{name}: parameter {first} has to be given, as in {name}:{first}=PATH"
+    )
+    assert "trackmark" in message  # which has none
+    existing_file = tmp_path / "there.onnx"
+    existing_file.write_bytes(b"a model")
     gone = tmp_path / "gone.onnx"
     for parameter in KINDS[name]:
-        files = {key: str(gone if key == parameter else there) for key in (first, *rest)}
-        said = refused(name, **files)
-        assert f"{name}: parameter {parameter}={gone}: the file can't be read (No such" in said
-        assert "It has to be the " in said
-    said = refused(name, **dict.fromkeys(KINDS[name], str(tmp_path)))
-    assert "(Is a directory)" in said
+        files = {key: str(gone if key == parameter else existing_file) for key in (first, *rest)}
+        message = refused(name, **files)
+        assert f"{name}: parameter {parameter}={gone}: the file can't be read (No such" in message
+        assert "It has to be the " in message
+    message = refused(name, **dict.fromkeys(KINDS[name], str(tmp_path)))
+    assert "(Is a directory)" in message
 
 
 @pytest.mark.parametrize("name", KINDS)
@@ -78,14 +80,14 @@ def test_unloadable_model_error_names_the_files(name, content, models, tmp_path,
 
 
 @pytest.mark.parametrize(
-    ("name", "parameter", "of"),
+    ("name", "parameter", "kind"),
     [("opencv-nano", "backbone", "net"), ("opencv-vit", "net", "neckhead")],
 )
 def test_a_model_of_another_tracker_is_one_line_that_names_it(
-    name, parameter, of, models, moving_target
+    name, parameter, kind, models, moving_target
 ):
     everything = {key: file for files in models.values() for key, file in files.items()}
-    files = models[name] | {parameter: everything[of]}
+    files = models[name] | {parameter: everything[kind]}
     clip = moving_target(3)
     tracker = trackers.create(name, **files)
 
@@ -93,7 +95,7 @@ def test_a_model_of_another_tracker_is_one_line_that_names_it(
         tracker.init(clip.images[0], clip.boxes[0])
         tracker.update(clip.images[1])
 
-    with pytest.raises(TrackerError, match=f"models .*{parameter}={everything[of]}") as caught:
+    with pytest.raises(TrackerError, match=f"models .*{parameter}={everything[kind]}") as caught:
         follow()
     assert "\n" not in str(caught.value)
 
@@ -103,9 +105,9 @@ def test_model_trackers_follow_their_models(name, models, moving_target):
     clip = moving_target(10, 140, 200, velocity=(6, 3))
     tracker = trackers.create(name, **models[name])
     tracker.init(clip.images[0], clip.boxes[0])
-    found = [tracker.update(image) for image in clip.images[1:]]
-    assert all(one.visible and 0 < one.confidence < 1 for one in found)
-    centres = np.array([one.box[:2] + one.box[2:] / 2 for one in found])
+    actual = [tracker.update(image) for image in clip.images[1:]]
+    assert all(estimate.visible and 0 < estimate.confidence < 1 for estimate in actual)
+    centres = np.array([estimate.box[:2] + estimate.box[2:] / 2 for estimate in actual])
     true = clip.boxes[1:, :2] + clip.boxes[1:, 2:] / 2
     # The target went 57 pixels to the right; cells of the answer are some pixels wide.
     assert np.abs(centres - true).max() < 25

@@ -42,22 +42,22 @@ def test_parts_touching_at_corners_have_one_outline(seed):
     mask = np.random.default_rng(seed).random((14, 19)) < 0.33 + 0.08 * seed
     parts, number = ndimage.label(mask, np.ones((3, 3)))
     whole = [ndimage.binary_fill_holes(parts == part) for part in range(1, number + 1)]
-    found = fill_contour(outline(mask, 4000), *mask.shape)
-    assert max(one.sum() for one in whole) == found.sum()
-    assert any(np.array_equal(found, one) for one in whole)
+    actual = fill_contour(outline(mask, 4000), *mask.shape)
+    assert max(area.sum() for area in whole) == actual.sum()
+    assert any(np.array_equal(actual, area) for area in whole)
 
 
 def test_outline_is_clockwise_and_equally_spaced():
     mask = blob(3)
-    found = outline(mask, 300)
-    x, y = found.T
+    actual = outline(mask, 300)
+    x, y = actual.T
     assert (x * np.roll(y, -1) - y * np.roll(x, -1)).sum() > 0  # y points down
     rows, columns = np.nonzero(mask)
-    assert found[0].tolist() == [columns[rows == rows.min()].min() + 0.5, rows.min()]
+    assert actual[0].tolist() == [columns[rows == rows.min()].min() + 0.5, rows.min()]
     whole = outline(mask, 5000)
     lengths = np.hypot(*np.diff(whole, axis=0, append=whole[:1]).T)
     assert lengths == pytest.approx(lengths.mean(), rel=0.31)  # no more than a cut corner
-    assert (outline(mask, 300) == found).all()
+    assert (outline(mask, 300) == actual).all()
 
 
 def test_outline_is_that_of_the_largest_part():
@@ -152,7 +152,7 @@ def star_shaped(draw):
 
 
 def is_inside(x, y, contour):
-    """Whether a ray upwards crosses the contour an odd number of times, in exact arithmetic."""
+    """Return whether an upward ray crosses the contour an odd number of times, exactly."""
     inside = False
     points = [[Fraction(number) for number in point] for point in contour.tolist()]
     for (a, b), (c, d) in zip(points, points[1:] + points[:1], strict=True):
@@ -198,12 +198,12 @@ def test_scores_are_means_inside_less_means_outside(outside):
     tables, cells, which, contours = scene(0)
     window = (7, 5, 70, 55)
     scores = contour_scores(tables, cells, which, contours, window, outside, 1)
-    there = np.zeros(cells.shape, bool)
-    there[5:55, 7:70] = True
-    beyond = there if outside == "window" else np.ones_like(there)
+    occupied = np.zeros(cells.shape, bool)
+    occupied[5:55, 7:70] = True
+    beyond = occupied if outside == "window" else np.ones_like(occupied)
     for j, contour in enumerate(contours):
         values = tables[which[j]][cells].astype(np.float64)
-        inside = fill_contour(contour, *cells.shape) & there
+        inside = fill_contour(contour, *cells.shape) & occupied
         expected = values[inside].mean() - values[beyond & ~inside].mean()
         assert scores[j] == pytest.approx(expected, abs=1e-12)
 

@@ -27,9 +27,9 @@ class Example(Parameters):
     ],
 )
 def test_text_from_the_command_line_becomes_the_declared_type(name, text, value):
-    found = getattr(Example.checked("example", {name: text}), name)
-    assert found == value
-    assert type(found) is type(value)
+    actual = getattr(Example.checked("example", {name: text}), name)
+    assert actual == value
+    assert type(actual) is type(value)
 
 
 @pytest.mark.parametrize(

@@ -54,11 +54,11 @@ weighted = st.lists(st.floats(0, 1), min_size=1, max_size=25).filter(any).map(np
 def test_as_many_go_on_and_none_that_weighs_nothing(name, weights, seed):
     weights = weights / weights.sum()
     uniforms = np.random.default_rng(seed).random(len(weights))
-    found = copies(name, weights, uniforms)
-    assert found.sum() == len(weights)
-    assert not found[weights == 0].any()
+    actual = copies(name, weights, uniforms)
+    assert actual.sum() == len(weights)
+    assert not actual[weights == 0].any()
     expected = len(weights) * weights
-    for n, share in zip(found, expected, strict=True):
+    for n, share in zip(actual, expected, strict=True):
         if name == "systematic":
             assert floor(share - 1e-9) <= n <= ceil(share + 1e-9)
         if name == "stratified":
@@ -100,8 +100,8 @@ def test_expected_copies_are_proportional_to_weights(trials, name):
 
 
 def test_multinomial_resampling_has_the_largest_variance(trials):
-    found = trials["multinomial"]
+    actual = trials["multinomial"]
     variance = 12 * WEIGHTS * (1 - WEIGHTS)
-    np.testing.assert_allclose(found.var(axis=0), variance, rtol=0.15)
+    np.testing.assert_allclose(actual.var(axis=0), variance, rtol=0.15)
     strays = {name: copies.var(axis=0).sum() for name, copies in trials.items()}
     assert all(strays[name] < 0.6 * strays["multinomial"] for name in OTHERS)

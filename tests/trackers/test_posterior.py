@@ -11,7 +11,7 @@ from trackmark.trackers.contours.posterior import BLOCK, posterior, posterior_ta
 
 
 def components(rng, *shape, least=2e-4):
-    """Of sizes that colours in [0, 1] have, down to the least ones."""
+    """Sizes of colours in [0, 1], down to the smallest numbers."""
     numbers = np.empty((*shape, 6))
     numbers[..., 0] = rng.dirichlet(np.ones(shape[-1]), shape[:-1])
     numbers[..., 1:3] = rng.uniform(-0.3, 1.5, (*shape, 2))
@@ -32,8 +32,8 @@ def test_posterior_is_that_of_scipys_densities(floor, prior):
     points = rng.uniform(-0.5, 1.7, (200, 2))
     wanted = prior * slow_density(target, points)
     others = (1 - prior) * (slow_density(background, points) + floor)
-    found = posterior(points, target, background, floor, prior)
-    np.testing.assert_allclose(found, wanted / (wanted + others), rtol=1e-9)
+    actual = posterior(points, target, background, floor, prior)
+    np.testing.assert_allclose(actual, wanted / (wanted + others), rtol=1e-9)
 
 
 def test_posterior_without_floor_follows_the_wider_tail():
@@ -58,8 +58,10 @@ def slow_tables(projected, planes, target, background, floor, prior):
     rows = zip(planes, target, background, strict=True)
     return np.array(
         [
-            posterior(projected[plane], from_components(one), from_components(other), floor, prior)
-            for plane, one, other in rows
+            posterior(
+                projected[plane], from_components(first), from_components(other), floor, prior
+            )
+            for plane, first, other in rows
         ]
     )
 
@@ -91,9 +93,9 @@ def test_any_number_of_colours_has_a_table(k):
 
 def test_planes_are_scored_by_the_tables_of_their_own_mixtures():
     projected, _, target, background, contrast = case(1, n=4, planes=4)
-    found = region_scores(
+    actual = region_scores(
         projected, from_components(target), from_components(background), contrast, 0.05, 0.3
     )
     expected = slow_tables(projected, range(4), target, background, 0.05, 0.3) @ contrast
-    np.testing.assert_allclose(found, expected, atol=1e-5)
-    assert np.ptp(found) > 1e-3
+    np.testing.assert_allclose(actual, expected, atol=1e-5)
+    assert np.ptp(actual) > 1e-3

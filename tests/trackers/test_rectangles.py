@@ -31,11 +31,11 @@ def codes(seed):
 
 
 def numpy_counts(codes, votes, regions, bins):
-    found = np.empty((len(regions), len(bins)), int)
+    actual = np.empty((len(regions), len(bins)), int)
     for i, (left, top, right, bottom) in enumerate(regions):
         voted = votes[codes[top:bottom, left:right]].ravel()
-        found[i] = np.bincount(voted, minlength=BINS)[bins]
-    return found
+        actual[i] = np.bincount(voted, minlength=BINS)[bins]
+    return actual
 
 
 @st.composite
@@ -108,14 +108,14 @@ def test_alone_or_with_many_the_counts_are_numpys(image, place, n, n_parts, monk
         expected[part, i] = np.bincount(inside, minlength=N_BINS)[bins]
         assert regions.pixels[part, i] == (right - left) * (bottom - top)
     for sharers in (1, 500):
-        found = count_regions(SharedFrame(image, sharers), regions, scheme, bins)
-        np.testing.assert_array_equal(found, expected)
+        actual = count_regions(SharedFrame(image, sharers), regions, scheme, bins)
+        np.testing.assert_array_equal(actual, expected)
     for ways in (["_INTEGRAL"], ["_DIRECT", "_DIRECT_REGION"]):  # what costs nothing is taken
         with monkeypatch.context() as costs:
             for way in ways:
                 costs.setattr(counting, way, 0.0)
-            found = count_regions(SharedFrame(image), regions, scheme, bins)
-            np.testing.assert_array_equal(found, expected)
+            actual = count_regions(SharedFrame(image), regions, scheme, bins)
+            np.testing.assert_array_equal(actual, expected)
 
 
 @given(
@@ -163,11 +163,11 @@ histogram = st.lists(st.integers(0, 5000), min_size=6, max_size=6).filter(any)
 @example([1, 0, 0, 0, 0, 0], [0, 1, 1, 0, 0, 0])
 @example([2, 1, 0, 0, 0, 0], [1, 1, 0, 0, 0, 0])
 def test_the_distance_is_equation_1s(p, q):
-    found = distance(p, q)
+    actual = distance(p, q)
     coefficient = sum(sqrt(a / sum(p) * b / sum(q)) for a, b in zip(p, q, strict=True))
-    assert found**2 == pytest.approx(max(0.0, 1 - coefficient), abs=1e-12)
-    assert 0 <= found <= 1
-    assert distance(q, p) == found
+    assert actual**2 == pytest.approx(max(0.0, 1 - coefficient), abs=1e-12)
+    assert 0 <= actual <= 1
+    assert distance(q, p) == actual
     assert distance(p, p) == 0.0
 
 

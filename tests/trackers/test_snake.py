@@ -49,10 +49,10 @@ def test_a_snake_is_the_plain_transcription(points, attraction):
     edges /= edges.max()
     start = circle(22, points, np.array([45.0, 40.0])) + random.normal(size=(points, 2))
     origin = (7, 11)
-    found = fit_snake(start, edges, origin, 0.08, 0.6, 0.8, attraction, 25)
+    actual = fit_snake(start, edges, origin, 0.08, 0.6, 0.8, attraction, 25)
     expected = transcription(start, edges, origin, 0.08, 0.6, 0.8, attraction, 25)
-    np.testing.assert_allclose(found, expected, atol=1e-9)
-    assert abs(found - start).max() > 1
+    np.testing.assert_allclose(actual, expected, atol=1e-9)
+    assert abs(actual - start).max() > 1
 
 
 def noisy_ellipse(seed=0):
@@ -77,18 +77,18 @@ def test_edges_are_smoothed_gradients_and_their_product(supported):
     if supported:
         expected *= slope(posterior.astype(float), 2.0)
     expected = ndimage.gaussian_filter(expected, 1.5, mode="mirror")
-    found = edge_map(image, posterior if supported else None)
-    np.testing.assert_allclose(found, expected / expected.max(), atol=2e-3)
-    assert found.max() == 1
+    actual = edge_map(image, posterior if supported else None)
+    np.testing.assert_allclose(actual, expected / expected.max(), atol=2e-3)
+    assert actual.max() == 1
 
 
 def test_refinement_finds_an_ellipse_from_a_contour_beside_it():
     mask, image = noisy_ellipse()
     around = outline(mask)
     start = around.mean(axis=0) + 1.08 * (around - around.mean(axis=0)) + [2.0, -1.0]
-    found, accepted = refine_by_snake(start, image, mask.astype(np.float32))
+    actual, accepted = refine_by_snake(start, image, mask.astype(np.float32))
     assert accepted
-    before, after = (fill_contour(contour, 180, 200) for contour in (start, found))
+    before, after = (fill_contour(contour, 180, 200) for contour in (start, actual))
     assert (after & mask).sum() / (after | mask).sum() > 0.965
     assert (before & mask).sum() / (before | mask).sum() < 0.87
 
@@ -99,17 +99,17 @@ def test_snake_ignores_edges_without_posterior():
     start = outline(mask) + [5.0, 0.0]
     posterior = mask.astype(np.float32)
     misled, _ = refine_by_snake(start, image, None)
-    found, _ = refine_by_snake(start, image, posterior)
+    actual, _ = refine_by_snake(start, image, posterior)
     assert misled[:, 0].max() > 136
-    assert found[:, 0].max() < 132
+    assert actual[:, 0].max() < 132
 
 
 def test_a_snake_that_collapses_or_crosses_itself_is_rejected():
     flat = np.full((72, 80, 3), 90, np.uint8)
     start = circle(15, 8)  # so few points that nothing holds them apart
-    found, accepted = refine_by_snake(start, flat, None)
+    actual, accepted = refine_by_snake(start, flat, None)
     assert not accepted
-    assert found is start
+    assert actual is start
     eight = np.array([[20.0, 20], [60, 50], [60, 20], [20, 50]]).repeat(8, axis=0)
     eight += np.tile(np.linspace(0, 1, 8)[:, None], (4, 1)) * (np.roll(eight, -8, axis=0) - eight)
     assert not refine_by_snake(eight, flat, None)[1]
@@ -119,8 +119,8 @@ def test_a_contour_far_outside_the_image_stays_as_it_is():
     flat = np.full((72, 80, 3), 90, np.uint8)
     for shift in ([400.0, 0.0], [-400.0, 0.0], [0.0, -400.0]):
         start = circle(15) + shift
-        found, accepted = refine_by_snake(start, flat, None)
-        assert found is start
+        actual, accepted = refine_by_snake(start, flat, None)
+        assert actual is start
         assert not accepted
 
 
@@ -129,8 +129,8 @@ def test_snake_at_rest_stops_closer_to_an_edge(edge):
     start = circle(20)
     still = fit_snake(start, np.zeros((100, 100)), (0, 0), at_rest=True)
     np.testing.assert_allclose(still, start, atol=1e-9)
-    found = [fit_snake(start, ridge(edge), (0, 0), at_rest=rests) for rests in (False, True)]
-    drawn_in, free = (edge - np.hypot(*(points - CENTRE).T).mean() for points in found)
+    actual = [fit_snake(start, ridge(edge), (0, 0), at_rest=rests) for rests in (False, True)]
+    drawn_in, free = (edge - np.hypot(*(points - CENTRE).T).mean() for points in actual)
     # What is left of the way is what the stiffness holds: inwards always, or towards the start.
     assert drawn_in > 0.2
     assert abs(free) < 0.5 * drawn_in
@@ -142,12 +142,12 @@ def test_snake_at_rest_stops_closer_to_an_edge(edge):
 def test_a_circle_shrinks_by_the_weights_of_its_stiffness(stiffness, times):
     radius = times * 4.4 / (2 * np.sin(np.pi / 32))
     start = circle(radius, centre=np.array([200.0, 200.0]))
-    found, accepted = refine_by_snake(start, np.full((400, 400, 3), 90, np.uint8), None, stiffness)
+    actual, accepted = refine_by_snake(start, np.full((400, 400, 3), 90, np.uint8), None, stiffness)
     assert accepted
     # A circle is an eigenvector of the differences; 40 steps without edges leave of its radius:
     difference = 2 - 2 * np.cos(2 * np.pi / 32)
     ratio = 1.0 if stiffness == "constant" else 1 / times
     eigenvalue = 0.08 * ratio**2 * difference + 0.6 * ratio**4 * difference**2
     np.testing.assert_allclose(
-        np.linalg.norm(found - 200, axis=1), radius * (1 + eigenvalue) ** -40
+        np.linalg.norm(actual - 200, axis=1), radius * (1 + eigenvalue) ** -40
     )

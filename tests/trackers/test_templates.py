@@ -21,7 +21,7 @@ def noise(d=3, **changes):
     return usual._replace(**changes)
 
 
-def shown(appearance, features):
+def sample_at(appearance, features):
     """See a view as the tracker does."""
     first = not appearance.noise_known
     if first:
@@ -44,7 +44,7 @@ def test_grey_noise_covariance_is_regularised(full):
     seen = [np.repeat(grey + random.normal(0, 3, grey.shape), 3, axis=2) for _ in range(12)]
     appearance = TemplateFilter(noise(floor=1.0, full=full), seen[0])
     for features in seen[1:]:
-        assert shown(appearance, features).share < 0.2
+        assert sample_at(appearance, features).share < 0.2
         for matrix in (appearance.residual, appearance.state, appearance.measurement):
             assert np.isfinite(matrix).all()
             assert np.linalg.eigvalsh(matrix)[0] > -1e-9
@@ -109,7 +109,7 @@ def test_whole_pixels_are_those_of_an_exhaustive_search(seed, scale):
     x, y = 45 + random.uniform(-8, 8), 35 + random.uniform(-8, 8)
     template = plain.sample(features, plain.Pose(x, y, scale), 15, 19, bilinear=True)
     template += random.normal(0, 2, template.shape)
-    found = find_pose(whole(features), template, COVARIANCE, Pose(45, 35, 1.0), 8, CUTOFF, False)
+    actual = find_pose(whole(features), template, COVARIANCE, Pose(45, 35, 1.0), 8, CUTOFF, False)
     everywhere = [
         plain.Pose(45 + across, 35 + down, coarse * fine)
         for coarse in (0.98, 1.0, 1.02)
@@ -119,10 +119,10 @@ def test_whole_pixels_are_those_of_an_exhaustive_search(seed, scale):
     ]
     all_costs = costs(features, template, everywhere)
     best = everywhere[all_costs.argmin()]
-    assert (found.pose.x, found.pose.y) == (best.x, best.y)
-    assert found.pose.scale == pytest.approx(best.scale, abs=0.02)
-    assert found.cost <= np.partition(all_costs, 9)[9]  # scales differ by little at this size
-    assert found.cost == pytest.approx(costs(features, template, [found.pose])[0])
+    assert (actual.pose.x, actual.pose.y) == (best.x, best.y)
+    assert actual.pose.scale == pytest.approx(best.scale, abs=0.02)
+    assert actual.cost <= np.partition(all_costs, 9)[9]  # scales differ by little at this size
+    assert actual.cost == pytest.approx(costs(features, template, [actual.pose])[0])
 
 
 def on_flat_ground(pose, search_range, subpixel, ties="ascending"):
@@ -133,9 +133,9 @@ def on_flat_ground(pose, search_range, subpixel, ties="ascending"):
 
 @pytest.mark.parametrize(("scale", "limit"), [(0.5, 0.5), (0.4, 0.5), (2.3, 2.0)])
 def test_scales_stay_between_a_half_and_two(scale, limit):
-    found = on_flat_ground(Pose(45, 35, scale), 16, False).scale
-    assert 0.5 <= found <= 2.0
-    assert found == pytest.approx(limit, rel=0.031)
+    actual = on_flat_ground(Pose(45, 35, scale), 16, False).scale
+    assert 0.5 <= actual <= 2.0
+    assert actual == pytest.approx(limit, rel=0.031)
 
 
 POSES = st.builds(

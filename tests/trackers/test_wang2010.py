@@ -58,10 +58,10 @@ WINDOWS = [
 def test_boxes_are_those_of_plain_numpy(name, parameters):
     images, boxes = clip(10, shift=(4.0, -1.5))
     first = boxes[0] + [0.3, -0.2, 0.4, 0.4]
-    found = track(name, images, first, 3, preset="as-written", **parameters)
+    actual = track(name, images, first, 3, preset="as-written", **parameters)
     slow = PLAIN[name](np.random.SeedSequence(3), **parameters)
     slow.init(images[0], first)
-    for frame, estimate in zip(images[1:], found, strict=True):
+    for frame, estimate in zip(images[1:], actual, strict=True):
         assert estimate.box == pytest.approx(slow.update(frame), abs=1e-9)
         if name != "camshift-improved":
             for key in ("particles", "predicted", "weights", "similarity"):

@@ -67,7 +67,7 @@ def _weights(name: str, shape: Iterable[int], values: Iterable[float]) -> bytes:
 
 
 def _image(name: str, channels: int, side: int | None) -> bytes:
-    """What goes in or out, of shape (1, channels, side, side); any side for None."""
+    """Input or output of shape (1, channels, side, side); None for any side."""
     sides = [_field(2, "side") if side is None else _field(1, side)] * 2
     shape = [_field(1, 1), _field(1, channels), *sides]
     kind = _field(1, 1) + _field(2, b"".join(_field(1, dimension) for dimension in shape))

@@ -267,8 +267,8 @@ def _odd(value: int) -> int:
 class ColourMotionParameters(Parameters):
     """Parameters of `ColourMotionModel`."""
 
-    alpha: float = fraction(0.7, "α: weight of the hue map beside the saturation map [ratio]")
-    beta: float = fraction(0.8, "β: weight of the motion map beside the colour map [ratio]")
+    alpha: float = fraction(0.7, "α: weight of the hue; saturation has 1 - α [ratio]")
+    beta: float = fraction(0.8, "β: weight of the motion; colour has 1 - β [ratio]")
     hue_bins: int = whole(32, "bins of the hue histogram [count]", most=256)
     saturation_bins: int = whole(32, "bins of the saturation histogram [count]", most=256)
     difference_window: Annotated[int, AfterValidator(_odd)] = Field(

@@ -47,7 +47,7 @@ class TargetKnobs(Knobs):
         0.0, description="fraction of the frame time for which the shutter is open"
     )
     pan: Annotated[float, Field(ge=0, le=20)] = Field(
-        0.0, description="of the camera over the ground, beside the target [pixels/frame]"
+        0.0, description="of the camera over the ground, relative to the target [pixels/frame]"
     )
 
     @model_validator(mode="after")
