@@ -123,7 +123,7 @@ class SmoothColours:
         return np.concatenate([to_components(self._blended(*pair)) for pair in both])
 
     def learn(self, sets, basis, moved):
-        """Fit anew to the last frame, on a plane; `moved` where it is another than before."""
+        """Fit again to the last frame, on a plane; `moved`: whether the plane has changed."""
         older = self.newer
         if moved:
             older = self._fitted(self.sets, basis, older)

@@ -279,7 +279,7 @@ class Target:
         return [Pose(*(start + (end - start) * i / (n + 1)).tolist()) for i in range(1, n + 1)]
 
     def take_again(self, image, pose, n):
-        """Start anew where an occlusion is over, n frames after its beginning."""
+        """Initialise again at the end of an occlusion, n frames after its beginning."""
         view = self._view(self._features(image), pose, bilinear=True)
         appearance = Appearance(self._settings, view)
         if self._settings.reinitialise == "keep":

@@ -55,7 +55,7 @@ def track(images, box, **parameters):
 
 
 def revised(box, estimates, last):
-    """First box and estimates' boxes with what was said of them later."""
+    """Return the first box and the estimates' boxes with their revisions."""
     boxes = np.array([box] + [estimate.box for estimate in estimates])
     for better in [*(estimate.revised or {} for estimate in estimates), last]:
         for frame, expected_places in better.items():
