@@ -261,5 +261,5 @@ def test_video_with_too_many_pixels_is_not_decoded(tmp_path, write_video, monkey
     path = write_video(tmp_path / "clip.mp4", n=3)
     assert VideoFrames(path, max_pixels=128 * 64)[0].shape == (64, 96, 3)
     monkeypatch.setattr(VideoFrames, "_decode", lambda *args: pytest.fail("decoded"))
-    with pytest.raises(SequenceError, match=r"clip\.mp4: .* 96x64 pixels, more than the 6143"):
+    with pytest.raises(SequenceError, match=r"clip\.mp4: .* 96x64 pixels; the maximum is 6143"):
         VideoFrames(path, max_pixels=6143)
