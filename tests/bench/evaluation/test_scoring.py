@@ -1,6 +1,7 @@
 """Scores of runs and boxes through the public functions; times of timing runs."""
 
 import gc
+from dataclasses import replace
 
 import cv2
 import numpy as np
@@ -39,6 +40,14 @@ def test_unknown_preset_or_trace_is_refused(make_sequence):
         bench.score_boxes(sequence.boxes, sequence, "otbx")
     with pytest.raises(ValueError, match="unknown trace"):
         bench.score(bench.evaluate("static", sequence), sequence, trace="later")
+
+
+def test_run_with_restarts_is_scored_by_supervised_presets_alone(make_sequence):
+    sequence = make_sequence(n=4)
+    run = bench.evaluate("static", sequence)
+    restarted = replace(run, states=np.array([1, 0, 2, 1]))
+    with pytest.raises(ValueError, match="it has restarts"):
+        bench.score(restarted, sequence)
 
 
 def test_time_scores_are_quantiles_over_updates():
