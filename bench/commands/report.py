@@ -115,7 +115,6 @@ def _report(experiment: Path, stored: Path | None, options: ReportOptions, sever
     `experiment`: folder with imported results. `stored`: folder of the stored results, if any.
     """
     from trackmark.bench.pages.report import Commands, further_tables
-    from trackmark.bench.pages.report_figures import FigureFiles
     from trackmark.bench.reporting.by_preset import preset_report
     from trackmark.bench.reporting.tables import title_of
     from trackmark.reports.write import list_written_files, write_tables
@@ -133,6 +132,9 @@ def _report(experiment: Path, stored: Path | None, options: ReportOptions, sever
     target, files = stored or Path("report"), list[Path]()
     figures = None
     if folder is not None:
+        # Its imports, Matplotlib and SciPy's statistics, take longer than a report on the terminal.
+        from trackmark.bench.pages.report_figures import FigureFiles
+
         target = folder / experiment.name if several else folder
         files += write_tables(target, tables)
         suffix = f".{options.form}" if options.form in FIGURES else ".png"
