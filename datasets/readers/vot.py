@@ -48,8 +48,8 @@ CITATION = (
     "IEEE TPAMI 38(11), 2016"
 )
 
+# name, number of images and number of rows of published sequences that lack a last row
 PARTIAL = {("ball", 602, 601)}
-"""Name, number of images and number of rows of published sequences that lack a last row."""
 _ROW = "a box x,y,width,height, a polygon x1,y1,x2,y2,x3,y3,…, a mask mX,Y,WIDTH,HEIGHT,RUN,…, or 0"
 
 

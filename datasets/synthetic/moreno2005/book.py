@@ -333,7 +333,6 @@ def _print_front(
 def _word(
     cover: Painting, random: np.random.Generator, top: float, tall: float, ink: Colour
 ) -> None:
-    """Paint a word of random letters that is at most as wide as the frame of the cover."""
     letters = "".join(random.choice(list("AEIORSTLNMDBKU"), int(random.integers(5, 8))))
     font, high = cv2.FONT_HERSHEY_DUPLEX, tall * cover.scale
     (wide, base), _ = cv2.getTextSize(letters, font, 1.0, 2)
@@ -370,7 +369,6 @@ def _device(
 
 
 def _pages(random: np.random.Generator, columns: int) -> NDArray[np.uint8]:
-    """Return the edges of pages in slightly different tones."""
     tones = random.uniform(0.72, 1.0, (PAGES, 1)) * random.uniform(0.97, 1.0, (PAGES, columns))
     return np.asarray(tones[..., None] * [196, 218, 228], np.uint8)
 

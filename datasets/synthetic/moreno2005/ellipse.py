@@ -361,7 +361,6 @@ class EllipseScene(SyntheticScene):
         return self.plan.covers(frame)
 
     def _lay_ellipse(self, canvas: Image, frame: int) -> None:
-        """Paint the ellipse over a canvas in place."""
         window, inwards = self.plan.around(frame)
         square = (inwards * inwards).sum(axis=2)
         # Distance to the outline along the gradient, a first-order approximation.

@@ -16,8 +16,7 @@ from pydantic import Field
 
 from trackmark.datasets.synthetic.knobs import Knobs, Seed, seed
 
-TWIN_FRAMES = 150
-"""Number of frames of `stress/twin`."""
+TWIN_FRAMES = 150  # number of frames of `stress/twin`
 
 
 @dataclass(frozen=True)
@@ -45,6 +44,7 @@ class Design:
     crossing: bool = False
 
 
+# designs by the number that the paper uses
 DESIGNS = {
     "1": Design(788, True, True, (5.0, 8.0), 1.35, turns=1, jacket=True, behind=7, mixed=3),
     "2": Design(534, True, True, (5.2, 8.0), 1.35, turns=1, bag=True, behind=5, mixed=2),
@@ -57,7 +57,6 @@ DESIGNS = {
     "7": Design(377, False, False, (7.0, 7.8), 1.05, behind=8, before=2, posts=1, crossing=True),
     "8": Design(229, False, False, (7.0, 7.8), 1.05, behind=6, before=2),
 }
-"""Designs by the number that the paper uses."""
 
 
 class WalkingKnobs(Knobs):

@@ -28,8 +28,7 @@ from trackmark.datasets.synthetic.scene import (
 
 Array = NDArray[np.float64]
 
-TURNING = 30.0
-"""Minimum rotation per second for the attribute `turning` [degrees]."""
+TURNING = 30.0  # minimum rotation per second for the attribute `turning` [degrees]
 
 
 def scene(knobs: WalkingKnobs, number: str = "") -> "WalkingScene":
@@ -75,16 +74,14 @@ def _truth(plan: WalkPlan, shade: NDArray[np.bool_]) -> SceneTruth:
     )
 
 
-EXPOSURE = 0.4
-"""Fraction of the frame time for which the shutter is open."""
+EXPOSURE = 0.4  # fraction of the frame time for which the shutter is open
 
 CAMERA = Camera(SIZE, noise=2.0)
 
+# heights, relative to the body height, at which the light on a person is evaluated
 LIT = np.linspace(1.0, 0.0, 16)
-"""Heights, relative to the body height, at which the light on a person is evaluated."""
 
-SHADE = 0.85
-"""The target counts as shaded if the mean light on it is below this value."""
+SHADE = 0.85  # the target counts as shaded if the mean light on it is below this value
 
 
 class WalkingScene(SyntheticScene):

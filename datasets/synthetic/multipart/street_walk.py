@@ -17,20 +17,17 @@ from trackmark.datasets.synthetic.render.views import (
 )
 from trackmark.datasets.synthetic.scene import part_generator
 
+# relative times at which the first and the last person pass in front of the target
 FIRST, LAST = 0.16, 0.88
-"""Relative times at which the first and the last person pass in front of the target."""
 
+# relative time of the last person if a person in the target's clothes crosses later
 LAST_BEFORE_CROSSING = 0.74
-"""Relative time of the last person if a person in the target's clothes crosses later."""
 
-CROSSING = 0.87, 0.9
-"""Range of the relative time at which a person in the target's clothes crosses."""
+CROSSING = 0.87, 0.9  # range of the relative time at which a person in the target's clothes crosses
+CLEAR = 0.6  # minimum difference in depth between the target and people behind it [metres]
 
-CLEAR = 0.6
-"""Minimum difference in depth between the target and people behind it [metres]."""
-
+# thickness ranges of lamp posts, and of the pillar in `stress/pillar` [metres]
 POSTS, PILLARS = (0.10, 0.14), (0.35, 0.5)
-"""Thickness ranges of lamp posts, and of the pillar in `stress/pillar` [metres]."""
 
 Generators = Callable[[str], np.random.Generator]
 

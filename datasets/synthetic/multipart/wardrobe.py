@@ -56,9 +56,10 @@ DIFFERENT_HALVES = 90.0, 25.0
 """Minimum differences of shirt and trousers in chromaticity and in L* [CIE L*u*v*].
 """
 
+# minimum distance between chromaticities of a passer-by and of the target [CIE u*, v*]
 UNLIKE_TARGET = 45.0
-"""Minimum distance between chromaticities of a passer-by and of the target [CIE u*, v*]."""
 
+# colours of one-coloured clothes (suits, overalls, tracksuits) and of bags
 BOTH = (
     (50, 48, 48),  # black
     (76, 70, 66),  # charcoal
@@ -70,16 +71,14 @@ BOTH = (
     (62, 82, 110),  # brown
     (58, 44, 98),  # burgundy
 )
-"""Colours of one-coloured clothes (suits, overalls, tracksuits) and of bags."""
 
-TONE = np.array([0.114, 0.587, 0.299])
-"""Weights of blue, green and red in the tone (Rec. 601)."""
+TONE = np.array([0.114, 0.587, 0.299])  # weights of blue, green and red in the tone (Rec. 601)
 
+# two tones differ clearly if their difference is at least this large [grey levels]
 CLEAR_TONE = 55.0
-"""Two tones differ clearly if their difference is at least this large [grey levels]."""
 
+# two colours differ clearly if they differ by this much apart from the tone [grey levels]
 CLEAR_COLOUR = 28.0
-"""Two colours differ clearly if they differ by this much apart from the tone [grey levels]."""
 
 
 def sample_plain_clothes(random: np.random.Generator) -> tuple[BGR, BGR]:

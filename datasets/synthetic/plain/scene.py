@@ -309,7 +309,6 @@ def _colours(motion: TargetMotion) -> Array:
 def _pebble(
     random: np.random.Generator, colours: Array, half: Array, power: int, oversize: float
 ) -> ShadedSprite:
-    """Return a smooth, slightly glossy pebble painted in two colours."""
     half_width, half_height = half * oversize
     height, width = (2 * int(np.ceil(size)) + 2 for size in (half_height, half_width))
     x, y, coverage = superellipse(height, width, half_height, half_width, power)
@@ -385,7 +384,6 @@ class TargetScene(SyntheticScene):
     def _draw_object(
         self, canvas: Image, thing: ShadedSprite, centres: Array, scale: float
     ) -> None:
-        """Draw a shadow, and then its object."""
         drop = self.motion.half_size[1] * np.array([0.16, 0.24]) * scale
         thing.shadow.draw(canvas, centres + drop, scale / thing.oversize)
         thing.sprite.draw(canvas, centres, scale / thing.oversize)

@@ -13,20 +13,13 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 Floats = NDArray[np.floating]
 
-REACH = 400.0
-"""Distance at which the light of a lamp of power 1 on a facing surface is 1 [pixels]."""
+REACH = 400.0  # distance at which the light of a lamp of power 1 on a facing surface is 1 [pixels]
+RADIUS = 22.0  # radius of a lamp's shade [pixels]
+AMBIENT = 0.16  # fraction of a lamp's light that arrives by reflection from other walls of the room
+FAINT = 1e-4  # coverage that is too small to be visible and to determine a normal
 
-RADIUS = 22.0
-"""Radius of a lamp's shade [pixels]."""
-
-AMBIENT = 0.16
-"""Fraction of a lamp's light that arrives by reflection from other walls of the room."""
-
-FAINT = 1e-4
-"""Coverage that is too small to be visible and to determine a normal."""
-
+# number of points of a lamp that emit rays, and step length along a ray [pixels]
 SPOTS, STRIDE = 10, 1.8
-"""Number of points of a lamp that emit rays, and step length along a ray [pixels]."""
 
 
 @dataclass(frozen=True)
@@ -170,8 +163,7 @@ def blend_lit_card(
                     picture[row, column, c] += back * powers[k, c]
 
 
-COARSE = 4
-"""Pixels per shadow sample and axis."""
+COARSE = 4  # pixels per shadow sample and axis
 
 
 def remaining_light(

@@ -13,8 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
 
-HALF_SPACE, LIMB, BOX, BOWL = range(4)
-"""Kind of a solid: the first number of its row."""
+HALF_SPACE, LIMB, BOX, BOWL = range(4)  # kind of a solid: the first number of its row
 
 
 def half_space(normal: Sequence[float], reach: float) -> Array:
@@ -113,8 +112,7 @@ def _bounds(solid: Array) -> tuple[Array, Array]:
     return low, high
 
 
-NOTHING = -1
-"""Object index of a sample that no object covers."""
+NOTHING = -1  # object index of a sample that no object covers
 
 _START, _END = 150.0, 420.0  # start and end of a ray, relative to the image plane [pixels]
 

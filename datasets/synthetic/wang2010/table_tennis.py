@@ -279,7 +279,6 @@ def _arm(
 
 
 def _bat(paint: PaintSheet, rubber: Array, tilt: float, grain: Array) -> None:
-    """Paint blade and handle; the blade is an ellipse with the aspect ratio `tilt`."""
     paint.tube([(62, 2), (96, 3)], (9, 13), WOOD, bumps=grain)
     paint.tube([(92, 3), (176, 5)], (12.5, 14.5), WOOD * 0.9, bumps=grain, edge=0.3)
     under, above = np.array((40, 38, 42), np.float64), rubber
@@ -291,7 +290,6 @@ def _bat(paint: PaintSheet, rubber: Array, tilt: float, grain: Array) -> None:
 
 
 def _hand(paint: PaintSheet, skin: Array, grain: Array) -> None:
-    """Paint a hand around the handle: back of the hand, four fingers, thumb and forefinger."""
     paint.tube([(116, 6), (150, 8), (190, 15)], (27, 31, 25), skin, bumps=grain)
     for x, reach, thick in ((158, 24, 9.0), (142, 28, 10.0), (125, 29, 10.5)):
         paint.tube(
@@ -366,7 +364,6 @@ def _joints(random: np.random.Generator, x: Array, y: Array) -> Array:
 
 
 def _put_table(random: np.random.Generator, picture: Array, y: Array, height: int) -> None:
-    """Paint the defocused end of a table, with a white line, at the lower image border."""
     top = height - random.uniform(5, 9)
     paint = np.array(TABLES[int(random.integers(len(TABLES)))], np.float64)
     picture *= (1 - 0.3 * np.clip(1 - (top - y) / 6, 0, 1) * (y < top))[..., None]

@@ -35,7 +35,6 @@ class Occluder:
 
 
 def _pillar(random: np.random.Generator, width: float, height: float) -> PaintedSheet:
-    """Paint a round pillar of stone or painted iron, with a base and a poster."""
     sheet = PaintedSheet(width, height, UNIT, sample_colour(random, STONES + PAINTS[6:8]))
     p = sheet.painting
     for y in np.arange(random.uniform(0, 0.4), height, random.uniform(0.5, 0.9)):
@@ -71,7 +70,6 @@ def _trunk(random: np.random.Generator, width: float, height: float) -> PaintedS
 
 
 def _wall_end(random: np.random.Generator, width: float, height: float) -> PaintedSheet:
-    """Paint the end of a wall of bricks or blocks, with a poster or a painted sign."""
     colour = sample_colour(random, WALLS)
     sheet = PaintedSheet(width, height, UNIT, colour * 0.72)
     p, course = sheet.painting, random.uniform(0.1, 0.16)
@@ -99,7 +97,6 @@ def _wall_end(random: np.random.Generator, width: float, height: float) -> Paint
 
 
 def _lorry(random: np.random.Generator, width: float, height: float) -> PaintedSheet:
-    """Paint the canvas-covered load of a lorry, on wheels."""
     sheet = PaintedSheet(width, height + 0.34, UNIT, sample_colour(random, PAINTS))
     p = sheet.painting
     second = sample_colour(random, LIGHTS if random.random() < 0.6 else PAINTS)
@@ -120,7 +117,6 @@ def _lorry(random: np.random.Generator, width: float, height: float) -> PaintedS
 
 
 def _bus(random: np.random.Generator, width: float, height: float) -> PaintedSheet:
-    """Paint the side of a bus or carriage: windows above, panels and a number below."""
     body = sample_colour(random, PAINTS)
     sheet = PaintedSheet(width, height + 0.3, UNIT, body)
     sheet.anchor = width / 2, height / 2
@@ -143,7 +139,6 @@ def _bus(random: np.random.Generator, width: float, height: float) -> PaintedShe
 
 
 def _container(random: np.random.Generator, width: float, height: float) -> PaintedSheet:
-    """Paint a container with corrugated sides, rust and a number, on wheels."""
     colour = sample_colour(random, PAINTS)
     sheet = PaintedSheet(width, height + 0.34, UNIT, colour)
     sheet.anchor = width / 2, height / 2
@@ -166,7 +161,6 @@ def _container(random: np.random.Generator, width: float, height: float) -> Pain
 
 
 def _ship(random: np.random.Generator, width: float, height: float) -> PaintedSheet:
-    """Paint a part of a ship's hull with railing, portholes, plates and water line."""
     colour = sample_colour(random, PAINTS)
     rail, draught = 0.16, 0.3
     sheet = PaintedSheet(width, rail + height + draught, UNIT, colour)
@@ -191,7 +185,6 @@ def _ship(random: np.random.Generator, width: float, height: float) -> PaintedSh
 
 
 def _load(random: np.random.Generator, width: float, height: float) -> PaintedSheet:
-    """Paint boxes on a pallet that hangs from a crane."""
     ropes = 1.9
     sheet = PaintedSheet(width, ropes + height, UNIT, (90, 110, 130))
     sheet.anchor = width / 2, ropes + height / 2
@@ -249,7 +242,6 @@ def _passer_by(random: np.random.Generator, width: float, height: float) -> Pain
 
 
 def _post(random: np.random.Generator, width: float, height: float) -> PaintedSheet:
-    """Paint a lamp post or a pole with painted rings."""
     sheet = PaintedSheet(
         width, height, UNIT, sample_colour(random, ((70, 74, 76), (60, 84, 64), WOODS[2]))
     )
@@ -263,7 +255,6 @@ def _post(random: np.random.Generator, width: float, height: float) -> PaintedSh
 
 
 def _heap(random: np.random.Generator, width: float, height: float) -> PaintedSheet:
-    """Paint a heap of boxes and sacks, down to the lower image border."""
     sheet = PaintedSheet(width, height, UNIT, (70, 88, 104))
     for x, wide in adjacent_spans(random, width, (0.2, 0.4)):
         y = random.uniform(0.0, 0.07)
@@ -277,6 +268,7 @@ def _heap(random: np.random.Generator, width: float, height: float) -> PaintedSh
     return sheet
 
 
+# occluders by name; the last two occlude only a part of the target
 OCCLUDERS = {
     "pillar": Occluder(_pillar, True, True),
     "trunk": Occluder(_trunk, True, True),
@@ -290,4 +282,3 @@ OCCLUDERS = {
     "post": Occluder(_post, True, True),
     "heap": Occluder(_heap, False, False),
 }
-"""Occluders by name; the last two occlude only a part of the target."""

@@ -229,7 +229,6 @@ def _rider(random: np.random.Generator, sheet: PaintedSheet, place: Place) -> No
 
 
 def _trailer(random: np.random.Generator, sheet: PaintedSheet, place: Place) -> None:
-    """Paint a low trailer with a post that holds the target."""
     (x, y, w, h), p = place, sheet.painting
     thick, deck = 0.07 * w, y + 0.86 * h
     p.patch(x - thick, y, 2 * thick, h, STEEL)
@@ -242,7 +241,6 @@ def _trailer(random: np.random.Generator, sheet: PaintedSheet, place: Place) -> 
 
 
 def _ropes(random: np.random.Generator, sheet: PaintedSheet, place: Place) -> None:
-    """Paint the ropes from which the target hangs."""
     (x, y, w, h), p = place, sheet.painting
     p.patch(0, 0, 2.6 * w, 3 * h, (70, 92, 106))
     for side in (-0.42, 0.42):
@@ -253,7 +251,6 @@ def _ropes(random: np.random.Generator, sheet: PaintedSheet, place: Place) -> No
 
 
 def _cart(random: np.random.Generator, sheet: PaintedSheet, place: Place) -> None:
-    """Paint a hand cart with a rail."""
     (x, y, w, h), p = place, sheet.painting
     left, top = x - 0.66 * w, y + 0.47 * h
     p.patch(left, top, 1.32 * w, 0.12 * h, sample_colour(random, PAINTS))
@@ -266,7 +263,6 @@ def _cart(random: np.random.Generator, sheet: PaintedSheet, place: Place) -> Non
 
 
 def _water(random: np.random.Generator, sheet: PaintedSheet, place: Place) -> None:
-    """Paint the bow wave and the wake of a floating target."""
     (x, y, w, h), p = place, sheet.painting
     line = y + 0.46 * h
     p.patch(0, y, 2.6 * w, 3 * h, (206, 204, 190))
@@ -289,6 +285,7 @@ class Carrier:
     shadow: float
 
 
+# carriers by name
 CARRIERS = {
     "wheels": Carrier(_wheels, 0.5, 1.25),
     "car": Carrier(_car, 0.97, 2.0),
@@ -298,4 +295,3 @@ CARRIERS = {
     "cart": Carrier(_cart, 0.8, 1.6),
     "water": Carrier(_water, 0.48, 1.1),
 }
-"""Carriers by name."""

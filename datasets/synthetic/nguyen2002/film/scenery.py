@@ -117,7 +117,6 @@ def desert(
 
 
 def _sky(random: np.random.Generator, height: int, width: int) -> Image:
-    """Paint a sky with clouds that is lighter towards the horizon."""
     rows, columns = FINE * height, FINE * width
     high = vary_colour(random, (206, 176, 146), 0.12)
     low = vary_colour(random, (222, 222, 218), 0.06)
@@ -154,7 +153,6 @@ def _hills(
 
 
 def _crane(random: np.random.Generator, p: Painting, x: float, foot: float) -> None:
-    """Paint a gantry with its jib."""
     paint = sample_colour(random, ((60, 70, 180), (70, 150, 200), (150, 120, 80)))
     tall = random.uniform(6.5, 9)
     for leg in (x, x + 2.2):

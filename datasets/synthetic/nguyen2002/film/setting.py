@@ -25,8 +25,8 @@ from trackmark.datasets.synthetic.render.views import Viewpoint
 
 Array = NDArray[np.float64]
 
+# function that paints a backdrop; see `scenery` for its parameters
 Backdrop = Callable[[np.random.Generator, int, int, float, float], Image]
-"""Function that paints a backdrop; see `scenery` for its parameters."""
 
 
 @dataclass(frozen=True)
@@ -132,6 +132,7 @@ class Place:
 
 BEHIND = 19.0, 30.0  # depth range of static objects behind a target [metres]
 
+# settings by name
 SETTINGS = {
     "street": FilmSetting(
         backdrop, 33.0, scenery.road, (
@@ -177,4 +178,3 @@ SETTINGS = {
         ("lorry", "trunk", "wall end", "container"),
     ),
 }  # fmt: skip
-"""Settings by name."""

@@ -139,5 +139,4 @@ def _door(seed: int) -> float:
 
 
 def _half_width(camera: Viewpoint, z: float) -> float:
-    """Return half the visible width at a depth [metres]."""
     return SIZE[0] / 2 / float(camera.scale(z))

@@ -110,7 +110,6 @@ def _front(x: float, z: float, scale: float, paint: Array, grain: Array) -> Prop
 
 
 def _inside(x: float, z: float, scale: float, paint: Array) -> Prop:
-    """Return the glass doors at the back of the porch."""
     across, up = _raster(OPENING[0] + 2 * BESIDE, PORCH, scale)
     glass = np.array([66.0, 62.0, 56.0]) * (0.55 + 0.16 * np.clip(up, 0, 2.4))[..., None]
     frame = (np.abs(np.abs(across) - 0.42) > 0.37) | (np.abs(up - 1.05) < 0.04) | (up > 2.3)

@@ -123,9 +123,9 @@ def _times(colour: BGR, gain: float) -> list[float]:
     return [min(gain * c, 255.0) for c in colour]
 
 
+# gain by height: sheet metal reflects the street below its crease and the sky above it
 _METAL = [(0.2, 0.62), (0.45, 0.8), (0.6, 0.98), (0.62, 1.06), (0.72, 1.0), (0.84, 1.12),
           (BELT, 1.28), (BELT + 0.02, 1.0), (2.0, 1.0)]  # fmt: skip
-"""Gain by height: sheet metal reflects the street below its crease and the sky above it."""
 
 
 def _side(shape: CarShape, paint: BGR, style: _Style) -> Array:

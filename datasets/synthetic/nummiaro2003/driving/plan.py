@@ -90,7 +90,7 @@ class Route:
         speed = limit_acceleration(np.minimum(top, bends), end)
         middle = (speed[1:] + speed[:-1]) / 2
         times = np.concatenate([[0.0], np.cumsum(_STEP / middle)])
-        return times, np.arange(len(times)) * _STEP
+        return times, np.asarray(np.arange(len(times)) * _STEP, np.float64)
 
 
 def limit_acceleration(fastest: Array, end: float) -> Array:

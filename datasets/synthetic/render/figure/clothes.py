@@ -14,11 +14,8 @@ Array = NDArray[np.float64]
 
 UPPER_ARM, FOREARM, HAND = 0.29, 0.25, 0.19
 NECK = 0.09
-TRUNK = 0.52
-"""Distance from the hips to the base of the neck."""
-
-SHOULDER = 0.165, 0.065
-"""Offset of the shoulder joint from the base of the neck, sideways and down."""
+TRUNK = 0.52  # distance from the hips to the base of the neck
+SHOULDER = 0.165, 0.065  # offset of the shoulder joint from the base of the neck, sideways and down
 
 # rows as in `loft`; the trunk starts at the hips
 _TRUNK = (

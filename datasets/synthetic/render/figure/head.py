@@ -12,8 +12,7 @@ from trackmark.datasets.synthetic.render.texture import fractal, lerp
 
 Array = NDArray[np.float64]
 
-ROWS = 161
-"""Number of rows of the texture, from the crown to below the chin."""
+ROWS = 161  # number of rows of the texture, from the crown to below the chin
 
 # rows as in `mesh.loft`
 _SKULL = (
@@ -82,7 +81,6 @@ def _hair(look: FigureLook, skull: Array, strands: Array) -> Array:
 
 
 def _with_features(skull: Array) -> Array:
-    """Add nose, brows, lips, chin and ears to a skull."""
     x, y, z = skull[..., 0], skull[..., 1], skull[..., 2]
     before = np.clip(z / 0.03, 0, 1)
     nose = np.interp(y, (-0.046, -0.036, -0.026, 0.0, 0.034), (0.0, 0.75, 1.0, 0.55, 0.05))
@@ -122,7 +120,6 @@ def _skin(look: FigureLook, skull: Array, random: np.random.Generator) -> Array:
 
 
 def _face(look: FigureLook, skin: Array, before: Array, aside: Array, y: Array) -> Array:
-    """Paint eyes, brows, mouth and nostrils on the front of the head."""
     lips = np.asarray(look.skin, np.float64) * np.array([0.62, 0.60, 0.84])
     white, dark = np.array([176.0, 182.0, 185.0]), np.array([44.0, 46.0, 52.0])
     eye = (_bump(aside, 0.031, 0.0135) ** 4 > 0.1) * (np.abs(y - 0.016) < 0.0055)
@@ -140,7 +137,6 @@ def _face(look: FigureLook, skin: Array, before: Array, aside: Array, y: Array) 
 
 
 def _glasses(skin: Array, before: Array, skull: Array) -> Array:
-    """Paint rims, bridge and temples, with slightly dark lenses."""
     aside, y, z = np.abs(skull[..., 0]), skull[..., 1], skull[..., 2]
     u, v = (aside - 0.033) / 0.024, (y - 0.012) / 0.018
     far = np.sqrt(np.sqrt(u * u * u * u + v * v * v * v))

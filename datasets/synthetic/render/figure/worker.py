@@ -36,11 +36,8 @@ Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Picture = NDArray[np.uint8]
 
-HEAD = 0
-"""Index of the head's bone."""
-
-CROWN = 0.252
-"""Height of the crown above the base of the neck [metres]."""
+HEAD = 0  # index of the head's bone
+CROWN = 0.252  # height of the crown above the base of the neck [metres]
 
 
 class Bones(NamedTuple):
@@ -138,8 +135,7 @@ def _bend_arm(joint: Array, wrist: Array, aside: Array) -> tuple[Array, Array]:
     return joint + along * towards + off * aside, joint + length * towards
 
 
-FULL = 255
-"""Coverage of a fully covered pixel."""
+FULL = 255  # coverage of a fully covered pixel
 
 
 class Worker:

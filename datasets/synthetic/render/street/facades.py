@@ -9,8 +9,7 @@ from trackmark.datasets.synthetic.render.texture import fractal
 
 Array = NDArray[np.float64]
 Picture = NDArray[np.uint8]
-Box = tuple[float, float, float, float]
-"""Left, top, right and bottom of a rectangle."""
+Box = tuple[float, float, float, float]  # left, top, right and bottom of a rectangle
 
 WALLS = (
     (72, 84, 150),  # brick

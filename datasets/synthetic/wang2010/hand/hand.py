@@ -233,7 +233,6 @@ def _cone(
     start: Array, end: Array, radii: ArrayLike, colour: Array, material: int,
     crease: float = 0.0, flat: bool = False,
 ) -> Array:  # fmt: skip
-    """Return a cone in every frame, shape (n, COLUMNS)."""
     cone = np.empty((len(start), COLUMNS))
     cone[:, :3], cone[:, 4:7] = start, end
     cone[:, 3:8:4] = radii
