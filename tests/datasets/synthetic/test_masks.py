@@ -13,7 +13,7 @@ import pytest
 from tests.datasets.synthetic.scenes import grown, mask_edges, unless_sealed
 from trackmark import datasets
 from trackmark.datasets.synthetic.nummiaro2003.driving.shape import SHADOW
-from trackmark.datasets.synthetic.render.figure.head import ROWS
+from trackmark.datasets.synthetic.render.figure.body import ROWS
 from trackmark.datasets.synthetic.wang2010.hand.setting import BLUE, MATERIAL, SKIN
 
 

@@ -355,7 +355,7 @@ class TargetKind:
     corner: float  # size of the cut corners of the other shapes, relative to the width
     marks: tuple[Mark, ...]  # marks that are painted on it, in order
     paints: tuple[tuple[int, int, int], ...]
-    carrier: str  # name in `props.CARRIERS`
+    carrier: str  # name in `objects.CARRIERS`
 
     @property
     def round(self) -> bool:

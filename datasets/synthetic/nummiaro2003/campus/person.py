@@ -13,18 +13,16 @@ import numpy as np
 from trackmark.datasets.synthetic.knobs import SceneKnobs
 from trackmark.datasets.synthetic.multipart.plan import Person
 from trackmark.datasets.synthetic.nummiaro2003.campus.scene import (
-    VisitPlan,
-    VisitScene,
-    sample_bystander,
-    sample_target,
-)
-from trackmark.datasets.synthetic.nummiaro2003.campus.setting import (
     DOORSTEP,
     OPENING,
     THRESHOLD,
     CarPark,
+    VisitPlan,
+    VisitScene,
     entrance,
     parked_cars,
+    sample_bystander,
+    sample_target,
 )
 from trackmark.datasets.synthetic.render.prop import Prop
 from trackmark.datasets.synthetic.render.views import (

@@ -17,10 +17,10 @@ from trackmark.datasets.synthetic.multipart.plan import Person
 from trackmark.datasets.synthetic.nummiaro2003.campus.scene import (
     VisitPlan,
     VisitScene,
+    old_tree,
     sample_bystander,
     sample_target,
 )
-from trackmark.datasets.synthetic.nummiaro2003.campus.setting import old_tree
 from trackmark.datasets.synthetic.render.path import smooth_step
 from trackmark.datasets.synthetic.render.views import (
     SIZE,

@@ -13,22 +13,22 @@ import numpy as np
 
 from trackmark.datasets.synthetic.knobs import SceneKnobs
 from trackmark.datasets.synthetic.nummiaro2003.driving.car import (
+    BGR,
     TARGETS,
     CarAt,
     contrasting_paints,
     sample_car,
 )
-from trackmark.datasets.synthetic.nummiaro2003.driving.paintwork import BGR
-from trackmark.datasets.synthetic.nummiaro2003.driving.plan import (
+from trackmark.datasets.synthetic.nummiaro2003.driving.scene import (
     FRAMES_PER_SECOND,
     SIZE,
     Bend,
     DrivingPath,
     DrivingPlan,
+    DrivingScene,
     Route,
     car_at,
 )
-from trackmark.datasets.synthetic.nummiaro2003.driving.scene import DrivingScene
 from trackmark.datasets.synthetic.nummiaro2003.driving.view import PerspectiveView, windows_meet
 from trackmark.datasets.synthetic.nummiaro2003.driving.world import (
     House,

@@ -9,15 +9,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from trackmark.datasets.synthetic.render.figure.clothes import (
+from trackmark.datasets.synthetic.render.figure.body import (
     FOREARM,
     NECK,
     SHOULDER,
     TRUNK,
     UPPER_ARM,
     body,
+    head,
 )
-from trackmark.datasets.synthetic.render.figure.head import head
 from trackmark.datasets.synthetic.render.figure.look import FigureLook
 from trackmark.datasets.synthetic.render.figure.mesh import (
     FINE,

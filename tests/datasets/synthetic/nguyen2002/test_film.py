@@ -10,15 +10,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.datasets.synthetic.scenes import SEEDS, mask_edges, runs
-from trackmark.datasets.synthetic.nguyen2002.film.occluders import OCCLUDERS
-from trackmark.datasets.synthetic.nguyen2002.film.plan import (
+from trackmark.datasets.synthetic.nguyen2002.film.objects import OCCLUDERS
+from trackmark.datasets.synthetic.nguyen2002.film.scene import (
     CLIPS,
     SIZE,
     WIDTHS,
     clip_plan,
     clip_script,
+    scene,
 )
-from trackmark.datasets.synthetic.nguyen2002.film.scene import scene
 from trackmark.datasets.synthetic.nguyen2002.film.setting import SETTINGS
 from trackmark.datasets.synthetic.nguyen2002.film.sheet import RigidObject
 from trackmark.datasets.synthetic.nguyen2002.film.targets import KINDS
