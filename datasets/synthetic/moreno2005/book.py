@@ -481,7 +481,7 @@ FAR = 620.0  # distance of the lamp from the centre of the image [pixels]
 SHADOWED = 1.1  # light on the cloth for which the cloth looks like the wall [multiples of `AROUND`]
 HORIZON = 178  # image row at which the wall meets the desk [pixels]
 ROOM_FINE = 2  # samples per pixel and axis of static objects
-# window of hand and arm: left top corner from the held point, size [pixels]; samples per pixel
+# window of hand and arm: upper left corner relative to the held point, size, samples per pixel
 HAND_CORNER, HAND_SIZE, HAND_FINE = (-90, -34), (180, 190), 2
 BLEND = 4.0  # distance over which the solids of the hand merge [pixels]
 
@@ -619,7 +619,9 @@ def _sleeve(side: float) -> list[Array]:
     return cuff + chain([(side * 16, -54, -6), (side * 34, -160, -6)], (14, 22), BLEND)
 
 
-CONSIDERABLE = 0.25  # minimum share of the front in its own shadow for the attribute `self-shadow`
+CONSIDERABLE = (
+    0.25  # minimum fraction of the front in its own shadow for the attribute `self-shadow`
+)
 BEHIND = 70.0  # distance from the book to the surface on which its shadow falls [pixels]
 SOFTNESS, DARKNESS = 9.0, 0.7  # softness and darkness of the shadow; see `remaining_light`
 CAMERA = Camera(SIZE, noise=2.0, fall=(0.05, 0.05))

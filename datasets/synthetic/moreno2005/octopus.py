@@ -29,7 +29,7 @@ from trackmark.datasets.synthetic.scene import SceneTruth, SyntheticScene, part_
 
 Array = NDArray[np.float64]
 
-SIDE = 512  # of textures [pixels]
+SIDE = 512  # width and height of textures [pixels]
 IMITATION = 0.5  # share of the floor's texture in the camouflaged skin
 
 
@@ -114,7 +114,7 @@ Floats = NDArray[np.float32]
 
 # direction to the light: to the right, down, towards the camera
 SUN = np.array([-0.42, -0.5, 0.757], np.float32)
-AMBIENT = 0.55  # ambient share of the light that falls on level ground
+AMBIENT = 0.55  # fraction of the light on level ground that is ambient
 
 
 def relief_light(height: Floats, soft: float) -> Floats:

@@ -81,9 +81,10 @@ class TwinKnobs(WalkingKnobs):
 
     distance: Annotated[float, Field(ge=0, le=3)] = Field(
         0.0,
-        description="between the axes of the target and the second person where they come "
-        "closest in the image, sideways [widths of the target's box]",
+        description="minimum sideways distance in the image between the axes of the target and "
+        "the second person [widths of the target's box]",
     )
     twin: Literal["same", "other"] = Field(
-        "same", description="clothes of the second person: the target's, or of other colours"
+        "same",
+        description="clothes of the second person: equal to the target's, or in other colours",
     )

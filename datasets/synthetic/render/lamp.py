@@ -61,7 +61,7 @@ def plane_crossings(lamp: Lamp, points: Floats, depth: float) -> Floats:
 
 
 def shadow_softness(lamp: Lamp, depth: float, behind: float) -> float:
-    """Return the blur of an object that gives a shadow of equal softness on a surface [pixels]."""
+    """Return the blur [pixels] of an object at `depth` that softens its shadow at depth `behind`."""
     return float(RADIUS / 2 * (depth - behind) / (lamp.place[2] - behind))
 
 
@@ -172,9 +172,9 @@ def remaining_light(
     """Return the fraction of light behind an object, shape (height, width, 3), in [0, 1].
 
     `coverage` is the fraction of each pixel that the object covers; its height and width are
-    multiples of `COARSE`. `shift` is the vector from the object to its shadow, `softness` the
-    standard deviation of the shadow's blur [pixels], and `darkness` the fraction of light that the
-    shadow removes.
+    multiples of `COARSE`. `shift` is the vector from the object to its shadow, `shadow_softness`
+    the standard deviation of the shadow's blur [pixels], and `darkness` the fraction of light that
+    the shadow removes.
     """
     size = coverage.shape[1], coverage.shape[0]
     coarse = size[0] // COARSE, size[1] // COARSE

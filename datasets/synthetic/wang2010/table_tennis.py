@@ -473,7 +473,7 @@ def _eased(times: Array, speed: float) -> Array:
 SIZE = 142, 115
 
 EXPOSURE = 0.45  # fraction of the frame time for which the shutter is open
-# instants of an exposure: objects move by at most a pixel and a half between two of them
+# number of times within an exposure: between two times, objects move by at most 1.5 pixels
 INSTANTS = 8
 WALL_DISTANCE = 16.0  # offset of shadows on the wall from their objects [pixels]
 CAMERA = Camera(SIZE, noise=3.0, fall=(0.1, 0.1))

@@ -117,16 +117,16 @@ class ClipPlan:
 
     shot: Shot
     size: tuple[float, float]  # width and height of the target at scale 1 [pixels]
-    centre: Array  # (frames, 2): of the target [pixels]
-    scale: Array  # (frames,): of the target
-    angle: Array  # (frames,): of the target, clockwise [radians]
+    centre: Array  # (frames, 2): position of the target [pixels]
+    scale: Array  # (frames,): scale of the target
+    angle: Array  # (frames,): clockwise rotation of the target [radians]
     look: Array  # (frames,): share of the target's second texture in the mixture of two, in [0, 1]
     still: Viewpoint  # the camera at the left end of its path
     travel: Array  # (frames,): travel of the camera along its path [metres]
     nod: Array  # (frames,): vertical shift of the image by the camera, downwards [pixels]
     ground: Array  # (frames,): row of the ground below the target [pixels]
-    gain: Array  # (frames,): of the exposure
-    passages: tuple[Passage, ...]  # in order
+    gain: Array  # (frames,): gain of the exposure
+    passages: tuple[Passage, ...]  # occluders in order of time
 
     @property
     def boxes(self) -> Array:
@@ -137,7 +137,7 @@ class ClipPlan:
 
 @lru_cache(maxsize=32)
 def clip_plan(seed: int, clip: int) -> ClipPlan:
-    """Return the plan of clip `number`, which counts from 1, of a set."""
+    """Return the plan of a clip of a set; `clip` counts from 1."""
     shot = clip_script(seed)[clip - 1]
     n = shot.frames
     random = part_generator(seed, f"nguyen2002/clip-{clip:02} plan")
@@ -265,12 +265,12 @@ WHOLE = 0.99  # minimum visibility at which the target counts as not occluded
 
 
 def scene(knobs: FilmKnobs, clip: int) -> "FilmScene":
-    """Return the renderer and ground truth of a clip with `number` 1 to 20, without rendering."""
+    """Return the renderer of a clip (1 to 20) with its ground truth, without rendering."""
     return _scene(knobs.scene, clip)
 
 
 class FilmScene(SyntheticScene):
-    """Clip `number`, from 1, of the set with a seed."""
+    """Scene of a clip in the set with a seed; `clip` counts from 1."""
 
     size = SIZE
 

@@ -72,7 +72,7 @@ class LightsPlan:
     loop: Loop  # path of the object's centre [pixels]
     # (4, 3): rows are scale, tilt, yaw, pitch; columns are amplitude, period [frames], phase
     waves: Array
-    passings: tuple[Crossing, ...]  # in order of time
+    passings: tuple[Crossing, ...]  # passages in order of time
     off: int  # first frame without the lamp
     on: int  # first frame in which the lamp is on again
 
@@ -301,9 +301,9 @@ class LightsSetting:
 
 
 AFAR = -90.0  # approximate depth of the static surfaces on which shadows fall [pixels]
-# Lamp that is turned off: its share of the light, and its horizontal distance from the centre
-# [pixels]. The other light is so weak, and the shadows so far aside, that earlier colours are
-# uninformative.
+# Switched lamp: range of its fraction of the light, and of its horizontal distance from the centre
+# [pixels]. The light of the other lamp is so weak, and the shadows move so far, that colours of
+# earlier frames are uninformative.
 STRONG, ASIDE = (0.88, 0.92), (210, 270)
 
 

@@ -31,7 +31,7 @@ THRESHOLD = 0.4
 LAWN = 7.9  # near edge of the asphalt [metres from the camera]
 KEPT_FREE = 1.3  # free width on both sides of the entrance's centre [metres]
 REACH = 16.0  # maximum visible distance from the entrance [metres]
-INSIDE = 0.55  # share of light that the porch removes
+INSIDE = 0.55  # fraction of light that the porch removes
 
 
 class CarPark(Street):

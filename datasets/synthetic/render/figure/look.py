@@ -47,7 +47,7 @@ class FigureLook:
 
     hair: BGR
     skin: BGR
-    cut: Cut  # of the hair; a wreath leaves the crown bare
+    cut: Cut  # haircut; a wreath leaves the crown bald
     beard: bool  # True if there is a beard
     glasses: bool  # True if there are glasses
     clothes: BGR  # the jacket, or bib and brace

@@ -51,14 +51,14 @@ GLANCE = 14, 24
 class Routine:
     """Pose in every frame; arrays have the shape (n,) unless stated otherwise."""
 
-    x: Array  # of the head, to the right of the camera [metres]
-    z: Array  # of the head, away from the camera [metres]
+    x: Array  # position of the head, to the right of the camera [metres]
+    z: Array  # distance of the head from the camera [metres]
     crouch: Array  # distance by which the hips are lower than when standing [metres]
-    heading: Array  # of the body: 0 is to the right, pi/2 towards the camera [radians]
-    lean: Array  # of the trunk, forward [radians]
+    heading: Array  # heading of the body: 0 is to the right, pi/2 towards the camera [radians]
+    lean: Array  # angle of the trunk, from upright to forward [radians]
     turn: Array  # heading of the head in the world [radians]
-    nod: Array  # of the head, down from the horizon [radians]
-    tilt: Array  # of the head, to the left [radians]
+    nod: Array  # angle of the head, from the horizon downwards [radians]
+    tilt: Array  # angle of the head, from upright to the left [radians]
     # (n, 2, 3), left and right wrist relative to the base of the neck: left, up and forward in the
     # heading of the body [metres]
     hands: Array

@@ -263,7 +263,7 @@ def _window(placed: Integers, within: tuple[int, ...] | None) -> tuple[int, int,
     left, top = (int(v) for v in placed[:, :2].min(axis=0) // step)
     right, bottom = (int(v) for v in placed[:, :2].max(axis=0) // step + 1)
     if within is not None:
-        reach = 16  # of the blur
+        reach = 16  # width of the blur [pixels]
         left, top = max(left, -reach), max(top, -reach)
         right, bottom = min(right, within[1] + reach), min(bottom, within[0] + reach)
     return left, top, max(right - left, 1), max(bottom - top, 1)
