@@ -55,7 +55,7 @@ def test_unattached_hypothesis_keeps_a_small_weight():
 
 def test_combinations_of_unattached_hypotheses_are_rejected():
     alone = Hypotheses(np.arange(3), np.full(3, 1 / 3))
-    with pytest.raises(ValueError, match="attached to none"):
+    with pytest.raises(ValueError, match="not attached to hypotheses"):
         complete_combinations([alone, alone])
 
 
@@ -69,7 +69,7 @@ def test_unknown_chain_option_is_rejected(options):
 def test_invalid_cue_weights_are_rejected(weights):
     wrong = TableCue([0, 1, 2], [0.2, 0.5, 0.3])
     wrong.weigh = lambda *arguments: Weighed(np.array(weights))
-    with pytest.raises(ValueError, match="TableCue gives weights of shape"):
+    with pytest.raises(ValueError, match="TableCue returned weights of shape"):
         Chain([wrong]).step(None, np.random.default_rng(0))
 
 

@@ -135,7 +135,7 @@ def test_mean_shift_at_the_border_equals_the_equations(seed, box):
     try:
         actual = track("mean-shift", list(images), box, **settings)
     except TrackerError as refusal:
-        assert "in the image" in str(refusal)  # noqa: PT017  # most boxes are accepted
+        assert "outside the image" in str(refusal)  # noqa: PT017  # most boxes are accepted
         half = box[2:] / 2
         assert not len(pixels_of(images[0, ..., 0], (*(box[:2] + half), *half))[0])
         return

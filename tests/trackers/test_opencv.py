@@ -90,13 +90,13 @@ def test_pixel_rectangle_is_rounded_and_clipped(box, expected):
 def test_target_too_small_for_opencv_is_rejected():
     # OpenCV's own init would never return.
     tracker = trackers.create("opencv-mil")
-    with pytest.raises(TrackerError, match="MIL needs a first box of at least 5 x 5 pixels"):
+    with pytest.raises(TrackerError, match="MIL needs an init box with at least 5 x 5 pixels"):
         tracker.init(IMAGE, np.array([10.0, 10.0, 30.0, 4.0]))
 
 
 def test_init_box_that_opencv_refuses_is_rejected(moving_target):
     clip = moving_target(size=(120, 90), start=(0, 0), velocity=(0, 0))
-    with pytest.raises(TrackerError, match=r"MIL refuses the first box \(0, 0, 120, 90\)"):
+    with pytest.raises(TrackerError, match=r"MIL rejects the init box \(0, 0, 120, 90\)"):
         trackers.create("opencv-mil").init(clip.images[0], clip.boxes[0])
 
 
@@ -214,7 +214,9 @@ def test_opencv_threshold_decides_visibility(name, threshold, moving_target):
 
 def test_missing_opencv_parameter_is_rejected(monkeypatch):
     monkeypatch.setattr(cv2, "TrackerMIL_Params", object)
-    with pytest.raises(TrackerError, match=r"has no sampler.* TrackerMIL_Params; install a newer"):
+    with pytest.raises(
+        TrackerError, match=r"has no parameter sampler.* TrackerMIL_Params. Install a newer"
+    ):
         trackers.create("opencv-mil")._make()
 
 
@@ -294,7 +296,7 @@ def test_missing_model_error_names_its_source(name, tmp_path):
     first, *rest = KINDS[name]
     message = refused(name)
     assert message.startswith(
-        f"{name}: parameter {first} has to be given, as in {name}:{first}=PATH"
+        f"{name}: the parameter {first} is missing. Set it by {name}:{first}=PATH"
     )
     assert "trackmark" in message
     existing_file = tmp_path / "there.onnx"
@@ -303,8 +305,8 @@ def test_missing_model_error_names_its_source(name, tmp_path):
     for parameter in KINDS[name]:
         files = {key: str(gone if key == parameter else existing_file) for key in (first, *rest)}
         message = refused(name, **files)
-        assert f"{name}: parameter {parameter}={gone}: the file can't be read (No such" in message
-        assert "It has to be the " in message
+        assert f"{name}: parameter {parameter}={gone}: the file cannot be read (No such" in message
+        assert "Expected: " in message
     message = refused(name, **dict.fromkeys(KINDS[name], str(tmp_path)))
     assert "(Is a directory)" in message
 
@@ -330,7 +332,7 @@ def test_unloadable_model_error_names_the_files(name, content, models, tmp_path,
     files[last] = str(broken)
     clip = moving_target(2)
     with pytest.raises(
-        TrackerError, match=f"can't use the models of .*{last}={broken}: "
+        TrackerError, match=f"cannot use the models of .*{last}={broken}: "
     ) as caught:
         trackers.create(name, **files).init(clip.images[0], clip.boxes[0])
     assert "\n" not in str(caught.value)

@@ -61,7 +61,7 @@ def test_outline_is_clockwise_and_equally_spaced():
 
 
 def test_outline_of_an_empty_mask_is_rejected():
-    with pytest.raises(ValueError, match="no pixels"):
+    with pytest.raises(ValueError, match="no pixel"):
         outline(np.zeros((5, 5), bool))
 
 
