@@ -136,8 +136,8 @@ class Nummiaro2003(SharingTracker):
 
     A particle is similar to the target if its ρ exceeds μ + 2σ of the background (equations 13 to
     15). If more than b N particles are similar, initialisation ends. If fewer are similar for some
-    frames, initialisation starts again. During initialisation, particles are placed anew in every
-    frame, independent of earlier ones.
+    frames, initialisation starts again. During initialisation, the positions of particles do not
+    depend on the previous frame.
 
     The tracker can be initialised by a box, by a histogram (`init_by_histogram`), or by a detector
     (`init_by_detector`). The background is the last frame before the target appears (`watch`);

@@ -37,10 +37,10 @@ def refine_by_snake(
     `posterior` float32 (height, width), or None: posterior of the target in [0, 1]; only edges of
       both image and posterior attract the snake. With None, all edges of the image do.
     `stiffness` {"constant", "by-spacing", "of-change"}: `constant`: weights apply to differences
-      between neighbouring points, whatever their distance; large contours shrink and become round.
-      `by-spacing`: weights apply to derivatives along the contour, equal to `constant` for points
-      `SPACING` apart. Both shrink a closed contour until edges stop it: a contour that starts at
-      the true one loses 3 to 5 % of its area. `of-change`: as `by-spacing`, but for the
+      between neighbouring points, regardless of their distance; large contours shrink and become
+      round. `by-spacing`: weights apply to derivatives along the contour, equal to `constant` for
+      points `SPACING` apart. Both shrink a closed contour until edges stop it: a contour that
+      starts at the true one loses 3 to 5 % of its area. `of-change`: as `by-spacing`, but for the
       displacement of points from the input contour; nothing shrinks.
     """
     left, top, width, height = bounding_box(contour).tolist()
