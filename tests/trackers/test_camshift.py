@@ -144,5 +144,5 @@ def test_a_target_without_a_usable_pixel_is_refused():
     image, box = scene((60, 60))
     with pytest.raises(TrackerError, match="minimum_saturation"):
         track("camshift", [image], box, minimum_saturation=0.95)
-    with pytest.raises(TrackerError, match=r"\[200.0, 10.0, 20.0, 20.0\] lies in the image"):
+    with pytest.raises(TrackerError, match=r"\[200.0, 10.0, 20.0, 20.0\] is in the image"):
         track("camshift", [image], [200, 10, 20, 20])

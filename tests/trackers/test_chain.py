@@ -61,7 +61,7 @@ def test_unattached_hypothesis_keeps_a_small_weight():
 
 def test_hypotheses_attached_to_nothing_are_an_error():
     alone = Hypotheses(np.arange(3), np.full(3, 1 / 3))
-    with pytest.raises(ValueError, match="attached to none"):
+    with pytest.raises(ValueError, match="not attached to hypotheses"):
         complete_combinations([alone, alone])
 
 
@@ -75,7 +75,7 @@ def test_an_unknown_way_is_refused(options):
 def test_invalid_cue_weights_are_rejected(weights):
     wrong = Listed([0, 1, 2], [0.2, 0.5, 0.3])
     wrong.weigh = lambda *arguments: Weighed(np.array(weights))
-    with pytest.raises(ValueError, match="Listed gives weights of shape"):
+    with pytest.raises(ValueError, match="Listed returned weights of shape"):
         Chain([wrong]).step(None, np.random.default_rng(0))
 
 

@@ -147,7 +147,9 @@ def test_the_joint_map_is_equation_5(parameters, n_frames):
 
 def test_a_frame_of_another_size_is_refused():
     model, _ = learned(random_image(0))
-    with pytest.raises(TrackerError, match="some-tracker: a frame of 30x24 pixels after one of 31"):
+    with pytest.raises(
+        TrackerError, match="some-tracker: a frame has 30x24 pixels, the previous one 31"
+    ):
         model.observe(SharedFrame(random_image(1, columns=30)))
 
 

@@ -41,7 +41,7 @@ USABLE = [name for name in trackers.names() if not isinstance(resolved(name), Tr
 def test_every_tracker_found_can_be_had_or_lacks_a_dependency(name):
     actual = resolved(name)
     if isinstance(actual, TrackerError):
-        wants_files = name == "opencv-dasiamrpn" and "has to be given" in str(actual)
+        wants_files = name == "opencv-dasiamrpn" and "is missing. Set it by" in str(actual)
         if not (isinstance(actual.__cause__, ImportError) or wants_files):
             raise actual
         pytest.skip(str(actual))
@@ -337,7 +337,7 @@ def test_what_is_no_box_is_refused(specification, clip):
 
 
 def test_an_update_before_init_is_refused(specification, clip):
-    with pytest.raises(TrackerError, match="`init`, which must come before `update`"):
+    with pytest.raises(TrackerError, match="Call `init` before `update`"):
         specification.create(SEED).update(clip.images[0])
 
 

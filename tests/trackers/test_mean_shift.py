@@ -137,7 +137,7 @@ def test_so_they_are_wherever_the_ellipse_crosses_the_border(seed, box):
     try:
         actual = track("mean-shift", list(images), box, **settings)
     except TrackerError as refusal:
-        assert "in the image" in str(refusal)  # noqa: PT017  # or it is refused
+        assert "outside the image" in str(refusal)  # noqa: PT017  # or it is refused
         half = box[2:] / 2
         assert not len(pixels_of(images[0, ..., 0], (*(box[:2] + half), *half))[0])
         return

@@ -90,7 +90,7 @@ def test_output_can_be_mean_contour_or_posterior(disc):
             r"mask is bool of shape .* Expected: bool of the image's shape \(120, 160\)",
         ),
         (np.ones((120, 160), int), r"mask is int64"),
-        (np.zeros((120, 160), bool), r"^mask: a target has pixels"),
+        (np.zeros((120, 160), bool), r"^mask: the target covers no pixel"),
     ],
 )
 @pytest.mark.parametrize("name", NAMES)

@@ -99,7 +99,7 @@ def test_a_frame_of_another_size_is_refused():
     images, truth = clip(3)
     tracker = create_tracker(images, truth[0])
     tracker.update(images[1])
-    with pytest.raises(TrackerError, match="100x64 pixels after one of 110x64"):
+    with pytest.raises(TrackerError, match="a frame has 100x64 pixels, the first one 110x64"):
         tracker.update(np.ascontiguousarray(images[2][:, :100]))
 
 

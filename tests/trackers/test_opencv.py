@@ -88,13 +88,13 @@ def test_first_boxes_by_hand(box, expected):
 def test_a_target_too_small_for_opencv_is_refused_in_one_line():
     # OpenCV's own init would never return.
     tracker = trackers.create("opencv-mil")
-    with pytest.raises(TrackerError, match="MIL needs a first box of at least 5 x 5 pixels"):
+    with pytest.raises(TrackerError, match="MIL needs an init box with at least 5 x 5 pixels"):
         tracker.init(IMAGE, np.array([10.0, 10.0, 30.0, 4.0]))
 
 
 def test_what_opencv_refuses_is_a_clear_error(moving_target):
     clip = moving_target(size=(120, 90), start=(0, 0), velocity=(0, 0))
-    with pytest.raises(TrackerError, match=r"MIL refuses the first box \(0, 0, 120, 90\)"):
+    with pytest.raises(TrackerError, match=r"MIL rejects the init box \(0, 0, 120, 90\)"):
         trackers.create("opencv-mil").init(clip.images[0], clip.boxes[0])
 
 
@@ -209,7 +209,9 @@ def test_only_opencv_gives_up_where_the_answer_is_weak(name, threshold, moving_t
 
 def test_missing_opencv_parameter_is_rejected(monkeypatch):
     monkeypatch.setattr(cv2, "TrackerMIL_Params", object)
-    with pytest.raises(TrackerError, match=r"has no sampler.* TrackerMIL_Params; install a newer"):
+    with pytest.raises(
+        TrackerError, match=r"has no parameter sampler.* TrackerMIL_Params. Install a newer"
+    ):
         trackers.create("opencv-mil")._make()
 
 

@@ -37,7 +37,7 @@ def test_missing_model_error_names_its_source(name, tmp_path):
     first, *rest = KINDS[name]
     message = refused(name)
     assert message.startswith(
-        f"{name}: parameter {first} has to be given, as in {name}:{first}=PATH"
+        f"{name}: the parameter {first} is missing. Set it by {name}:{first}=PATH"
     )
     assert "trackmark" in message  # which has none
     existing_file = tmp_path / "there.onnx"
@@ -46,8 +46,8 @@ def test_missing_model_error_names_its_source(name, tmp_path):
     for parameter in KINDS[name]:
         files = {key: str(gone if key == parameter else existing_file) for key in (first, *rest)}
         message = refused(name, **files)
-        assert f"{name}: parameter {parameter}={gone}: the file can't be read (No such" in message
-        assert "It has to be the " in message
+        assert f"{name}: parameter {parameter}={gone}: the file cannot be read (No such" in message
+        assert "Expected: " in message
     message = refused(name, **dict.fromkeys(KINDS[name], str(tmp_path)))
     assert "(Is a directory)" in message
 
@@ -73,7 +73,7 @@ def test_unloadable_model_error_names_the_files(name, content, models, tmp_path,
     files[last] = str(broken)
     clip = moving_target(2)
     with pytest.raises(
-        TrackerError, match=f"can't use the models of .*{last}={broken}: "
+        TrackerError, match=f"cannot use the models of .*{last}={broken}: "
     ) as caught:
         trackers.create(name, **files).init(clip.images[0], clip.boxes[0])
     assert "\n" not in str(caught.value)

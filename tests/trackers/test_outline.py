@@ -71,7 +71,7 @@ def test_outline_is_that_of_the_largest_part():
 
 
 def test_an_empty_mask_is_refused():
-    with pytest.raises(ValueError, match="no pixels"):
+    with pytest.raises(ValueError, match="no pixel"):
         outline(np.zeros((5, 5), bool))
 
 

@@ -46,6 +46,6 @@ def test_shared_image_is_read_only():
     "image", [IMAGE[..., 0], IMAGE[..., :1], IMAGE / 255, IMAGE.repeat(2, axis=2), IMAGE > 0]
 )
 def test_what_is_no_image_is_refused_in_one_line(image):
-    words = r"^an image is uint8 of shape \(height, width, 3\), BGR, not [^\n]*$"
+    words = r"^the image is [^\n]* Expected: BGR, uint8, of shape \(height, width, 3\)[^\n]*$"
     with pytest.raises(TrackerError, match=words):
         SharedFrame(image)
