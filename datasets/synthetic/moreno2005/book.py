@@ -23,7 +23,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from trackmark.datasets.interface import Image, Mask
-from trackmark.datasets.synthetic.knobs import SceneKnobs
+from trackmark.datasets.synthetic.parameters import SceneParameters
 from trackmark.datasets.synthetic.render.camera import Camera, develop_light
 from trackmark.datasets.synthetic.render.colours import (
     CLOTHES,
@@ -627,9 +627,9 @@ SOFTNESS, DARKNESS = 9.0, 0.7  # softness and darkness of the shadow; see `remai
 CAMERA = Camera(SIZE, noise=2.0, fall=(0.05, 0.05))
 
 
-def scene(knobs: SceneKnobs) -> "BookScene":
+def scene(parameters: SceneParameters) -> "BookScene":
     """Return the renderer with its ground truth, without rendering."""
-    return BookScene(knobs.scene)
+    return BookScene(parameters.scene)
 
 
 class BookScene(SyntheticScene):

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackmark.datasets.interface import Image, Mask
-from trackmark.datasets.synthetic.knobs import SceneKnobs
+from trackmark.datasets.synthetic.parameters import SceneParameters
 from trackmark.datasets.synthetic.render.camera import Camera
 from trackmark.datasets.synthetic.render.path import quantised
 from trackmark.datasets.synthetic.render.texture import fractal, ramp
@@ -327,9 +327,9 @@ SHADING = 0.78, 0.34
 LIGHT_SLANT = 0.9  # angle between the direct light and the line of sight [radians]
 
 
-def scene(knobs: SceneKnobs) -> "EllipseScene":
+def scene(parameters: SceneParameters) -> "EllipseScene":
     """Return the renderer with its ground truth, without rendering."""
-    return EllipseScene(knobs.scene)
+    return EllipseScene(parameters.scene)
 
 
 class EllipseScene(SyntheticScene):

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from trackmark.datasets.interface import Image, Mask
-from trackmark.datasets.synthetic.knobs import SceneKnobs
+from trackmark.datasets.synthetic.parameters import SceneParameters
 from trackmark.datasets.synthetic.render.camera import Camera, develop_light
 from trackmark.datasets.synthetic.render.colours import sample_colour, vary_colour
 from trackmark.datasets.synthetic.render.lamp import remaining_light
@@ -403,9 +403,9 @@ OFF, SOFTNESS, DARKNESS = 26.0, 5.0, (0.02, 0.6)
 CAMERA = Camera(SIZE, noise=2.2, fall=(0.05, 0.05))
 
 
-def scene(knobs: SceneKnobs) -> "LeafScene":
+def scene(parameters: SceneParameters) -> "LeafScene":
     """Return the renderer with its ground truth, without rendering."""
-    return LeafScene(knobs.scene)
+    return LeafScene(parameters.scene)
 
 
 class LeafScene(SyntheticScene):

@@ -21,7 +21,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from trackmark.datasets.interface import Image, Mask
-from trackmark.datasets.synthetic.knobs import SceneKnobs
+from trackmark.datasets.synthetic.parameters import SceneParameters
 from trackmark.datasets.synthetic.render.camera import Camera
 from trackmark.datasets.synthetic.render.path import quantised, smooth_step
 from trackmark.datasets.synthetic.render.texture import fractal, grass, lerp, pebbles, ramp, relief
@@ -741,9 +741,9 @@ MARGIN = 14  # margin around the octopus for its shadow [pixels]
 SHADOW = (4, 5), 3.0, 0.45
 
 
-def scene(knobs: SceneKnobs) -> "OctopusScene":
+def scene(parameters: SceneParameters) -> "OctopusScene":
     """Return the renderer with its ground truth, without rendering."""
-    return OctopusScene(knobs.scene)
+    return OctopusScene(parameters.scene)
 
 
 class OctopusScene(SyntheticScene):

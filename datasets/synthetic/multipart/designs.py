@@ -14,7 +14,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from trackmark.datasets.synthetic.knobs import Knobs, Seed, seed
+from trackmark.datasets.synthetic.parameters import Seed, SequenceParameters, seed
 
 TWIN_FRAMES = 150  # number of frames of `stress/twin`
 
@@ -59,7 +59,7 @@ DESIGNS = {
 }
 
 
-class WalkingKnobs(Knobs):
+class WalkingParameters(SequenceParameters):
     """Parameters of all walking scenes."""
 
     scene: Seed = seed("all random properties: street, clothes, paths, camera")
@@ -68,7 +68,7 @@ class WalkingKnobs(Knobs):
     )
 
 
-class PillarKnobs(WalkingKnobs):
+class PillarParameters(WalkingParameters):
     """Parameters of `stress/pillar`."""
 
     number: Literal["5", "7"] = Field(
@@ -76,7 +76,7 @@ class PillarKnobs(WalkingKnobs):
     )
 
 
-class TwinKnobs(WalkingKnobs):
+class TwinParameters(WalkingParameters):
     """Parameters of `stress/twin`."""
 
     distance: Annotated[float, Field(ge=0, le=3)] = Field(

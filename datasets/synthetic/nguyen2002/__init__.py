@@ -7,7 +7,7 @@ video; for the film, it gives a different set of twenty clips.
 
 from pathlib import Path
 
-from trackmark.datasets.synthetic.nguyen2002.knobs import FilmKnobs, LightsKnobs
+from trackmark.datasets.synthetic.nguyen2002.parameters import FilmParameters, LightsParameters
 from trackmark.datasets.synthetic.suite import SequenceEntry, SyntheticSuite
 
 __all__ = ["SUITE"]
@@ -24,10 +24,10 @@ LENGTHS = (
 SUITE = SyntheticSuite(
     Path(__file__).parent,
     [
-        SequenceEntry("nguyen2002/lights", LightsKnobs, f"{MODULE}.lights.scene", 300, SIZE),
+        SequenceEntry("nguyen2002/lights", LightsParameters, f"{MODULE}.lights.scene", 300, SIZE),
         *(
             SequenceEntry(
-                f"{NAME}-{clip:02}", FilmKnobs, f"{MODULE}.film.scene", length, SIZE, (clip,)
+                f"{NAME}-{clip:02}", FilmParameters, f"{MODULE}.film.scene", length, SIZE, (clip,)
             )
             for clip, length in enumerate(LENGTHS, 1)
         ),

@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackmark.datasets.interface import Image, Mask
-from trackmark.datasets.synthetic.knobs import SceneKnobs
+from trackmark.datasets.synthetic.parameters import SceneParameters
 from trackmark.datasets.synthetic.render.attributes import occluded
 from trackmark.datasets.synthetic.render.camera import Camera, slow_exposure
 from trackmark.datasets.synthetic.render.colours import (
@@ -464,9 +464,9 @@ TURNED_AWAY = np.radians(120)
 FAST = 0.1  # minimum motion per frame for the attribute `fast` [head widths]
 
 
-def scene(knobs: SceneKnobs) -> "HeadScene":
+def scene(parameters: SceneParameters) -> "HeadScene":
     """Return the renderer with its ground truth, without rendering."""
-    return HeadScene(knobs.scene)
+    return HeadScene(parameters.scene)
 
 
 class HeadScene(SyntheticScene):

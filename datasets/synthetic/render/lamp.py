@@ -61,7 +61,7 @@ def plane_crossings(lamp: Lamp, points: Floats, depth: float) -> Floats:
 
 
 def shadow_softness(lamp: Lamp, depth: float, behind: float) -> float:
-    """Return the blur [pixels] of an object at `depth` that softens its shadow at depth `behind`."""
+    """Return the blur [pixels] of an object at `depth` that softens its shadow at `behind`."""
     return float(RADIUS / 2 * (depth - behind) / (lamp.place[2] - behind))
 
 

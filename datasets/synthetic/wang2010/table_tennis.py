@@ -20,7 +20,7 @@ from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from trackmark.datasets.interface import Image, Mask
-from trackmark.datasets.synthetic.knobs import SceneKnobs
+from trackmark.datasets.synthetic.parameters import SceneParameters
 from trackmark.datasets.synthetic.render.camera import Camera
 from trackmark.datasets.synthetic.render.path import quantised, smooth_step
 from trackmark.datasets.synthetic.render.sprite import Sprite, superellipse
@@ -479,9 +479,9 @@ WALL_DISTANCE = 16.0  # offset of shadows on the wall from their objects [pixels
 CAMERA = Camera(SIZE, noise=3.0, fall=(0.1, 0.1))
 
 
-def scene(knobs: SceneKnobs) -> "TableTennisScene":
+def scene(parameters: SceneParameters) -> "TableTennisScene":
     """Return the renderer with its ground truth, without rendering."""
-    return TableTennisScene(knobs.scene)
+    return TableTennisScene(parameters.scene)
 
 
 class TableTennisScene(SyntheticScene):

@@ -23,7 +23,7 @@ from trackmark.datasets.synthetic.nguyen2002.film.objects import (
 from trackmark.datasets.synthetic.nguyen2002.film.setting import SETTINGS, Place
 from trackmark.datasets.synthetic.nguyen2002.film.sheet import UNIT, RigidObject
 from trackmark.datasets.synthetic.nguyen2002.film.targets import KINDS, paint_target, two_looks
-from trackmark.datasets.synthetic.nguyen2002.knobs import FilmKnobs
+from trackmark.datasets.synthetic.nguyen2002.parameters import FilmParameters
 from trackmark.datasets.synthetic.render.camera import Camera, random_bytes
 from trackmark.datasets.synthetic.render.path import quantised
 from trackmark.datasets.synthetic.render.sprite import Sprite, instants
@@ -264,9 +264,9 @@ SHADOW = 0.55  # darkness of a shadow on the ground, in its centre
 WHOLE = 0.99  # minimum visibility at which the target counts as not occluded
 
 
-def scene(knobs: FilmKnobs, clip: int) -> "FilmScene":
+def scene(parameters: FilmParameters, clip: int) -> "FilmScene":
     """Return the renderer of a clip (1 to 20) with its ground truth, without rendering."""
-    return _scene(knobs.scene, clip)
+    return _scene(parameters.scene, clip)
 
 
 class FilmScene(SyntheticScene):

@@ -14,13 +14,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from trackmark.datasets.interface import Image, Mask
-from trackmark.datasets.synthetic.nguyen2002.knobs import LightsKnobs
 from trackmark.datasets.synthetic.nguyen2002.lights.objects import (
     HALF_HEIGHT,
     HALF_WIDTH,
     held_objects,
     occluder_objects,
 )
+from trackmark.datasets.synthetic.nguyen2002.parameters import LightsParameters
 from trackmark.datasets.synthetic.render.camera import LENS, Camera
 from trackmark.datasets.synthetic.render.desk import render_room
 from trackmark.datasets.synthetic.render.finish import (
@@ -437,9 +437,9 @@ REACH = 400.0  # an object farther than this from the image casts no shadow into
 CAMERA = Camera(SIZE, noise=2.0, fall=(0.04, 0.06))
 
 
-def scene(knobs: LightsKnobs) -> "LightsScene":
+def scene(parameters: LightsParameters) -> "LightsScene":
     """Return the renderer with its ground truth, without rendering."""
-    return LightsScene(knobs.scene)
+    return LightsScene(parameters.scene)
 
 
 class LightsScene(SyntheticScene):

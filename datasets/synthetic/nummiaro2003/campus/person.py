@@ -10,7 +10,6 @@ from functools import lru_cache
 
 import numpy as np
 
-from trackmark.datasets.synthetic.knobs import SceneKnobs
 from trackmark.datasets.synthetic.multipart.plan import Person
 from trackmark.datasets.synthetic.nummiaro2003.campus.scene import (
     DOORSTEP,
@@ -24,6 +23,7 @@ from trackmark.datasets.synthetic.nummiaro2003.campus.scene import (
     sample_bystander,
     sample_target,
 )
+from trackmark.datasets.synthetic.parameters import SceneParameters
 from trackmark.datasets.synthetic.render.prop import Prop
 from trackmark.datasets.synthetic.render.views import (
     SIZE,
@@ -42,9 +42,9 @@ PAVEMENT = 15.75, 16.3  # depths of passers-by, between the cars and the porch [
 ELBOW_ROOM = 0.5  # minimum distance between people [metres]
 
 
-def scene(knobs: SceneKnobs) -> VisitScene:
+def scene(parameters: SceneParameters) -> VisitScene:
     """Return the renderer with its ground truth, without rendering."""
-    return VisitScene(_plan(knobs.scene), "even")
+    return VisitScene(_plan(parameters.scene), "even")
 
 
 @lru_cache(maxsize=4)

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from trackmark.datasets.interface import Image, Mask
-from trackmark.datasets.synthetic.knobs import SceneKnobs
+from trackmark.datasets.synthetic.parameters import SceneParameters
 from trackmark.datasets.synthetic.render.camera import Camera, slow_exposure
 from trackmark.datasets.synthetic.render.figure.look import FigureLook
 from trackmark.datasets.synthetic.render.path import quantised
@@ -300,9 +300,9 @@ FACE = np.array([0.66, 0.74])
 SWAY = 0.25  # standard deviation of the position of the seated person [pixels]
 
 
-def scene(knobs: SceneKnobs) -> "HandScene":
+def scene(parameters: SceneParameters) -> "HandScene":
     """Return the renderer with its ground truth, without rendering."""
-    return HandScene(knobs.scene)
+    return HandScene(parameters.scene)
 
 
 class HandScene(SyntheticScene):

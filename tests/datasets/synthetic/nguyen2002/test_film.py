@@ -22,14 +22,14 @@ from trackmark.datasets.synthetic.nguyen2002.film.scene import (
 from trackmark.datasets.synthetic.nguyen2002.film.setting import SETTINGS
 from trackmark.datasets.synthetic.nguyen2002.film.sheet import RigidObject
 from trackmark.datasets.synthetic.nguyen2002.film.targets import KINDS
-from trackmark.datasets.synthetic.nguyen2002.knobs import FilmKnobs
+from trackmark.datasets.synthetic.nguyen2002.parameters import FilmParameters
 
 NUMBERS = st.integers(1, CLIPS)
 
 
 @lru_cache(maxsize=32)
 def opened(seed, clip):
-    return scene(FilmKnobs(scene=seed), clip)
+    return scene(FilmParameters(scene=seed), clip)
 
 
 def first_clip(seed, wanted):
