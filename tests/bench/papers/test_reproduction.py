@@ -99,5 +99,5 @@ def test_failed_run_counts_as_lost_and_is_named(tiny, report, monkeypatch):
     )
     values = evidence(tiny.paper.claims["TI-2"], "recommended", report.context)
     assert values.first["value"].iloc[0] == 0
-    assert values.failed.startswith("1 of 12 runs failed and count as lost, the first on plain/")
+    assert values.failed.startswith("1 of 12 runs failed and count as lost. First: plain/")
     assert values.failed.endswith("frame 3: ValueError: no")
