@@ -144,7 +144,7 @@ class RunSequences:
         """Raise `ExperimentError` for a sequence that is too short."""
         _ = self._start_frames
 
-    def text(self, difficulty: Difficulty, level: float, number: int) -> str:
+    def text(self, axis: Difficulty, level: float, number: int) -> str:
         """Return the specification of the sequence of a run, numbered from 0, at a level."""
         turn, index = divmod(number, len(self.sequences))
         bare, filters = split_filters(self.sequences[index])
@@ -154,10 +154,10 @@ class RunSequences:
             filters["start"] = filters.get("start", 0) + int(_halving(turn) * start_frames)
         if number:
             filters["draw"] = number
-        if difficulty.is_filter:
-            filters[difficulty.name] = level
+        if axis.is_filter:
+            filters[axis.name] = level
         else:
-            options[difficulty.name] = int(level) if difficulty.whole else level
+            options[axis.name] = int(level) if axis.whole else level
         return with_filters(format_text(bare, options), filters)
 
     @cached_property
@@ -206,7 +206,7 @@ class Series:
     """Runs of a tracker under a difficulty."""
 
     tracker: str  # label
-    difficulty: Difficulty
+    axis: Difficulty  # whose level varies between runs
     sequences: RunSequences
     max_runs: int
     trials: Sequence[Trial] = field(default_factory=tuple)
@@ -214,7 +214,7 @@ class Series:
     @cached_property
     def threshold(self) -> Threshold:
         """Position in the range at which half of the runs survive."""
-        places = [self.difficulty.place(trial.level) for trial in self.trials]
+        places = [self.axis.place(trial.level) for trial in self.trials]
         return threshold(places, [trial.survived for trial in self.trials])
 
     @property
@@ -226,16 +226,16 @@ class Series:
     @property
     def level(self) -> float:
         """Breaking point."""
-        return self.difficulty.level(self.threshold.median)
+        return self.axis.level(self.threshold.median)
 
     @property
     def interval(self) -> Interval:
         """95 % interval of the breaking point, from easy to hard; infinite beyond the range."""
         low, high = self.threshold.interval
-        away = inf if self.difficulty.hard > self.difficulty.easy else -inf
+        away = inf if self.axis.hard > self.axis.easy else -inf
         return Interval(
-            self.difficulty.level(low) if low >= 0 else -away,
-            self.difficulty.level(high) if high <= 1 else away,
+            self.axis.level(low) if low >= 0 else -away,
+            self.axis.level(high) if high <= 1 else away,
         )
 
     def next_runs(self) -> list[tuple[str, float]]:
@@ -247,14 +247,12 @@ class Series:
             low, high = self.threshold.interval
             if self.threshold.half_width <= ENOUGH or low > 1 or high < 0:
                 return []
-            key = crc32(self.tracker.encode()), crc32(self.difficulty.name.encode())
+            key = crc32(self.tracker.encode()), crc32(self.axis.name.encode())
             random = np.random.default_rng(np.random.SeedSequence(done, spawn_key=key))
             places = next_difficulties(self.threshold, random, N_NEXT_RUNS)
-        levels = [
-            self.difficulty.run_level(place) for place in places[: self.max_runs - done].tolist()
-        ]
+        levels = [self.axis.run_level(place) for place in places[: self.max_runs - done].tolist()]
         return [
-            (self.sequences.text(self.difficulty, level, done + i), level)
+            (self.sequences.text(self.axis, level, done + i), level)
             for i, level in enumerate(levels)
         ]
 
@@ -274,19 +272,15 @@ def factor(series: Series, baseline: Series) -> tuple[float, Interval]:
     ratio is a lower bound and the interval is open. It is NaN if the baseline does not break within
     the range, or for levels of 0 or below.
     """
-    difficulty = series.difficulty
-    if (
-        baseline.verdict != "broken"
-        or series.verdict == "at once"
-        or min(difficulty.easy, difficulty.hard) < 0
-    ):
+    axis = series.axis
+    if baseline.verdict != "broken" or series.verdict == "at once" or min(axis.easy, axis.hard) < 0:
         return nan, Interval(nan, nan)
     least = 1 / LEVELS / 10  # a level of 0 has no ratio
-    limits = 0 if difficulty.easy else least, 1 if difficulty.hard else 1 - least
+    limits = 0 if axis.easy else least, 1 if axis.hard else 1 - least
     shares = ((np.arange(200) + 0.5) / 200).tolist()
     places = np.array([[side.threshold.quantile(x) for x in shares] for side in (series, baseline)])
-    levels = [difficulty.level(place) for place in np.clip(places, *limits).ravel().tolist()]
-    logs = np.log(levels).reshape(places.shape) * (1 if difficulty.hard > difficulty.easy else -1)
+    levels = [axis.level(place) for place in np.clip(places, *limits).ravel().tolist()]
+    logs = np.log(levels).reshape(places.shape) * (1 if axis.hard > axis.easy else -1)
     ratios = logs[0][:, None] - logs[1][None]
     middle, low = (float(np.exp(end)) for end in (np.median(ratios), np.quantile(ratios, 0.025)))
     ratios[places[0] > 1] = inf
@@ -302,26 +296,23 @@ class BreakingPoints:
     scores: Mapping[str, Sequence[float]]  # mean overlaps on recorded sequences, by tracker
 
     @cached_property
-    def difficulties(self) -> dict[Difficulty, dict[str, Series]]:
+    def axes(self) -> dict[Difficulty, dict[str, Series]]:
         """Series by difficulty and tracker."""
-        by_difficulty: dict[Difficulty, dict[str, Series]] = {}
+        by_axis: dict[Difficulty, dict[str, Series]] = {}
         for series in self.series:
-            by_difficulty.setdefault(series.difficulty, {})[series.tracker] = series
-        return by_difficulty
+            by_axis.setdefault(series.axis, {})[series.tracker] = series
+        return by_axis
 
     @cached_property
     def points(self) -> list[dict[str, Any]]:
         """One row of values per series; values beyond the range are None."""
-        return [
-            _row(series, self.difficulties[series.difficulty][self.baseline])
-            for series in self.series
-        ]
+        return [_row(series, self.axes[series.axis][self.baseline]) for series in self.series]
 
     @cached_property
     def runs(self) -> list[dict[str, Any]]:
         """All runs, with difficulty and tracker."""
         return [
-            {"knob": series.difficulty.name, "tracker": series.tracker, **vars(trial)}
+            {"knob": series.axis.name, "tracker": series.tracker, **vars(trial)}
             for series in self.series
             for trial in series.trials
         ]
@@ -333,10 +324,10 @@ class BreakingPoints:
             return []
         means = [float(np.mean(scores)) for scores in self.scores.values()]
         places = {
-            difficulty.name: [
+            axis.name: [
                 min(1.0, max(0.0, by_tracker[name].threshold.median)) for name in self.scores
             ]
-            for difficulty, by_tracker in self.difficulties.items()
+            for axis, by_tracker in self.axes.items()
         }
         if len(places) > 1:
             places["mean over all difficulties"] = np.mean(list(places.values()), axis=0).tolist()
@@ -344,14 +335,14 @@ class BreakingPoints:
 
 
 def _row(series: Series, baseline: Series) -> dict[str, Any]:
-    difficulty = series.difficulty
+    axis = series.axis
     ratio, ratios = factor(series, baseline)
     easy, hard = series.threshold.survival([0.0, 1.0]).tolist()
     return {
-        "knob": difficulty.name,
-        "unit": difficulty.unit,
-        "easy": difficulty.easy,
-        "hard": difficulty.hard,
+        "knob": axis.name,
+        "unit": axis.unit,
+        "easy": axis.easy,
+        "hard": axis.hard,
         "tracker": series.tracker,
         "breaks": series.verdict,
         "level": series.level if series.verdict == "broken" else None,
@@ -399,14 +390,7 @@ def _points(result: BreakingPoints) -> Table:
     for series, row in zip(result.series, result.points, strict=True):
         harder = "1" if series.tracker == result.baseline else _factor(row)
         shares = f"{100 * row['survive_at_easy']:.0f} … {100 * row['survive_at_hard']:.0f}"
-        texts = [
-            series.difficulty.head,
-            series.tracker,
-            _level(row),
-            _interval(series),
-            harder,
-            shares,
-        ]
+        texts = [series.axis.head, series.tracker, _level(row), _interval(series), harder, shares]
         rows.append([Cell(text) for text in (*texts, str(row["runs"]))])
     runs = pd.DataFrame(result.runs)
     runs["status"] = np.where(runs["failure"] == "", "finished", "failed")
@@ -443,9 +427,9 @@ def _level(row: Mapping[str, Any]) -> str:
 
 def _interval(series: Series) -> str:
     """Return the interval as text, from the easier to the harder end, clipped at the range."""
-    difficulty, places = series.difficulty, series.threshold.interval
-    before = f"{'before' if difficulty.hard > difficulty.easy else 'above'} {difficulty.easy:g}"
-    beyond = f"beyond {difficulty.hard:g}"
+    axis, places = series.axis, series.threshold.interval
+    before = f"{'before' if axis.hard > axis.easy else 'above'} {axis.easy:g}"
+    beyond = f"beyond {axis.hard:g}"
     if places.low > 1 or places.high < 0:
         return beyond if places.low > 1 else before
     low = before if places.low < 0 else f"{series.interval.low:.3g}"
@@ -498,13 +482,13 @@ def _agreement(result: BreakingPoints) -> Table:
 def _severity(result: BreakingPoints) -> Table:
     """Return the levels at which shares of the baseline's runs survive."""
     rows, data = [], []
-    for difficulty, by_tracker in result.difficulties.items():
+    for axis, by_tracker in result.axes.items():
         survival = by_tracker[result.baseline].threshold.survival(PLACES)
         places = np.interp(np.negative(SEVERITIES), -survival, PLACES, left=np.nan, right=np.nan)
-        levels = [difficulty.level(place) for place in places.tolist()]
-        rows.append([Cell(difficulty.head), *(Cell(_text(level, ".3g")) for level in levels)])
+        levels = [axis.level(place) for place in places.tolist()]
+        rows.append([Cell(axis.head), *(Cell(_text(level, ".3g")) for level in levels)])
         data += [
-            {"knob": difficulty.name, "survive": share, "level": level}
+            {"knob": axis.name, "survive": share, "level": level}
             for share, level in zip(SEVERITIES, levels, strict=True)
         ]
     return Table(
@@ -525,30 +509,28 @@ def _runs(result: BreakingPoints) -> Table:
 
 def write_curves(result: BreakingPoints, folder: Path) -> list[Path]:
     """Write a figure of survival by level for each difficulty; return the files."""
-    names = file_names(difficulty.name for difficulty in result.difficulties)
+    names = file_names(axis.name for axis in result.axes)
     paths = []
-    for difficulty, by_tracker in result.difficulties.items():
-        levels = np.array([difficulty.level(place) for place in PLACES.tolist()])
+    for axis, by_tracker in result.axes.items():
+        levels = np.array([axis.level(place) for place in PLACES.tolist()])
         curves = {name: _curve(series, levels) for name, series in by_tracker.items()}
-        title = f"Runs that survive under {difficulty.name}"
-        figure = breaking_plot(
-            curves, f"{difficulty.name} [{difficulty.unit}]", title, difficulty.logarithmic
-        )
-        paths.append(write_figure(folder / f"curve-{names[difficulty.name]}.png", figure))
+        title = f"Runs that survive under {axis.name}"
+        figure = breaking_plot(curves, f"{axis.name} [{axis.unit}]", title, axis.logarithmic)
+        paths.append(write_figure(folder / f"curve-{names[axis.name]}.png", figure))
     return paths
 
 
 def _curve(series: Series, levels: NDArray[np.float64]) -> SurvivalCurve:
     """Return the survival curve, dots for groups of neighbouring runs, and the interval."""
-    difficulty = series.difficulty
-    runs = [(difficulty.place(trial.level), trial.survived) for trial in series.trials]
+    axis = series.axis
+    runs = [(axis.place(trial.level), trial.survived) for trial in series.trials]
     groups = np.array_split(sorted(runs, key=lambda run: run[0]), min(BINS, len(runs)))
     dots = (
-        np.array([difficulty.level(float(np.mean(group[:, 0].copy()))) for group in groups]),
+        np.array([axis.level(float(np.mean(group[:, 0].copy()))) for group in groups]),
         np.array([np.mean(group[:, 1]) for group in groups]),
         np.array([float(len(group)) for group in groups]),
     )
     ends = [nan, nan]
     if series.verdict == "broken":
-        ends = [difficulty.level(min(1.0, max(0.0, end))) for end in series.threshold.interval]
+        ends = [axis.level(min(1.0, max(0.0, end))) for end in series.threshold.interval]
     return SurvivalCurve(levels, series.threshold.survival(PLACES), *dots, *ends)

@@ -43,7 +43,7 @@ def ended(tracker, knob, half, slope=0.05, most=100, sequences=SCENES):
 @pytest.mark.parametrize(
     ("knob", "half", "level"), [(NOISE, 0.3, 48), (GAIN, 0.5, 0.1414), (GAIN, 0.75, 0.0532)]
 )
-def test_breaking_point_is_in_units_of_the_knob(knob, half, level):
+def test_breaking_point_is_in_units_of_the_difficulty(knob, half, level):
     series = ended("a", knob, half)
     low, high = sorted(series.interval)
     assert series.verdict == "broken"
@@ -123,7 +123,7 @@ def test_runs_without_scenes_start_at_different_frames():
         ("scene=0..9", "plain/target", "--knob scene: plain/target has no such"),
     ],
 )
-def test_unknown_knob_is_refused(text, sequence, words):
+def test_unknown_difficulty_is_refused(text, sequence, words):
     with pytest.raises(ExperimentError, match=words) as caught:
         parse_difficulty(text, [sequence])
     assert "\n" not in str(caught.value)
