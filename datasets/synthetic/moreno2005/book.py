@@ -619,9 +619,8 @@ def _sleeve(side: float) -> list[Array]:
     return cuff + chain([(side * 16, -54, -6), (side * 34, -160, -6)], (14, 22), BLEND)
 
 
-CONSIDERABLE = (
-    0.25  # minimum fraction of the front in its own shadow for the attribute `self-shadow`
-)
+# minimum fraction of the front in its own shadow for the attribute `self-shadow`
+CONSIDERABLE = 0.25
 BEHIND = 70.0  # distance from the book to the surface on which its shadow falls [pixels]
 SOFTNESS, DARKNESS = 9.0, 0.7  # softness and darkness of the shadow; see `remaining_light`
 CAMERA = Camera(SIZE, noise=2.0, fall=(0.05, 0.05))
