@@ -64,7 +64,7 @@ def other_leaf(scene, frame):
 @contextmanager
 def other_target(scene, frame):
     """Repaint the target green where it is opaque."""
-    first, second = scene._target._looks
+    first, second = scene._target._textures
     with restored(first), restored(second):
         for look in (first, second):
             look[..., :3] = np.round(look[..., 3:] / 255 * (40, 250, 40))

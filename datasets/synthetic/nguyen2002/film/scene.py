@@ -20,9 +20,9 @@ from trackmark.datasets.synthetic.nguyen2002.film.objects import (
     paint_carrier,
     paint_shadow,
 )
-from trackmark.datasets.synthetic.nguyen2002.film.setting import SETTINGS, Place
+from trackmark.datasets.synthetic.nguyen2002.film.setting import SETTINGS, Surroundings
 from trackmark.datasets.synthetic.nguyen2002.film.sheet import UNIT, RigidObject
-from trackmark.datasets.synthetic.nguyen2002.film.targets import KINDS, paint_target, two_looks
+from trackmark.datasets.synthetic.nguyen2002.film.targets import KINDS, paint_target, two_textures
 from trackmark.datasets.synthetic.nguyen2002.parameters import FilmParameters
 from trackmark.datasets.synthetic.render.camera import Camera, random_bytes
 from trackmark.datasets.synthetic.render.path import quantised
@@ -120,7 +120,7 @@ class ClipPlan:
     centre: Array  # (frames, 2): position of the target [pixels]
     scale: Array  # (frames,): scale of the target
     angle: Array  # (frames,): clockwise rotation of the target [radians]
-    look: Array  # (frames,): share of the target's second texture in the mixture of two, in [0, 1]
+    mixture: Array  # (frames,): share of the second of the target's two textures, in [0, 1]
     still: Viewpoint  # the camera at the left end of its path
     travel: Array  # (frames,): travel of the camera along its path [metres]
     nod: Array  # (frames,): vertical shift of the image by the camera, downwards [pixels]
@@ -145,7 +145,7 @@ def clip_plan(seed: int, clip: int) -> ClipPlan:
     size = width, float(np.clip(width * random.uniform(1.05, 1.35), 60, 85))
     scale = np.exp(_swinging(random, n, (3.0, 9.0), np.log(1 + random.uniform(0.05, 0.16))))
     angle = _swinging(random, n, (1.5, 6.0), np.radians(random.uniform(1.0, 3.5)))
-    look = 0.5 + _swinging(random, n, (4.0, 12.0), 0.5)
+    mixture = 0.5 + _swinging(random, n, (4.0, 12.0), 0.5)
     across = SIZE[0] / 2 + _drifting(random, n, (3.0, 9.0), random.uniform(25, 75))
     still = Viewpoint(700.0, EYE, float(random.uniform(86, 104)), SIZE[0] / 2)
     tilt = _drifting(random, n, (2.0, 7.0), random.uniform(4, 12))
@@ -184,7 +184,7 @@ def clip_plan(seed: int, clip: int) -> ClipPlan:
         path = quantised(np.stack([centre[middle, 0] + x, down + nod - nod[middle]], axis=1))
         passages.append(Passage(act.kind, (act.width * side, tall), path))
     return ClipPlan(
-        shot, size, quantised(centre), scale, angle, look, still,
+        shot, size, quantised(centre), scale, angle, mixture, still,
         quantised(seen - seen.min()) / NEAR, nod, ground, gain, tuple(passages),
     )  # fmt: skip
 
@@ -294,14 +294,14 @@ class FilmScene(SyntheticScene):
         canvas = np.empty((SIZE[1], SIZE[0], 3), np.uint8)
         x, nod = float(plan.travel[frame]), float(plan.nod[frame])
         travel = EXPOSURE * float(np.gradient(plan.travel)[frame])
-        self._place.draw(canvas, replace(plan.still, x=x, shift_y=nod), travel)
+        self._surroundings.draw(canvas, replace(plan.still, x=x, shift_y=nod), travel)
         places = _places(plan.centre, frame)
         pose = float(plan.scale[frame]), float(plan.angle[frame])
         if self._shadow is not None:
             ground = np.column_stack([places[:, 0], np.full(len(places), plan.ground[frame])])
             self._shadow.draw(canvas, ground, pose[0], 0.0)
         self._carrier.draw(canvas, places, *pose)
-        self._target.draw(canvas, places, *pose, float(plan.look[frame]))
+        self._target.draw(canvas, places, *pose, float(plan.mixture[frame]))
         for passage, (sprite, offset) in zip(plan.passages, self._occluders, strict=True):
             sprite.draw(canvas, _places(passage.path, frame) + offset, 1.0)
         return self._develop(canvas, frame)
@@ -337,9 +337,9 @@ class FilmScene(SyntheticScene):
         return np.asarray(picture, np.uint8)
 
     @cached_property
-    def _place(self) -> Place:
+    def _surroundings(self) -> Surroundings:
         plan = self.plan
-        return Place(
+        return Surroundings(
             self._random("place"),
             SETTINGS[plan.shot.setting],
             plan.still,
@@ -352,7 +352,7 @@ class FilmScene(SyntheticScene):
     def _target(self) -> RigidObject:
         random, size = self._random("target"), self._largest
         colour, coverage = paint_target(random, KINDS[self.plan.shot.target], *size).reduced()
-        return RigidObject(two_looks(random, colour), coverage, size[0] / self.plan.size[0])
+        return RigidObject(two_textures(random, colour), coverage, size[0] / self.plan.size[0])
 
     @cached_property
     def _carrier(self) -> RigidObject:

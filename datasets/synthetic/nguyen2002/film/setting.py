@@ -359,7 +359,7 @@ class FilmSetting:
     occluders: tuple[str, ...]
 
 
-class Place:
+class Surroundings:
     """Random surroundings of one setting, painted for the path of a camera.
 
     `still` is the camera at the left end of its path. `size` is the width and height of the images
@@ -384,7 +384,9 @@ class Place:
             random, setting.ground(random, setting.end), TreeShade(random, "even"), still,
             self._scales, still.x, self._widths(self._scales), self._margin,
         )  # fmt: skip
-        things = [thing for kind in setting.standing for thing in self._stood(random, kind)]
+        things = [
+            thing for kind in setting.standing for thing in self._sample_objects(random, kind)
+        ]
         self._things = sorted(things, key=lambda thing: -thing.z)
 
     def draw(self, canvas: Image, camera: Viewpoint, travel: float) -> None:
@@ -399,7 +401,7 @@ class Place:
         for thing in self._things:
             thing.draw(canvas, camera, travel=travel)
 
-    def _stood(self, random: np.random.Generator, kind: StaticObjects) -> list[Prop]:
+    def _sample_objects(self, random: np.random.Generator, kind: StaticObjects) -> list[Prop]:
         things = []
         half = self._size[0] / 2 / float(self._still.scale(kind.depth[1])) + 2
         x = self._still.x - half + random.uniform(0, kind.spacing)

@@ -381,19 +381,19 @@ def paint_target(
     return sheet
 
 
-def two_looks(random: np.random.Generator, colour: Array) -> tuple[Array, Array]:
+def two_textures(random: np.random.Generator, colour: Array) -> tuple[Array, Array]:
     """Return a texture (h, w, 3) in two variants that differ in highlight and dust."""
     height, width = colour.shape[:2]
     across = np.linspace(-1, 1, width) * random.choice([-1.0, 1.0])
     slant = across + random.uniform(-0.5, 0.5) * np.linspace(-1, 1, height)[:, None]
     lean, gloss = random.uniform(0.06, 0.18), random.uniform(5, 30)
-    looks = []
+    textures = []
     for side in (-1, 1):
         shine = np.clip(1 - np.square((slant - 0.5 * side) / 0.3), 0, 1)
-        looks.append(colour * (1 + lean * side * slant)[..., None] + gloss * shine[..., None])
+        textures.append(colour * (1 + lean * side * slant)[..., None] + gloss * shine[..., None])
     dust = 0.5 + 0.5 * fractal(random, 256, 8, 128)[:height, :width]
-    dusty = lerp(looks[1], np.array([150.0, 168.0, 182.0]), dust * random.uniform(0.0, 0.3))
-    return looks[0], dusty
+    dusty = lerp(textures[1], np.array([150.0, 168.0, 182.0]), dust * random.uniform(0.0, 0.3))
+    return textures[0], dusty
 
 
 # kinds of targets by name
