@@ -64,7 +64,7 @@ def description(tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     ("fields", "message"),
     [
-        ({"repetitions": "repetitions = 2"}, "give an odd number"),
+        ({"repetitions": "repetitions = 2"}, "expected: an odd number"),
         ({"tracker": "Camshift"}, "unknown tracker 'Camshift'; known: proposed, CamShift"),
         ({"repetitions": "colour = 1"}, "colour: Extra inputs"),
     ],
