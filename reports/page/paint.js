@@ -8,7 +8,8 @@ const curvePen = byId("curve").firstChild.getContext("2d");
 function paint(image, map) {
   const scale = screen.width / scene.size[0];
   pen.setTransform(1, 0, 0, 1, 0, 0);
-  drawScene(image, map, scale);
+  const drawn = (enlarged) => drawFrame(pen, scene, frame, image, map, drawnTakes(), Math.max(1.6, screen.width / 480) / enlarged, { layers: shownLayers(), focus: focus(), rowOf });
+  drawn(1);
   if (!image && scene.kept) {
     const em = 16 * screen.width / screen.clientWidth;  // of what is seen, also where the frame is small
     pen.fillStyle = "#d8dade";
@@ -26,7 +27,7 @@ function paint(image, map) {
     pen.translate(...at);
     pen.scale(LENS, LENS);
     pen.translate(-at[0], -at[1]);
-    drawScene(image, map, scale, LENS);
+    drawn(LENS);
     pen.restore();
     pen.lineWidth = 2;
     pen.strokeStyle = "#fff";
@@ -56,7 +57,7 @@ function addLines(path, lines, scale) {
 }
 
 /** All lines of a row of boxes in the frame, as one path; `take` is whose they are, if anybody's. */
-function linesOf(row, shapes, layers, scale, take) {
+function linesOf(scene, frame, row, shapes, layers, scale, take) {
   const path = new Path2D(), box = scene.box(row, frame);
   if (box && layers.has("boxes")) path.rect(...box.map((value) => value * scale));
   if (box && take?.round && layers.has("contours")) {
@@ -69,18 +70,19 @@ function linesOf(row, shapes, layers, scale, take) {
   return path;
 }
 
-function drawScene(image, map, scale, enlarged = 1) {
-  if (image) pen.drawImage(image, 0, 0, screen.width, screen.height);
+/** Draw a frame with the boxes of runs; `unit`: width of a thin line [px of the canvas]. */
+function drawFrame(pen, scene, frame, image, map, takes, unit, { layers = new Set(["boxes"]), focus = -1, rowOf = (take) => take.row } = {}) {
+  const { width: wide, height: high } = pen.canvas, scale = wide / scene.size[0];
+  if (image) pen.drawImage(image, 0, 0, wide, high);
   else {
     pen.fillStyle = "#3a3d42";
-    pen.fillRect(0, 0, screen.width, screen.height);
+    pen.fillRect(0, 0, wide, high);
   }
   if (map) {
     pen.globalAlpha = 0.6;
-    pen.drawImage(map, 0, 0, screen.width, screen.height);
+    pen.drawImage(map, 0, 0, wide, high);
     pen.globalAlpha = 1;
   }
-  const unit = Math.max(1.6, screen.width / 480) / enlarged, layers = shownLayers();
   const stroke = (path, colour, width, dash = []) => {
     pen.strokeStyle = colour;
     pen.lineWidth = width * unit;
@@ -88,11 +90,11 @@ function drawScene(image, map, scale, enlarged = 1) {
     pen.stroke(path);
   };
   const shapesOf = (row) => scene.shapes[row]?.[frame] || {};
-  const truth = linesOf(0, shapesOf(0), layers, scale);
+  const truth = linesOf(scene, frame, 0, shapesOf(0), layers, scale);
   stroke(truth, "#000", 1.6);
-  for (const take of drawnTakes()) {
+  for (const take of takes) {
     const shapes = shapesOf(take.row), colour = colourOf(take.tracker);
-    const width = take.tracker === focus() ? 2.6 : 1.8;
+    const width = take.tracker === focus ? 2.6 : 1.8;
     pen.fillStyle = colour;
     if (shapes.masks && layers.has("masks")) {
       const inside = new Path2D();
@@ -102,7 +104,7 @@ function drawScene(image, map, scale, enlarged = 1) {
       pen.globalAlpha = 1;
       stroke(inside, colour, 0.8);
     }
-    const path = linesOf(rowOf(take), shapes, layers, scale, take);
+    const path = linesOf(scene, frame, rowOf(take), shapes, layers, scale, take);
     stroke(path, "#000", width + 1.2);  // a rim: readable on any ground
     stroke(path, colour, width, dashOf(take.tracker));
     if (shapes.particles && layers.has("particles")) for (const [x, y, weight] of shapes.particles) {

@@ -216,6 +216,14 @@ const leave = () => choose({ sequence: null, tracker: null, repetition: null, st
 const forget = make("button", { type: "button", title: "Close", "aria-label": "Close" }, "✕");
 forget.addEventListener("click", leave);
 const sceneNumber = () => data.scenes.findIndex((one) => one.name === state.get("sequence"));
+function openScene(number, first) {
+  if (!scenes.has(number)) {
+    const made = new Scene(number);
+    made.films.thumbnails?.get(Number(first ?? made.first))?.catch?.(() => {});  // decoded while boxes are unpacked
+    scenes.set(number, made.open());
+  }
+  return scenes.get(number);
+}
 async function follow() {
   const name = state.get("sequence");
   const number = sceneNumber();
@@ -225,12 +233,7 @@ async function follow() {
     stop();
     return;
   }
-  if (!scenes.has(number)) {
-    const made = new Scene(number);
-    made.films.thumbnails?.get(Number(state.get("frame") ?? made.first))?.catch?.(() => {});  // decoded while boxes are unpacked
-    scenes.set(number, made.open());
-  }
-  const opened = await scenes.get(number);
+  const opened = await openScene(number, state.get("frame"));
   if (state.get("sequence") !== name) return;
   if (!dialog.open) { dialog.showModal(); dialog.focus(); }
   const around = new URLSearchParams(state);

@@ -74,6 +74,15 @@ def chart_svg(chart: Chart, page: Page, height: int = 300, width: int = 440) -> 
     return head + Markup("").join(parts) + Markup("</svg>")
 
 
+def at_reference(chart: Chart, line: Line) -> str:
+    """Return the value of a line at the reference of a chart, else the line's own value."""
+    values = np.asarray(line.y, float)
+    if chart.reference is None or not np.isfinite(values).any():
+        return line.value
+    value = values[np.nanargmin(np.abs(np.asarray(line.x, float) - chart.reference))]
+    return f"{100 * value:.0f} %" if chart.percent else f"{value:.2f}"
+
+
 def _scales(chart: Chart, lines: Sequence[Line], width: int, height: int) -> tuple[_Scale, _Scale]:
     xs, ys = (
         np.concatenate([[], *(np.asarray(getattr(line, name), float) for line in lines)])
@@ -110,7 +119,8 @@ def _axes(chart: Chart, x: _Scale, y: _Scale, width: int, height: int) -> Iterat
         if chart.kind == "dots":
             yield Markup('<path class="grid" d="M{:.1f},{}V{}"/>').format(at, top, bottom)
         yield text.format(at, bottom + 17, "end" if at > right - 12 else "middle", label)
-    yield text.format((left + right) / 2, height - 4, "middle", chart.x)
+    name = chart.x.replace(" [ms]", ", log scale") if chart.logarithmic else chart.x
+    yield text.format((left + right) / 2, height - 4, "middle", name)
     if chart.reference is not None and x.limits[0] <= chart.reference <= x.limits[1]:
         at = float(x(chart.reference))
         yield Markup('<path class="reference" d="M{:.1f},{}V{}"/>').format(at, top, bottom)
@@ -132,10 +142,11 @@ def _line(line: Line, x: _Scale, y: _Scale, kind: str, *, crowded: bool) -> Mark
     grey = crowded and line.position >= TOP
     index = "rest" if grey else f"c{colour_index(line.position)}"
     dash = " ".join(map(str, DASHES[line.position % len(DASHES)]))
+    finite = [True] if len(line.places) == 1 else np.isfinite(ys)
     places = " ".join(
         ".".join(map(str, place[:4])) if place else "-"
-        for place, y_value in zip(line.places, ys, strict=False)
-        if isfinite(y_value)
+        for place, is_finite in zip(line.places, finite, strict=False)
+        if is_finite
     )
     band = Markup("")
     if np.size(line.low) and not crowded and kind == "step":
@@ -232,14 +243,15 @@ def _labels(lines: Sequence[Line], x: _Scale, y: _Scale) -> Iterator[Markup]:
             for down in (heights[number][i] - 10, heights[number][i] + 18):
                 if not y.pixels[1] + 12 <= down <= y.pixels[0] - 4:
                     continue
-                gaps = [_gap(other[near], down) for other in heights]
-                gaps += [
-                    max(abs(down - low) - 14, abs(centre - mid) - half - other)
+                if any(
+                    abs(down - low) < 13 and abs(centre - mid) < half + other + 4
                     for mid, low, other in taken
-                ]
-                own = gaps[number]
-                others = min((*gaps[:number], *gaps[number + 1 :]), default=40.0)
-                score = min(others, 14.0) + min(own, 3.0) - abs(centre - grid[i]) / 10
+                ):
+                    continue
+                gaps = [_gap(other[near], down) for other in heights]
+                own = gaps.pop(number)
+                others = min(gaps, default=14.0)
+                score = min(others, 14.0) + 2 * min(own, 4.0) - abs(centre - grid[i]) / 10
                 if score > best[0]:
                     best = score, centre, down
         _, centre, down = best
