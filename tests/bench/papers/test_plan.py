@@ -36,10 +36,10 @@ camshift = "window=adaptive"
 cup = "wang2010/cup"
 hand = "wang2010/hand"
 both = ["wang2010/cup", "wang2010/hand"]
-[main]
+[main_table]
 caption = "Kept."
 heads = ["sequence"]
-[[main.rows]]
+[[main_table.rows]]
 labels = "cup"
 paper = "1"
 sequences = "cup"
@@ -143,8 +143,8 @@ def claims(recipe, tmp_path):
 def plain_description():
     """Return the description of wang2010 without main table and figures."""
     whole = read_description("wang2010")
-    main = whole.main.model_copy(update={"rows": ()})
-    return whole.model_copy(update={"figure": {}, "main": main})
+    main = whole.main_table.model_copy(update={"rows": ()})
+    return whole.model_copy(update={"figure": {}, "main_table": main})
 
 
 def test_claim_of_contributing_is_planned(claims, plain_description):
