@@ -12,7 +12,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from tests.bench.metrics import toolkits
-from tests.bench.metrics.made import SIZE, answer_of, noisy, states_of, truth_of, walk
+from tests.bench.metrics.artificial_runs import SIZE, answer_of, noisy, states_of, truth_of, walk
 from trackmark.bench import metrics
 from trackmark.bench.metrics.preset import GroundTruthArrays, RunEstimates
 from trackmark.bench.metrics.region_overlap import exact_overlap, raster_overlap

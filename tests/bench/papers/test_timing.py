@@ -135,7 +135,7 @@ def test_methods_of_papers_run(methods, texts):
             method.update(image)
 
 
-def made_up(context, methods, setting, names, sequences, *_):
+def simulated_times(context, methods, setting, names, sequences, *_):
     """Times of methods in the order of their names, the first the shortest."""
     texts = {name: tracker_text(context.description, name, setting) for name in names}
     return {
@@ -150,7 +150,7 @@ def made_up(context, methods, setting, names, sequences, *_):
 @pytest.mark.parametrize("paper", ["multipart", "nguyen2002", "nummiaro2003", "wang2010"])
 def test_claims_on_times_are_judged(paper, monkeypatch):
     module = paper_module(paper, "timing")
-    monkeypatch.setattr(module, "kept_times", made_up)
+    monkeypatch.setattr(module, "kept_times", simulated_times)
     context = SimpleNamespace(description=read_description(paper))
     claims = [c for c in read_claims(paper).values() if c.measure.startswith("timing.")]
     for claim, setting in product(claims, SETTINGS):
