@@ -1,4 +1,4 @@
-"""Ground truth of the runs of an experiment. Scoring needs no access to the sequences."""
+"""Stored ground truth of the runs of an experiment; scoring needs no access to sequences."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -23,7 +23,7 @@ _KEY = "sequence = ? AND fingerprint = ?"
 
 @dataclass(frozen=True)
 class StoredTruth:
-    """Ground truth of a sequence at the time of its runs; fields are those of `Sequence`."""
+    """Ground truth of a sequence at the time of its runs; fields as in `Sequence`."""
 
     name: str
     boxes: NDArray[Any]
@@ -54,7 +54,7 @@ def write_truth(folder: Path, sequence: Sequence) -> None:
 
 
 def store_truth(folder: Path, fingerprint: str, truth: StoredTruth) -> None:
-    """Store a ground truth unless it is stored already, with the images' size and all shapes.
+    """Store a ground truth, unless it is already stored with image size and shapes.
 
     Raises `ResultsError` if it cannot be written.
     """
@@ -74,9 +74,9 @@ def store_truth(folder: Path, fingerprint: str, truth: StoredTruth) -> None:
 
 
 def read_truth(folder: Path, sequence: str, fingerprint: str) -> StoredTruth:
-    """Read the ground truth that runs on a sequence were made with.
+    """Return the ground truth of runs on a sequence.
 
-    Raises `ResultsError` naming the file if it is missing or damaged.
+    Raises `ResultsError`, which names the file, if the ground truth is missing or damaged.
     """
     with open_database(folder) as database:
         truth = _stored(database, sequence, fingerprint)
@@ -90,9 +90,10 @@ def read_truth(folder: Path, sequence: str, fingerprint: str) -> StoredTruth:
 
 
 def find_attributes(folder: Path, runs: "pd.DataFrame") -> dict[str, set[str]]:
-    """Return the attributes that occur in any frame, by sequence of `runs` of `load_results`.
+    """Return the names of attributes that occur in a sequence, by sequence of `runs`.
 
-    Raises `ResultsError` naming the file if a ground truth is missing or damaged.
+    `runs` is a data frame of `load_results`. Raises `ResultsError`, which names the file, if a
+    ground truth is missing or damaged.
     """
     occurring: dict[str, set[str]] = {}
     for sequence, fingerprint in set(zip(runs["sequence"], runs["fingerprint"], strict=True)):
@@ -109,7 +110,7 @@ def _stored(database: Database, sequence: str, fingerprint: str) -> StoredTruth 
 
 
 def _image_size(sequence: Sequence) -> tuple[int, int] | None:
-    """Return the size of the images; None if the first is unreadable, which the run reports."""
+    """Return the size of the images; None if the first is unreadable (its run then fails)."""
     try:
         return sequence.image_size
     except SequenceError:

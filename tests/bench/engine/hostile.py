@@ -175,10 +175,10 @@ CLASSES = {
     ),
     # State of the process
     "DrawsFromNumpy": (
-        "global random numbers",
+        "global random generators",
         "return Estimate(self.box + [np.random.random(), 0, 0, 0])",
     ),
-    "ReseedsRandom": ("global random numbers", "random.seed(0)"),
+    "ReseedsRandom": ("global random generators", "random.seed(0)"),
     "ChangesSurroundings": (
         "",
         "strike",

@@ -10,7 +10,7 @@ import pytest
 from trackmark import trackers
 from trackmark.bench.execution.executor import run
 from trackmark.bench.execution.plan import State, make_plan
-from trackmark.bench.execution.scheduling import left_of
+from trackmark.bench.execution.scheduling import missing_units
 from trackmark.bench.experiments.experiment import Experiment, ExperimentError, SequenceSource
 from trackmark.bench.store.results import Results
 from trackmark.datasets import SequenceError
@@ -62,7 +62,7 @@ def test_a_tracker_can_have_a_number_of_repetitions_of_its_own(workspace):
 
 
 def test_missing_region_is_rejected_before_first_run(workspace):
-    with pytest.raises(SequenceError, match="no region 'full' to initialise with"):
+    with pytest.raises(SequenceError, match="no region 'full'"):
         states(workspace, trackers=("static:init=full",))
 
 
@@ -133,7 +133,7 @@ def test_timing_runs_are_runs_of_their_own(finished, in_this_process):
 def test_unit_holds_all_trackers_that_may_share_a_process(workspace):
     chosen = experiment(workspace, trackers=("static", "camshift", "opencv-mil"), repetitions=2)
     plan = make_plan(chosen, Results(workspace / "none"))
-    entries = [tuple(entry[:2] for entry in unit.entries) for unit in left_of(plan)]
+    entries = [tuple(entry[:2] for entry in unit.entries) for unit in missing_units(plan)]
     assert entries == [
         (("opencv-mil", 0),),
         (("opencv-mil", 1),),
@@ -152,12 +152,14 @@ def test_external_and_timed_trackers_share_no_process(workspace):
         "opencv-mil",
     )
     plan = small_plan(workspace, 2, trackers=texts, repetitions=1)
-    units = [(unit.owner, *(entry.tracker for entry in unit.entries)) for unit in left_of(plan)]
+    units = [
+        (unit.owner, *(entry.tracker for entry in unit.entries)) for unit in missing_units(plan)
+    ]
     knob, twin = ((f"{text.partition(':')[0]}:{Path(text).name}", text) for text in texts[1:4:2])
     mil, shared = ("", texts[4]), ("", texts[0], texts[2])
     assert units == [knob, knob, twin, twin, mil, mil, shared, shared]
     timed = small_plan(workspace, trackers=texts, repetitions=2, timing=True)
-    owners = [unit.owner for unit in left_of(timed)]
+    owners = [unit.owner for unit in missing_units(timed)]
     assert len(owners) == 5 * 2 * 2
     assert [owner for owner, _ in groupby(owners)] == list(dict.fromkeys(owners))
     assert len(set(owners)) == 5
@@ -185,7 +187,7 @@ def test_two_trackers_of_one_name_are_refused(workspace):
     (workspace / "elsewhere").mkdir()
     shutil.copy(workspace / "knob.py", workspace / "elsewhere")
     both = tuple(f"{workspace / place / 'knob.py'}:Knob" for place in ("", "elsewhere"))
-    with pytest.raises(ExperimentError, match=r"two trackers are called 'knob\.py:Knob'"):
+    with pytest.raises(ExperimentError, match=r"two different trackers are called 'knob\.py:Knob'"):
         states(workspace, trackers=both)
 
 
@@ -197,8 +199,8 @@ def test_failed_runs_are_repeated_only_on_request(workspace):
     assert run_states["static", 0] == "done"
     assert run_states["knob.py:Knob", 1] == "failed"
     plan = make_plan(experiment(workspace), Results(workspace / "results" / "trial"))
-    assert list(left_of(plan)) == []
-    (unit,) = left_of(plan, retry_failed=True)
+    assert list(missing_units(plan)) == []
+    (unit,) = missing_units(plan, retry_failed=True)
     assert len(unit.entries) == 3
     assert plan.count(State.FAILED) == 3
 
@@ -217,7 +219,7 @@ def small_plan(workspace, sequences=1, **changes):
 @pytest.mark.parametrize("workers", [1, 2, 3, 5, 50])
 def test_units_fit_worker_share_and_cover_every_run_once(workspace, sequences, workers):
     plan = small_plan(workspace, sequences)
-    units = left_of(plan, workers=workers)
+    units = missing_units(plan, workers=workers)
     all_units = list(units)
     assert len(units) == len(all_units)
     assert units.runs == 4 * sequences == sum(len(unit.entries) for unit in all_units)
@@ -238,7 +240,7 @@ def test_units_fit_worker_share_and_cover_every_run_once(workspace, sequences, w
 def test_the_longest_sequences_come_first(workspace):
     sources = tuple(SequenceSource(name) for name in ("samples/bow-tie", "stress/twin"))
     plan = make_plan(experiment(workspace, sequences=sources), Results(workspace / "none"))
-    work = [unit.work for unit in left_of(plan)]
+    work = [unit.work for unit in missing_units(plan)]
     assert work == sorted(work, reverse=True)
 
 
@@ -247,7 +249,7 @@ def test_a_unit_says_which_version_each_of_its_runs_replaces(finished):
     append(finished / "knob.py", "CHANGED = True\n")
     chosen = experiment(finished, repetitions=4)
     plan = make_plan(chosen, Results(finished / "results" / "trial"))
-    (unit,) = left_of(plan)
+    (unit,) = missing_units(plan)
     old = before.versions[0][1]
     assert [entry.replaces for entry in unit.entries] == [old, old, old, ""]
     assert all(entry.version == plan.versions[0][1] != old for entry in unit.entries)

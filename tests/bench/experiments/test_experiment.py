@@ -69,7 +69,7 @@ def test_table_may_name_a_ground_truth_file(tmp_path):
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        (("hue_bins = 16", "hue_bins = []"), "sweeps over an empty list"),
+        (("hue_bins = 16", "hue_bins = []"), "contains an empty list"),
         (("version = 1", ""), "'version' is missing"),
         (("version = 1", "version = 2"), "version 2 is not"),
         (("version = 1", "version = true"), "version must be of type int"),
@@ -79,7 +79,7 @@ def test_table_may_name_a_ground_truth_file(tmp_path):
         (('["static", ', '["static", "static", '), "'static' is named twice"),
         (('["static", ', "[7, "), "7 is neither a text nor a table"),
         (("version = 1", "version = = 1"), "trial.toml"),
-        (('"static"', '{ name = "static", repetitions = "3" }'), "repetitions must be a number"),
+        (('"static"', '{ name = "static", repetitions = "3" }'), "repetitions must be an integer"),
     ],
 )
 def test_mistake_is_named_with_file_and_key(tmp_path, change, words):
