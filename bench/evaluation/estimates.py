@@ -30,7 +30,7 @@ def validate_box(box: Any) -> list[float]:
     # These comparisons also reject NaN.
     if not (-inf < x < inf and -inf < y < inf and 0 < width < inf and 0 < height < inf):
         raise MalformedEstimateError(
-            f"the box {numbers} is invalid. Expected: finite numbers, and a positive width and height"
+            f"the box {numbers} is invalid. Expected: finite numbers, positive width and height"
         )
     return numbers
 

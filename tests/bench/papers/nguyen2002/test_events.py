@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.bench.papers.nguyen2002.runs import made_run
-from tests.trackers.plain_nguyen2002 import track_offline
+from tests.trackers.references.nguyen2002 import track_offline
 from trackmark import bench, datasets
 from trackmark.bench.papers.nguyen2002.events import Declared, Hidden, declared_in, hidden_in
 

@@ -1,6 +1,6 @@
 """The plain methods against definitions and painted images.
 
-`tests/trackers/test_colour_motion.py` and `test_wang2010.py` compare them with the trackers.
+`tests/trackers/test_wang2010.py` compares them with the trackers.
 """
 
 import colorsys
