@@ -108,7 +108,7 @@ class Database:
         rows = self.select(f"SELECT * FROM {table} WHERE {where}", *values)
         for row in rows:
             if not is_intact(row):
-                raise self._changed_row(table, row)
+                raise self.changed_row(table, row)
         return rows
 
     def intact_rows(self, table: str) -> tuple[list[sqlite3.Row], list[DamagedError]]:
@@ -124,7 +124,7 @@ class Database:
             raise self.damaged(f"rows of its table {table!r} are missing")
         if stored == computed:
             return rows, []
-        changed = [self._changed_row(table, row) for row in rows if not is_intact(row)]
+        changed = [self.changed_row(table, row) for row in rows if not is_intact(row)]
         return [row for row in rows if is_intact(row)], changed
 
     def table(self, name: str) -> list[sqlite3.Row]:
@@ -152,6 +152,13 @@ class Database:
             marks = ", ".join("?" * len(sealed[0]))
             self._connection.executemany(f"INSERT INTO {table} VALUES ({marks})", sealed)
             self._changed[table] ^= _combine(row[-1] for row in sealed)
+
+    def repair(self, table: str, row: Sequence[Any]) -> None:
+        """Replace a damaged row by its original values."""
+        marks = ", ".join("?" * (len(row) + 1))
+        query = f"INSERT OR REPLACE INTO {table} VALUES ({marks})"
+        self._connection.execute(query, (*row, digest(row)))
+        self.recount(table)
 
     def delete(self, table: str, where: str = "1", *values: Any) -> None:
         """Delete rows."""
@@ -191,7 +198,8 @@ class Database:
                 messages.append(str(_to_results_error(self.path, error)))
         return messages
 
-    def _changed_row(self, table: str, row: sqlite3.Row) -> DamagedError:
+    def changed_row(self, table: str, row: sqlite3.Row) -> DamagedError:
+        """Return the error for a changed row."""
         values = ", ".join(str(value)[:60] for value in tuple(row)[:5] if value != "")
         return self.damaged(f"a row of its table {table!r} was changed ({values})")
 

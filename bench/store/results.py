@@ -224,6 +224,12 @@ def _write(
     identity, columns, contents = row
     key = run_key(identity)
     failed = columns[2] == "failed"
+    tracker = identity.version, identity_text(identity)
+    stored_trackers = database.select("SELECT * FROM tracker WHERE version = ?", identity.version)
+    if not stored_trackers:
+        database.insert("tracker", [tracker])
+    elif not is_intact(stored_trackers[0]):
+        database.repair("tracker", tracker)
     for present in database.select(f"SELECT * FROM run WHERE {_KEY}", *key):
         intact = is_intact(present)  # a damaged run counts as missing and is replaced
         if intact and present["version"] == identity.version:
@@ -235,8 +241,6 @@ def _write(
         _delete(database, present["id"])
         if not intact:  # the deleted digest may have been wrong, and with it the tables' digests
             database.recount("run", "content", "score")
-    if not database.rows("tracker", "version = ?", identity.version):
-        database.insert("tracker", [(identity.version, identity_text(identity))])
     run_id = database.select("SELECT coalesce(max(id), 0) + 1 FROM run")[0][0]
     database.insert("run", [(run_id, *key, *columns)])
     database.insert("content", [(run_id, name, data) for name, data in contents.items()])

@@ -43,8 +43,8 @@ def list_runs(results: Results) -> list[dict[str, Any]]:
     `seconds` is the time of all calls of the tracker, `frame_seconds` the mean time to decode or
     render a frame, and `update_seconds` the median CPU time of an update.
 
-    A damaged run is left out; a warning on standard error names it. Raises `ResultsError` if
-    anything else in the file is damaged.
+    Runs with a damaged row, or with a damaged row of their tracker or ground truth, are left out,
+    with a warning on standard error. Raises `ResultsError` if rows are missing.
     """
     with open_database(results.folder) as database:
         return [row for _, row in _read_rows(database)]
@@ -131,18 +131,29 @@ def _warn(message: str) -> None:
 
 def _read_rows(database: Database) -> list[tuple[int, dict[str, Any]]]:
     """Return the numbers and rows of all undamaged runs, in order."""
-    identities = {row["version"]: json.loads(row["identity"]) for row in database.table("tracker")}
+    trackers, tracker_errors = database.intact_rows("tracker")
+    identities = {row["version"]: json.loads(row["identity"]) for row in trackers}
+    intact_truths, truth_errors = set(), []
+    for truth in database.select("SELECT * FROM truth"):
+        if is_intact(truth):
+            intact_truths.add(truth[:2])
+        else:
+            truth_errors.append(database.changed_row("truth", truth))
+    stored, run_errors = database.intact_rows("run")
+    for error in (*tracker_errors, *truth_errors, *run_errors):
+        _warn(str(error))
     shared: dict[str, dict[str, Any]] = {}
     rows = []
-    stored, errors = database.intact_rows("run")
-    for error in errors:
-        _warn(str(error))
     for row in stored:
         version = row["version"]
         if version not in shared:
             if version not in identities:
+                if tracker_errors:
+                    continue
                 raise database.damaged(f"the tracker with the version {version} is missing")
             shared[version] = _identity_fields(Identity(**identities[version], repetition=0))
+        if truth_errors and (row["sequence"], row["fingerprint"]) not in intact_truths:
+            continue
         circumstances = json.loads(row["circumstances"])
         ended = row["status"], row["failure"], row["repetition"], row["frames"]
         rows.append((row["id"], {**shared[version], **_fields(circumstances, *ended)}))

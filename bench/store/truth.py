@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from trackmark.bench.store.database import Database, open_database
+from trackmark.bench.store.database import is_intact, open_database
 from trackmark.bench.store.files import ResultsError
 from trackmark.bench.store.layout import DATABASE
 from trackmark.bench.store.packing import pack, select_group, unpack
@@ -60,17 +60,19 @@ def store_truth(folder: Path, fingerprint: str, truth: StoredTruth) -> None:
     """
     key = truth.name, fingerprint
     with open_database(folder) as database:
-        stored = _stored(database, *key)
-    if (
-        stored
-        and (stored.image_size or not truth.image_size)
-        and (stored.shapes or not truth.shapes)
-    ):
-        return
+        rows = database.select(f"SELECT * FROM truth WHERE {_KEY}", *key)
+    is_damaged = not all(map(is_intact, rows))
+    if rows and not is_damaged:
+        stored = _truth_of(truth.name, unpack(rows[0]["data"]))
+        if (stored.image_size or not truth.image_size) and (stored.shapes or not truth.shapes):
+            return
     data = pack(_arrays_of(truth))
     with open_database(folder, write=True) as database:
-        database.delete("truth", _KEY, *key)
-        database.insert("truth", [(*key, data)])
+        if is_damaged:
+            database.repair("truth", (*key, data))
+        else:
+            database.delete("truth", _KEY, *key)
+            database.insert("truth", [(*key, data)])
 
 
 def read_truth(folder: Path, sequence: str, fingerprint: str) -> StoredTruth:
@@ -79,14 +81,13 @@ def read_truth(folder: Path, sequence: str, fingerprint: str) -> StoredTruth:
     Raises `ResultsError`, which names the file, if the ground truth is missing or damaged.
     """
     with open_database(folder) as database:
-        truth = _stored(database, sequence, fingerprint)
-    if truth is None:
-        raise ResultsError(
-            f"{folder / DATABASE} has no ground truth of {sequence} with the fingerprint "
-            f"{fingerprint}. Remove the runs on {sequence} (`trackmark results remove`) and run "
-            "the same command again."
-        )
-    return truth
+        for row in database.rows("truth", _KEY, sequence, fingerprint):
+            return _truth_of(sequence, unpack(row["data"]))
+    raise ResultsError(
+        f"{folder / DATABASE} has no ground truth of {sequence} with the fingerprint "
+        f"{fingerprint}. Remove the runs on {sequence} (`trackmark results remove`) and run "
+        "the same command again."
+    )
 
 
 def find_attributes(folder: Path, runs: "pd.DataFrame") -> dict[str, set[str]]:
@@ -101,12 +102,6 @@ def find_attributes(folder: Path, runs: "pd.DataFrame") -> dict[str, set[str]]:
         names = {name for name, flags in attributes.items() if flags.any()}
         occurring.setdefault(sequence, set()).update(names)
     return occurring
-
-
-def _stored(database: Database, sequence: str, fingerprint: str) -> StoredTruth | None:
-    for row in database.rows("truth", _KEY, sequence, fingerprint):
-        return _truth_of(sequence, unpack(row["data"]))
-    return None
 
 
 def _image_size(sequence: Sequence) -> tuple[int, int] | None:
