@@ -107,7 +107,8 @@ def estimate(units: Units, measured: Sequence[Measured], limits: Limits) -> Esti
     if not runs.any():
         return Estimate(0.0, 0.0, {})
     seconds, basis = _tracker_seconds(plan, measured)
-    reading = _reading_seconds(plan, measured)
+    means = _means(((sequence,), reading, n) for _, _, sequence, _, reading, n in measured)
+    reading = np.array([means.get((sequence.name,), nan) for sequence in plan.sequences])
     unknown = np.flatnonzero((basis == Basis.NOTHING).any(axis=0) & runs.any(axis=0))
     if len(unknown) or np.isnan(reading).all():
         took, frame_seconds = _probed(plan, unknown.tolist(), limits)
@@ -143,12 +144,9 @@ def words(estimate: Estimate) -> str:
         for size, unit in ((86400, "days"), (3600, "hours"), (60, "minutes"), (1, "seconds"))
         if estimate.high >= 2 * size or size == 1
     )
-    low, high = (_two_digits(max(seconds, 1.0) / size) for seconds in (estimate.low, estimate.high))
+    numbers = [max(seconds, 1.0) / size for seconds in (estimate.low, estimate.high)]
+    low, high = (round(number, 1 - floor(log10(number))) for number in numbers)
     return f"{low:g} to {high:g} {unit}"
-
-
-def _two_digits(number: float) -> float:
-    return round(number, 1 - floor(log10(number)))
 
 
 def _makespan(units: Units, seconds: Callable[[Unit], float]) -> float:
@@ -180,12 +178,6 @@ def _tracker_seconds(
             means = ((level, mean) for level, mean in candidates if mean is not None)
             basis[i, j], seconds[i, j] = next(means, (Basis.NOTHING, 0.0))
     return seconds, basis
-
-
-def _reading_seconds(plan: Plan, measured: Sequence[Measured]) -> NDArray[np.float64]:
-    """Return the time to decode or render a frame [s] by sequence; NaN if unknown."""
-    means = _means(((sequence,), reading, n) for _, _, sequence, _, reading, n in measured)
-    return np.array([means.get((sequence.name,), nan) for sequence in plan.sequences])
 
 
 def _means(

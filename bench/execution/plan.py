@@ -57,11 +57,10 @@ class PlannedSequence:
     images_beyond_truth: int  # number of images that no run reads
     starts: frozenset[str]  # regions that can initialise a tracker; see `ground_truth`
     opening_seconds: float
-    protocol: str = STORED_ONE_PASS  # protocol that determines `frames`
 
 
-KnownSequences = dict[SequenceSource, PlannedSequence]
-"""Sequences that were already opened."""
+KnownSequences = dict[tuple[SequenceSource, str], PlannedSequence]
+"""Sequences that were already opened, by source and protocol."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -175,13 +174,13 @@ def make_plan(
     versions: list[list[str]] = []
     protocol = experiment.filed_under
     known_sequences = {} if known_sequences is None else known_sequences
-    _drop_other_protocols(known_sequences, experiment)
-    unopened = [
-        source for source in dict.fromkeys(experiment.sequences) if source not in known_sequences
-    ]
+    # Timing runs have the frames of one-pass runs.
+    frame_protocol = STORED_ONE_PASS if experiment.timing else protocol
+    keys = dict.fromkeys((source, frame_protocol) for source in experiment.sequences)
+    unopened = [key for key in keys if key not in known_sequences]
     if jobs > 1 and len(unopened) >= MIN_SEQUENCES_FOR_WORKERS:
-        _open_by_workers(unopened, known_sequences, on_opened, jobs, _frame_protocol(experiment))
-    for sequence in _distinct_sequences(experiment, known_sequences, on_opened):
+        _open_by_workers(unopened, known_sequences, on_opened, jobs)
+    for sequence in _distinct_sequences(list(keys), known_sequences, on_opened):
         for spec in trackers.values():
             if spec.init not in sequence.starts:  # raises the error that explains why
                 select_ground_truth(_open(sequence.source), spec.init, sequence.name)
@@ -216,54 +215,41 @@ def _distinct_trackers(experiment: Experiment) -> dict[str, TrackerSpec]:
 
 
 def _distinct_sequences(
-    experiment: Experiment, known_sequences: KnownSequences, on_opened: Callable[[int, int], None]
+    keys: list[tuple[SequenceSource, str]],
+    known_sequences: KnownSequences,
+    on_opened: Callable[[int, int], None],
 ) -> list[PlannedSequence]:
     """Return the opened sequences; raise `ExperimentError` if two have the same name."""
     by_name: dict[str, PlannedSequence] = {}
-    for number, source in enumerate(experiment.sequences):
-        on_opened(number, len(experiment.sequences))
-        if source not in known_sequences:
-            known_sequences[source] = _open_planned(source, _frame_protocol(experiment))
-        sequence = known_sequences[source]
+    for number, key in enumerate(keys):
+        on_opened(number, len(keys))
+        if key not in known_sequences:
+            known_sequences[key] = _open_planned(*key)
+        sequence = known_sequences[key]
         other = by_name.setdefault(sequence.name, sequence)
         if other.fingerprint != sequence.fingerprint:
             raise ExperimentError(
                 f"two different sequences are called {sequence.name!r}: {other.source.text} and "
-                f"{source.text}. Rename a folder or a file."
+                f"{sequence.source.text}. Rename a folder or a file."
             )
     return list(by_name.values())
 
 
-def _frame_protocol(experiment: Experiment) -> str:
-    """Return the protocol that determines the frames of a run; timing runs are one-pass runs."""
-    return STORED_ONE_PASS if experiment.timing else experiment.filed_under
-
-
-def _drop_other_protocols(known_sequences: KnownSequences, experiment: Experiment) -> None:
-    """Remove sequences whose number of frames was computed for another protocol."""
-    protocol = _frame_protocol(experiment)
-    for source in experiment.sequences:
-        if source in known_sequences and known_sequences[source].protocol != protocol:
-            del known_sequences[source]
-
-
 def _open_by_workers(
-    sources: list[SequenceSource],
+    keys: list[tuple[SequenceSource, str]],
     known_sequences: KnownSequences,
     on_opened: Callable[[int, int], None],
     jobs: int,
-    protocol: str,
 ) -> None:
     from loky import ProcessPoolExecutor
 
     executor = ProcessPoolExecutor(max_workers=jobs)
     try:
         # If one call raises, `map` cancels the others; loky's thread then prints a traceback.
-        futures = [executor.submit(_open_planned, source, protocol) for source in sources]
-        for number, future in enumerate(futures):
-            sequence = future.result()
-            on_opened(number, len(sources))
-            known_sequences[sequence.source] = sequence
+        futures = {key: executor.submit(_open_planned, *key) for key in keys}
+        for number, (key, future) in enumerate(futures.items()):
+            known_sequences[key] = future.result()
+            on_opened(number, len(keys))
     finally:
         executor.shutdown(wait=True, kill_workers=True)
 
@@ -296,7 +282,6 @@ def _open_planned(source: SequenceSource, protocol: str) -> PlannedSequence:
         images_beyond_truth=sequence.images_beyond_truth,
         starts=frozenset(filter(partial(_can_start, sequence), [BOXES, *sequence.regions])),
         opening_seconds=perf_counter() - started_at,
-        protocol=protocol,
     )
 
 

@@ -6,7 +6,7 @@ import json
 import typing
 import zlib
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, fields
 from functools import cached_property
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -98,7 +98,6 @@ class TrackerSpec:
     file: Path | None  # source file; None for a callable without a file
     init: str = BOXES  # as in `Identity`
     class_name: str = ""  # class in the file, if it is not part of the name
-    implied: list[str] = field(default_factory=list)  # parameters that `Identity.parameters` omits
 
     @cached_property
     def version(self) -> dict[str, Any]:
@@ -219,9 +218,7 @@ def run_identity(
         tracker=chosen.label,
         tracker_name=chosen.name,
         preset=chosen.preset,
-        parameters={
-            key: value for key, value in chosen.parameters.items() if key not in chosen.implied
-        },
+        parameters=chosen.parameters,
         tracker_version=chosen.version,
         sequence=sequence.name,
         fingerprint=sequence.fingerprint,
@@ -244,22 +241,13 @@ def _from_text(text: str) -> TrackerSpec:
         label=format_text(specification.name, {**specification.options, **init_option}),
         name=specification.name,
         preset=specification.options.get("preset", DEFAULT_PRESET),
-        parameters=parameters.model_dump(),
+        parameters=parameters.model_dump(exclude_defaults=getattr(parameters, "implied", False)),
         randomness=specification.randomness,
         make=specification.create,
         file=specification.file,
         init=init,
         class_name="" if named else class_name,
-        implied=_implied(parameters),
     )
-
-
-def _implied(parameters: trackers.Parameters) -> list[str]:
-    """Return the parameters to omit: default values of a tracker with `OpenCVParameters`."""
-    if not getattr(parameters, "implied", False):
-        return []
-    fields = type(parameters).model_fields
-    return [key for key, value in parameters if value == fields[key].default]
 
 
 def split_text(text: str) -> tuple[str, dict[str, str]]:

@@ -153,12 +153,6 @@ run_cache: ContextVar[RunCache | None] = ContextVar("run_cache", default=None)
 """Cache for a command that reads runs several times; None by default."""
 
 
-def identity_text(identity: Identity) -> str:
-    """Return the JSON text of an identity without its repetition."""
-    fields = {key: value for key, value in asdict(identity).items() if key != "repetition"}
-    return json.dumps(fields)
-
-
 def sort_key(key: RunKey) -> tuple[str, str, str, int]:
     """Return the sort key of stored runs."""
     tracker, sequence, repetition, protocol = key
@@ -224,7 +218,8 @@ def _write(
     identity, columns, contents = row
     key = run_key(identity)
     failed = columns[2] == "failed"
-    tracker = identity.version, identity_text(identity)
+    fields = {name: value for name, value in asdict(identity).items() if name != "repetition"}
+    tracker = identity.version, json.dumps(fields)
     stored_trackers = database.select("SELECT * FROM tracker WHERE version = ?", identity.version)
     if not stored_trackers:
         database.insert("tracker", [tracker])
