@@ -42,7 +42,7 @@ def other_ellipse(scene, frame):
 
 @contextmanager
 def other_skin(scene, frame):
-    with restored(scene._skin._looks) as looks:
+    with restored(scene._skin._textures) as looks:
         looks[:] = 1.5 - looks
         yield
 

@@ -52,7 +52,7 @@ class Routine:
     """Pose in every frame; arrays have the shape (n,) unless stated otherwise."""
 
     x: Array  # position of the head, to the right of the camera [metres]
-    z: Array  # distance of the head from the camera [metres]
+    z: Array  # position of the head, away from the camera [metres]
     crouch: Array  # distance by which the hips are lower than when standing [metres]
     heading: Array  # heading of the body: 0 is to the right, pi/2 towards the camera [radians]
     lean: Array  # angle of the trunk, from upright to forward [radians]
