@@ -75,7 +75,7 @@ def test_page_begins_with_the_result_and_ends_with_history(report, tmp_path):
         "- The window.",
         "## 5 The scenes",
         "a moving target",
-        "Skipped scenes of target: 201.",
+        "Scenes of sequence target that miss a criterion and are not used: 201.",
         "## 6 Settings",
         "## 7 Sensitivity (no verdicts)",
         "16 bins",
@@ -264,7 +264,8 @@ def test_page_shows_citation_result_figures_and_folded_history(page):
     assert parts["Figures"].count("<figure") == 4
     assert "Fig. 1. Paper: Frames 1, 10 and 20 with both trackers. Ours:" in parts["Figures"]
     assert "<p>The window.</p>" in parts["What differs and why"]
-    assert "Skipped scenes of target: 201." in parts["The scenes"]
+    unused = "Scenes of sequence target that miss a criterion and are not used: 201."
+    assert unused in parts["The scenes"]
     assert "trackmark reproduce tiny --all" in parts["How to run it"]
     assert re.search(r"<details.*One scene was replaced.*</details>", parts["History"], re.S)
 
