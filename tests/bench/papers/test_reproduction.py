@@ -171,7 +171,7 @@ def test_strip_shows_the_scene_of_median_error(report):
         scene: report.context.runs.judged_runs(ADAPTIVE, scene)[0].error.mean() for scene in SCENES
     }
     middle = sorted(errors, key=errors.__getitem__)[5]  # the lower one of twelve
-    assert f"Frames 1, 10, 20 of {middle}, the scene" in report.figures[0].words
+    assert f"Frames 1, 10, 20 of {middle}, with the centre error" in report.figures[0].words
 
 
 def test_strip_has_a_row_per_tracker_and_setting(report, redraw, monkeypatch):
