@@ -7,7 +7,7 @@ exact masks of the visible part of the target.
 
 from pathlib import Path
 
-from trackmark.datasets.synthetic.knobs import seeded
+from trackmark.datasets.synthetic.parameters import seeded
 from trackmark.datasets.synthetic.suite import SequenceEntry, SyntheticSuite
 
 __all__ = ["SUITE"]

@@ -21,7 +21,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from trackmark.datasets.interface import Image, Mask
-from trackmark.datasets.synthetic.knobs import SceneKnobs
+from trackmark.datasets.synthetic.parameters import SceneParameters
 from trackmark.datasets.synthetic.render.camera import Camera
 from trackmark.datasets.synthetic.render.path import quantised, smooth_step
 from trackmark.datasets.synthetic.render.texture import fractal, grass, lerp, pebbles, ramp, relief
@@ -29,7 +29,7 @@ from trackmark.datasets.synthetic.scene import SceneTruth, SyntheticScene, part_
 
 Array = NDArray[np.float64]
 
-SIDE = 512  # of textures [pixels]
+SIDE = 512  # width and height of textures [pixels]
 IMITATION = 0.5  # share of the floor's texture in the camouflaged skin
 
 
@@ -54,7 +54,6 @@ def imitate_floor(texture: Array, skin_look: Array) -> Array:
 
 
 def _sand(random: np.random.Generator) -> Array:
-    """Return sand with ripples, grains, and pieces of shells."""
     rows, columns = np.indices((SIDE, SIDE)) * (2 * np.pi / SIDE)
     bend = 5 * fractal(random, SIDE, 4, 16)
     ripples = np.sin(random.choice([-1, 1]) * 13 * columns + 31 * rows + bend)
@@ -66,7 +65,6 @@ def _sand(random: np.random.Generator) -> Array:
 
 
 def _stones(random: np.random.Generator) -> Array:
-    """Return gravel that is partly overgrown with algae."""
     large = pebbles(random, SIDE) / 130
     halves = large.reshape(SIDE // 2, 2, SIDE // 2, 2, 3).mean(axis=(1, 3))
     stones = np.tile(halves, (2, 2, 1))
@@ -75,7 +73,6 @@ def _stones(random: np.random.Generator) -> Array:
 
 
 def _turf(random: np.random.Generator) -> Array:
-    """Return short algae of varying density."""
     blades = grass(random, SIDE) / 90
     dark = 1 + 0.35 * fractal(random, SIDE, 8, 64)
     return np.asarray(blades.mean(axis=2, keepdims=True) * np.clip(dark, 0.3, 2)[..., None]
@@ -83,7 +80,6 @@ def _turf(random: np.random.Generator) -> Array:
 
 
 def _reef(random: np.random.Generator) -> Array:
-    """Return rough rock with crusts of other colours."""
     height = fractal(random, SIDE, 16, 256, 0.7)
     tones = np.array([[0.35, 0.38, 0.45], [0.7, 0.75, 0.9], [1.0, 1.05, 1.25]])
     rock = ramp(height, tones) * relief(9 * height, 0.35)[..., None]
@@ -118,7 +114,7 @@ Floats = NDArray[np.float32]
 
 # direction to the light: to the right, down, towards the camera
 SUN = np.array([-0.42, -0.5, 0.757], np.float32)
-AMBIENT = 0.55  # ambient share of the light that falls on level ground
+AMBIENT = 0.55  # fraction of the light on level ground that is ambient
 
 
 def relief_light(height: Floats, soft: float) -> Floats:
@@ -437,7 +433,6 @@ class Skin:
 
 
 def _with_eyes(look: Array, places: Array, radius: float) -> Array:
-    """Return a texture with irises and slit pupils."""
     result = look.copy()
     rows, columns = np.indices(look.shape[:2]) + 0.5 - SIDE / 2
     for x, y in places:
@@ -644,7 +639,6 @@ def paint_floor(seed: int, zones: Zones, textures: Sequence[Array]) -> Floats:
 
 
 def _lay_stone(random: np.random.Generator, canvas: Floats, grain: Array, place: Array) -> None:
-    """Paint a stone that consists of flat rough balls over the canvas in place."""
     radius = STONE[0] + (STONE[1] - STONE[0]) * random.random() ** 2
     count = int(random.integers(3, 7))
     middles = place + random.uniform(-0.7, 0.7, (count, 2)) * radius
@@ -663,7 +657,6 @@ def _lay_stone(random: np.random.Generator, canvas: Floats, grain: Array, place:
 
 
 def _plant_tuft(random: np.random.Generator, canvas: Floats, place: Array) -> None:
-    """Paint a tuft of bent blades over the canvas in place."""
     window, corner = _window(canvas, place, 1.5 * BLADE[1])
     colour = ALGAE[random.integers(len(ALGAE)), ::-1] * random.uniform(0.8, 1.15)
     lean = random.uniform(0, 2 * np.pi)
@@ -748,9 +741,9 @@ MARGIN = 14  # margin around the octopus for its shadow [pixels]
 SHADOW = (4, 5), 3.0, 0.45
 
 
-def scene(knobs: SceneKnobs) -> "OctopusScene":
+def scene(parameters: SceneParameters) -> "OctopusScene":
     """Return the renderer with its ground truth, without rendering."""
-    return OctopusScene(knobs.scene)
+    return OctopusScene(parameters.scene)
 
 
 class OctopusScene(SyntheticScene):
@@ -783,7 +776,6 @@ class OctopusScene(SyntheticScene):
         return np.asarray(mould_heights(balls, (0.0, 0.0), 1.0, SIZE[::-1], ground=-1.0)[1] >= 0)
 
     def _lay_octopus(self, picture: Floats, frame: int) -> None:
-        """Paint the octopus and its shadow over an image in place."""
         posture = self.plan.posture(frame)
         x, y, width, height = posture.box
         left, top = max(int(x) - MARGIN, 0), max(int(y) - MARGIN, 0)

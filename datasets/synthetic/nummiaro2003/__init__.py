@@ -6,7 +6,7 @@ of its images. Every scene number gives a different video.
 
 from pathlib import Path
 
-from trackmark.datasets.synthetic.knobs import seeded
+from trackmark.datasets.synthetic.parameters import seeded
 from trackmark.datasets.synthetic.suite import SequenceEntry, SyntheticSuite
 
 __all__ = ["SUITE"]

@@ -7,7 +7,7 @@ k is frame k - 1 here.
 
 from pathlib import Path
 
-from trackmark.datasets.synthetic.knobs import seeded
+from trackmark.datasets.synthetic.parameters import seeded
 from trackmark.datasets.synthetic.suite import SequenceEntry, SyntheticSuite
 
 __all__ = ["SUITE"]
