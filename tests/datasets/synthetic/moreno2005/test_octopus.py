@@ -80,12 +80,12 @@ def test_octopus_shadow_falls_away_from_the_light():
 
 @settings(max_examples=8, deadline=None)
 @given(seed=SEEDS)
-def test_octopus_starts_with_own_look_and_changes_twice(seed):
+def test_octopus_starts_with_own_texture_and_changes_twice(seed):
     plan = sample_plan(seed)
-    looks = [plan.look(frame) for frame in range(FRAMES)]
-    assert looks[0] == (OWN, 0, 0.0)
+    changes = [plan.texture_change(frame) for frame in range(FRAMES)]
+    assert changes[0] == (OWN, 0, 0.0)
     worn = np.zeros((FRAMES, OWN + 1))
-    for weights, (before, after, share) in zip(worn, looks, strict=True):
+    for weights, (before, after, share) in zip(worn, changes, strict=True):
         weights[before] += 1 - share
         weights[after] += share
     assert np.abs(np.diff(worn, axis=0)).max() < 0.2  # nothing at once
