@@ -6,16 +6,13 @@ import struct
 import numpy as np
 import pytest
 
+from tests.bench.exchange.import_builder import import_runs
 from trackmark.bench import exchange
 from trackmark.bench.exchange.importing import (
-    ImportedTracker,
-    ResultSequence,
-    import_results,
     parse_imported_tracker,
 )
 from trackmark.bench.exchange.result_format import ExchangeError, ResultRows
 from trackmark.bench.metrics.preset import FrameState
-from trackmark.bench.store.results import Results
 
 FRAMES = 12
 
@@ -37,11 +34,7 @@ def write_results(kind, folder, rows, sequence="Some-one_1", repetition=0):
 
 def import_tracker(kind, folder, truth, target, messages=None):
     on_message = [].append if messages is None else messages.append
-    name = "Some-one_1"
-    sequence = ResultSequence(name, f"fingerprint {name}", truth, f"/data/{name}")
-    import_results([ImportedTracker("theirs", kind, folder)], [sequence], target, on_message)
-    results = Results(target)
-    return [results.read(path) for path in results.list_keys()]
+    return import_runs(kind, folder, ("Some-one_1", truth), target, on_message)
 
 
 every_format = pytest.mark.parametrize("kind", exchange.format_names())
