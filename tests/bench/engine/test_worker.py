@@ -65,7 +65,7 @@ def test_heartbeat_shows_what_is_called(shared):
     assert beats.has_called
 
 
-def test_rows_and_message_come_back_to_the_bit(shared):
+def test_rows_and_message_are_read_unchanged(shared):
     beats = Heartbeat(shared)
     rows = beats.rows((5, 6))
     assert np.isnan(rows).all()

@@ -171,7 +171,7 @@ def stored(tmp_path_factory, run_trial):
     return run_trial(folder, ("static", f"{folder}/segmenter.py:Segmenter"), SEQUENCES)
 
 
-def test_stored_scores_are_those_of_the_masks(stored):
+def test_stored_scores_equal_scores_of_the_masks(stored):
     runs = load_results(stored).set_index("tracker_name")
     assert runs.loc["static", list(NAMES)].isna().all(axis=None)
     segmented = runs.drop(index="static")

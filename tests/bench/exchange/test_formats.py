@@ -107,14 +107,14 @@ def test_one_folder_holds_runs_with_and_without_confidences(kind, place, tmp_pat
 
 
 @pytest.mark.parametrize("kind", ["pysot", "pytracking", "vot"])
-def test_confidences_make_the_round_trip(kind, tmp_path):
+def test_confidences_are_imported_unchanged(kind, tmp_path):
     write_results(kind, tmp_path / "theirs", ResultRows(digit_boxes(), CONFIDENCE))
     (run,) = import_tracker(kind, tmp_path / "theirs", digit_boxes(), tmp_path / "results")
     np.testing.assert_array_equal(run.confidence, CONFIDENCE)
 
 
 @pytest.mark.parametrize("kind", ["pysot", "vot"])
-def test_states_of_supervised_runs_make_the_round_trip(kind, tmp_path):
+def test_states_of_supervised_runs_are_imported_unchanged(kind, tmp_path):
     states = np.full(FRAMES, FrameState.TRACKED)
     states[[0, 8]], states[3], states[4:8] = (
         FrameState.INITIALISED,
@@ -128,7 +128,7 @@ def test_states_of_supervised_runs_make_the_round_trip(kind, tmp_path):
 
 
 @every_format
-def test_repetitions_have_a_file_each_if_there_is_room(kind, tmp_path):
+def test_each_repetition_has_a_file_if_the_format_allows(kind, tmp_path):
     for number in range(2):
         write_results(kind, tmp_path / "theirs", ResultRows(digit_boxes(number)), repetition=number)
     runs = import_tracker(kind, tmp_path / "theirs", digit_boxes(), tmp_path / "results")

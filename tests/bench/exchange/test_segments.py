@@ -96,7 +96,7 @@ def test_exported_segments_are_imported_with_equal_scores(kind, protocol, sequen
     assert scores(again, sequence) == pytest.approx(before, abs=1e-12, nan_ok=True)
 
 
-def test_segments_from_a_later_first_target_make_the_round_trip(tmp_path):
+def test_segments_of_a_late_target_are_imported_unchanged(tmp_path):
     sequence = datasets.load(SEQUENCE)
     sequence.boxes = sequence.boxes.copy()
     sequence.boxes[:3] = np.nan
@@ -204,7 +204,7 @@ def test_vot_anchors_are_read_in_both_directions(tmp_path):
     np.testing.assert_array_equal(import_bag(binaries, truth).boxes, truth[3:])
 
 
-def test_vot_anchor_in_the_middle_goes_as_the_data_state(tmp_path, monkeypatch):
+def test_vot_anchor_in_the_middle_has_the_direction_of_the_data(tmp_path, monkeypatch):
     truth = moving_boxes(11)
     bag = datasets.load("plain/target:length=11")
     bag.values["anchor"] = np.where(np.arange(11) == 5, -1.0, 0.0)

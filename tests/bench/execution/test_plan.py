@@ -250,7 +250,7 @@ def test_opened_sequence_is_reused_by_next_plan(workspace, monkeypatch):
     assert first.versions == second.versions
 
 
-def test_versions_and_cells_are_those_of_the_runs(finished):
+def test_manifest_has_versions_of_the_stored_runs(finished):
     results = Results(finished / "results" / "trial")
     plan = make_plan(experiment(finished), results)
     stored = {}

@@ -284,7 +284,7 @@ def test_first_confidence_does_not_count_in_long_term():
     assert judged(1, 1.0) != judged(0, 0.0)
 
 
-def test_one_pass_run_without_failure_is_a_supervised_one():
+def test_one_pass_run_without_failure_equals_a_supervised_run():
     truth, preset = walk(150), metrics.preset("vot-supervised")
     boxes = noisy(truth)
 

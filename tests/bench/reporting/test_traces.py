@@ -50,7 +50,7 @@ def overlaps(table):
     return {row[0].text: row[place].text for row in table.rows}
 
 
-def test_revised_scores_are_those_of_revised_boxes(stored, make_sequence):
+def test_revised_scores_are_computed_from_revised_boxes(stored, make_sequence):
     sequence = make_sequence(n=6)
     run = bench.evaluate("static", sequence)
     assert not any(name.startswith(REVISED) for name in score_both(run, sequence))

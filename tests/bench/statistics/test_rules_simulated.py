@@ -197,7 +197,7 @@ def scored_cells(scores, version):
 
 @pytest.mark.parametrize("kind", ["0.08", "lost in 3 %", "skewed"])
 @pytest.mark.parametrize("drop", [0, DETECT])
-def test_accused_trackers_are_those_of_check(kind, drop):
+def test_accused_equals_check(kind, drop):
     """Check that `accused` judges many experiments as `check` judges each one."""
     random, draw = np.random.default_rng(16), seed_scores(kind)
     for seeds in (MIN_UNITS, DEFAULT_SEEDS):

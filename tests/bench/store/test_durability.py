@@ -76,7 +76,7 @@ def killed_round(folder, first, delay):
 
 
 @pytest.mark.parametrize("rounds", [3, pytest.param(100, marks=pytest.mark.slow)])
-def test_a_killed_writer_loses_no_acknowledged_run(tmp_path, rounds, evidence):
+def test_killed_writer_loses_no_acknowledged_run(tmp_path, rounds, evidence):
     results = Results(tmp_path / "trial")
     delays = np.random.default_rng(0).random(rounds) * 0.3
     reported = []
@@ -260,7 +260,7 @@ def test_damaged_runs_can_be_removed(several, change):
     assert several.list_keys() == []
 
 
-def test_a_file_cut_anywhere_is_reported(several):
+def test_truncated_file_is_reported(several):
     file = several.folder / "runs.db"
     whole, expected = file.read_bytes(), contents(several)
     for length in range(1, len(whole), max(1, len(whole) // 40)):
@@ -327,7 +327,7 @@ def test_two_commands_in_one_folder_lose_nothing(tmp_path):
     assert sum(map(len, read_logs(folder).values())) == 40
 
 
-def test_a_lock_that_is_never_released_is_named(several, monkeypatch):
+def test_permanent_lock_is_reported(several, monkeypatch):
     monkeypatch.setattr(module, "_BUSY_SECONDS", 0.05)
     other = sqlite3.connect(several.folder / "runs.db", isolation_level=None)
     other.execute("BEGIN IMMEDIATE")
@@ -337,7 +337,7 @@ def test_a_lock_that_is_never_released_is_named(several, monkeypatch):
     other.close()
 
 
-def test_a_folder_that_can_only_be_read_is_read(several, monkeypatch):
+def test_read_only_folder_is_read(several, monkeypatch):
     """`query_only` refuses writes as a read-only file system does; root ignores permissions."""
     plain = module._open
 
