@@ -168,13 +168,6 @@ def test_invalid_option_is_refused_with_the_valid_values(pair, option, message):
         datasets.load(f"{pair / 'pair'}{option}")
 
 
-def test_option_of_a_format_without_options_is_refused(write_otb, tmp_path):
-    folder = write_otb(tmp_path / "Dog", "1,1,5,5\n" * 3)
-    assert datasets.options(str(folder)) == []
-    with pytest.raises(SequenceError, match=r"Dog: unknown option 'object'. Options: none"):
-        datasets.load(f"{folder}:object=2")
-
-
 def test_masks_are_read_from_grey_palette_and_bit_images(write_davis):
     masks = [several(i) for i in range(2)]
     grey = datasets.load(write_davis(masks, "grey") / "grey")
@@ -274,22 +267,3 @@ def test_fingerprint_depends_on_masks_and_object(pair):
     mask[12, 6] = 0  # the box does not change
     write_palette(masks_of(pair, "pair") / "00001.png", mask)
     assert fingerprint() != before
-
-
-@pytest.mark.parametrize(
-    ("name", "frames"), [("libby", 49), ("blackswan", 50), ("drift-straight", 50)]
-)
-def test_recorded_sequences_open_as_published(recorded, name, frames):
-    root = recorded / "davis"
-    sequence = datasets.load(root / name)
-    assert (sequence.name, len(sequence)) == (name, frames)
-    assert sequence[0].shape == (480, 854, 3)
-    assert sequence.present.all()
-    for frame in (0, frames // 2, frames - 1):
-        x, y, width, height = sequence.boxes[frame].astype(int)
-        mask = cv2.imread(str(masks_of(root, name) / f"{frame:05}.png"), cv2.IMREAD_GRAYSCALE)
-        np.testing.assert_array_equal(sequence.mask(frame), mask == 255)
-        rows, columns = np.nonzero(mask)
-        assert (columns.min(), columns.max() + 1) == (x, x + width)
-        assert (rows.min(), rows.max() + 1) == (y, y + height)
-    sequence.check_runnable()

@@ -73,28 +73,7 @@ def test_fingerprint_changes_with_image_and_ground_truth(recording, tmp_path):
     assert len(fingerprints) == 3
 
 
-def check_folder(folder):
-    for name in datasets.matching(str(folder)):
-        datasets.load(name).check_runnable()
-
-
 class TestFolderOfSequences:
-    @pytest.mark.parametrize("missing", ["truth", "images", "image folder"])
-    def test_incomplete_sequence_is_refused_by_name(self, recording, tmp_path, missing):
-        path, truth, frame = recording
-        if path.is_file() or (missing == "image folder" and frame.parent == truth.parent):
-            pytest.skip("nothing of the sequence would be left")
-        if missing == "truth":
-            truth.unlink()
-        elif missing == "images":
-            for file in frame.parent.iterdir():
-                if file.suffix in (".png", ".jpg", ".bmp", ".tif", ".ppm"):
-                    file.unlink()
-        else:
-            shutil.rmtree(frame.parent)
-        with pytest.raises(SequenceError, match="walk"):
-            check_folder(tmp_path / "data")
-
     @pytest.mark.parametrize("kind", ["images", "truth", "misnamed"])
     @pytest.mark.parametrize("text", ["ds", "ds/*", "ds/Football1"])
     def test_incomplete_folder_names_the_expected_layout(self, workdir, write_otb, kind, text):

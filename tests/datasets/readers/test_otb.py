@@ -166,6 +166,8 @@ def test_each_target_of_a_folder_is_a_sequence(write_otb, tmp_path):
         {"name": "target", "default": 1, "meaning": "which target of 1, 2"}
     ]
     assert datasets.options(str(tmp_path / "Dog")) == []
+    with pytest.raises(SequenceError, match=r"Dog: unknown option 'object'. Options: none"):
+        datasets.load(f"{tmp_path / 'Dog'}:object=2")
     with pytest.raises(SequenceError, match=r"no target '3'\. Values: 1, 2\."):
         datasets.load(f"{folder}:target=3")
     with pytest.raises(SequenceError, match="a pattern of paths takes no options"):
@@ -174,21 +176,3 @@ def test_each_target_of_a_folder_is_a_sequence(write_otb, tmp_path):
     assert datasets.matching(str(folder)) == [str(folder)]
     sequence = datasets.load(folder)
     assert (sequence.name, sequence.boxes.tolist()) == ("Jogging.2", [[6, 7, 9, 10]] * 3)
-
-
-@pytest.mark.parametrize(
-    ("name", "frames", "beyond", "size", "first"),
-    [
-        ("Couple", 140, 0, (240, 320), [50, 46, 25, 62]),
-        ("Crossing", 120, 0, (240, 360), [204, 150, 17, 50]),
-        ("Football1", 74, 7, (288, 352), [152, 104, 26, 43]),
-    ],
-)
-def test_recorded_sequences_open_as_published(recorded, name, frames, beyond, size, first):
-    sequence = datasets.load(recorded / "otb" / name)
-    assert (sequence.name, len(sequence), sequence.images_beyond_truth) == (name, frames, beyond)
-    assert sequence[0].shape[:2] == sequence[-1].shape[:2] == size
-    assert sequence.boxes[0].tolist() == first
-    assert sequence.present.all()
-    assert "OPR" in sequence.attributes
-    sequence.check_runnable()

@@ -119,8 +119,8 @@ def other_head(scene, frame):
         yield
 
 
-# Sequence, frame, what is drawn otherwise, least change that counts [grey levels], and for
-# what the lens, the film's coarse colour and soft edges blur.
+# Sequence, frame, repainting, least change [grey levels], least share of changed pixels in the
+# mask, and reach of blur outside the mask [pixels].
 PAINTED = [
     ("moreno2005/ellipse", 33, other_ellipse, 40, 0.93, 1),
     ("moreno2005/octopus", 45, other_skin, 30, 0.95, 1),

@@ -41,13 +41,13 @@ def test_book_is_flat_at_first_then_bends(seed):
 
 
 @given(left=st.floats(-1.3, 1.6), right=st.floats(-1.3, 1.6), slant=st.floats(-0.8, 0.8))
-@example(left=1.5, right=-1.0, slant=-0.75)  # to and fro at the ruling through the middle
+@example(left=1.5, right=-1.0, slant=-0.75)  # bends of opposite sign
 @example(left=-1.3, right=1.6, slant=0.8)
 @settings(max_examples=20, deadline=None)
 def test_bent_sheet_keeps_lengths_and_perpendicular_normals(left, right, slant):
     u, v = flat_places()
-    # Along an edge the sheet turns evenly, but for where its bend changes: there the middle of the
-    # normals at both ends is off by up to an eighth of what the bend changes by over the edge.
+    # Where the bend changes, the mean of the normals at both ends of an edge is off by up to an
+    # eighth of the change of the bend over the edge.
     change = max(abs(right - left), abs(left), abs(right)) / 40.0
     points, normals, _ = bend_sheet(Bending(left, right, slant), 40.0, u, v)
     flat = np.stack([u, v, 0 * u], axis=1)
@@ -98,30 +98,7 @@ def test_lit_share_agrees_with_ray_triangle_intersection(bending):
                 agree.append(slow == (share == 0))
                 blocked.append(slow)
     assert 0.05 < np.mean(blocked) < 0.9
-    assert np.mean(agree) > 0.97  # but for borders of the shadow
-
-
-def test_flat_sheet_casts_no_shadow_and_follows_lamberts_law():
-    setting = BookSetting(0)
-    u, v = flat_places()
-    flat = Bending(0.0, 0.0, 0.3)
-    _, _, section = bend_sheet(flat, 40.0, u, v)
-    assert (lit_share(section, flat, (40.0, 100.0), u, v, setting.lamp[None]) == 1).all()
-    surface = setting.surface(0)
-    facing = np.maximum(surface.normals @ setting.lamp, 0)
-    assert (surface.straight <= facing + 1e-12).all()
-    assert surface.straight[:100] == pytest.approx(facing[:100])
-
-
-def test_book_surface_shades_parts_that_face_the_light():
-    setting = BookSetting(1)
-    shares = []
-    for frame in range(0, FRAMES, 5):
-        surface = setting.surface(frame)
-        facing = surface.normals @ setting.lamp
-        shares.append(((facing > 0.2) & (surface.straight < 0.5 * facing)).mean())
-    assert shares[0] == 0
-    assert max(shares) > 0.03
+    assert np.mean(agree) > 0.97  # except at borders of the shadow
 
 
 def test_self_shadow_attribute_marks_darker_frames():

@@ -6,10 +6,6 @@ from hypothesis import given, settings
 
 from tests.datasets.synthetic.scenes import SEEDS, grown, scenes_of, unless_sealed
 from trackmark.datasets.synthetic.moreno2005.leaf import (
-    LeafShape,
-    incident_light,
-    place_blade,
-    sample_blade,
     sample_shapes,
 )
 
@@ -63,36 +59,6 @@ def test_leaf_outline_is_nearly_affine_with_small_bends(seed):
     assert np.abs(np.diff(angles)).max() > 0.12
 
 
-def test_undeformed_leaf_has_its_rest_shape():
-    blade = sample_blade(np.random.default_rng(0), 80.0, (50, 120, 90))
-    shape = LeafShape(np.array([100.0, 90.0]), 0.0, 0.0, 0.0, 0.0, 0.0)
-    points, normals = place_blade(blade, shape)
-    assert points[:, 0] == pytest.approx(100 + blade.across.ravel())
-    assert points[:, 1] == pytest.approx(90 + 40 - blade.along.ravel())
-    assert normals == pytest.approx(np.broadcast_to([0.0, 0.0, 1.0], normals.shape))
-    folded, _ = place_blade(blade, LeafShape(shape.place, 0.0, 0.0, 0.0, 0.0, 0.5))
-    assert folded[:, 2] == pytest.approx(np.abs(blade.across.ravel()) * np.sin(0.5))
-    assert folded[:, 0] == pytest.approx(100 + blade.across.ravel() * np.cos(0.5))
-    turned, _ = place_blade(blade, LeafShape(shape.place, np.pi / 2, 0.0, 0.0, 0.0, 0.0))
-    assert turned[:, 0] == pytest.approx(100 + blade.along.ravel() - 40)  # its tip to the right
-
-
-def test_bent_and_folded_leaf_keeps_lengths():
-    blade = sample_blade(np.random.default_rng(1), 80.0, (50, 120, 90))
-    shape = LeafShape(np.zeros(2), 0.4, 0.5, -0.3, 0.9, 0.3)
-    points = place_blade(blade, shape)[0].reshape(*blade.along.shape, 3)
-    vein = points[:, points.shape[1] // 2]
-    lengths = np.linalg.norm(np.diff(vein, axis=0), axis=1)
-    middle = blade.along.shape[1] // 2
-    grown_so = np.hypot(np.diff(blade.along[:, 0]), np.diff(blade.across[:, middle]))
-    assert lengths == pytest.approx(grown_so, rel=0.03)
-    across = np.linalg.norm(points[:, -1] - vein, axis=1)
-    inner = slice(8, -8)
-    assert across[inner] == pytest.approx(
-        (blade.across[:, -1] - blade.across[:, middle])[inner], rel=0.12
-    )
-
-
 @pytest.mark.parametrize("seed", range(2))
 def test_small_share_of_foliage_has_the_leaf_colour(seed):
     shares = image(seed, 30) / image(seed, 30).sum(axis=2, keepdims=True)
@@ -110,13 +76,3 @@ def test_leaf_light_changes_once_and_by_channel(seed):
     assert gains.max() < 0.9
     assert gains.max() / gains.min() > 1.5
     assert means[2] == pytest.approx(means[1], rel=0.15)
-
-
-def test_leaf_light_follows_lamberts_law_on_the_visible_side():
-    sun = np.array([0.0, -0.6, 0.8])
-    normals = np.array([[0.0, 0.0, 1.0], [0.0, 0.0, -1.0], [0.0, -0.6, 0.8], [0.0, 0.8, 0.6]])
-    around, straight = incident_light(normals, sun, np.array([1.0, 1.0, 0.5, 1.0]))
-    assert straight == pytest.approx([0.8, 0.8, 0.5, 0.0])
-    assert around == pytest.approx([1.0, 1.0, 0.95, 0.9])
-    behind = incident_light(np.array([[0.0, 0.95, 0.3122499]]), sun, np.ones(1))[1]
-    assert 0.05 < behind[0] < 0.15  # some comes through

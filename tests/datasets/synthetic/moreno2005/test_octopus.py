@@ -1,4 +1,4 @@
-"""`moreno2005/octopus`: motion, look and camouflage."""
+"""`moreno2005/octopus`: motion, look, camouflage, and kernels compared with slow references."""
 
 import cv2
 import numpy as np
@@ -10,8 +10,8 @@ from trackmark.datasets.synthetic.moreno2005.octopus import (
     FLOOR_KINDS,
     OWN,
     SKINS,
-    paint_texture,
-    relief_light,
+    colour_skin,
+    mould,
     sample_plan,
 )
 
@@ -58,24 +58,6 @@ def test_octopus_outline_changes_are_nearly_affine(seed):
     assert 0.1 < np.sqrt((rest**2).mean()) < 1.5
     moved = plan.posture(40).balls[:, :2] - plan.posture(39).balls[:, :2]
     assert np.linalg.norm(moved, axis=1).max() < 7
-
-
-def test_octopus_shadow_falls_away_from_the_light():
-    scene = opened(0)
-    frame = 30
-    picture = scene._floor.copy()
-    scene._lay_octopus(picture, frame)
-    mask = scene.mask(frame)
-    lost = np.where(
-        ring_around(mask, 1, 20),
-        1 - picture.sum(axis=2) / np.maximum(scene._floor.sum(axis=2), 0.05),
-        0,
-    )
-    assert lost.min() > -1e-3
-    assert (lost > 0.2).sum() > 150
-    rows, columns = np.indices(mask.shape)
-    shift = [(lost * axis).sum() / lost.sum() - axis[mask].mean() for axis in (columns, rows)]
-    assert min(shift) > 1
 
 
 @settings(max_examples=8, deadline=None)
@@ -133,37 +115,69 @@ def test_camouflaged_octopus_resembles_its_surroundings(seed):
     assert textures[sampled & flags].mean() > 0.55
 
 
-@pytest.mark.parametrize("kind", [*FLOOR_KINDS, *SKINS])
-def test_paint_texture_has_its_mean_colour_and_repeats(kind):
-    look = {**FLOOR_KINDS, **SKINS}[kind]
-    texture = paint_texture(np.random.default_rng(1), look, np.array(look.colour))
-    assert texture.mean(axis=(0, 1))[::-1] == pytest.approx(look.colour, abs=0.012)
-    seam = np.abs(texture[0] - texture[-1]).mean()
-    assert seam < 1.6 * np.abs(np.diff(texture, axis=0)).mean()
+SIDE = 16
 
 
-def test_relief_light_is_one_on_level_ground():
-    rows, columns = np.indices((60, 60)).astype(np.float32)
-    assert relief_light(np.full((60, 60), 3, np.float32), 1.5)[20:40, 20:40] == pytest.approx(
-        1, abs=1e-5
+def drawn_balls(seed, count=7):
+    random = np.random.default_rng(seed)
+    rest = random.uniform((0, 0, 2, 0, 0.3), (20, 14, 6, 3, 1), (count, 5))
+    rest[0, :2] = -3, 20  # partly outside
+    return rest
+
+
+@pytest.mark.parametrize("step", [1.0, 0.5])
+def test_mould_finds_the_highest_ball_at_every_sample(step):
+    balls = drawn_balls(1)
+    left, top, shape = 2.0, 1.0, (int(11 / step), int(15 / step))
+    height, owner = np.zeros(shape, np.float32), np.full(shape, -1, np.int32)
+    mould(balls, left, top, step, height, owner)
+    for i in range(shape[0]):
+        for j in range(shape[1]):
+            sample = np.array([left + (j + 0.5) * step, top + (i + 0.5) * step])
+            best, which = 0.0, -1
+            for k, (x, y, radius, middle, flat) in enumerate(balls):
+                square = radius**2 - ((sample - (x, y)) ** 2).sum()
+                if square >= 0 and middle + flat * square**0.5 > best:
+                    best, which = middle + flat * square**0.5, k
+            assert height[i, j] == pytest.approx(best, abs=1e-5)
+            assert owner[i, j] == which
+    assert len(np.unique(owner)) > 3
+
+
+def bilinear(texture, u, v):
+    column, row = int(np.floor(u)), int(np.floor(v))
+    right, down = u - column, v - row
+    return sum(
+        weight * texture[(row + y) % SIDE, (column + x) % SIDE].astype(float)
+        for x, y, weight in (
+            (0, 0, (1 - right) * (1 - down)),
+            (1, 0, right * (1 - down)),
+            (0, 1, (1 - right) * down),
+            (1, 1, right * down),
+        )
     )
-    towards, away = (relief_light(sign * 0.5 * (rows + columns), 1.5)[30, 30] for sign in (1, -1))
-    # The cosine of the angle between the light and the slope's normal, beside level ground's.
-    normal = np.array([-0.5, -0.5, 1]) / np.sqrt(1.5)
-    straight = max(normal @ (-0.42, -0.5, 0.757), 0)
-    assert towards == pytest.approx(0.55 + 0.45 * straight / 0.757, abs=1e-4)
-    assert away < 0.8 < 1 < towards
 
 
-def test_water_light_moves_slowly_at_even_brightness():
-    water = opened(2)._water
-    grey = np.full((240, 320, 3), 0.5, np.float32)
-    seen = [water.over(grey, frame).astype(float) for frame in (0, 1, 25)]
-    assert 0.1 < np.abs(seen[1] - seen[0]).mean() < 3
-    assert np.abs(seen[2] - seen[0]).mean() > 2 * np.abs(seen[1] - seen[0]).mean()
-    means = [picture.mean() for picture in seen]
-    assert np.ptp(means) / np.mean(means) < 0.05
-    assert (seen[0].max(axis=(0, 1)) / seen[0].min(axis=(0, 1))).min() > 1.2
-    blue, green, red = seen[0].mean(axis=(0, 1))
-    assert red < blue
-    assert red < green
+@pytest.mark.parametrize("share", [0.0, 0.4, 1.0])
+def test_colour_skin_agrees_with_slow_reference(share):
+    random = np.random.default_rng(2)
+    before, after = random.random((2, SIDE, SIDE, 3)).astype(np.float32)
+    order = random.random((SIDE, SIDE)).astype(np.float32)
+    light = random.uniform(0.5, 1.5, (9, 12)).astype(np.float32)
+    owner = random.integers(-1, 3, (9, 12)).astype(np.int32)
+    to_rest = random.normal(size=(3, 2, 3))
+    out = np.zeros((9, 12, 4), np.float32)
+    soft = 0.3
+    colour_skin(owner, 4.0, 2.0, 0.5, to_rest, before, after, order, share, soft, light, out)
+    for i in range(9):
+        for j in range(12):
+            if owner[i, j] < 0:
+                assert not out[i, j].any()
+                continue
+            place = np.array([4 + (j + 0.5) * 0.5, 2 + (i + 0.5) * 0.5, 1.0])
+            u, v = to_rest[owner[i, j]] @ place
+            start = order[int(np.floor(v)) % SIDE, int(np.floor(u)) % SIDE]
+            changed = np.clip((share * (1 + soft) - start) / soft, 0, 1)
+            expected = (1 - changed) * bilinear(before, u, v) + changed * bilinear(after, u, v)
+            assert out[i, j, :3] == pytest.approx(light[i, j] * expected, abs=1e-5)
+            assert out[i, j, 3] == 1

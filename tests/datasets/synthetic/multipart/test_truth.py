@@ -1,4 +1,4 @@
-"""Ground truth of the walking scenes: closed forms, silhouettes, visible parts."""
+"""Ground truth of the walking scenes, and second person of `stress/twin`."""
 
 import numpy as np
 import pytest
@@ -10,13 +10,7 @@ from trackmark import datasets
 from trackmark.datasets.synthetic.multipart.designs import DESIGNS
 from trackmark.datasets.synthetic.multipart.scene import WalkingScene
 from trackmark.datasets.synthetic.multipart.street_walk import multipart_plan
-from trackmark.datasets.synthetic.render.prop import coverage_extents, visible_part
-
-
-def overlap(box, other):
-    """Return the area that two boxes share."""
-    low = np.maximum(box[:2], other[:2])
-    return np.prod(np.clip(np.minimum(box[:2] + box[2:], other[:2] + other[2:]) - low, 0, None))
+from trackmark.datasets.synthetic.render.prop import visible_part
 
 
 @pytest.fixture(scope="module", params=["1", "2", "5", "8"])
@@ -49,13 +43,6 @@ def test_places_follow_the_pinhole_model(sequence):
             assert place == pytest.approx([column, row, 700 * person.stature / z], abs=1 / 64)
 
 
-def test_tight_region_overlaps_the_full_region(sequence):
-    tight, full = sequence.regions["tight"], sequence.regions["full"]
-    assert np.abs(tight[:, 3] / full[:, 3] - 1).max() < 0.09
-    shared = [overlap(a, b) for a, b in zip(tight, full, strict=True)]
-    assert (np.array(shared) / np.prod(tight[:, 2:], axis=1)).min() > 0.4
-
-
 def test_walking_target_is_present_in_all_frames(sequence):
     assert sequence.present.all()
     assert (sequence.visibility[:20] > 0.95).all()
@@ -67,12 +54,6 @@ def test_walking_target_is_present_in_all_frames(sequence):
     assert sequence.attributes["turning"].any()
     assert sequence.attributes["clutter"].any()
     assert not sequence.attributes["shade"].any()
-
-
-def test_sequence_4_changes_size_by_a_third():
-    sequence = datasets.load("multipart/4")
-    assert sequence.attributes["scale_change"].any()
-    assert np.ptp(np.log(sequence.boxes[:, 3])) > np.log(1.3)
 
 
 @pytest.mark.parametrize(
@@ -124,13 +105,6 @@ def test_visible_part_agrees_with_slow_reference(target, others):
     assert np.abs(result - expected).max() <= 0.5 * len(others) + 1e-9
 
 
-def test_coverage_extents_use_a_threshold_of_one_half():
-    alpha = np.zeros((9, 12), np.uint8)
-    alpha[2:7, 3:11] = 127
-    alpha[3:6, 4:9] = 128
-    assert coverage_extents((-4, 100, alpha)).tolist() == [0, 103, 5, 3]
-
-
 @settings(max_examples=4, deadline=None)
 @given(seed=SEEDS, number=st.sampled_from("5678"))
 def test_fixed_scenes_have_short_occlusions_and_clear_start(seed, number):
@@ -148,3 +122,67 @@ def test_background_of_followed_target_changes_rapidly():
     scene = WalkingScene(multipart_plan("1", 0), "even")
     first, second = (scene.render(frame)[100:220].astype(int) for frame in (300, 340))
     assert np.abs(first - second).mean() > 12
+
+
+def twin(**knobs):
+    return datasets.load(":".join(["stress/twin", *(f"{k}={v}" for k, v in knobs.items())]))
+
+
+@settings(max_examples=6, deadline=None)
+@given(
+    seed=SEEDS,
+    distance=st.one_of(st.just(0), st.floats(0, 3).map(lambda d: round(d, 3))),
+)
+def test_twin_reaches_the_requested_distance(seed, distance):
+    sequence = twin(scene=seed, distance=distance)
+    target, second = sequence.frames.plan.places
+    apart = np.abs(second[:, 0] - target[:, 0]) / sequence.boxes[:, 2]
+    assert apart.min() == pytest.approx(distance, abs=0.01)
+    assert apart.argmin() == pytest.approx(75, abs=4)
+    assert (sequence.visibility[:20] == 1).all()
+    assert (sequence.visibility[-20:] == 1).all()
+    if distance == 0:  # hidden but for what sticks out beside a narrower second person
+        assert sequence.visibility.min() < 0.4
+    if distance >= 2:
+        assert (sequence.visibility == 1).all()
+    assert sequence.present.all()
+    assert not sequence.attributes["out_of_view"].any()
+
+
+@pytest.mark.parametrize("distance", [0, pytest.param(1.5, marks=pytest.mark.slow)])
+def test_twin_variants_differ_only_in_clothes(distance):
+    same, other = (twin(distance=distance, twin=kind, scene=1) for kind in ("same", "other"))
+    assert (same.boxes == other.boxes).all()
+    assert (same.visibility == other.visibility).all()
+    assert all((same.regions[key] == other.regions[key]).all() for key in same.regions)
+    plan = same.frames.plan
+    for frame in (75, 110):
+        changed = (same[frame] != other[frame]).any(axis=2)
+        left, top, alpha = plan.coverage(1, frame)
+        rows, columns = np.nonzero(changed)
+        reach = 6  # of the blur
+        assert (rows >= top - 2).all()
+        assert (rows < top + len(alpha) + 2).all()
+        assert (columns >= left - reach).all()
+        assert (columns < left + alpha.shape[1] + reach).all()
+    assert (same[75] != other[75]).any()
+
+
+def test_twin_wears_the_same_or_clearly_other_clothes():
+    same, other = (twin(twin=kind, scene=2).frames.plan for kind in ("same", "other"))
+    target, double = (person.look for person in same.people)
+    unlike = other.people[1].look
+    assert (other.people[0].look, other.people[0].seed) == (target, same.people[0].seed)
+    assert (double.shirt, double.trousers) == (target.shirt, target.trousers)
+    for garment in (unlike.shirt, unlike.trousers):
+        for worn in (target.shirt, target.trousers):
+            assert np.abs(np.subtract(garment, worn)).max() > 25
+    unchanged = ("hair", "skin", "shoes", "weave", "long_hair", "hem", "bulk", "loose", "bag")
+    assert all(getattr(unlike, key) == getattr(double, key) for key in unchanged)
+
+
+def test_twin_distance_changes_only_the_second_person():
+    near, far = twin(distance=0), twin(distance=3)
+    assert (near.boxes == far.boxes).all()
+    assert near.frames.plan.people[0].look == far.frames.plan.people[0].look
+    assert near.frames.plan.seed == far.frames.plan.seed

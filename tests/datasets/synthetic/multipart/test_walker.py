@@ -42,18 +42,6 @@ def test_silhouette_equals_the_drawing_without_motion(heading, phase):
     assert (painted >= whole - 12).all()
 
 
-@pytest.mark.parametrize("heading", [RIGHT, FRONT, 2.5])
-@pytest.mark.parametrize("phase", [0.1, 0.8])
-def test_silhouette_is_that_of_mid_exposure_under_blur(heading, phase):
-    pose = {"phase": phase, "heading": heading}
-    dark, light = drawn(ground=0, **pose), drawn(ground=255, **pose)
-    painted = ((255 - (light.astype(int) - dark).mean(axis=2)) > 127)[:255]
-    left, top, coverage = WALKER.coverage(160.0, 280.0, 240.0, GaitPose(stride=1.0, **pose))
-    whole = np.zeros((320, 320), bool)
-    whole[top : top + coverage.shape[0], left : left + coverage.shape[1]] = coverage > 127
-    assert (painted & whole[:255]).sum() / (painted | whole[:255]).sum() > 0.98
-
-
 @pytest.mark.parametrize("heading", np.linspace(-np.pi, np.pi, 5))
 @pytest.mark.parametrize("phase", [0.0, 0.3, 0.7])
 def test_head_and_feet_are_at_the_requested_rows(heading, phase):
@@ -63,17 +51,6 @@ def test_head_and_feet_are_at_the_requested_rows(heading, phase):
     assert -1 <= rows[0] - 40 <= 0.05 * 240  # a wide step lowers the head
     standing = WALKER.coverage(160, 280, 240, GaitPose(phase, 0.0, heading))
     assert abs(standing[1] + np.flatnonzero((standing[2] > 127).any(axis=1))[0] - 40) <= 2
-
-
-def test_walker_light_scales_brightness_by_height():
-    bright, dim = drawn(ground=0), drawn(ground=0, gains=[0.5] * 5)
-    seen = bright.max(axis=2) > 60
-    assert np.median(dim[seen].sum(axis=1) / bright[seen].sum(axis=1)) == pytest.approx(
-        0.5, abs=0.03
-    )
-    legs = drawn(ground=0, gains=[1, 1, 1, 0.5, 0.5])
-    np.testing.assert_array_equal(legs[:155], bright[:155])
-    assert legs[230:262].sum() < 0.6 * bright[230:262].sum()
 
 
 def green(picture):

@@ -1,4 +1,4 @@
-"""Ray-traced solids: areas, places and light in closed form."""
+"""Ray-traced solids, compared with areas and positions in closed form."""
 
 import numpy as np
 import pytest
@@ -35,7 +35,7 @@ def ball(place, radius):
     return limb(place, np.asarray(place) + (0, 1e-6, 0), (radius, radius))
 
 
-def test_a_ball_is_seen_as_a_disc():
+def test_ball_is_rendered_as_a_disc():
     owners, places, _ = look([ball((1, 2, 3), 6.0)])
     assert area(owners) == pytest.approx(np.pi * 36, rel=0.01)
     surface = places[owners == 0]
@@ -45,23 +45,18 @@ def test_a_ball_is_seen_as_a_disc():
     assert (rows.mean() + 0.5) / FINE - 20 == pytest.approx(float(VIEW.row(2, 3)), abs=0.05)
 
 
-def test_a_limb_between_two_balls_is_as_wide_as_they_are():
+def test_limb_is_as_wide_as_its_end_balls():
     owners, _, _ = look([limb((-10, 0, 0), (10, 0, 0), (3, 3))])
     assert area(owners) == pytest.approx(20 * 6 + np.pi * 9, rel=0.01)
 
 
 @pytest.mark.parametrize("turn", [0.0, 0.5])
-def test_a_box_shows_its_front_and_its_top(turn):
+def test_box_shows_its_front_and_its_top(turn):
     half = np.array([6.0, 4.0, 3.0])
     owners, _, _ = look([box((0, 0, 0), half, 0.01, turn=turn)])
     front = 4 * (half[0] * np.cos(turn) + half[2] * np.sin(turn)) * half[1] * np.cos(PITCH)
     top = 4 * half[0] * half[2] * np.sin(PITCH)
     assert area(owners) == pytest.approx(front + top, rel=0.02)
-
-
-def test_box_leaning_by_the_pitch_shows_only_its_front():
-    owners, _, _ = look([box((0, 0, 0), (6, 4, 3), 0.01, lean=PITCH)])
-    assert area(owners) == pytest.approx(12 * 8, rel=0.02)
 
 
 @pytest.mark.parametrize("closed", [False, True])
@@ -76,32 +71,6 @@ def test_open_bowl_shows_its_inner_wall(closed):
     assert area(owners) == pytest.approx(outline, rel=0.04)
 
 
-def test_nearest_object_is_visible_in_any_order():
-    near, far, wall = [ball((0, 0, 8), 4.0)], [ball((2, 0, -8), 6.0)], [half_space((0, 0, 1), -15)]
-    first, _, _ = look(near, far, wall)
-    second, _, _ = look(wall, far, near)
-    assert (first == 2 - second).all()
-    assert area(first, 0) == pytest.approx(np.pi * 16, rel=0.02)
-    assert (first != NOTHING).all()
-
-
-def test_solids_that_blend_are_joined_by_a_neck():
-    apart = [limb((-5, 0, 0), (-5, 0.1, 0), (4, 4)), limb((5, 0, 0), (5, 0.1, 0), (4, 4))]
-    joined = [apart[0], limb((5, 0, 0), (5, 0.1, 0), (4, 4), blend=5.0)]
-    middle = (slice(None), 20 * FINE)
-    assert (look(apart)[0][middle] == NOTHING).all()
-    assert (look(joined)[0][middle] == 0).any()
-
-
-def test_folds_move_the_surface_of_a_cloth_to_and_fro():
-    flat, folded = (
-        look([box((0, 0, 0), (15, 10, 1), 0.5, folds=folds)])[1][20 * FINE, 28:-28, 2]
-        for folds in ((0.0, 0.0), (0.6, 0.8))
-    )
-    assert np.ptp(flat) < 0.05
-    assert 0.6 < np.ptp(folded) < 2.0
-
-
 def test_lit_side_is_brighter_and_ball_casts_a_shadow():
     ground = [half_space((0, 1, 0), -4)]
     owners, places, lights = look(ground, [ball((0, 3, 0), 4.0)], shaded=True)
@@ -114,15 +83,6 @@ def test_lit_side_is_brighter_and_ball_casts_a_shadow():
     dark, free = on_ground & (aside < 2), on_ground & (aside > 12)
     assert dark.any()
     assert bright[dark].max() < 0.75 * bright[free].min()
-
-
-def test_lamp_reflection_lies_between_lamp_and_camera():
-    owners, places, lights = look([ball((0, 0, 0), 10.0)], shaded=True)
-    shine = np.where(owners == 0, lights[..., 1], 0)
-    x, _, z = places[np.unravel_index(shine.argmax(), shine.shape)]
-    between = np.array([VIEW.light[0], VIEW.light[2] + np.cos(PITCH)])
-    assert np.arctan2(x, z) == pytest.approx(np.arctan2(*between), abs=0.06)
-    assert shine.max() == pytest.approx(1, abs=0.02)
 
 
 @pytest.mark.parametrize("with_planes", [True, False])

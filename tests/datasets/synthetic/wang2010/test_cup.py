@@ -1,4 +1,4 @@
-"""`wang2010/cup`: place, occlusion and surroundings of the cup."""
+"""`wang2010/cup`: position, occlusion and surroundings of the cup."""
 
 import cv2
 import numpy as np
@@ -23,7 +23,7 @@ def shrunk(mask, pixels):
     return ~grown(~mask, pixels)
 
 
-def sided(cup, part):
+def as_in_image(cup, part):
     """Return a part of the setting, flipped like the images."""
     return part[:, ::-1] if cup.plan.mirrored else part
 
@@ -51,7 +51,7 @@ def test_cup_box_is_tight_and_contains_the_mask(seed):
         x, y, width, height = cup.truth().boxes[frame]
         ends = [x, y, x + width, y + height]
         whole, _ = cup.seen(frame)
-        assert mask_edges(sided(cup, whole) >= 0.5) == pytest.approx(ends, abs=1)
+        assert mask_edges(as_in_image(cup, whole) >= 0.5) == pytest.approx(ends, abs=1)
         beyond = (mask_edges(cup.mask(frame)) - ends) * [-1, -1, 1, 1]
         assert (beyond[:2] <= 1).all()
         assert (beyond[2:] < 1).all()
@@ -62,9 +62,11 @@ def test_similar_object_and_box_have_the_cup_hue(seed):
     cup = opened(seed)
     image = cup.render(0)
     hue = hue_of_cup(cup)
-    carried = grown(sided(cup, cup.setting.carried.render_at(*cup._pose(0))[..., 3]) > 0.01, 1)
-    box = sided(cup, cup.setting.hidden) > 0.99
-    behind = (sided(cup, cup.setting.similar) > 0.99) & ~grown(box, 2)
+    carried = grown(
+        as_in_image(cup, cup.setting.carried.render_at(*cup._pose(0))[..., 3]) > 0.01, 1
+    )
+    box = as_in_image(cup, cup.setting.hidden) > 0.99
+    behind = (as_in_image(cup, cup.setting.similar) > 0.99) & ~grown(box, 2)
     for part in (shrunk(cup.mask(0), 1), box & ~carried, behind & ~carried):
         assert part.sum() > 100
         assert np.nanmedian(hue_apart(coloured(image)[part], hue)) < 4
@@ -76,7 +78,7 @@ def test_similar_object_and_box_have_the_cup_hue(seed):
 def test_other_objects_lack_the_cup_hue(seed):
     cup = opened(seed)
     image = cup.render(0)
-    allowed = cup.mask(0) | (sided(cup, cup.setting.similar + cup.setting.hidden) > 0)
+    allowed = cup.mask(0) | (as_in_image(cup, cup.setting.similar + cup.setting.hidden) > 0)
     near = hue_apart(coloured(image), hue_of_cup(cup)) < 7
     assert near[~grown(allowed, 2)].mean() < 0.01
 

@@ -1,11 +1,10 @@
-"""`wang2010/hand`: place of the hand, overlap with the face, and colours."""
+"""`wang2010/hand`: position of the hand, overlap with the face, colours and cones."""
 
 import cv2
 import numpy as np
 import pytest
 
 from tests.datasets.synthetic.scenes import box_centres, grown, scenes_of, unless_sealed
-from trackmark.datasets.synthetic.wang2010.hand import hand as palm
 
 pytestmark = unless_sealed("wang2010/hand")
 
@@ -49,13 +48,3 @@ def test_face_has_the_hand_colour(seed):
 @pytest.mark.parametrize("seed", range(4))
 def test_office_lacks_the_hue_of_skin(seed):
     assert in_the_hue_of_skin(opened(seed)._room).mean() < 0.01
-
-
-@pytest.mark.parametrize("side", [-1, 1])
-def test_thumb_crease_is_on_the_side_of_the_thumb(side):
-    skin, _ = palm.hand_textures(np.random.default_rng(0), side)
-    ball = skin[
-        round(palm.WRIST_ROW - 4.5 * palm.TEXELS) : round(palm.WRIST_ROW - 1.5 * palm.TEXELS)
-    ]
-    dark = np.nonzero(ball < 0.88)[1] - palm.SIDE / 2
-    assert 0 < side * np.median(dark) < 2 * palm.TEXELS

@@ -7,9 +7,8 @@ from hypothesis import given, settings
 from tests.datasets.synthetic.scenes import SEEDS, box_centres, unless_sealed
 from trackmark import datasets
 from trackmark.datasets.synthetic.knobs import SceneKnobs
-from trackmark.datasets.synthetic.render.sprite import blend_sprite
 from trackmark.datasets.synthetic.wang2010 import table_tennis
-from trackmark.datasets.synthetic.wang2010.table_tennis import CATCH, Play, blend_swung
+from trackmark.datasets.synthetic.wang2010.table_tennis import Play
 
 pytestmark = unless_sealed("wang2010/table-tennis")
 
@@ -47,22 +46,6 @@ def test_gravity_matches_a_40_mm_ball_at_30_fps():
     assert fall == pytest.approx(9.81, rel=0.02)
 
 
-def test_bat_catches_the_ball_with_even_deceleration():
-    play = Play(3, *table_tennis.SIZE)
-    times = np.linspace(play.flights[1, 1], play.flights[2, 0], 9)
-    deceleration = -np.polyfit(times, play.ball(times)[:, 1], 2)[0] * 2
-    assert deceleration == pytest.approx(CATCH, rel=0.02)
-
-
-def test_stroke_moves_the_wrist_but_not_the_arm():
-    play = Play(3, *table_tennis.SIZE)
-    frames = np.arange(50)
-    assert (play.tip(frames[:STROKE]) == 0).all()
-    assert -3 < play.tip(STROKE) < -1
-    arm = play.bat(frames)[:, 1] - play.tip(frames)
-    assert np.abs(np.diff(arm, n=2))[STROKE - 2] < 3
-
-
 def test_speed_up_lasts_from_the_stroke_to_the_top(sequence):
     flagged = np.flatnonzero(sequence.attributes["speed-up"])
     assert flagged[0] == STROKE
@@ -96,44 +79,3 @@ def test_ball_blur_has_the_length_of_the_exposure(pair):
         assert across == pytest.approx(x + width / 2, abs=0.8)
     still, struck = (np.ptp(pair[0].play.ball([k - 0.225, k + 0.225])[:, 1]) for k in (8, STROKE))
     assert spreads[1] - spreads[0] == pytest.approx((struck**2 - still**2) / 12, rel=0.5)
-
-
-def swung(sprite, left, top, swings, shares):
-    canvas = np.full((60, 70, 3), 90, np.uint8)
-    still = np.zeros_like(left), np.zeros(sprite.shape[1], np.int64)
-    blend_swung(canvas, sprite, left, top, swings, np.full(sprite.shape[1], shares), *still)
-    return canvas
-
-
-@pytest.fixture(scope="module")
-def limb():
-    return table_tennis.scene(SceneKnobs(scene=3))._ball.levels[1]
-
-
-@pytest.mark.parametrize("count", [1, 4])
-def test_blend_swung_shifts_columns_by_their_share(limb, count):
-    random = np.random.default_rng(0)
-    left, top = random.integers(-20 * 64, 60 * 64, (2, count))
-    swings = 2 * random.integers(-10 * 64, 10 * 64, count)
-    quarter = np.floor(swings / 4 + 0.5).astype(int)
-    for shares, shift in ((256, swings), (128, swings // 2), (64, quarter), (0, 0 * swings)):
-        drawn = np.full((60, 70, 3), 90, np.uint8)
-        blend_sprite(drawn, limb, left, top + shift, 1 << 16)
-        assert (swung(limb, left, top, swings, shares) == drawn).all()
-    assert (drawn != 90).any()
-
-
-@pytest.mark.parametrize(("seed", "side", "border"), [(3, 1, 141), (1, -1, 0)])
-def test_player_swing_decreases_towards_the_elbow(seed, side, border):
-    """Compare the sleeve's upper edge at the border with the thumb's at the blade."""
-    scene = table_tennis.scene(SceneKnobs(scene=seed))
-    assert scene.play.side == side
-    bat = scene.play.bat(25)
-    tops = []
-    for up in (0, 16):
-        canvas = np.zeros((115, 142, 3), np.uint8)
-        scene._player.draw(canvas, (bat - (0, up))[None], bat[1], np.zeros(1))
-        covered = canvas.any(axis=2)
-        tops.append([covered[:, column].argmax() for column in (round(bat[0]) + 35 * side, border)])
-    assert tops[0][0] - tops[1][0] == 16
-    assert 2 <= tops[0][1] - tops[1][1] <= 12

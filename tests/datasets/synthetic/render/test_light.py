@@ -1,9 +1,14 @@
-"""Rendering of triangles, compositing, and soft shadows."""
+"""Lamps, shadows and triangle meshes, compared with laws of light and slow references."""
 
 import numpy as np
 import pytest
 
-from trackmark.datasets.synthetic.render.lamp import remaining_light
+from trackmark.datasets.synthetic.render.lamp import (
+    REACH,
+    lamp_light,
+    lamp_visibility,
+    remaining_light,
+)
 from trackmark.datasets.synthetic.render.triangles import (
     FINE,
     Mesh,
@@ -11,6 +16,38 @@ from trackmark.datasets.synthetic.render.triangles import (
     grid_triangles,
     render_mesh,
 )
+
+UP = np.array([0.0, 0.0, 1.0])
+
+
+def test_lamp_light_falls_with_squared_distance_and_cosine():
+    point = np.array([10.0, 20.0, 0.0])
+    near, far = (lamp_light(np.array([10.0, 20.0, d]), point, UP)[0] for d in (REACH, 2 * REACH))
+    assert near == pytest.approx(1)
+    assert far == pytest.approx(1 / 4)
+    place = np.array([0, 0, REACH])
+    for angle in (0.0, 0.4, 1.2):
+        light, _ = lamp_light(place, np.zeros(3), np.array([np.sin(angle), 0, np.cos(angle)]))
+        assert light == pytest.approx(np.cos(angle))
+    assert lamp_light(place, np.zeros(3), -UP) == (0.0, 0.0)  # faces away
+
+
+@pytest.mark.parametrize("side", [-1, 1])
+def test_wall_shadow_has_its_geometric_length(side):
+    fine, high = 2, 30.0
+    depths = np.zeros((80, 400))
+    depths[:, 196:204] = high  # a wall in columns 98 to 102 [pixels]
+    lamp = np.array([100 + side * 150.0, 20.0, 150.0])
+    seen = lamp_visibility(depths, lamp, fine)[40, :, 0]
+    columns = (np.arange(400) + 0.5) / fine
+    off = -side * (columns - 100)
+    reach = 2 + high / (150 - high) * (150 + 2)
+    assert (seen[(off > 5) & (off < reach - 10)] < 0.05).all()
+    assert (seen[off > reach + 10] > 0.95).all()
+    assert (seen[off < -4] == 1).all()
+    edge = seen[np.abs(off - reach) < 8]
+    assert ((edge > 0) & (edge < 1)).any()  # the lamp has a size
+
 
 SIZE = 16, 12
 
@@ -25,8 +62,8 @@ def triangles(random, count=12, closed=False):
     return mesh, corners, random.uniform(0.2, 2, (3 * count, 3))
 
 
-def looked_at_slowly(mesh, points, lights):
-    """Return the nearest triangle and its light per sample, by a linear solver."""
+def render_slowly(mesh, points, lights):
+    """Return the nearest triangle and its light per sample, from a linear solver."""
     width, height = SIZE
     owner = np.full((height * FINE, width * FINE), -1)
     light = np.zeros((*owner.shape, 3))
@@ -53,7 +90,7 @@ def test_render_mesh_shows_the_nearest_triangle(closed):
     rendered = render_mesh(mesh, points, lights, SIZE)
     picture = np.zeros((*SIZE[::-1], 4))
     picture[rendered.window] = rendered.sheet
-    owner, light = looked_at_slowly(mesh, points, lights)
+    owner, light = render_slowly(mesh, points, lights)
     covered = (owner >= 0).reshape(SIZE[1], FINE, SIZE[0], FINE).mean(axis=(1, 3))
     assert 0.2 < covered.mean() < 1
     assert picture[..., 3] == pytest.approx(covered)
@@ -65,7 +102,7 @@ def test_render_mesh_shows_the_nearest_triangle(closed):
     assert picture[..., :3].mean() == pytest.approx(means.mean(), rel=0.03)
 
 
-def test_a_grid_covers_its_rectangle_once_and_clockwise():
+def test_grid_triangles_cover_a_rectangle_clockwise():
     places = np.stack(np.meshgrid(np.arange(5.0), np.arange(4.0)), axis=2).reshape(-1, 2)
     a, b, c = np.moveaxis(places[grid_triangles(4, 5)], 1, 0)
     (ux, uy), (vx, vy) = (b - a).T, (c - a).T
@@ -84,7 +121,7 @@ def test_composite_blends_by_coverage():
     assert picture == pytest.approx(expected, abs=1e-6)
 
 
-def test_remaining_light_has_requested_darkness_and_place():
+def test_soft_shadow_has_requested_darkness_and_position():
     coverage = np.zeros((120, 160), np.float32)
     coverage[40:80, 40:80] = 1
     left = remaining_light(coverage, np.array([24.0, -8.0]), 4.0, 0.6)
