@@ -50,7 +50,7 @@ PARTS = {
 def recognises(path: Path) -> bool:
     """Return whether the path is a ground-truth file, a name in the root, or an image folder.
 
-    An image folder counts as the sequence of the same name, if there is one.
+    An image folder is recognised if it has the name of a sequence.
     """
     return _locate(path) is not None
 
@@ -58,7 +58,7 @@ def recognises(path: Path) -> bool:
 def list_members(folder: Path) -> list[Path]:
     """Return the sequences in the root folder or a ground-truth folder; see `ReaderOfMany`.
 
-    Images without ground truth are left out: UAV20L uses only some images of UAV123.
+    Images without ground truth are omitted, because UAV20L uses only some images of UAV123.
     """
     if "/".join(folder.absolute().parts[-2:]) in TRUTHS:
         members = list(folder.glob("*.txt"))

@@ -1,4 +1,4 @@
-"""Suite of synthetic sequences: names, parameters and the modules that render the scenes."""
+"""Suite of synthetic sequences: names, parameters and rendering modules."""
 
 import hashlib
 import importlib
@@ -29,7 +29,7 @@ class SceneModule(Protocol):
     def scene(self, knobs: Any, *which: Any) -> "SyntheticScene":
         """Return the renderer with its ground truth, without rendering.
 
-        `which`: see `SequenceEntry.which`.
+        `which` is `SequenceEntry.which`.
         """
         ...
 
@@ -40,11 +40,12 @@ class SequenceEntry:
 
     name: str  # full name, `suite/sequence`
     knobs: type[Knobs]  # parameters of the sequence
-    # dotted name of the `SceneModule`; it imports Numba, so it is loaded only to open a sequence
+    # dotted name of a `SceneModule`, which is imported only to open a sequence: it imports Numba
     module: str
-    length: int  # number of frames with default parameters
-    size: tuple[int, int]  # width and height of the images [pixels] with default parameters
-    which: tuple[Any, ...] = ()  # arguments that select this sequence among those of the module
+    length: int  # number of frames for default parameters
+    size: tuple[int, int]  # width and height of the images for default parameters [pixels]
+    # further arguments of `SceneModule.scene` that select this sequence
+    which: tuple[Any, ...] = ()
 
     def opened(self, options: Mapping[str, str]) -> tuple[Knobs, SceneModule]:
         """Return the checked parameters and the scene module.
@@ -58,14 +59,14 @@ class SequenceEntry:
 class SyntheticSuite:
     """Synthetic sequences of one folder.
 
-    `folder`: the suite's folder; its `golden.json` holds the versions (see `datasets.versioning`).
-    `entries`: the sequences.
+    `folder` is the folder of the suite. Its `golden.json` contains the versions of the scenes; see
+    `datasets.versioning`.
     """
 
     def __init__(self, folder: Path, entries: Iterable[SequenceEntry]) -> None:
         self.entries = {entry.name: entry for entry in entries}
         self.golden = folder / "golden.json"
-        # A command loads a sequence several times, and ground truth can take a second per scene.
+        # A command loads a sequence several times; computing the ground truth can take a second.
         self._truth = lru_cache(maxsize=1024)(self._true)
 
     def names(self) -> list[str]:
@@ -81,7 +82,7 @@ class SyntheticSuite:
         return Summary(self.entries[name].length, self.entries[name].size)
 
     def describe(self, name: str) -> SequenceMetadata:
-        """Return the description of a sequence: the stored one while its source is unchanged."""
+        """Return the metadata of a sequence, from `golden.json` if its source is unchanged."""
         entry, seal = self.entries[name], find_version(name, self.golden)
         if seal is None or seal.tree != self.tree(name) or name not in seal.known:
             return sequence_metadata(self.load(name, {}), entry.size)
@@ -97,13 +98,13 @@ class SyntheticSuite:
         )
 
     def identity(self, name: str, options: Mapping[str, str]) -> tuple[str, str]:
-        """Return name and fingerprint of the sequence that `load` returns, or raise its errors."""
+        """Return name and fingerprint of the sequence of `load`; exceptions are as in `load`."""
         entry = self.entries[name]
         knobs = entry.knobs.checked(name, options)
         return knobs.canonical_name(name), self._fingerprint(entry, knobs)
 
     def load(self, name: str, options: Mapping[str, str]) -> Sequence:
-        """Return a sequence of the suite with some parameters set; render nothing.
+        """Return a sequence of the suite; other parameters than `options` have their defaults.
 
         Raises `SequenceError` for an unknown parameter or a value outside its bounds.
         """
@@ -131,8 +132,8 @@ class SyntheticSuite:
     def tree(self, name: str) -> str:
         """Return the digest of the syntax trees that define a sequence's scenes.
 
-        It covers the modules of this folder: no other module defines a pixel or a ground-truth
-        value.
+        The digest covers the modules of `datasets/synthetic`. No other module affects pixels or
+        ground truth.
         """
         return _scene_tree(self.entries[name].module)
 
@@ -146,15 +147,15 @@ class SyntheticSuite:
 
 @cache
 def _scene_tree(module: str) -> str:
-    """Return the digest of a scene module, once per process: it is read for every stored run."""
+    """Return the digest of a scene module; it is cached, because every stored run needs it."""
     file = FOLDER.parents[2].joinpath(*module.split("."))
     return tree_digest(file.with_suffix(".py"), FOLDER)
 
 
 def _identity(knobs: Knobs) -> dict[str, Any]:
-    """Return all parameters by name, except those marked `later` that have their default value.
+    """Return all parameters by name, without parameters marked `later` that have their defaults.
 
-    `later` parameters were added after results had been stored; their default changes nothing.
+    Parameters marked `later` are newer than stored results; their defaults do not change a scene.
     """
     later = {
         name: field.default
@@ -167,7 +168,7 @@ def _identity(knobs: Knobs) -> dict[str, Any]:
 
 @cache
 def suites() -> list[SyntheticSuite]:
-    """Return the suites: the `SUITE` of every package in this folder that has one."""
+    """Return the `SUITE` of every package in this folder that defines a suite."""
     folders = sorted(file.parent.name for file in FOLDER.glob("*/__init__.py"))
     packages = [importlib.import_module(f"trackmark.datasets.synthetic.{name}") for name in folders]
     return [package.SUITE for package in packages if hasattr(package, "SUITE")]

@@ -23,7 +23,7 @@ WEAVES: Weaves = ("plain", "plain", "knit", "stripes")
 
 @lru_cache(maxsize=4)
 def twin_plan(scene: int, distance: float, same: bool) -> WalkPlan:
-    """Return a plan with the target and a second person in the same or in other clothes."""
+    """Return the plan of `stress/twin`: target and second person in equal or other clothes."""
 
     def generator(part: str) -> np.random.Generator:
         return part_generator(scene, f"stress/twin {part}")
@@ -39,7 +39,7 @@ def twin_plan(scene: int, distance: float, same: bool) -> WalkPlan:
     first = sample_person(generator("target"), target, worn)
     width = body_boxes(*WalkPlan(0, views, [first]).places[0].T)[:, 2]
     course = routes.sample_path_beside_target(generator("twin way"), views, target, width, distance)
-    # With the same generator, only the clothes of the second person differ between variants.
+    # The generators are equal, so that variants differ only in the second person's clothes.
     second = sample_person(generator("twin"), course, worn if same else unlike)
     return WalkPlan(sample_seed(generator("street")), views, [first, second])
 
@@ -51,7 +51,7 @@ def sample_person(
     bag: BGR | None = None,
     weaves: Weaves = WEAVES,
 ) -> Person:
-    """Return a person in an upper garment and trousers; other properties are random."""
+    """Sample a person in given clothes; all other properties are random."""
     look = WalkerLook(
         shirt=worn[0],
         trousers=worn[1],
@@ -69,5 +69,5 @@ def sample_person(
 
 
 def sample_seed(random: np.random.Generator) -> int:
-    """Draw a seed of 32 bits."""
+    """Sample a seed of 32 bits."""
     return int(random.integers(2**32))

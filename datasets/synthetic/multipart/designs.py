@@ -1,11 +1,12 @@
 """Designs of the eight sequences of `multipart`, from the paper's text.
 
-Section 3 states 640x480, outdoors, 788 to 229 frames (Table 1). "In Sequence 1-4, a walking person
-is captured by a moving camera", with "target appearance changes and background changes rapidly".
-"In Sequence 5-8 walking persons are captured by a fixed camera", with "background clutters and
-target's occlusion". In 1, 2, 5 and 6 shirt and trousers differ in colour; in 3, 4, 7 and 8 the
-target is plain. In Table 1 all methods lose sequence 7 at frame 337 of 377. The conclusion names "a
-similar looking object" nearby as the weakness of colours.
+Section 3 of the paper gives 640x480 pixels, outdoors, 229 to 788 frames (Table 1). "In Sequence
+1-4, a walking person is captured by a moving camera", with "target appearance changes and
+background changes rapidly". "In Sequence 5-8 walking persons are captured by a fixed camera", with
+"background clutters and target's occlusion". In sequences 1, 2, 5 and 6 shirt and trousers differ
+in colour; in 3, 4, 7 and 8 the target has one colour. In Table 1 all methods lose the target of
+sequence 7 at frame 337 of 377. The conclusion names "a similar looking object" nearby as the
+weakness of colours.
 """
 
 from dataclasses import dataclass
@@ -21,25 +22,27 @@ TWIN_FRAMES = 150
 
 @dataclass(frozen=True)
 class Design:
-    """Properties that all scenes of a sequence share."""
+    """Properties that are equal in all scenes of a sequence."""
 
     length: int  # [frames]
-    follows: bool  # True: a hand-held camera follows the target; False: a fixed camera
+    follows: bool  # True for a hand-held camera that follows the target, False for a fixed camera
     two_coloured: bool  # True if the target's shirt and trousers differ clearly in colour
     # minimum and maximum distance of the target from the camera [metres]
     depths: tuple[float, float]
-    speed: float  # of the target [metres/second]
-    turns: int = 0  # number of times that a followed target reverses its direction
-    # True if the target wears an open jacket over a darker shirt, so its sides differ
+    speed: float  # speed of the target [metres/second]
+    turns: int = 0  # number of times that the target of a following camera reverses its direction
+    # True if the target wears an open jacket over a darker shirt: front and back differ
     jacket: bool = False
-    # True if the target carries a bag on the back, close to the body, so its sides differ
+    # True if the target carries a bag on the back: front and back differ
     bag: bool = False
-    behind: int = 0  # passers-by farther from the camera than the target
-    before: int = 0  # passers-by between the camera and the target, each occluding it once
-    posts: int = 0  # lamp posts that the target passes behind
-    mixed: int = 0  # people striped in the target's two colours that overtake it
+    behind: int = 0  # number of passers-by behind the target
+    before: int = 0  # number of passers-by in front of the target; each occludes the target once
+    posts: int = 0  # number of lamp posts that the target passes behind
+    # number of people in stripes of the target's two colours who overtake the target
+    mixed: int = 0
     pace: float = 0.9  # speed of these people relative to the target [metres/second]
-    crossing: bool = False  # True if a person in the target's clothes crosses in front of it
+    # True if a person in the target's clothes crosses in front of the target
+    crossing: bool = False
 
 
 DESIGNS = {
@@ -58,9 +61,9 @@ DESIGNS = {
 
 
 class WalkingKnobs(Knobs):
-    """Parameters of every walking scene."""
+    """Parameters of all walking scenes."""
 
-    scene: Seed = seed("all that is drawn at random: street, clothes, paths, camera")
+    scene: Seed = seed("all random properties: street, clothes, paths, camera")
     light: Literal["even", "dappled"] = Field(
         "even", description="even: an overcast sky; dappled: sun with the shade of trees"
     )
@@ -70,7 +73,7 @@ class PillarKnobs(WalkingKnobs):
     """Parameters of `stress/pillar`."""
 
     number: Literal["5", "7"] = Field(
-        "5", description="sequence of `multipart` that has a pillar in place of the lamp post"
+        "5", description="sequence of `multipart` in which a pillar replaces the lamp post"
     )
 
 

@@ -1,4 +1,4 @@
-"""Plans of the eight sequences: the target, the people around it, the camera and the posts."""
+"""Plans of the eight sequences: target, other people, camera and posts."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -18,26 +18,26 @@ from trackmark.datasets.synthetic.render.views import (
 from trackmark.datasets.synthetic.scene import part_generator
 
 FIRST, LAST = 0.16, 0.88
-"""Relative times of the first and the last passage in front of the target."""
+"""Relative times at which the first and the last person pass in front of the target."""
 
 LAST_BEFORE_CROSSING = 0.74
-"""Relative time of the last passage if a person in the target's clothes crosses later."""
+"""Relative time of the last person if a person in the target's clothes crosses later."""
 
 CROSSING = 0.87, 0.9
-"""Bounds of the relative time at which that person crosses."""
+"""Range of the relative time at which a person in the target's clothes crosses."""
 
 CLEAR = 0.6
-"""Minimum depth distance of other people behind the target [metres]."""
+"""Minimum difference in depth between the target and people behind it [metres]."""
 
 POSTS, PILLARS = (0.10, 0.14), (0.35, 0.5)
-"""Thickness of a lamp post, and of the pillar that replaces it in `stress/pillar` [metres]."""
+"""Thickness ranges of lamp posts, and of the pillar in `stress/pillar` [metres]."""
 
 Generators = Callable[[str], np.random.Generator]
 
 
 @lru_cache(maxsize=4)
 def multipart_plan(number: str, scene: int, thickness: tuple[float, float] = POSTS) -> WalkPlan:
-    """Return the plan of one of the eight sequences; `thickness` bounds that of the posts."""
+    """Return the plan of one of the eight sequences; `thickness` is the range for its posts."""
     design = DESIGNS[number]
 
     def generator(part: str) -> np.random.Generator:
@@ -80,7 +80,7 @@ def _target(generator: Generators, design: Design, course: WalkingPath) -> Perso
 def _resembling(
     generator: Generators, design: Design, views: Views, target: Person, others: list[WalkingPath]
 ) -> list[Person]:
-    """Return people in the target's colours: striped ones overtake it, one crosses."""
+    """Return people in the target's colours: people in stripes overtake it, one person crosses."""
     people = []
     for i in range(design.mixed):
         random = generator(f"mixed {i}")
@@ -100,7 +100,7 @@ def _resembling(
 def _passers(
     generator: Generators, design: Design, views: Views, target: Person, others: list[WalkingPath]
 ) -> list[Person]:
-    """Return people in other clothes around the target; their paths are added to `others`."""
+    """Return people in other clothes around the target, and append their paths to `others`."""
     start = len(others)
     last = LAST_BEFORE_CROSSING if design.crossing else LAST
     for i in range(design.before):

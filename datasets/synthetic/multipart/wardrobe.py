@@ -1,7 +1,7 @@
-"""Clothes of the scenes, selected by their colour distance from the street and from passers-by.
+"""Clothes, selected by their colour differences from the street and from other people.
 
-The grey and brown houses, roads and passers-by of the street have little chroma. Targets wear
-saturated clothes. Passers-by wear clothes whose chromaticity differs from both of the target's.
+Houses and roads are grey and brown. Targets wear saturated clothes. The chromaticities of the
+clothes of passers-by differ from those of the target's shirt and trousers.
 """
 
 from dataclasses import replace
@@ -53,13 +53,11 @@ SATURATED: tuple[BGR, ...] = (
 )
 
 DIFFERENT_HALVES = 90.0, 25.0
-"""Minimum distances between shirt and trousers of two colours: in chromaticity and in L*
-
-[CIE L*u*v*].
+"""Minimum differences of shirt and trousers in chromaticity and in L* [CIE L*u*v*].
 """
 
 UNLIKE_TARGET = 45.0
-"""Minimum distance of a passer-by's chromaticities from the target's [CIE u*, v*]."""
+"""Minimum distance between chromaticities of a passer-by and of the target [CIE u*, v*]."""
 
 BOTH = (
     (50, 48, 48),  # black
@@ -72,16 +70,16 @@ BOTH = (
     (62, 82, 110),  # brown
     (58, 44, 98),  # burgundy
 )
-"""Colours of clothes worn from top to bottom (suits, overalls, tracksuits), and of bags."""
+"""Colours of one-coloured clothes (suits, overalls, tracksuits) and of bags."""
 
 TONE = np.array([0.114, 0.587, 0.299])
 """Weights of blue, green and red in the tone (Rec. 601)."""
 
 CLEAR_TONE = 55.0
-"""Minimum difference of clearly different tones [grey levels]."""
+"""Two tones differ clearly if their difference is at least this large [grey levels]."""
 
 CLEAR_COLOUR = 28.0
-"""Minimum difference of clearly different colours after removing the tone [grey levels]."""
+"""Two colours differ clearly if they differ by this much apart from the tone [grey levels]."""
 
 
 def sample_plain_clothes(random: np.random.Generator) -> tuple[BGR, BGR]:
@@ -103,7 +101,7 @@ def sample_two_coloured_clothes(random: np.random.Generator) -> tuple[BGR, BGR]:
 
 
 def sample_passer_clothes(random: np.random.Generator, target: tuple[BGR, BGR]) -> tuple[BGR, BGR]:
-    """Sample shirt and trousers of a passer-by, with chromaticities unlike the target's."""
+    """Sample shirt and trousers of a passer-by, whose chromaticities differ from the target's."""
     shirts, trousers = (
         [c for c in colours if min(chroma_distance(c, worn) for worn in target) >= UNLIKE_TARGET]
         for colours in (SHIRTS, TROUSERS)
@@ -113,10 +111,10 @@ def sample_passer_clothes(random: np.random.Generator, target: tuple[BGR, BGR]) 
 
 
 def stripe_clothes(look: WalkerLook) -> WalkerLook:
-    """Return clothes of the same build with stripes in the colours of shirt and trousers.
+    """Return clothes of equal cut with stripes in the colours of shirt and trousers.
 
-    They resemble the whole of the target and neither of its halves: four fifths of each garment
-    have the colour of the target's other one.
+    The clothes resemble the target as a whole, but not its upper or lower half: four fifths of each
+    garment have the colour of the target's other garment.
     """
     return replace(look, shirt=look.jacket or look.shirt, striped=True, jacket=None, bag=None)
 
@@ -139,7 +137,7 @@ def _luv(colour: BGR) -> NDArray[np.float32]:
 
 
 def scale_brightness(colour: BGR, gain: float) -> BGR:
-    """Return a darker or lighter colour of the same chromaticity."""
+    """Return a darker or lighter colour of equal chromaticity."""
     blue, green, red = np.clip(np.round(np.multiply(colour, gain)), 0, 255).astype(int).tolist()
     return blue, green, red
 
@@ -154,12 +152,12 @@ def sample_street_clothes(random: np.random.Generator) -> tuple[BGR, BGR]:
 
 
 def sample_bag(random: np.random.Generator) -> BGR:
-    """Sample a bag in a dirt-hiding colour."""
+    """Sample the colour of a bag."""
     return vary_dye(random, _choose(random, BOTH))
 
 
 def sample_other_clothes(random: np.random.Generator, first: tuple[BGR, BGR]) -> tuple[BGR, BGR]:
-    """Sample shirt and trousers in colours clearly unlike another person's clothes."""
+    """Sample shirt and trousers in colours that differ clearly from another person's clothes."""
 
     def unlike(colour: BGR) -> float:
         return -min(float(np.abs(np.subtract(colour, worn)).max()) for worn in first)
@@ -183,6 +181,6 @@ def _choose(random: np.random.Generator, colours: tuple[BGR, ...]) -> BGR:
 
 
 def vary_dye(random: np.random.Generator, colour: BGR, spread: float = 0.08) -> BGR:
-    """Return a variation of a colour, in whole grey levels."""
+    """Return a random variation of a colour, in whole grey levels."""
     blue, green, red = np.round(vary_colour(random, colour, spread)).astype(int).tolist()
     return blue, green, red

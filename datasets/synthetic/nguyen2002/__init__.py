@@ -1,8 +1,8 @@
-"""Sequences of a paper on template tracking by colour-invariant pixel features.
+"""Synthetic sequences after Nguyen et al. (2002), on template tracking by colour invariants.
 
-They imitate the paper's own recording and the clips that it took from an action film. They follow
-only its text: the videos differ from the originals and are new in every scene. A scene of the film
-is a set of twenty clips.
+The sequences imitate the paper's own recording and the clips that it takes from an action film.
+They follow the text of the paper and use none of its images. Every scene number gives a different
+video; for the film, it gives a different set of twenty clips.
 """
 
 from pathlib import Path
@@ -19,7 +19,7 @@ LENGTHS = (
     115, 119, 143, 134, 124, 155, 180, 146, 156, 164,
     157, 166, 126, 178, 140, 148, 168, 183, 115, 183,
 )  # fmt: skip
-"""Number of frames of the twenty clips in the first scene, where they are random."""
+"""Numbers of frames of the twenty clips in scene 0; every scene has other numbers."""
 
 SUITE = SyntheticSuite(
     Path(__file__).parent,

@@ -1,7 +1,7 @@
-"""Plain scenes: one difficulty at a time.
+"""Plain scenes, each with one difficulty.
 
-`plain/target` is a two-coloured target that moves over a textured ground. It is easy by default;
-each parameter adds one difficulty.
+`plain/target` shows a two-coloured target that moves over a textured ground. With default
+parameters it is easy; each parameter adds one difficulty.
 """
 
 from pathlib import Path

@@ -16,17 +16,17 @@ from trackmark.datasets.synthetic.scene import SceneTruth, SyntheticScene, part_
 
 Array = NDArray[np.float64]
 
-COLUMNS = 256  # columns that sample the silhouette's area
+COLUMNS = 256  # number of columns that sample the area of the silhouette
 
 
 class TargetMotion:
-    """Motion, size and light of a target's scene.
+    """Motion and size of the target, motion of all other objects, and light.
 
-    `power`: exponent of the superellipse that is the silhouette. `half_size`: half width and half
-    height of the target in the first frame [pixels]; shape (2,). `occlusion_frame`: frame of the
-    maximum occlusion by the board. `board_width`: [pixels]; 0 without occlusion. `pan`: velocity of
-    the window over the ground [pixels/frame]; shape (2,). `distractors`: paths of the distractors'
-    centres.
+    The silhouette of the target is a superellipse with the exponent `power`. `half_size`, shape
+    (2,), is half the width and height of the target in the first frame [pixels]. The board occludes
+    most in `occlusion_frame`; its width is `board_width` [pixels], or 0 without occlusion. `pan`,
+    shape (2,), is the velocity of the image over the ground [pixels/frame]. `distractors` are the
+    paths of the distractors' centres.
     """
 
     def __init__(self, knobs: TargetKnobs) -> None:
@@ -60,7 +60,7 @@ class TargetMotion:
         return random_loop(random, middle - half, middle + half, self.knobs.speed)
 
     def _set_exit(self) -> None:
-        """Select the edge where the target leaves: the nearest one."""
+        """Select the image border where the target leaves: the nearest border."""
         n, absence = self.knobs.length, self.knobs.absence
         self._leaves = round(2 * n / 3 - absence / 2)
         self._returns = self._leaves + absence - 1
@@ -71,7 +71,7 @@ class TargetMotion:
         self._exit_axis, self._exit_high = edge % 2, edge >= 2
 
     def _set_board(self) -> None:
-        """Set width and speed of the board: it hides `occlusion` when centred on the target."""
+        """Set width and speed of the board, which hides `occlusion` when it is over the centre."""
         self.occlusion_frame = round(self.knobs.length / 3)
         self.board_width = self._board_middle = self._board_velocity = 0.0
         if self.knobs.occlusion == 0:
@@ -122,32 +122,36 @@ class TargetMotion:
 
 
 def silhouette_columns(power: int) -> tuple[Array, Array]:
-    """Return centres x and half chords of a unit superellipse's columns, shape (COLUMNS,) each."""
+    """Return centres x and half heights of the columns of a unit superellipse, (COLUMNS,) each."""
     x = (np.arange(COLUMNS) + 0.5) / COLUMNS * 2 - 1
     chord = np.sqrt(1 - x * x) if power == 2 else np.sqrt(np.sqrt(1 - x * x * x * x))
     return x, chord
 
 
 def _passing_cloud(progress: Array, across: Array) -> Array:
-    """Return the share of sunlight that a cloud removes, in [0, 1], by progress of the sequence.
+    """Return the fraction of the cloud's effect, in [0, 1], at a progress of the sequence.
 
-    The shade crosses the image from one side; `across` is the horizontal position in [-1, 1]. There
-    is none at the start and at the end, and it covers everything in the middle.
+    The shade crosses the image from one side; `across` is the horizontal position in [-1, 1]. At
+    the start and the end there is no shade; in the middle of the sequence it covers the whole
+    image.
     """
     phase = progress - 0.08 * across
     return smooth_step(phase, 0.15, 0.4) - smooth_step(phase, 0.6, 0.85)
 
 
-CHUNK = 1024  # frames that are measured together, so that memory use does not grow with the length
+CHUNK = 1024  # number of frames that are measured together, which limits the memory use
 
 
 def target_truth(motion: TargetMotion) -> SceneTruth:
     """Return the ground truth of all frames.
 
-    Attributes are `occlusion` (the board hides a part of the target), `out_of_view` (a part or all
-    of it) and `scale_change` (outside 0.8 to 1.25 of the first size). Further ones are
-    `light_change` (at least a tenth of the light is missing in the image centre) and `clutter` (the
-    centre of a distractor within twice the target's larger side of its centre).
+    The attributes are:
+
+    - `occlusion`: the board hides a part of the target.
+    - `out_of_view`: a part of the target or all of it is outside the image.
+    - `scale_change`: the size is outside 0.8 to 1.25 times the first size.
+    - `light_change`: at least a tenth of the light is missing in the image centre.
+    - `clutter`: the centre of a distractor is within twice the target's larger side.
     """
     times = np.arange(motion.knobs.length)
     scale = motion.scale(times)
@@ -189,7 +193,7 @@ def target_truth(motion: TargetMotion) -> SceneTruth:
 def _visible_fractions(
     motion: TargetMotion, frames: NDArray[np.int64], centre: Array, half: Array
 ) -> tuple[Array, Array]:
-    """Return the shares of the silhouette that are in view, and of it not behind the board."""
+    """Return the fractions of the silhouette that are in the image, and visible there."""
     x, chord = silhouette_columns(motion.power)
     left = centre[:, :1] + half[:, :1] * (x - 1 / COLUMNS)
     right = centre[:, :1] + half[:, :1] * (x + 1 / COLUMNS)
@@ -208,9 +212,9 @@ def _visible_fractions(
 
 
 GROUNDS = (grass, paving, pebbles)
-# colour pairs, BGR: a body and its markings
+# colours of bodies and of their markings, BGR
 COLOURS = np.array(
-    [  # BGR pairs: a body and its markings
+    [  # colours of body and markings, BGR
         [[38, 44, 186], [196, 222, 232]],
         [[170, 92, 34], [206, 224, 230]],
         [[28, 150, 226], [120, 52, 26]],
@@ -220,13 +224,13 @@ COLOURS = np.array(
     ],
     np.float64,
 )
-SKIN = 256  # side of the textures that are wrapped around objects of any size [pixels]
+SKIN = 256  # side of the textures of objects [pixels]
 SUN = np.array([-0.45, -0.55, 0.7])  # direction to the sun (x, y, up), nearly of unit length
 
 
 @dataclass(frozen=True)
 class ShadedSprite:
-    """Sprite with its shadow, and its painted size relative to that in frame 0."""
+    """Sprite with its shadow, and its painted size relative to the size in frame 0."""
 
     sprite: Sprite
     shadow: Sprite
@@ -234,9 +238,9 @@ class ShadedSprite:
 
 
 def paint_ground(motion: TargetMotion) -> NDArray[np.uint8]:
-    """Return a texture from which any window of the image size can be cut, blurred by the pan.
+    """Return the ground, blurred by the pan; any window of the image size can be cut from it.
 
-    The shape is (side + height + 1, side + width + 1, 3) for a pattern with the period `side`.
+    The shape is (side + height + 1, side + width + 1, 3); the pattern has the period `side`.
     """
     knobs = motion.knobs
     random = part_generator(knobs.scene, "ground")
@@ -258,14 +262,14 @@ def paint_ground(motion: TargetMotion) -> NDArray[np.uint8]:
 
 
 def paint_target(motion: TargetMotion) -> ShadedSprite:
-    """Return the target, painted at its largest size."""
+    """Return the target, painted at its maximum size."""
     random = part_generator(motion.knobs.scene, "target look")
     oversize = max(1.0, motion.knobs.scale)
     return _pebble(random, _colours(motion), motion.half_size, motion.power, oversize)
 
 
 def paint_distractors(motion: TargetMotion) -> list[ShadedSprite]:
-    """Return objects in the target's colours, with other shapes and markings."""
+    """Return objects that have the target's colours, but other shapes and markings."""
     things = []
     for i in range(motion.knobs.clutter):
         random = part_generator(motion.knobs.scene, f"distractor look {i}")
@@ -332,7 +336,7 @@ def _pebble(
     return ShadedSprite(sprite, sprite.shadow(0.62, max(3, round(0.16 * half_height))), oversize)
 
 
-MAX_INSTANTS = 32  # maximum number of instants of an exposure
+MAX_INSTANTS = 32  # maximum number of times within an exposure
 
 
 def scene(knobs: TargetKnobs) -> "TargetScene":
@@ -341,7 +345,7 @@ def scene(knobs: TargetKnobs) -> "TargetScene":
 
 
 class TargetScene(SyntheticScene):
-    """Target with its background, distractors and occluding board."""
+    """Scene of a target with background, distractors and an occluding board."""
 
     def __init__(self, knobs: TargetKnobs) -> None:
         self.knobs = knobs
@@ -381,13 +385,13 @@ class TargetScene(SyntheticScene):
     def _draw_object(
         self, canvas: Image, thing: ShadedSprite, centres: Array, scale: float
     ) -> None:
-        """Draw an object after its shadow."""
+        """Draw a shadow, and then its object."""
         drop = self.motion.half_size[1] * np.array([0.16, 0.24]) * scale
         thing.shadow.draw(canvas, centres + drop, scale / thing.oversize)
         thing.sprite.draw(canvas, centres, scale / thing.oversize)
 
     def _instants(self, frame: int, travelled: float) -> Array:
-        """Return a power of two of instants of the exposure [frames], about a pixel apart."""
+        """Return times within the exposure [frames]: a power of two, about a pixel apart."""
         way = max(1.0, travelled * self.knobs.blur)
         count = min(MAX_INSTANTS, 1 << int(np.ceil(way) - 1).bit_length())
         return frame + self.knobs.blur * ((np.arange(count) + 0.5) / count - 0.5)

@@ -19,7 +19,7 @@ CUPS: tuple[BGR, ...] = (
     (62, 30, 164),  # crimson
     (104, 46, 150),  # magenta
 )
-"""Colours of cups; none has the hue of skin, of wood or of a cream wall."""
+"""Colours of cups. No cup has the hue of skin, wood or a cream wall."""
 
 NEUTRALS: tuple[BGR, ...] = (
     (192, 208, 216),  # cream
@@ -90,11 +90,11 @@ STORED: tuple[BGR, ...] = (
 STEEL, DARK = (150, 150, 146), (44, 44, 46)
 
 APART = 0.1
-"""Minimum hue distance of other objects, also white ones, from the cup, on a circle of length 1."""
+"""Minimum hue difference between the cup and other objects; all hues span a length of 1."""
 
 
 def sample_other_hue(random: np.random.Generator, colours: Sequence[BGR], cup: Array) -> Array:
-    """Sample a slightly varied colour whose hue differs from the cup's."""
+    """Sample a slightly varied colour whose hue differs from the hue of the cup."""
     fit = [colour for colour in colours if APART < abs(_hue(colour) - _hue(cup)) < 1 - APART]
     return sample_similar(random, fit, 0.05)
 
@@ -102,7 +102,7 @@ def sample_other_hue(random: np.random.Generator, colours: Sequence[BGR], cup: A
 def sample_colour(
     random: np.random.Generator, colours: Sequence[BGR], spread: float = 0.10
 ) -> Array:
-    """Sample one of some colours and vary it by `vary_colour`."""
+    """Sample one of several colours and apply `vary_colour`."""
     return vary_colour(random, colours[int(random.integers(len(colours)))], spread)
 
 
@@ -113,7 +113,7 @@ def vary_colour(random: np.random.Generator, colour: ArrayLike, spread: float = 
 
 
 def sample_similar(random: np.random.Generator, colours: Sequence[BGR], spread: float) -> Array:
-    """Sample one of some colours and vary it by `vary_slightly`."""
+    """Sample one of several colours and apply `vary_slightly`."""
     return vary_slightly(random, colours[int(random.integers(len(colours)))], spread)
 
 

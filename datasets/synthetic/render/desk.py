@@ -1,7 +1,7 @@
-"""Static room: a wall with a shelf and a picture, a desk with objects.
+"""Static room: a wall with a shelf and a picture, and a desk with objects.
 
-x is relative to the image centre, y to the desk's top, z to the plane in which the target moves;
-the wall is at `WALL`.
+The origin is the image centre in x, the top of the desk in y, and the plane in which the target
+moves in z. The wall is at the depth `WALL`.
 """
 
 import itertools
@@ -35,7 +35,7 @@ from trackmark.datasets.synthetic.render.solids import bowl, box, half_space, li
 Array = NDArray[np.float64]
 
 WALL = -140.0
-"""Depth of the wall relative to the plane in which the target moves [pixels towards the camera]."""
+"""Depth of the wall relative to the plane of the target; positive towards the camera [pixels]."""
 
 WALLS = (
     (176, 186, 190), (150, 176, 190), (186, 180, 160), (150, 172, 156), (168, 164, 182),
@@ -47,10 +47,10 @@ BACKS = (*ACCENTS, *CLOTHES)
 def render_room(
     random: np.random.Generator, size: tuple[int, int], horizon: float, fine: int
 ) -> SurfaceBuffer:
-    """Render a random room; left and right are exchanged at random.
+    """Render a random room, which is mirrored at random.
 
-    `size` is the image size and `horizon` the row in which the wall meets the desk [pixels]; there
-    are `fine` samples per pixel and axis.
+    `size` is the image size [pixels], `horizon` the row at which the wall meets the desk, and
+    `fine` the number of samples per pixel and axis.
     """
     side = float(random.choice([-1, 1]))
     things = [
@@ -89,7 +89,7 @@ def _bare(random: np.random.Generator) -> list[SceneObject]:
 
 
 def _striped(random: np.random.Generator) -> Pattern:
-    """Return striped wallpaper."""
+    """Return the finish of striped wallpaper."""
     pitch, share = random.uniform(14, 30), random.uniform(0.3, 0.6)
     tone = 1 - random.uniform(0.08, 0.16) * random.uniform(0.4, 1, 3)
     uneven = grain(random, 0.02)
@@ -103,7 +103,7 @@ def _striped(random: np.random.Generator) -> Pattern:
 
 
 def _sprigged(random: np.random.Generator) -> Pattern:
-    """Return wallpaper with sprigs."""
+    """Return the finish of wallpaper with sprigs."""
     pitch = random.uniform(20, 30)
     tone, heart = random.uniform(0.62, 0.9, 3), random.uniform(0.5, 1.15, 3)
     uneven = grain(random, 0.02)
@@ -120,14 +120,14 @@ def _sprigged(random: np.random.Generator) -> Pattern:
 
 
 def _plastered(random: np.random.Generator) -> Pattern:
-    """Return paint on brick or on plaster."""
+    """Return the finish of painted brick or plaster."""
     if random.random() < 0.5:
         return tiles(random, random.uniform(26, 32), random.uniform(10, 12), np.full(3, 0.82))
     return grain(random, 0.05, coarsest=4)
 
 
 def _shelf(random: np.random.Generator, x: float) -> list[SceneObject]:
-    """Return a board with books between two ends."""
+    """Return a shelf board with a row of books."""
     wide, y = random.uniform(66, 76), random.uniform(92, 104)
     wood = Finish(_sample_colour(random, COUNTERS[:3]), 0.03, grain(random, 0.09, (0.12, 1, 1), 16))
     z = WALL + 22

@@ -124,12 +124,6 @@ def test_time_with_a_limit_holds_below_it() -> None:
         assert f"{limit} ms" in verdict.reason
 
 
-def test_numbers_are_printed_and_not_judged() -> None:
-    verdict = judge(claim(of="A", test="number"), Evidence(table({"A": 0.5 + NOISE})))
-    assert verdict.verdict == "not testable"
-    assert verdict.statistic == pytest.approx(0.5, abs=0.01)
-
-
 def test_claim_without_runs_is_inconclusive() -> None:
     for test, sides in (("order", {"better": "A", "worse": "B"}), ("share", {"of": "A"})):
         verdict = judge(claim(test=test, margin=0.1, **sides), Evidence())

@@ -14,8 +14,6 @@ from trackmark.bench.store.results import Results, run_columns
 
 TRACKMARK = [sys.executable, "-c", "from trackmark.bench.cli import main; main()"]
 
-TRACKMARK = [sys.executable, "-c", "from trackmark.bench.cli import main; main()"]
-
 
 class Command:
     """A command that runs, in a session of its own.

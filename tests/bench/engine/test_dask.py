@@ -21,7 +21,6 @@ from trackmark.bench.experiments.experiment import SequenceSource
 from trackmark.bench.store.results import Results
 
 ACTS = {
-    "deadly": "import os; os._exit(3)",
     "slow": "__import__('time').sleep(0.3)",
     # It kills the first Dask worker that performs it, as a lost machine would.
     "killer": """import os, pathlib, signal
@@ -71,15 +70,6 @@ def test_results_of_two_workers_equal_the_local_engine(data, start, contents):
     expected = contents(data / "results/local")
     assert len(expected) == 4 * 4
     assert contents(data / "results/dask") == expected
-
-
-@pytest.mark.weekly
-def test_crash_of_a_tracker_does_not_reach_the_worker(data, start):
-    command = start("x", "static,deadly.py:Knob")
-    assert command.wait() == 1, command.complained
-    runs = stored_runs(data, "x")
-    failed = [run.identity.tracker_name for run in runs if run.failure]
-    assert (len(runs), failed) == (4 * 3, ["deadly.py:Knob"] * 8)
 
 
 @pytest.mark.weekly
@@ -134,16 +124,6 @@ def scheduler(data, wait_until):
 def wait_for_workers(address):
     code = f"from distributed import Client; Client({address!r}).wait_for_workers(1, timeout=600)"
     subprocess.run([sys.executable, "-c", code], check=True, stderr=subprocess.DEVNULL)
-
-
-@pytest.mark.weekly
-def test_worker_in_another_folder_resolves_relative_paths(data, start, scheduler, contents):
-    address, _ = scheduler
-    wait_for_workers(address)
-    for name, options in (("local", {"engine": "local"}), ("far", {"address": address})):
-        command = start(name, **options)
-        assert command.wait() == 0, command.complained
-    assert contents(data / "results/far") == contents(data / "results/local")
 
 
 @pytest.mark.weekly

@@ -101,7 +101,7 @@ def wrong(runs, names, undisturbed):
         pattern, run = hostile.CLASSES[name][0], runs[name]
         reason = run.failure.partition("\n")[0]
         as_expected = re.search(pattern, reason) if pattern else not reason
-        if pattern is not None and not as_expected:
+        if not as_expected:
             differences.append((name, pattern, reason))
         assert len(run.failure) < 100_000
         assert len(run.output) < 20_000

@@ -183,6 +183,7 @@ def test_200_kills_cost_no_finished_run(ground, start, undisturbed, contents, ev
     evidence(f"{kills} of {kills} kills cost nothing that was finished")
 
 
+@pytest.mark.slow
 def test_paused_command_overwrites_nothing(
     ground, start, run_here, wait_until, undisturbed, contents
 ):

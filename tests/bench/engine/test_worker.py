@@ -119,6 +119,7 @@ def test_copy_of_the_process_that_returns_from_a_call_ends(shared):
     assert os.waitstatus_to_exitcode(os.waitpid(copy, 0)[1]) == 0
 
 
+@pytest.mark.slow
 def test_full_disk_of_temporary_files_is_one_line(tmp_path):
     code = f"import tempfile; tempfile.tempdir = {str(tmp_path)!r}; {TRACKMARK[2]}"
     command = [*TRACKMARK[:2], code, "run", "--trackers", "static"]

@@ -15,10 +15,6 @@ from trackmark.trackers import Estimate
 from trackmark.trackers.base.sharing import SharingTracker
 
 
-def boxes_of(maker, sequence, repetition=0):
-    return bench.evaluate(maker, sequence, repetition).boxes
-
-
 def test_tracker_starts_with_the_target_and_sees_later_frames(
     make_sequence,
 ):
@@ -41,12 +37,6 @@ def test_tracker_starts_with_the_target_and_sees_later_frames(
     assert np.isnan(run.details["brightness"][:3]).all()
 
 
-def test_boxes_depend_on_the_repetition(make_sequence):
-    sequence = make_sequence()
-    np.testing.assert_array_equal(boxes_of(Walker, sequence), boxes_of(Walker, sequence))
-    assert not np.array_equal(boxes_of(Walker, sequence), boxes_of(Walker, sequence, 1))
-
-
 def test_seed_depends_on_tracker_sequence_and_repetition(make_sequence):
     seen = []
 
@@ -60,15 +50,6 @@ def test_seed_depends_on_tracker_sequence_and_repetition(make_sequence):
     name = noting.__qualname__
     assert seen[0].entropy == 7
     assert seen[0].spawn_key == (crc32(name.encode()), crc32(b"a/b"))
-
-
-def test_lock_step_does_not_change_boxes(make_sequence):
-    sequence = make_sequence()
-    entries = [(parse_tracker(Walker), r) for r in range(3)] + [(parse_tracker("static"), 0)]
-    together = run_protocol(entries, sequence).runs
-    for (entry, repetition), run in zip(entries, together, strict=True):
-        (alone,) = run_protocol([(entry, repetition)], sequence).runs
-        np.testing.assert_array_equal(run.boxes, alone.boxes)
 
 
 def test_frame_is_read_once_for_all_trackers(make_sequence):

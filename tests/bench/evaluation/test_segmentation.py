@@ -1,6 +1,5 @@
 """Masks of trackers: compared with the true ones, stored, scored and shown."""
 
-import json
 from dataclasses import replace
 
 import numpy as np
@@ -11,10 +10,8 @@ from trackmark.bench.evaluation.loop import run_protocol
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.bench.metrics.regions import (
-    Segmentation,
     contour_accuracy,
     region_similarity,
-    segmentation_scores,
 )
 from trackmark.bench.protocols import TIMING
 from trackmark.bench.reporting.tables import tables
@@ -140,18 +137,6 @@ def test_masks_are_never_compared_in_timing_runs(make):
     assert set(masks.requested) == {0}
 
 
-def test_scores_are_mean_recall_and_decay():
-    values = np.array([np.nan, np.nan, 1.0, 0.8, 0.6, 0.4, 0.2])
-    scores = segmentation_scores(Segmentation(values, 1 - values), 1)
-    assert tuple(scores) == NAMES
-    assert scores["mean_region_similarity"] == pytest.approx(0.6)
-    assert scores["region_recall"] == pytest.approx(3 / 5)
-    assert scores["region_decay"] == pytest.approx(0.9 - 0.3)
-    assert scores["mean_contour_accuracy"] == pytest.approx(0.4)
-    assert scores["contour_recall"] == pytest.approx(2 / 5)
-    assert scores["contour_decay"] == pytest.approx(0.1 - 0.7)
-
-
 def test_segmentation_is_stored_with_the_run(make, tmp_path):
     run = bench.evaluate(segmenting(lambda call: square(3 + call)), make()[0])
     for name, stored in (("with", run), ("without", replace(run, segmentation=None))):
@@ -240,20 +225,3 @@ def test_tables_without_masks_have_no_such_columns(stored):
     assert [table.name for table in tables_without_masks] == ["summary", "sequences"]
     for table in tables_without_masks:
         assert not {"region similarity J", "contour accuracy F"} & set(table.heads)
-
-
-def test_commands_show_scores_of_masks(trackmark, workspace):
-    (workspace / "segmenter.py").write_text(SEGMENTER)
-    arguments = ("--trackers", "static,segmenter.py:Segmenter", "--sequences", SEQUENCES[0])
-    lines = trackmark("run", *arguments, "--name", "mine", "--json").stdout.splitlines()
-    scores = {row["tracker_name"]: row["scores"] for row in map(json.loads, lines)}
-    assert not set(NAMES) & scores.pop("static").keys()
-    (mask_scores,) = scores.values()
-    assert set(NAMES) <= mask_scores.keys()
-    report = trackmark("report", "results/mine").stdout
-    assert "region similarity J" in report
-    assert f"{mask_scores['mean_region_similarity']:.3f}" in report
-    assert f"{mask_scores['contour_decay']:.3f}" in report
-    listed = trackmark("results", "list", "results/mine", "--json").stdout.splitlines()
-    assert mask_scores in [json.loads(line)["scores"] for line in listed]
-    trackmark("results", "check", "results/mine")

@@ -70,9 +70,6 @@ def test_round_trip_keeps_boxes_and_format_is_detected(kind, origin, tmp_path):
 
 
 TOOLKIT_READERS = {
-    # got10k, experiments/otb.py and got10k.py
-    "otb": lambda file: np.loadtxt(file, delimiter=","),
-    "got10k": lambda file: np.loadtxt(file, delimiter=","),
     # STVIR/pysot, toolkit/datasets/video.py
     "pysot": lambda file: [
         list(map(float, line.strip().split(","))) for line in file.read_text().splitlines()

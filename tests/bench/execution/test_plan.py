@@ -1,6 +1,7 @@
 """Tests of plans: finished runs, stale runs and the division of the rest into work units."""
 
 import shutil
+from dataclasses import replace
 from itertools import groupby
 from pathlib import Path
 
@@ -123,10 +124,11 @@ def test_changed_sequence_makes_runs_stale_but_mtime_does_not(finished, change, 
     assert set(states(finished).values()) == {state}
 
 
-def test_timing_runs_are_runs_of_their_own(finished, in_this_process):
-    assert set(states(finished, timing=True).values()) == {"left"}
-    run(experiment(finished, timing=True), finished / "results")
-    assert set(states(finished, timing=True).values()) == {"done"}
+def test_timing_runs_are_runs_of_their_own(finished):
+    timing = {"timing": True, "repetitions": 1}
+    assert set(states(finished, **timing).values()) == {"left"}
+    run(experiment(finished, **timing), finished / "results")
+    assert set(states(finished, **timing).values()) == {"done"}
     assert set(states(finished).values()) == {"done"}
 
 
@@ -235,11 +237,11 @@ def test_units_fit_worker_share_and_cover_every_run_once(workspace, sequences, w
     assert max(busy) <= units.work / workers + 5
 
 
-def test_the_longest_sequences_come_first(workspace):
-    sources = tuple(SequenceSource(name) for name in ("samples/bow-tie", "stress/twin"))
-    plan = make_plan(experiment(workspace, sequences=sources), Results(workspace / "none"))
-    work = [unit.work for unit in left_of(plan)]
-    assert work == sorted(work, reverse=True)
+def test_longest_sequences_are_planned_first(workspace, otb):
+    sources = [SequenceSource(str(workspace / "data" / "Small"))]
+    sources.append(SequenceSource(str(otb(workspace / "data" / "Longer", 9))))
+    plan = make_plan(experiment(workspace, sequences=tuple(sources)), Results(workspace / "none"))
+    assert [unit.work for unit in left_of(plan)] == [27, 15, 9, 5]
 
 
 def test_a_unit_says_which_version_each_of_its_runs_replaces(finished):
@@ -275,10 +277,8 @@ def test_versions_and_cells_are_those_of_the_runs(finished):
 
 
 def test_workers_open_sequences_of_large_plan_equally(workspace, monkeypatch):
-    names = ["plain/target", *(f"plain/target:scene={scene}" for scene in range(1, 4))]
-    large = Experiment(
-        name="large", trackers=("static",), sequences=tuple(map(SequenceSource, names))
-    )
+    sources = [SequenceSource(f"plain/target:scene={scene}") for scene in range(40)]
+    large = Experiment("large", ("static",), tuple(sources[:4]))
     results, progress = Results(workspace / "results" / "large"), []
     alone = make_plan(large, results)
     monkeypatch.setattr("trackmark.bench.execution.plan.MIN_SEQUENCES_FOR_WORKERS", 4)
@@ -288,22 +288,11 @@ def test_workers_open_sequences_of_large_plan_equally(workspace, monkeypatch):
         assert [getattr(sequence, field) for sequence in shared.sequences] == [
             getattr(sequence, field) for sequence in alone.sequences
         ]
-    broken = Experiment(
-        name="large", trackers=("static",), sequences=(*large.sequences, SequenceSource("no/where"))
-    )
-    with pytest.raises(SequenceError, match="no/where"):
-        make_plan(broken, results, jobs=2)
-
-
-def test_sequence_that_workers_cannot_open_raises_one_error(workspace, monkeypatch):
     logged = []
     monkeypatch.setattr(
         "loky.process_executor.LOGGER.critical", lambda *words, **_: logged.append(words)
     )
-    names = ["no/where", *(f"plain/target:scene={scene}" for scene in range(1, 40))]
-    broken = Experiment(
-        name="broken", trackers=("static",), sequences=tuple(map(SequenceSource, names))
-    )
+    broken = replace(large, sequences=(SequenceSource("no/where"), *sources[1:]))
     with pytest.raises(SequenceError, match="no/where"):
-        make_plan(broken, Results(workspace / "results"), jobs=2)
+        make_plan(broken, results, jobs=2)
     assert not logged

@@ -145,9 +145,9 @@ def test_file_that_ends_the_child_is_named(calm, case):
 
 
 def test_import_that_never_ends_is_stopped(calm, monkeypatch):
-    monkeypatch.setattr(tracker_files, "_SECONDS", 2)
+    monkeypatch.setattr(tracker_files, "_SECONDS", 0.2)
     with pytest.raises(
-        TrackerError, match=r"file\.py: while it is imported, nothing happens for 2 s"
+        TrackerError, match=r"file\.py: while it is imported, nothing happens for 0.2 s"
     ):
         describe_tracker(str(calm("file", "while True: pass")))
 

@@ -33,7 +33,7 @@ def test_canonical_name_round_trips(scene, speed, light, clutter):
 
 def test_unknown_parameter_error_lists_valid_names(target):
     with pytest.raises(
-        SequenceError, match=r"plain/target: unknown knob 'oclusion'.*'occlusion'"
+        SequenceError, match=r"plain/target: unknown parameter 'oclusion'.*'occlusion'"
     ) as e:
         target(oclusion=0.5)
     assert all(knob in str(e.value) for knob in TargetKnobs.model_fields)
@@ -45,7 +45,7 @@ OUT_OF_BOUNDS += [("speed", -1), ("scale", 0), ("light", 1), ("noise", "much"), 
 
 @pytest.mark.parametrize(("knob", "value"), OUT_OF_BOUNDS)
 def test_value_out_of_bounds_is_rejected_by_name(target, knob, value):
-    with pytest.raises(SequenceError, match=f"^plain/target: knob {knob}={value}: [^\n]+$"):
+    with pytest.raises(SequenceError, match=f"^plain/target: parameter {knob}={value}: [^\n]+$"):
         target(**{knob: value})
 
 

@@ -24,13 +24,13 @@ COATS = ((52, 48, 46), (84, 74, 60), (70, 92, 120), (58, 70, 52), (60, 50, 96), 
 
 @dataclass(frozen=True)
 class Occluder:
-    """Kind of occluding object."""
+    """Kind of object that passes in front of the target."""
 
-    # paints the object from random numbers and the width and height that it must hide [UNIT]
+    # function of a generator, width and height [UNIT]; paints an object that hides this area
     paint: Callable[[np.random.Generator, float, float], PaintedSheet]
-    fixed: bool  # True if the object is static and only the camera moves past it
-    tall: bool  # True if the object reaches beyond the upper and the lower image border
-    # True if the object stands on wheels on the ground, nearer than the target
+    fixed: bool  # True if the object is static and passes only because the camera moves
+    tall: bool  # True if the object extends beyond the upper and the lower image border
+    # True if the object stands on the ground on wheels, nearer to the camera than the target
     stands: bool = False
 
 
@@ -71,7 +71,7 @@ def _trunk(random: np.random.Generator, width: float, height: float) -> PaintedS
 
 
 def _wall_end(random: np.random.Generator, width: float, height: float) -> PaintedSheet:
-    """Paint a piece of a wall of bricks or blocks, with a poster or a painted sign."""
+    """Paint the end of a wall of bricks or blocks, with a poster or a painted sign."""
     colour = sample_colour(random, WALLS)
     sheet = PaintedSheet(width, height, UNIT, colour * 0.72)
     p, course = sheet.painting, random.uniform(0.1, 0.16)
@@ -166,7 +166,7 @@ def _container(random: np.random.Generator, width: float, height: float) -> Pain
 
 
 def _ship(random: np.random.Generator, width: float, height: float) -> PaintedSheet:
-    """Paint a part of a ship's side: railing, portholes, plates, the water line."""
+    """Paint a part of a ship's hull with railing, portholes, plates and water line."""
     colour = sample_colour(random, PAINTS)
     rail, draught = 0.16, 0.3
     sheet = PaintedSheet(width, rail + height + draught, UNIT, colour)
@@ -217,7 +217,7 @@ def _load(random: np.random.Generator, width: float, height: float) -> PaintedSh
 def _passer_by(random: np.random.Generator, width: float, height: float) -> PaintedSheet:
     """Paint the back of a person in a long coat, close to the camera.
 
-    `width` is that of the coat. The shoulders are at least as high as the target's upper end.
+    `width` is the width of the coat. The shoulders are at least as high as the top of the target.
     """
     head = 0.62 * width
     cloth = sample_colour(random, COATS)
@@ -290,4 +290,4 @@ OCCLUDERS = {
     "post": Occluder(_post, True, True),
     "heap": Occluder(_heap, False, False),
 }
-"""Occluding objects by name; the last two hide only a part of the target."""
+"""Occluders by name; the last two occlude only a part of the target."""

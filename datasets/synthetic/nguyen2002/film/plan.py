@@ -1,6 +1,6 @@
 """Plan of a clip: setting, target, paths of target and camera, occluders and light.
 
-The distribution of frames and occlusions over the clips of a set follows the paper.
+The total numbers of frames and of occlusions in a set of clips are those of the paper.
 """
 
 from dataclasses import dataclass
@@ -20,44 +20,44 @@ from trackmark.datasets.synthetic.scene import part_generator
 Array = NDArray[np.float64]
 
 SIZE = 320, 240
-EXPOSURE = 0.5  # share of the frame time for which the shutter is open
-# scale of the target's plane [pixels/metre]; it converts the camera's travel to pixels there
+EXPOSURE = 0.5  # fraction of the frame time for which the shutter is open
+# scale at the depth of the target [pixels/metre]
 NEAR = 45.0
 EYE = 1.6  # height of the camera above the ground [metres]
-FASTEST = 5.0  # maximum speed of the moving camera, in the target's plane [pixels/frame]
+FASTEST = 5.0  # maximum speed of the camera, measured at the depth of the target [pixels/frame]
 # maximum speed of the target in the image, horizontal and vertical, as the camera follows
 # [pixels/frame]
 DRIFT = 3.0
 
 CLIPS = 20
-# number of complete occlusions by clip: 21 in 20 clips, as in the paper; the distribution is ours
+# complete occlusions per clip: 21 in 20 clips, as in the paper; their distribution is our choice
 OCCLUSIONS = (0,) * 5 + (1,) * 10 + (2,) * 4 + (3,)
-MEAN_FRAMES = 150  # mean number of frames per clip; the paper's
+MEAN_FRAMES = 150  # mean number of frames per clip, as in the paper
 SHORTEST, LONGEST = 110, 190
-PARTIAL = 8  # number of clips with an object that hides a part of the target
-# minimum number of frames before the first occluder, between two, and after the last
+PARTIAL = 8  # number of clips with an object that occludes only a part of the target
+# minimum number of frames before the first, between consecutive, and after the last occluder
 LEAD, GAP, END = 16, 12, 20
-WIDTHS = 2.1, 3.0  # width of objects that hide all of the target [the target's width]
-SPEEDS = 0.08, 0.15  # speed of occluders across the image [the target's width/frame]
-# Maximum number of frames with more than a quarter of the target hidden. The paper limits an
-# occlusion to L frames, 35 in its list of the frames that it visits.
+WIDTHS = 2.1, 3.0  # range of the width of objects that occlude the whole target [target widths]
+SPEEDS = 0.08, 0.15  # range of the speed of occluders in the image [target widths/frame]
+# Maximum number of frames in which more than a quarter of the target is occluded. The paper limits
+# an occlusion to L frames, 35 in its list of the frames that it visits.
 LONGEST_OCCLUSION = 33
 
 
 @dataclass(frozen=True)
 class Shot:
-    """Content of a clip."""
+    """Setting, target and number of occlusions of a clip."""
 
     frames: int
     setting: str  # name in `SETTINGS`
     target: str  # name in `KINDS`
     occlusions: int  # number of complete occlusions
-    partial: bool  # True if another object hides a part of the target
+    partial: bool  # True if one more object occludes a part of the target
 
 
 @lru_cache(maxsize=4)
 def clip_script(seed: int) -> tuple[Shot, ...]:
-    """Return the contents of the clips of a set, in order."""
+    """Return setting, target and number of occlusions of each clip of a set."""
     random = part_generator(seed, "nguyen2002/clip script")
     occlusions = random.permutation(OCCLUSIONS)
     frames = _lengths(random, occlusions)
@@ -79,10 +79,10 @@ def clip_script(seed: int) -> tuple[Shot, ...]:
 def _lengths(
     random: np.random.Generator, occlusions: np.ndarray[tuple[int], np.dtype[np.int64]]
 ) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
-    """Return the number of frames of each clip: the paper's mean, enough for its occlusions."""
+    """Return the number of frames of each clip, with the mean of the paper."""
     least = np.array([SHORTEST, SHORTEST, 140, 175])[occlusions]
     frames = random.integers(least, LONGEST + 1)
-    # Lengthen or shorten random clips until the mean is right.
+    # Lengthen or shorten random clips until the mean is the paper's.
     while (excess := int(frames.sum()) - CLIPS * MEAN_FRAMES) != 0:
         clip = int(random.integers(CLIPS))
         frames[clip] = np.clip(frames[clip] - np.sign(excess), least[clip], LONGEST)
@@ -91,24 +91,24 @@ def _lengths(
 
 @dataclass(frozen=True)
 class Passage:
-    """Passage of an object in front of the target."""
+    """Object that passes in front of the target, and its path."""
 
     kind: str  # name in `occluders.OCCLUDERS`
-    size: tuple[float, float]  # width and height of the occluding object [pixels]
+    size: tuple[float, float]  # width and height of the object [pixels]
     path: Array  # (frames, 2): positions of its anchor [pixels]
 
 
 @dataclass(frozen=True)
 class ClipPlan:
-    """Plan of a clip, before anything is painted."""
+    """Plan of a clip; nothing is painted yet."""
 
     shot: Shot
     size: tuple[float, float]  # width and height of the target at scale 1 [pixels]
     centre: Array  # (frames, 2): of the target [pixels]
     scale: Array  # (frames,): of the target
     angle: Array  # (frames,): of the target, clockwise [radians]
-    look: Array  # (frames,): progress of the change from the first look to the second, in [0, 1]
-    still: Viewpoint  # camera at the left end of its path
+    look: Array  # (frames,): share of the target's second texture in the mixture of two, in [0, 1]
+    still: Viewpoint  # the camera at the left end of its path
     travel: Array  # (frames,): travel of the camera along its path [metres]
     nod: Array  # (frames,): vertical shift of the image by the camera, downwards [pixels]
     ground: Array  # (frames,): row of the ground below the target [pixels]
@@ -124,7 +124,7 @@ class ClipPlan:
 
 @lru_cache(maxsize=32)
 def clip_plan(seed: int, clip: int) -> ClipPlan:
-    """Return the plan of a clip of a set; clips count from 1."""
+    """Return the plan of clip `number`, which counts from 1, of a set."""
     shot = clip_script(seed)[clip - 1]
     n = shot.frames
     random = part_generator(seed, f"nguyen2002/clip-{clip:02} plan")
@@ -178,7 +178,7 @@ def clip_plan(seed: int, clip: int) -> ClipPlan:
 
 @dataclass(frozen=True)
 class _PassageSample:
-    """Time, kind and speed of a passage; lengths are in widths of the target."""
+    """Time, kind and speed of an occluder's passage; lengths are in target widths."""
 
     kind: str
     middle: float
@@ -188,7 +188,7 @@ class _PassageSample:
 
 
 def _sample_passages(random: np.random.Generator, shot: Shot, width: float) -> list[_PassageSample]:
-    """Sample the passages of a clip in order; the spare time is distributed at random."""
+    """Sample the passages of a clip in order of time, at random times that keep their distances."""
     samples = []
     for _ in range(shot.occlusions):
         kind = str(random.choice(SETTINGS[shot.setting].occluders))
@@ -213,7 +213,7 @@ def _sample_passages(random: np.random.Generator, shot: Shot, width: float) -> l
 
 
 def _sample_camera_speed(random: np.random.Generator, static_speeds: list[float]) -> float:
-    """Sample the camera's speed in the target's plane, below `static_speeds` [pixels/frame]."""
+    """Sample the camera's speed at the target's depth, below `static_speeds` [pixels/frame]."""
     side = float(random.choice([-1.0, 1.0]))
     if static_speeds:
         return side * min(FASTEST, min(static_speeds) / float(random.uniform(1.15, 1.7)))
@@ -225,7 +225,7 @@ def _sample_camera_speed(random: np.random.Generator, static_speeds: list[float]
 def _swinging(
     random: np.random.Generator, frames: int, periods: tuple[float, float], most: float
 ) -> Array:
-    """Return waves of random periods [seconds] with the maximum `most`."""
+    """Return a sum of waves with random periods [seconds], scaled to the maximum `most`."""
     waves = random_wander(random, frames, periods, 1.0)
     waves = waves - (waves.max() + waves.min()) / 2
     return np.asarray(waves * (most / np.abs(waves).max()))
@@ -234,6 +234,6 @@ def _swinging(
 def _drifting(
     random: np.random.Generator, frames: int, periods: tuple[float, float], most: float
 ) -> Array:
-    """Return waves in pixels, scaled down if they exceed the maximum speed `DRIFT`."""
+    """Return a sum of waves [pixels] whose speed does not exceed `DRIFT`."""
     path = _swinging(random, frames, periods, most)
     return np.asarray(path * min(1.0, DRIFT / float(np.abs(np.diff(path)).max())))

@@ -1,7 +1,7 @@
-"""Static objects of a clip, and carriers that hold a target and move with it.
+"""Static objects of a clip, and carriers that hold the target and move with it.
 
-A moving camera passes static objects at the speed of their depth. A carrier is not a part of the
-target that is painted over it.
+Static objects move in the image with a parallax that depends on their depth. The target is painted
+over its carrier; the carrier does not belong to the target.
 """
 
 from collections.abc import Callable
@@ -24,7 +24,7 @@ from trackmark.datasets.synthetic.render.prop import Prop
 
 
 def _prop(sheet: PaintedSheet, x: float, z: float, random: np.random.Generator) -> Prop:
-    """Return a prop that stands on the lower border of its sheet."""
+    """Return a painted object that stands on the lower border of its sheet."""
     sheet.wear(random, 0.08, 4, 32, side=128)
     colour, coverage = sheet.reduced()
     return Prop(x, z, colour, coverage, float(len(coverage)))
@@ -78,7 +78,7 @@ def boat(random: np.random.Generator, x: float, z: float, scale: float) -> Prop:
 
 
 def column(random: np.random.Generator, x: float, z: float, scale: float) -> Prop:
-    """Return an iron column of a hall's roof, taller than the image."""
+    """Return an iron column that supports a roof, taller than the image."""
     wide, tall = random.uniform(0.24, 0.36), 8.0
     sheet = PaintedSheet(
         2 * wide, tall, scale, sample_colour(random, ((84, 104, 70), (92, 86, 80), PAINTS[0]))
@@ -159,7 +159,8 @@ def rock(random: np.random.Generator, x: float, z: float, scale: float) -> Prop:
 
 Array = NDArray[np.float64]
 
-Place = tuple[float, float, float, float]  # centre, width and height of a target [UNIT]
+# column and row of the centre, width and height of a target [UNIT]
+Place = tuple[float, float, float, float]
 
 STEEL, TYRE = (96, 98, 100), (36, 34, 34)  # colours of carriers, BGR
 SHADE = (24.0, 22.0, 20.0)  # colour of shadows, BGR
@@ -168,7 +169,7 @@ SHADE = (24.0, 22.0, 20.0)  # colour of shadows, BGR
 def paint_carrier(
     random: np.random.Generator, kind: str, width: float, height: float
 ) -> PaintedSheet:
-    """Paint one of `CARRIERS` around a target of a width and height [pixels] in its centre."""
+    """Paint a carrier of `CARRIERS` around a target with a width and height [pixels]."""
     w, h = width / UNIT, height / UNIT
     across, down = 2.6 * w, 6.0 * h
     sheet = PaintedSheet(across, down, UNIT, STEEL)
@@ -178,9 +179,9 @@ def paint_carrier(
 
 
 def paint_shadow(width: float, darkness: float) -> tuple[Array, Array]:
-    """Paint a soft shadow on the ground: colour (h, w, 3) and coverage (h, w).
+    """Return a soft shadow on the ground: colour (h, w, 3) and coverage (h, w).
 
-    `width` is its width [pixels], `darkness` its coverage in the centre, in [0, 1].
+    `width` is the width of the shadow [pixels], `darkness` its coverage in the centre, in [0, 1].
     """
     columns, rows = round(width), max(round(0.2 * width), 3)
     across = np.linspace(-1, 1, columns)
@@ -190,11 +191,11 @@ def paint_shadow(width: float, darkness: float) -> tuple[Array, Array]:
 
 
 def _wheels(random: np.random.Generator, sheet: PaintedSheet, place: Place) -> None:
-    """Paint nothing: a van's wheels are part of the target."""
+    """Paint nothing, because the wheels of a van are part of the target."""
 
 
 def _car(random: np.random.Generator, sheet: PaintedSheet, place: Place) -> None:
-    """Paint the back of an off-road car with a window, which carries its spare wheel."""
+    """Paint the back of an off-road car whose spare wheel is the target."""
     (x, y, w, h), p = place, sheet.painting
     paint = sample_colour(random, PAINTS[5:] + LIGHTS[:2])
     left, top, low = x - 0.85 * w, y - 0.9 * h, y + 0.72 * h
@@ -211,7 +212,7 @@ def _car(random: np.random.Generator, sheet: PaintedSheet, place: Place) -> None
 
 
 def _rider(random: np.random.Generator, sheet: PaintedSheet, place: Place) -> None:
-    """Paint a rider from behind, below the helmet."""
+    """Paint a motorcyclist from behind, without the helmet, which is the target."""
     (x, y, w, h), p = place, sheet.painting
     jacket = sample_colour(random, PAINTS[5:] + ((50, 48, 48), (66, 60, 56)))
     shape = [(x - 0.3 * w, y + 0.3 * h), (x + 0.3 * w, y + 0.3 * h), (x + 0.85 * w, y + 0.62 * h),
@@ -228,7 +229,7 @@ def _rider(random: np.random.Generator, sheet: PaintedSheet, place: Place) -> No
 
 
 def _trailer(random: np.random.Generator, sheet: PaintedSheet, place: Place) -> None:
-    """Paint a post on a low trailer."""
+    """Paint a low trailer with a post that holds the target."""
     (x, y, w, h), p = place, sheet.painting
     thick, deck = 0.07 * w, y + 0.86 * h
     p.patch(x - thick, y, 2 * thick, h, STEEL)
@@ -241,7 +242,7 @@ def _trailer(random: np.random.Generator, sheet: PaintedSheet, place: Place) -> 
 
 
 def _ropes(random: np.random.Generator, sheet: PaintedSheet, place: Place) -> None:
-    """Paint the ropes of a hanging target."""
+    """Paint the ropes from which the target hangs."""
     (x, y, w, h), p = place, sheet.painting
     p.patch(0, 0, 2.6 * w, 3 * h, (70, 92, 106))
     for side in (-0.42, 0.42):
@@ -265,7 +266,7 @@ def _cart(random: np.random.Generator, sheet: PaintedSheet, place: Place) -> Non
 
 
 def _water(random: np.random.Generator, sheet: PaintedSheet, place: Place) -> None:
-    """Paint bow wave and wake, which widen to both sides of a floating target."""
+    """Paint the bow wave and the wake of a floating target."""
     (x, y, w, h), p = place, sheet.painting
     line = y + 0.46 * h
     p.patch(0, y, 2.6 * w, 3 * h, (206, 204, 190))
@@ -279,12 +280,12 @@ def _water(random: np.random.Generator, sheet: PaintedSheet, place: Place) -> No
 
 @dataclass(frozen=True)
 class Carrier:
-    """Support of a target that moves with it, and its relation to the ground."""
+    """Kind of carrier: how it is painted, and how high the target is above the ground."""
 
     paint: Callable[[np.random.Generator, PaintedSheet, Place], None]
-    # distance of the ground below the target's centre [its height]; 0: outside the image
+    # distance from the target's centre down to the ground [target heights]; 0: ground not visible
     drop: float
-    # width of the shadow on the ground, or of the reflection in water [the target's width]
+    # width of the shadow on the ground, or of the reflection in water [target widths]
     shadow: float
 
 

@@ -1,9 +1,9 @@
 """`nguyen2002/clip-01` to `clip-20`: clips of an action film.
 
-The paper uses 20 clips of an action film with 21 complete occlusions, of 150 frames on average; the
-light hardly changes abruptly. All other properties are our choice: rigid targets with print,
-windows and marks, six settings, and a camera that moves with a target or around it. So are the
-occluders, the film's grain, the slow changes of exposure and the coarse colour.
+The paper uses 20 clips of an action film, with 150 frames on average and 21 complete occlusions in
+total. The light hardly changes abruptly. All other properties are our choice: rigid targets with
+printed marks and windows, six settings, the motion of the camera, the occluders, film grain, slow
+changes of exposure, and the low resolution of colour.
 """
 
 from dataclasses import replace
@@ -33,20 +33,20 @@ Array = NDArray[np.float64]
 GRAIN, DYES = 2.6, 2.5
 CAMERA = Camera(SIZE, noise=1.6, fall=(0.10, 0.12))
 COARSE = SIZE[0] // 2, SIZE[1] // 2  # resolution of colour
-PRINTS = 0.65, 1.1  # light of a clip, from dusk to noon
+PRINTS = 0.65, 1.1  # range of the light of a clip, from dusk to noon
 # saturation of a print relative to the scene's; film of that time is often bleached
 SATURATION = 0.3, 0.5
 SHADOW = 0.55  # darkness of a shadow on the ground, in its centre
-WHOLE = 0.99  # visibility from which on the target counts as not occluded
+WHOLE = 0.99  # minimum visibility at which the target counts as not occluded
 
 
 def scene(knobs: FilmKnobs, clip: int) -> "FilmScene":
-    """Return the renderer of a clip, 1 to 20, with its ground truth, without rendering."""
+    """Return the renderer and ground truth of a clip with `number` 1 to 20, without rendering."""
     return _scene(knobs.scene, clip)
 
 
 class FilmScene(SyntheticScene):
-    """Clip of the set with a seed; clips count from 1."""
+    """Clip `number`, from 1, of the set with a seed."""
 
     size = SIZE
 
@@ -57,11 +57,11 @@ class FilmScene(SyntheticScene):
         self.length = self.plan.shot.frames
 
     def truth(self) -> SceneTruth:
-        """Return the ground truth of all frames without rendering.
+        """Return the ground truth of all frames.
 
-        A box follows the target's position and scale; the slight rotation of the target does not
-        enlarge it. Attributes are `occluded` (less than half of it is visible) and `partly
-        occluded` (half or more, but not all).
+        Boxes have the position and scale of the target, but ignore its slight rotation. Attributes
+        are `occluded` (less than half of the target is visible) and `partly occluded` (half of the
+        target or more is visible, but not all of it).
         """
         return _truth(self._seed, self._clip)
 
@@ -86,7 +86,7 @@ class FilmScene(SyntheticScene):
         return np.asarray(self.seen(frame)[1] >= 128)
 
     def seen(self, frame: int) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
-        """Return the coverage of each pixel by the target, and its visible part, in [0, 255]."""
+        """Return the target's coverage of each pixel, whole and visible part, in [0, 255]."""
         plan = self.plan
         whole = self._target.coverage(
             SIZE, plan.centre[frame], float(plan.scale[frame]), float(plan.angle[frame])
@@ -97,7 +97,7 @@ class FilmScene(SyntheticScene):
         return whole, visible[..., 0]
 
     def _develop(self, canvas: Image, frame: int) -> Image:
-        """Apply the film and its copy to an image: grading, exposure, grain and coarse colour."""
+        """Apply grading, exposure, grain and a low resolution of colour to an image."""
         canvas = np.asarray(cv2.LUT(canvas, self._grading), np.uint8)
         canvas = np.asarray(cv2.transform(canvas, self._bleaching), np.uint8)
         number = 1000 * self._clip + frame
@@ -147,7 +147,7 @@ class FilmScene(SyntheticScene):
 
     @cached_property
     def _occluders(self) -> list[tuple[Sprite, Array]]:
-        """Sprites of the occluders, and their centres relative to their anchors [pixels]."""
+        """Sprites of the occluders, with the offset of each centre from its anchor [pixels]."""
         hiders = []
         for number, passage in enumerate(self.plan.passages):
             random, size = self._random(f"hider {number}"), np.array(passage.size) / UNIT
@@ -163,17 +163,17 @@ class FilmScene(SyntheticScene):
 
     @cached_property
     def _grain(self) -> NDArray[np.int16]:
-        """Grain of brightness, wider than the film by the margin of its random shifts."""
+        """Grain of brightness, larger than the image by the maximum random shift."""
         return _shiftable(fractal(self._random("grain"), 512, 128, 256, 1.0), GRAIN)
 
     @cached_property
     def _dyes(self) -> NDArray[np.int16]:
-        """Grain of the dyes, at the resolution of colour."""
+        """Grain of the two colour differences, at the resolution of colour."""
         return _shiftable(fractal(self._random("dyes"), 512, 128, 256, 1.0), DYES)
 
     @cached_property
     def _grading(self) -> NDArray[np.uint8]:
-        """Level table of the print by channel: light, contrast and tint of a clip."""
+        """Lookup table of grey levels per channel: light, contrast and tint of the clip."""
         random = self._random("grading")
         level = np.linspace(0, 1, 256)[:, None]
         contrast = random.uniform(0.0, 0.9)
@@ -184,7 +184,7 @@ class FilmScene(SyntheticScene):
 
     @cached_property
     def _bleaching(self) -> Array:
-        """Channel mixing matrix, shape (3, 3), that reduces the saturation."""
+        """Matrix, shape (3, 3), that mixes the channels to reduce the saturation."""
         saturation = self._random("saturation").uniform(*SATURATION)
         return np.asarray(
             saturation * np.eye(3) + (1 - saturation) * np.array([0.114, 0.587, 0.299])
@@ -192,7 +192,7 @@ class FilmScene(SyntheticScene):
 
     @property
     def _largest(self) -> tuple[float, float]:
-        """Width and height of the target at its largest, in whole pixels."""
+        """Maximum width and height of the target over all frames [whole pixels]."""
         width, height = (np.ceil(side * self.plan.scale.max()) for side in self.plan.size)
         return float(width), float(height)
 
@@ -201,7 +201,7 @@ class FilmScene(SyntheticScene):
 
 
 def _shiftable(grain: Array, deviation: float) -> NDArray[np.int16]:
-    """Return grain of a standard deviation, wide enough for shifts by up to 255 pixels."""
+    """Return grain that is 255 pixels larger than the image, with a standard deviation."""
     wide = np.tile(grain, (1, 2))[:, : SIZE[0] + 256]
     return np.asarray(np.round(wide * (deviation / grain.std())), np.int16)
 
@@ -209,13 +209,13 @@ def _shiftable(grain: Array, deviation: float) -> NDArray[np.int16]:
 def _cut(
     grain: NDArray[np.int16], place: NDArray[np.int_], size: tuple[int, int]
 ) -> NDArray[np.int16]:
-    """Return the part of a grain with a width and height from a row and column on."""
+    """Return the part of a grain with a width and height that starts at a row and column."""
     row, column = place.tolist()
     return grain[row : row + size[1], column : column + size[0]]
 
 
 def _places(path: Array, frame: int) -> Array:
-    """Return positions at the instants of a frame's exposure."""
+    """Return the positions at the times that represent the exposure of a frame."""
     before, after = path[max(frame - 1, 0)], path[min(frame + 1, len(path) - 1)]
     step = EXPOSURE * (after - before) / (min(frame + 1, len(path) - 1) - max(frame - 1, 0))
     return np.asarray(path[frame] + instants(float(np.abs(step).max()))[:, None] * step)
@@ -223,7 +223,7 @@ def _places(path: Array, frame: int) -> Array:
 
 @lru_cache(maxsize=8)
 def _scene(seed: int, clip: int) -> FilmScene:
-    """Cache clips, so that images reuse what the ground truth painted."""
+    """Return a cached clip, so that rendering reuses objects painted for the ground truth."""
     return FilmScene(seed, clip)
 
 

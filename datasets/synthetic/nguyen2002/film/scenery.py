@@ -1,8 +1,8 @@
-"""Backdrops of the film's clips (streets: `facades`), and their grounds, in bands.
+"""Backdrops and grounds of the film's clips; the backdrops of streets are in `facades`.
 
-A backdrop is painted from random numbers, a height and width [pixels], a scale [pixels/metre] and
-the row of its foot. Ground textures have half the side of bands and are repeated twice in both
-directions.
+Functions of backdrops take a generator, height and width [pixels], scale [pixels/metre] and the row
+at which the backdrop meets the ground. A ground consists of bands. The texture of a band contains a
+smaller texture four times, twice in each direction.
 """
 
 import cv2
@@ -44,7 +44,7 @@ def harbour(
 def roadstead(
     random: np.random.Generator, height: int, width: int, scale: float, base: float
 ) -> Image:
-    """Paint hills and a town beyond water, and ships at anchor."""
+    """Paint hills and a town beyond the water, and ships at anchor."""
     picture = _sky(random, height, width)
     p, across, foot = Painting(picture, FINE * scale), width / scale, base / scale
     _hills(random, picture, FINE * base, 0.45, np.array([132.0, 138.0, 118.0]))
@@ -107,7 +107,7 @@ def station(
 def desert(
     random: np.random.Generator, height: int, width: int, scale: float, base: float
 ) -> Image:
-    """Paint rows of table mountains, and dust."""
+    """Paint rows of table mountains in dust."""
     picture = _sky(random, height, width)
     for k in range(3):
         rise = (0.62 - 0.16 * k) * random.uniform(0.8, 1.1)
@@ -117,7 +117,7 @@ def desert(
 
 
 def _sky(random: np.random.Generator, height: int, width: int) -> Image:
-    """Paint clouds, lighter towards the horizon."""
+    """Paint a sky with clouds that is lighter towards the horizon."""
     rows, columns = FINE * height, FINE * width
     high = vary_colour(random, (206, 176, 146), 0.12)
     low = vary_colour(random, (222, 222, 218), 0.06)
@@ -137,7 +137,7 @@ def _hills(
     colour: Array,
     mesas: bool = False,
 ) -> None:
-    """Paint a ridge with strata and gullies; `rise` is its height relative to the sky's."""
+    """Paint a ridge with strata and gullies; `rise` is its height relative to the sky's height."""
     width = picture.shape[1]
     lines = fractal(random, 512, 4, 64, 0.5)
     crest = lines[7][np.arange(width) // 3 % 512]
@@ -289,7 +289,7 @@ def sand(random: np.random.Generator, end: float) -> list[Band]:
 
 
 def _band(start: float, texture: Array, side: float) -> Band:
-    """Return a band of a texture whose side covers `side` [metres]."""
+    """Return a band with a texture that covers `side` x `side` metres."""
     return Band(start, np.tile(texture, (2, 2, 1)), 2 * side)
 
 
@@ -311,7 +311,7 @@ def _tar(random: np.random.Generator) -> Array:
 
 
 def _dashed(tar: Array) -> Array:
-    """Return tar with a dash of a painted line."""
+    """Return a texture of tar with a dash of a painted line."""
     line = tar.copy()
     line[:, : HALF // 2] = line[:, : HALF // 2] * 0.3 + 150
     return line

@@ -1,4 +1,4 @@
-"""Settings of the film: backdrop, ground and static objects, rendered for a moving camera."""
+"""Settings of the clips: backdrop, ground and static objects, rendered for a moving camera."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -26,38 +26,39 @@ from trackmark.datasets.synthetic.render.views import Viewpoint
 Array = NDArray[np.float64]
 
 Backdrop = Callable[[np.random.Generator, int, int, float, float], Image]
-"""Function that paints a backdrop of a height, width, scale [pixels/metre] and row of its foot."""
+"""Function that paints a backdrop; see `scenery` for its parameters."""
 
 
 @dataclass(frozen=True)
 class StaticObjects:
-    """Static objects of one kind."""
+    """Kind of static objects and their distribution in space."""
 
-    # makes an object at a place [metres], given [pixels/metre] there
+    # returns an object at a position [metres] with the scale at its depth [pixels/metre]
     make: Callable[[np.random.Generator, float, float, float], Prop]
-    spacing: float  # mean distance of neighbours [metres]
+    spacing: float  # mean distance between adjacent objects [metres]
     depth: tuple[float, float]  # minimum and maximum [metres]
 
 
 @dataclass(frozen=True)
 class FilmSetting:
-    """Setting of a clip, its possible targets and occluders."""
+    """Kind of setting, with the targets and occluders that can appear in it."""
 
     backdrop: Backdrop
-    end: float  # depth at which the ground ends and the backdrop begins [metres]
-    # ground bands, from random numbers and `end`
+    end: float  # depth at which the backdrop meets the ground [metres]
+    # returns the bands of the ground for a generator and `end`
     ground: Callable[[np.random.Generator, float], list[Band]]
     standing: tuple[StaticObjects, ...]
-    targets: tuple[str, ...]  # names in `targets.KINDS`: round ones and others
-    occluders: tuple[str, ...]  # names in `occluders.OCCLUDERS` that hide the whole target
+    targets: tuple[str, ...]  # names in `targets.KINDS`: round targets, other targets
+    # names in `occluders.OCCLUDERS`, of those that occlude the whole target
+    occluders: tuple[str, ...]
 
 
 class Place:
-    """Random place, painted as far as a camera moves along it.
+    """Random surroundings of one setting, painted for the path of a camera.
 
-    `still`: the camera at the left end of its path. `size`: width and height of its images
-    [pixels]. `path`: length of its path [metres]. `shake`: maximum vertical shift of the image
-    [pixels].
+    `still` is the camera at the left end of its path. `size` is the width and height of the images
+    [pixels], `path` the length of the path [metres], and `shake` the maximum vertical shift of the
+    image [pixels].
     """
 
     def __init__(
@@ -81,7 +82,7 @@ class Place:
         self._things = sorted(things, key=lambda thing: -thing.z)
 
     def draw(self, canvas: Image, camera: Viewpoint, travel: float) -> None:
-        """Fill an image for a camera that moves by `travel` [metres] during the exposure."""
+        """Render an image for a camera that moves by `travel` [metres] during the exposure."""
         boundary = int(np.floor(camera.row(0.0, self._setting.end) + 0.5))
         end = np.full(len(self._far), self._still.scale(self._setting.end))
         top = round((camera.shift_y - self._shake) * 64)
@@ -104,14 +105,14 @@ class Place:
 
     @property
     def _margin(self) -> float:
-        """Column of a panorama at the image centre, with the camera at the left end of its path."""
+        """Column of a panorama that is at the image centre if the camera is at its left end."""
         return self._still.centre + 24
 
     def _widths(self, scales: Array) -> NDArray[np.int64]:
         return np.asarray(np.ceil(self._way * scales + self._size[0] + 50), np.int64)
 
     def _lefts(self, camera: Viewpoint, scales: Array, travel: float) -> NDArray[np.int64]:
-        """Return the panorama's left columns [1/64 pixel], shape (instants, rows)."""
+        """Return the panorama column at the left image border [1/64 pixel], shape (times, rows)."""
         moments = instants(travel * float(scales.max()))[:, None]
         lefts = (camera.x - self._still.x + moments * travel) * scales
         places = np.round((lefts + self._margin - camera.centre) * 64).astype(np.int64)
@@ -119,7 +120,7 @@ class Place:
 
     @property
     def _first(self) -> float:
-        """Image row at which the ground's rows begin, without shake."""
+        """Image row at which the ground begins, without shake."""
         return float(np.floor(self._still.row(0.0, self._setting.end))) - 2
 
     @cached_property
@@ -129,7 +130,7 @@ class Place:
         return np.asarray((rows - self._still.horizon) / self._still.eye)
 
 
-BEHIND = 19.0, 30.0  # depths of static objects behind a target [metres]
+BEHIND = 19.0, 30.0  # depth range of static objects behind a target [metres]
 
 SETTINGS = {
     "street": FilmSetting(

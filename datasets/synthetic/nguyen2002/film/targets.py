@@ -1,7 +1,7 @@
-"""Targets of the film: outlines, painted marks and changes of their look.
+"""Targets of the clips: outlines, painted marks, and two textures under different light.
 
-A mark is print, a window, a band, a lamp, a strap or similar. Its function paints it from random
-numbers on a painting, within a width and height, in the colours of a look.
+A mark is a print, window, band, lamp, strap or similar. The function of a mark takes a painting, a
+generator, width and height, and the colours of the target.
 """
 
 from collections.abc import Callable
@@ -25,7 +25,7 @@ from trackmark.datasets.synthetic.render.painting import Colour, Painting
 from trackmark.datasets.synthetic.render.texture import fractal, lerp
 
 BODY = 0.87
-"""Height of a van without its wheels [its height]."""
+"""Height of a van's body relative to the height of the van with its wheels."""
 
 
 def _cover_ellipse(sheet: PaintedSheet, w: float, h: float, cut: float) -> None:
@@ -41,7 +41,7 @@ def _cover_box(sheet: PaintedSheet, w: float, h: float, cut: float) -> None:
 
 
 def _cover_van(sheet: PaintedSheet, w: float, h: float, cut: float) -> None:
-    """Cover a body on wheels, seen from behind, and paint the wheels."""
+    """Cover the body of a van, seen from behind, and paint its wheels."""
     body = BODY * h
     sheet.cover((cut, 0), (w - cut, 0), (w, cut), (w, body), (0, body), (0, cut))
     sheet.painting.patch(0, body, w, h - body, DARK * 0.7)
@@ -51,7 +51,7 @@ def _cover_van(sheet: PaintedSheet, w: float, h: float, cut: float) -> None:
 
 
 def _cover_boat(sheet: PaintedSheet, w: float, h: float, cut: float) -> None:
-    """Cover a hull with a narrower cabin on it."""
+    """Cover the outline of a boat: a hull and a narrower cabin."""
     across = (0.14, 0.86, 0.92, 1.0, 0.98, 0.88, 0.12, 0.02, 0.0, 0.08)
     down = (0.0, 0.0, 0.38, 0.38, 0.6, 1.0, 1.0, 0.6, 0.38, 0.38)
     sheet.cover(*point_list(np.array(across) * w, np.array(down) * h))
@@ -60,7 +60,7 @@ def _cover_boat(sheet: PaintedSheet, w: float, h: float, cut: float) -> None:
 OUTLINES = {
     "round": _cover_ellipse, "box": _cover_box, "van": _cover_van, "boat": _cover_boat,
 }  # fmt: skip
-"""Outlines by shape: cover a sheet of a width and height [UNIT], with cut corners [UNIT]."""
+"""Functions by shape that cover an outline of a width and height with cut corners [UNIT]."""
 
 
 Array = NDArray[np.float64]
@@ -98,7 +98,7 @@ def _writing(
 def lettering(
     random: np.random.Generator, p: Painting, w: float, h: float, look: TargetLook
 ) -> None:
-    """Paint a name, and a smaller line below it."""
+    """Paint a line of large letters, and a line of smaller letters below it."""
     top, tall = random.uniform(0.38, 0.5) * h, random.uniform(0.13, 0.19) * h
     _writing(random, p, (0.14 * w, top, 0.72 * w, tall), look.ink)
     _writing(random, p, (0.2 * w, top + 1.35 * tall, 0.6 * w, 0.45 * tall), look.second)
@@ -306,7 +306,7 @@ def dial(random: np.random.Generator, p: Painting, w: float, h: float, look: Tar
 
 
 def poster(random: np.random.Generator, p: Painting, w: float, h: float, look: TargetLook) -> None:
-    """Paint a printed picture: ground and sky, a disc, triangles."""
+    """Paint a poster with ground, sky, a disc and triangles."""
     sky, ground, sun = (sample_colour(random, PAINTS) for _ in range(3))
     p.patch(0.07 * w, 0.06 * h, 0.86 * w, 0.56 * h, sky)
     level = random.uniform(0.38, 0.5) * h
@@ -321,7 +321,7 @@ def poster(random: np.random.Generator, p: Painting, w: float, h: float, look: T
 
 
 def tyre(random: np.random.Generator, p: Painting, w: float, h: float, look: TargetLook) -> None:
-    """Paint rubber around a painted cover."""
+    """Paint a rubber tyre around a painted cover."""
     turn = np.linspace(0, 2 * np.pi, 61)
     for far, paint in ((0.47, DARK), (0.43, DARK * 1.5), (0.405, look.ink)):
         x, y = (0.5 + far * np.cos(turn)) * w, (0.5 + far * np.sin(turn)) * h
@@ -329,7 +329,7 @@ def tyre(random: np.random.Generator, p: Painting, w: float, h: float, look: Tar
 
 
 def hull(random: np.random.Generator, p: Painting, w: float, h: float, look: TargetLook) -> None:
-    """Paint a bow: cabin above, planking, a stripe, the water line."""
+    """Paint the front of a boat: cabin, planks, a stripe, the water line."""
     p.patch(0.0, 0, w, 0.4 * h, vary_colour(random, LIGHTS[0]))
     for x in (0.18, 0.42, 0.66):
         p.hole(x * w, 0.1 * h, 0.17 * w, 0.17 * h, vary_colour(random, GLASS, 0.3))
@@ -353,24 +353,24 @@ def foam(random: np.random.Generator, p: Painting, w: float, h: float, look: Tar
 
 @dataclass(frozen=True)
 class TargetKind:
-    """Common properties of the targets of one kind."""
+    """Kind of target: shape, marks and carrier."""
 
     shape: str  # `round` (an ellipse: the corners of its box are background), `box`, `van`, `boat`
-    corner: float  # size of the cut-off corners of other outlines [share of the width]
+    corner: float  # size of the cut corners of the other shapes, relative to the width
     marks: tuple[Mark, ...]  # marks that are painted on it, in order
     paints: tuple[tuple[int, int, int], ...]
     carrier: str  # name in `props.CARRIERS`
 
     @property
     def round(self) -> bool:
-        """True if the outline is an ellipse."""
+        """True if the shape is an ellipse."""
         return self.shape == "round"
 
 
 def paint_target(
     random: np.random.Generator, kind: TargetKind, width: float, height: float
 ) -> PaintedSheet:
-    """Paint a target of a kind with a width and a height [pixels]."""
+    """Return a painted target of a kind with a width and height [pixels]."""
     w, h = width / UNIT, height / UNIT
     body = sample_colour(random, kind.paints)
     others = [paint for paint in PAINTS if np.abs(np.subtract(paint, body)).sum() > 110]
@@ -386,7 +386,7 @@ def paint_target(
 
 
 def two_looks(random: np.random.Generator, colour: Array) -> tuple[Array, Array]:
-    """Return a surface (h, w, 3) in two lights; the second has another highlight and more dust."""
+    """Return a texture (h, w, 3) in two variants that differ in highlight and dust."""
     height, width = colour.shape[:2]
     across = np.linspace(-1, 1, width) * random.choice([-1.0, 1.0])
     slant = across + random.uniform(-0.5, 0.5) * np.linspace(-1, 1, height)[:, None]

@@ -1,4 +1,4 @@
-"""People who arrive and leave: clothes, plan of a visit, renderer and ground truth."""
+"""Scenes in which the target enters and leaves the image: people, renderer, ground truth."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -22,12 +22,12 @@ UNLIKE = 40  # minimum difference in one channel of clearly different colours [g
 
 
 def sample_target(random: np.random.Generator, course: WalkingPath) -> Person:
-    """Sample a person in clearly different shirt and trousers, without a bag."""
+    """Sample a person without a bag whose shirt and trousers differ clearly in colour."""
     return casting.sample_person(random, course, wardrobe.sample_street_clothes(random))
 
 
 def sample_bystander(random: np.random.Generator, course: WalkingPath, other: WalkerLook) -> Person:
-    """Sample a person in colours clearly unlike another person's; half of them carry a bag."""
+    """Sample a person whose colours differ clearly from those of `other`; half carry a bag."""
     worn = other.shirt, other.trousers
     clothes = wardrobe.sample_other_clothes(random, worn)
     bag = wardrobe.sample_bag(random) if random.random() < 0.5 else None
@@ -37,11 +37,11 @@ def sample_bystander(random: np.random.Generator, course: WalkingPath, other: Wa
 
 
 class VisitPlan(WalkPlan):
-    """Plan of a visit: the surroundings continue before and after it, without the target.
+    """Plan of a scene in which the target is present only during the frames `visit`.
 
-    The target, the first of the `people`, is present in the frames of `visit` in which its box
-    overlaps the image: these are `present`, shape (n,). `obstacles` are the objects that can hide
-    it, `surroundings` the class of the street.
+    The first of the `people` is the target. `present`, shape (n,), is True in the frames of `visit`
+    in which the target's box overlaps the image. `obstacles` are the objects that can occlude the
+    target; `surroundings` is the class that renders the street.
     """
 
     def __init__(
@@ -65,7 +65,7 @@ class VisitPlan(WalkPlan):
 
     @cached_property
     def posts(self) -> list[Prop]:
-        """Props that can hide the target."""
+        """Objects that can occlude the target."""
         return list(self._obstacles)
 
     def in_picture(self, frame: int) -> list[int]:
@@ -79,18 +79,16 @@ class VisitPlan(WalkPlan):
 
 
 class VisitScene(WalkingScene):
-    """Place where the target arrives and leaves."""
+    """Scene that the target enters and leaves."""
 
     plan: VisitPlan
 
-    def __init__(self, plan: VisitPlan, kind: Light) -> None:
-        super().__init__(plan, kind)
-
     def truth(self) -> SceneTruth:
-        """Return the ground truth; it is NaN or False while the target is absent.
+        """Return the ground truth.
 
-        Sizes are compared with the first frame in which the target is present. For the attributes
-        see `WalkingScene`.
+        While the target is absent, boxes are NaN and attributes are False. The attribute
+        `scale_change` compares with the first frame in which the target is present. For the other
+        attributes see `WalkingScene`.
         """
         truth, present = super().truth(), self.plan.present
         changed = rescaled(self.plan.places[0, :, 2], int(present.argmax()))

@@ -1,4 +1,4 @@
-"""Surroundings of people who arrive and leave: a parking place with a porch, old trees."""
+"""Surroundings of the campus scenes: a car park with a porch, and old trees."""
 
 from collections.abc import Sequence
 from functools import cached_property
@@ -19,7 +19,8 @@ Array = NDArray[np.float64]
 
 BAYS = 13.1, 15.4  # depth of the parking bays [metres from the camera]
 DOORSTEP = HOUSES - 1.2  # front of the porch [metres from the camera]
-THRESHOLD = 0.4  # depth range around the porch's front over which it gets dark [metres]
+# distance before and behind the porch's front over which the light falls [metres]
+THRESHOLD = 0.4
 LAWN = 7.9  # near edge of the asphalt [metres from the camera]
 KEPT_FREE = 1.3  # free width on both sides of the entrance's centre [metres]
 REACH = 16.0  # maximum visible distance from the entrance [metres]
@@ -27,15 +28,18 @@ INSIDE = 0.55  # share of light that the porch removes
 
 
 class CarPark(Street):
-    """Asphalt with bays in front of houses; its objects are `parked_cars` and `entrance`."""
+    """Street of asphalt with parking bays in front of houses.
+
+    The scene adds its objects, `parked_cars` and `entrance`, as obstacles.
+    """
 
     @cached_property
     def props(self) -> list[Prop]:
-        """Empty: all objects here are obstacles of the plan."""
+        """Objects that cannot occlude the target: none."""
         return []
 
     def gains(self, x: ArrayLike, z: ArrayLike, heights: ArrayLike) -> Array:
-        """See `Street.gains`; it is darker inside the porch."""
+        """See `Street.gains`; inside the porch, the light is reduced by INSIDE."""
         inside = smooth_step(np.array(z), DOORSTEP - THRESHOLD, DOORSTEP + THRESHOLD)
         return super().gains(x, z, heights) * (1 - INSIDE * inside)
 
@@ -57,7 +61,7 @@ class CarPark(Street):
 
 
 def parked_cars(random: np.random.Generator, camera: Viewpoint, door: float) -> list[Prop]:
-    """Sample a row of cars with a gap in front of the door at a lateral place [metres]."""
+    """Sample a row of cars that leaves a gap in front of a door; `door` is as in `entrance`."""
     z = sum(BAYS) / 2
     cars = []
     for side in (-1, 1):
@@ -69,26 +73,26 @@ def parked_cars(random: np.random.Generator, camera: Viewpoint, door: float) -> 
 
 
 def entrance(random: np.random.Generator, camera: Viewpoint, door: float) -> list[Prop]:
-    """Return the porch of a house; its door's centre is at a lateral place [metres]."""
+    """Return the porch of a house; `door` is the lateral position of its centre [metres]."""
     front, back = DOORSTEP, HOUSES - 0.01
     return porch(
         random, door, (front, float(camera.scale(front))), (back, float(camera.scale(back)))
     )
 
 
-OPENING = 1.7, 2.35  # width and height [metres]
+OPENING = 1.7, 2.35  # width and height of the porch's opening [metres]
 BESIDE = 1.0  # width of the walls on both sides of the opening [metres]
-PORCH = 3.0  # height with the roof [metres]
+PORCH = 3.0  # height of the porch with its roof [metres]
 PLASTER = ((150, 158, 160), (92, 104, 148), (196, 204, 208), (120, 128, 132))
 
 
 def porch(
     random: np.random.Generator, x: float, front: tuple[float, float], back: tuple[float, float]
 ) -> list[Prop]:
-    """Return a porch at a wall: its front with the opening, and the interior behind it.
+    """Return the two parts of a porch: its front with the opening, and its interior.
 
-    `x` is the opening's centre [metres]; `front` and `back` are depth [metres] and scale there
-    [pixels/metre].
+    `x` is the opening's centre [metres]. `front` and `back` each contain a depth [metres] and the
+    scale at that depth [pixels/metre].
     """
     paint = np.array(PLASTER[random.integers(len(PLASTER))]) * random.uniform(0.85, 1.05)
     grain = fractal(random, 256, 16, 128, 0.8)
@@ -106,7 +110,7 @@ def _front(x: float, z: float, scale: float, paint: Array, grain: Array) -> Prop
 
 
 def _inside(x: float, z: float, scale: float, paint: Array) -> Prop:
-    """Return glass doors at the back of the porch, in its shade."""
+    """Return the glass doors at the back of the porch."""
     across, up = _raster(OPENING[0] + 2 * BESIDE, PORCH, scale)
     glass = np.array([66.0, 62.0, 56.0]) * (0.55 + 0.16 * np.clip(up, 0, 2.4))[..., None]
     frame = (np.abs(np.abs(across) - 0.42) > 0.37) | (np.abs(up - 1.05) < 0.04) | (up > 2.3)
@@ -115,13 +119,13 @@ def _inside(x: float, z: float, scale: float, paint: Array) -> Prop:
 
 
 def _raster(width: float, height: float, scale: float) -> tuple[Array, Array]:
-    """Return the place of every pixel, right of the centre and above the ground [metres]."""
+    """Return the position of every pixel: right of the centre and above the ground [metres]."""
     rows, columns = round(height * scale), round(width * scale)
     y, x = np.indices((rows, columns)) + 0.5
     return (x - columns / 2) / scale, (rows - y) / scale
 
 
-TALL = 5.2  # painted height: beyond the upper image border [metres]
+TALL = 5.2  # painted height of a tree, which exceeds the upper image border [metres]
 LEAVES = 3.1  # approximate lower end of hanging twigs [metres]
 SPREAD = 2.1  # reach of the twigs on either side of the trunk [metres]
 LEAF = 110  # scale of the texture [pixels/metre]
@@ -133,7 +137,7 @@ BARK_TONES: tuple[BGR, ...] = (
     (58, 86, 124),  # reddish
     (200, 206, 208),  # birch
 )
-# light from the grooves of a bark to its ridges
+# light factors of bark, from the grooves to the ridges
 BARK_RELIEF = np.array([0.60, 0.84, 1.10, 1.34])[:, None]
 GREENS = np.array([[22, 46, 34], [36, 82, 60], [56, 118, 92], [92, 156, 138]], np.float64)
 
@@ -145,11 +149,11 @@ def old_tree(
     width: float,
     unlike: Sequence[BGR],
 ) -> list[Prop]:
-    """Return a trunk that hides people behind it, and twigs that hang in front of it.
+    """Return the two parts of a tree: a trunk that occludes people, and twigs in front of it.
 
-    The tree stands at a place (x, z) [metres] with the scale `scale` [pixels/metre]. The trunk is
-    `width` wide at the height of people [pixels]. Its bark is the one that differs most from the
-    colours `unlike`.
+    `place` is the position (x, z) [metres], `scale` the scale there [pixels/metre], and `width` the
+    width of the trunk at the height of people [pixels]. The bark has the tone that differs most
+    from the colours `unlike`.
     """
     tone = max(BARK_TONES, key=lambda tone: _least_difference(tone, unlike))
     x, z = place

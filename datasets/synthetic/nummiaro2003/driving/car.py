@@ -1,4 +1,4 @@
-"""Cars in their paints: geometry, rendering, and paints unlike the target's."""
+"""Cars: geometry, paint, rendering at a position, and paints that differ from the target's."""
 
 import math
 from dataclasses import dataclass
@@ -36,7 +36,7 @@ _SPARE = 16  # pixels beyond the canvas, needed for motion blur
 
 
 class Car:
-    """Car: proportions, paint (BGR), and the seed of its random details."""
+    """Car with a shape and a paint (BGR); `seed` determines its random details."""
 
     def __init__(self, shape: CarShape, paint: BGR, seed: int) -> None:
         self.shape = shape
@@ -45,7 +45,7 @@ class Car:
 
     @cached_property
     def facets(self) -> Facets:
-        """All facets."""
+        """All facets, including the shadow."""
         return self.shape.facets
 
     @cached_property
@@ -59,13 +59,13 @@ class Car:
 
     @cached_property
     def pictures(self) -> Pictures:
-        """Pictures on the facets."""
+        """Textures of the facets."""
         return paint_car_pictures(np.random.default_rng(self._seed), self.shape, self.paint)
 
 
 @dataclass(frozen=True)
 class CarAt:
-    """Car at a place; a `Drawable`."""
+    """Car at a position on the ground; implements `Drawable`."""
 
     car: Car
     x: float  # centre on the ground, to the right [metres]
@@ -73,7 +73,7 @@ class CarAt:
     heading: float  # [radians]
     # image displacement during the exposure, right and down [pixels]
     motion: tuple[float, float] = (0.0, 0.0)
-    # fractions of the displacement at which it is drawn; their number is a power of two
+    # fractions of `motion` at which the car is drawn; their number is a power of two
     moments: tuple[float, ...] = (0.0,)
 
     reach = 3.0  # see `Drawable.reach`
@@ -96,7 +96,7 @@ class CarAt:
         )
 
     def draw(self, canvas: NDArray[np.uint8], view: PerspectiveView) -> None:
-        """See `Drawable.draw`; the shadow is included."""
+        """Draw the car with its shadow; see `Drawable.draw`."""
         laid = self._laid(self.car.facets, view, canvas.shape[1::-1], self.car.pictures)
         if laid is None:
             return
@@ -107,7 +107,7 @@ class CarAt:
         blend_sprite(canvas, sprite, lefts, tops, 65536)
 
     def coverage(self, view: PerspectiveView, size: tuple[int, int]) -> Coverage:
-        """Return the silhouette within an image of a size (width, height)."""
+        """Return the silhouette in an image of `size` (width, height), without the shadow."""
         laid = self._laid(self.car.body, view, size, _BLANK)
         if laid is None:
             return 0, 0, np.zeros((0, 0), np.uint8)
@@ -129,7 +129,7 @@ class CarAt:
     def _laid(
         self, facets: Facets, view: PerspectiveView, size: tuple[int, ...], pictures: Pictures
     ) -> tuple[NDArray[np.uint8], int, int] | None:
-        """Render the car in or near an image: a sprite with its left and top [pixels]."""
+        """Render the part of the car in or near the image; return sprite, left and top [pixels]."""
         window = self.window(view)
         if window is None:
             return None
@@ -164,23 +164,23 @@ PAINTS: tuple[BGR, ...] = (
     (128, 156, 172),  # beige
 )
 
-# paints of targets, without the colour of the road
+# paints of targets: all except the colour of the road
 TARGETS = tuple(paint for paint in PAINTS if paint != (94, 94, 94))
-CLEAR = 60.0  # minimum difference in one channel of clearly different paints [grey levels]
+CLEAR = 60.0  # two paints differ clearly if one channel differs by this much [grey levels]
 
 
 def sample_paint(random: np.random.Generator, choice: tuple[BGR, ...] = PAINTS) -> BGR:
-    """Sample one of some paints with a slight variation."""
+    """Sample one of the paints and vary it slightly."""
     colour = np.array(choice[random.integers(len(choice))])
     blue, green, red = (colour * random.uniform(0.92, 1.08) + random.uniform(-4, 4, 3)).tolist()
     return blue, green, red
 
 
 def contrasting_paints(target: BGR) -> tuple[BGR, ...]:
-    """Return the paints that differ clearly from a target's."""
+    """Return the paints that differ clearly from the target's paint."""
     return tuple(p for p in PAINTS if np.abs(np.subtract(p, target)).max() >= CLEAR)
 
 
 def sample_car(random: np.random.Generator, choice: tuple[BGR, ...] = PAINTS) -> Car:
-    """Sample a car of any shape, in one of some paints."""
+    """Sample a car of random shape, in one of the paints `choice`."""
     return Car(sample_car_shape(random), sample_paint(random, choice), int(random.integers(2**32)))

@@ -1,4 +1,4 @@
-"""Pictures on a car: its elevations and its plan, in metres, as in a technical drawing."""
+"""Textures of a car: views from the sides and from above, drawn to scale in metres."""
 
 from collections.abc import Sequence
 
@@ -28,7 +28,7 @@ Points = Sequence[tuple[float, float]]
 
 BGR = tuple[float, float, float]
 
-_FINE = 2  # painted pixels per pixel and axis
+_FINE = 2  # supersampling per axis
 _RUBBER = (34.0, 32.0, 32.0)
 _PLASTIC = (52.0, 50.0, 50.0)
 _GLASS = (62.0, 54.0, 48.0)
@@ -38,7 +38,7 @@ _RED, _AMBER, _CLEAR = (38.0, 30.0, 168.0), (40.0, 130.0, 214.0), (214.0, 216.0,
 
 
 class CarSheet:
-    """Drawing to scale of one of the car's pictures, on a background colour (BGR)."""
+    """Drawing of one texture of a car in metres, on a background colour (BGR)."""
 
     def __init__(self, kind: int, colour: Sequence[float]) -> None:
         self._size = SIZES[kind]
@@ -53,7 +53,7 @@ class CarSheet:
         self._picture[:] = np.round(colour)
 
     def fill(self, points: Points, colour: Sequence[float]) -> None:
-        """Paint a polygon of points (along or across, up) in metres."""
+        """Paint a polygon of points (horizontal, up) [metres]."""
         cv2.fillPoly(self._picture, [self._to_pixels(points)], list(colour), cv2.LINE_AA, 3)
 
     def box(self, x: tuple[float, float], y: tuple[float, float], colour: Sequence[float]) -> None:
@@ -72,7 +72,7 @@ class CarSheet:
         cv2.polylines(self._picture, [shape], False, list(colour), thick, cv2.LINE_AA)
 
     def light(self, gains: Sequence[tuple[float, float]]) -> None:
-        """Multiply by gains that vary with the height: pairs of height and gain, upwards."""
+        """Multiply the colours by a gain that depends on the height: pairs (height, gain)."""
         heights, values = np.array(gains).T
         rows = np.arange(len(self._picture)) + 0.5
         gain = np.interp(self._top - rows / self._scale[1], heights, values)
@@ -95,7 +95,7 @@ class CarSheet:
 
 
 def paint_car_pictures(random: np.random.Generator, shape: CarShape, paint: BGR) -> Pictures:
-    """Return all pictures of a car in a paint; other colours are random."""
+    """Return all textures of a car in a paint; details and other colours are random."""
     style = _Style(random)
     sheets = [
         _side(shape, paint, style),
@@ -108,7 +108,7 @@ def paint_car_pictures(random: np.random.Generator, shape: CarShape, paint: BGR)
 
 
 class _Style:
-    """Choices that several pictures of a car share."""
+    """Random details that appear in several textures of a car."""
 
     def __init__(self, random: np.random.Generator) -> None:
         self.bumper: BGR | None = _PLASTIC if random.random() < 0.45 else None
@@ -125,7 +125,7 @@ def _times(colour: BGR, gain: float) -> list[float]:
 
 _METAL = [(0.2, 0.62), (0.45, 0.8), (0.6, 0.98), (0.62, 1.06), (0.72, 1.0), (0.84, 1.12),
           (BELT, 1.28), (BELT + 0.02, 1.0), (2.0, 1.0)]  # fmt: skip
-"""Gains by height: sheet metal reflects the street below its crease and the sky above."""
+"""Gain by height: sheet metal reflects the street below its crease and the sky above it."""
 
 
 def _side(shape: CarShape, paint: BGR, style: _Style) -> Array:
@@ -139,7 +139,7 @@ def _side(shape: CarShape, paint: BGR, style: _Style) -> Array:
         sheet.box((-REACH, 0.4 - end), (0.0, 0.5), style.bumper)
     if style.strip:
         sheet.box((-end, end), (0.48, 0.53), _PLASTIC)
-    # Doors: from the windscreen's foot to the rear wheel's arch, with a post between.
+    # Doors extend from the foot of the windscreen to the arch of the rear wheel.
     first, last = shape.screen[0] - 0.12, rear_axle + 0.42
     middle = first + (last - first) * (0.5 if style.doors == 2 else 0.62)
     for place in (first, middle, last) if style.doors == 2 else (first, middle):
@@ -178,7 +178,7 @@ def _side(shape: CarShape, paint: BGR, style: _Style) -> Array:
 
 
 def _pane(sheet: CarSheet, outline: Points, low: float, high: float) -> None:
-    """Paint glass: dark interior, with the sky reflected on its upper part."""
+    """Paint a window: a dark interior, with the sky reflected in the upper part."""
     sheet.fill(outline, _GLASS)
     cut = low + 0.62 * (high - low)
     sheet.fill([(x, max(y, cut)) for x, y in outline], [0.62 * g + 0.38 * s for g, s in zip(
@@ -186,7 +186,7 @@ def _pane(sheet: CarSheet, outline: Points, low: float, high: float) -> None:
 
 
 def _end(kind: int, paint: BGR, style: _Style) -> CarSheet:
-    """Return front or rear: sheet metal above the dark underside, and its bumper."""
+    """Return the common base of front and rear: sheet metal, dark underside, bumper."""
     sheet = CarSheet(kind, paint)
     sheet.light(_METAL)
     sheet.box((-WIDE, WIDE), (0.0, 0.23), (26.0, 24.0, 24.0))
@@ -292,7 +292,7 @@ def _top(shape: CarShape, paint: BGR, style: _Style) -> Array:
 
 
 def _shadow(shape: CarShape) -> Array:
-    """Return the shadow below the car, softer towards its outline: a superellipse of power 4."""
+    """Return the shadow below the car: a superellipse of power 4 that fades to its outline."""
     width, height = SIZES[SHADOW]
     y, x = np.meshgrid(
         (np.arange(height) + 0.5) / height * 2 - 1, (np.arange(width) + 0.5) / width * 2 - 1,

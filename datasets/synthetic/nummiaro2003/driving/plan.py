@@ -1,4 +1,4 @@
-"""Plan of a scene with cars: driven paths, camera and surroundings."""
+"""Plan of a driving scene: paths of cars, camera and surroundings."""
 
 import math
 from collections.abc import Sequence
@@ -18,10 +18,10 @@ from trackmark.datasets.synthetic.render.sprite import instants
 Array = NDArray[np.float64]
 
 _STEP = 0.05  # sampling step along a route [metres]
-_EASE = 3.0  # distance over which the steering wheel is turned [metres]
+_EASE = 3.0  # distance over which the steering angle changes [metres]
 
-SIDEWAYS = 2.2  # maximum lateral acceleration of drivers [metres/second²]
-BRAKING = 1.6  # maximum longitudinal acceleration of drivers [metres/second²]
+SIDEWAYS = 2.2  # maximum lateral acceleration [metres/second²]
+BRAKING = 1.6  # maximum longitudinal acceleration [metres/second²]
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ class Bend:
 
 
 class Route:
-    """Smooth curve over the ground from a place [metres] in a heading [radians]."""
+    """Smooth curve on the ground that starts at (x, z) [metres] in a heading [radians]."""
 
     def __init__(self, x: float, z: float, heading: float, bends: Sequence[Bend]) -> None:
         pieces = []
@@ -58,44 +58,46 @@ class Route:
         self.length = (len(headings) - 1) * _STEP
 
     def places_at(self, travelled: Array) -> Array:
-        """Return place (x, z) and heading after a distance [metres], shape (n, 3)."""
+        """Return x, z and heading after the distances `travelled` [metres], shape (n, 3)."""
         grid = np.arange(len(self._track)) * _STEP
         return np.stack([np.interp(travelled, grid, line) for line in self._track.T], axis=1)
 
     def travelled(self, frames: int, top: float, end: float) -> Array:
-        """Return the distance at every frame [metres], shape (frames,), for the whole route.
+        """Return the distance from the start in every frame [metres], shape (frames,).
 
-        `top` is the speed on straight sections and `end` the speed at the end [metres/second]. All
-        speeds of an ordinary driver are scaled by one factor to fit the number of frames.
+        The car drives the whole route within `frames`: one factor scales all speeds. Before
+        scaling, `top` is the speed on straight sections and `end` the final speed [metres/second].
         """
-        speed = self._speeds(top, end)
-        middle = (speed[1:] + speed[:-1]) / 2
-        times = np.concatenate([[0.0], np.cumsum(_STEP / middle)])
+        times, grid = self._schedule(top, end)
         wanted = np.arange(frames) / (frames - 1) * times[-1]
-        return np.asarray(np.interp(wanted, times, np.arange(len(times)) * _STEP))
-
-    def _speeds(self, top: float, end: float) -> Array:
-        bends = np.sqrt(SIDEWAYS / np.maximum(np.abs(self._curvature), 1e-6))
-        return limit_acceleration(np.minimum(top, bends), end)
+        return np.asarray(np.interp(wanted, times, grid))
 
     def driven(self, frames: int, start: float, top: float) -> Array:
-        """Return the distance at every frame [metres], shape (frames,), at ordinary speeds.
+        """Return the distance from the start in every frame [metres], shape (frames,).
 
-        `start` is the position in the first frame [metres from the start of the route], `top` the
-        speed on straight sections [metres/second].
+        `start` is this distance in the first frame. `top` is the speed on straight sections
+        [metres/second]; the speeds are not scaled.
         """
-        speed = self._speeds(top, top)
-        middle = (speed[1:] + speed[:-1]) / 2
-        times = np.concatenate([[0.0], np.cumsum(_STEP / middle)])
-        grid = np.arange(len(times)) * _STEP
+        times, grid = self._schedule(top, top)
         start_time = np.interp(start, grid, times)
         return np.asarray(
             np.interp(start_time + np.arange(frames) / FRAMES_PER_SECOND, times, grid)
         )
 
+    def _schedule(self, top: float, end: float) -> tuple[Array, Array]:
+        """Return times [seconds] and the distances from the start at these times [metres]."""
+        bends = np.sqrt(SIDEWAYS / np.maximum(np.abs(self._curvature), 1e-6))
+        speed = limit_acceleration(np.minimum(top, bends), end)
+        middle = (speed[1:] + speed[:-1]) / 2
+        times = np.concatenate([[0.0], np.cumsum(_STEP / middle)])
+        return times, np.arange(len(times)) * _STEP
+
 
 def limit_acceleration(fastest: Array, end: float) -> Array:
-    """Return the maximum speeds along a route under a limit, with ordinary acceleration."""
+    """Reduce the speeds `fastest` along a route so that no acceleration exceeds BRAKING.
+
+    `end` is the maximum speed at the end of the route [metres/second].
+    """
     speed = fastest.copy()
     speed[-1] = min(speed[-1], end)
     gain = 2 * BRAKING * _STEP
@@ -108,15 +110,15 @@ def limit_acceleration(fastest: Array, end: float) -> Array:
 
 @dataclass(frozen=True)
 class DrivingPath:
-    """Position and heading of a car in every frame."""
+    """Position of the centre of a car on the ground, and its heading, in every frame."""
 
-    x: Array  # (n,), centre on the ground, to the right [metres]
-    z: Array  # (n,), centre on the ground, ahead [metres]
+    x: Array  # (n,), to the right [metres]
+    z: Array  # (n,), ahead [metres]
     heading: Array  # (n,), [radians]
 
     @classmethod
     def in_heading(cls, frames: int, x: ArrayLike, z: ArrayLike, heading: float) -> Self:
-        """Return a path in one heading; a scalar coordinate is constant."""
+        """Return a path with a constant heading; `x` and `z` may also be constant."""
         columns = (np.asarray(v, np.float64) for v in (x, z, heading))
         return cls(*(np.broadcast_to(column, frames) for column in columns))
 
@@ -124,32 +126,32 @@ class DrivingPath:
 SIZE = 640, 480  # width and height of the images [pixels]
 FRAMES_PER_SECOND = 25.0
 
-EXPOSURE = 0.4  # share of the frame time for which the shutter is open
+EXPOSURE = 0.4  # fraction of the frame time for which the shutter is open
 
 
 @dataclass(frozen=True)
 class DrivingPlan:
-    """Cars and camera of a scene."""
+    """Surroundings, cars and camera of a scene."""
 
     layout: Layout  # surroundings
     views: Sequence[PerspectiveView]  # camera in every frame
-    cars: Sequence[tuple[Car, DrivingPath]]  # driving cars; the target is the first
+    cars: Sequence[tuple[Car, DrivingPath]]  # moving cars; the first is the target
 
     def __len__(self) -> int:
         return len(self.views)
 
     @cached_property
     def boxes(self) -> Array:
-        """Extents of the whole target in every frame, shape (n, 4) [pixels]."""
+        """Boxes of the whole target in every frame, shape (n, 4) [pixels]."""
         return np.stack([self.car(0, k).box(view) for k, view in enumerate(self.views)])
 
     def car(self, number: int, frame: int) -> CarAt:
-        """Return a car at its place in a frame, by its index in `cars`."""
+        """Return the car `cars[number]` at its position in a frame."""
         car, course = self.cars[number]
         return car_at(car, course, frame)
 
     def moving(self, number: int, frame: int) -> CarAt:
-        """Return a car as `car` does, with motion blur for a static camera."""
+        """Return the car `cars[number]` with its motion blur, for a static camera."""
         around = max(frame - 1, 0), min(frame + 1, len(self) - 1)
         current = self.car(number, frame)
         last, following = (self.car(number, k).box(self.views[k]) for k in around)
@@ -167,13 +169,13 @@ class DrivingPlan:
 
     @cached_property
     def visibility(self) -> Array:
-        """Visible share of the target in every frame."""
+        """Visible fraction of the target in every frame, shape (n,)."""
         fractions = np.ones(len(self))
         for frame, (x, y, width, height) in enumerate(self.boxes.tolist()):
             inside = x >= 0 and y >= 0 and x + width <= SIZE[0] and y + height <= SIZE[1]
             if inside and not self._hiding(frame):
                 continue
-            # The whole of it, in a picture that holds it.
+            # The whole silhouette, in an image that is large enough for it.
             view = self.views[frame].shifted(math.floor(-x), math.floor(-y))
             size = math.ceil(width) + 2, math.ceil(height) + 2
             whole = self.car(0, frame).coverage(view, size)[2]
@@ -181,7 +183,7 @@ class DrivingPlan:
         return fractions
 
     def _hiding(self, frame: int) -> list[CarAt]:
-        """Cars before the target whose windows meet its."""
+        """Return the cars in front of the target whose windows overlap its window."""
         view, target = self.views[frame], self.car(0, frame)
         driving = [self.car(number, frame) for number in range(1, len(self.cars))]
         far = _apart(view, target)
@@ -196,12 +198,12 @@ class DrivingPlan:
 
 
 def car_at(car: Car, course: DrivingPath, frame: int) -> CarAt:
-    """Return a car at the place of its path in a frame."""
+    """Return a car at its position in a frame."""
     x, z, heading = (float(a[frame]) for a in (course.x, course.z, course.heading))
     return CarAt(car, x, z, heading)
 
 
 def _apart(view: PerspectiveView, car: CarAt) -> float:
-    """Square of the distance from the camera over the ground."""
+    """Return the squared horizontal distance of a car from the camera [metres²]."""
     x, z = car.x - view.place[0], car.z - view.place[2]
     return x * x + z * z

@@ -1,4 +1,4 @@
-"""Renderer and ground truth of the scenes with cars."""
+"""Renderer and ground truth of the driving scenes."""
 
 from functools import cached_property
 
@@ -29,18 +29,21 @@ from trackmark.datasets.synthetic.scene import (
 
 Array = NDArray[np.float64]
 
-# minimum change of the visible side in a second for the attribute `turning` [degrees]
+# minimum change of the viewing angle in a second for the attribute `turning` [degrees]
 TURNING = 15.0
-FASTEST = 0.2  # share of the frames that count as fast
+FASTEST = 0.2  # fraction of the frames that have the attribute `fast`
 
 
 def driving_truth(plan: DrivingPlan) -> SceneTruth:
     """Return the ground truth of all frames.
 
-    `boxes` are the extents of the whole car. Attributes are `occlusion` (less than 0.9 of the
-    target is visible), `out_of_view` (a part of the box) and `scale_change` (width outside 0.8 to
-    1.25 of the first). Further ones are `turning` (the visible side turns by more than 15 degrees
-    in a second) and `fast` (the fifth of the frames with the largest image motion).
+    `boxes` are the extents of the whole car. The attributes are:
+
+    - `occlusion`: less than 0.9 of the target is visible.
+    - `out_of_view`: a part of the box is outside the image.
+    - `scale_change`: the width is outside 0.8 to 1.25 times the first width.
+    - `turning`: the viewing angle of the car changes by more than 15 degrees per second.
+    - `fast`: the image motion is among the largest fifth.
     """
     boxes, visibility = plan.boxes, plan.visibility
     course = plan.cars[0][1]
@@ -65,10 +68,7 @@ CAMERA = Camera(SIZE, noise=2.0)
 
 
 class DrivingScene(SyntheticScene):
-    """Cars, the first of them the target, with a moving or `still` camera.
-
-    With a still camera, static objects are drawn once.
-    """
+    """Scene of driving cars; if the camera is `still`, static objects are drawn only once."""
 
     size = SIZE
     fps = FRAMES_PER_SECOND
@@ -88,7 +88,7 @@ class DrivingScene(SyntheticScene):
         return paste_window(SIZE, *self.plan.seen(frame)) >= 128
 
     def _painted(self, frame: int) -> Image:
-        """Render everything for a moving camera."""
+        """Render all objects for a moving camera."""
         view = self.plan.views[frame]
         canvas = np.empty((SIZE[1], SIZE[0], 3), np.uint8)
         self._world.draw(canvas, view)
@@ -125,7 +125,7 @@ class DrivingScene(SyntheticScene):
 
     @cached_property
     def _at_rest(self) -> tuple[Image, Image, list[tuple[Window | None, Drawable]]]:
-        """Place without and with its static objects, and these objects with their windows."""
+        """Images without and with the static objects, and these objects with their windows."""
         view = self.plan.views[0]
         empty = np.empty((SIZE[1], SIZE[0], 3), np.uint8)
         self._world.draw(empty, view)

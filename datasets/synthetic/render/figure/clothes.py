@@ -1,6 +1,6 @@
-"""Neck, trunk, arms and hands in working clothes.
+"""Neck, trunk, limbs and hands in working clothes.
 
-Lengths are in metres. A limb's frame begins at its upper joint and hangs down from it.
+Lengths are in metres. The origin of a limb is its upper joint; the limb extends downwards.
 """
 
 import numpy as np
@@ -15,12 +15,12 @@ Array = NDArray[np.float64]
 UPPER_ARM, FOREARM, HAND = 0.29, 0.25, 0.19
 NECK = 0.09
 TRUNK = 0.52
-"""Distance from the hips to the root of the neck."""
+"""Distance from the hips to the base of the neck."""
 
 SHOULDER = 0.165, 0.065
-"""Offset of the shoulder joint from the root of the neck: sideways and below."""
+"""Offset of the shoulder joint from the base of the neck, sideways and down."""
 
-# height, half width, reach to front and back, tilt, shift forward; trunk from the hips
+# rows as in `loft`; the trunk starts at the hips
 _TRUNK = (
     (0.530, 0.050, 0.052, 0.056, -0.012, 0.000),
     (0.522, 0.072, 0.066, 0.068, -0.010, 0.000),
@@ -57,7 +57,7 @@ _COLLAR = (
 
 
 def body(look: FigureLook, random: np.random.Generator) -> list[Solid]:
-    """Return neck, collar, trunk, upper arms, forearms, hands, legs: left before right."""
+    """Return neck, collar, trunk, upper arms, forearms, hands and legs; left before right."""
     folds = _Folds(random)
     sleeve = np.asarray(look.shirt if look.bib else look.clothes, np.float64)
     collar = np.asarray(look.shirt, np.float64) * 0.96
@@ -76,14 +76,14 @@ def body(look: FigureLook, random: np.random.Generator) -> list[Solid]:
 
 
 class _Folds:
-    """Folds of cloth: broad creases, steep ones, and grain."""
+    """Shading of cloth by broad folds, steep folds and grain."""
 
     def __init__(self, random: np.random.Generator) -> None:
         self._random = random
         self._broad, self._slope = creases(random, AROUND)
 
     def __call__(self, strength: float) -> Array:
-        """Return a light gain, shape (AROUND, AROUND); each call uses another piece of cloth."""
+        """Return a light gain, shape (AROUND, AROUND), for another piece of cloth at every call."""
         shift = tuple(self._random.integers(0, AROUND, 2))
         broad, slope = (np.roll(p, shift, axis=(0, 1)) for p in (self._broad, self._slope))
         grain = self._random.normal(0, 0.014, (AROUND, AROUND))
@@ -128,7 +128,7 @@ def _trunk(look: FigureLook, folds: _Folds) -> Solid:
     texture = lerp(shirt, cloth, covered)
     pocket = np.maximum(np.abs(np.abs(x) - (0.0 if look.bib else 0.095)), np.abs(height - 0.265))
     seams = 4 * covered * (1 - covered) + (z > 0) * _within(np.abs(pocket - 0.052), 0.003)
-    if not look.bib:  # zip and back seam
+    if not look.bib:  # zip in front and seam at the back
         seams = seams + np.where(
             z > 0, _within(np.abs(x), 0.004), _within(np.abs(height - 0.40), 0.003)
         )
@@ -141,7 +141,7 @@ def _trunk(look: FigureLook, folds: _Folds) -> Solid:
 
 
 def _bib(x: Array, height: Array, before: NDArray[np.bool_]) -> Array:
-    """Return the coverage of bib and brace over the shirt; the braces cross at the back."""
+    """Return the coverage of dungarees over the shirt; their straps cross at the back."""
     middle = np.where(before, 0.085, 0.16 * (height - 0.02))
     brace = _within(np.abs(np.abs(x) - middle), 0.019)
     bib = before * _within(np.abs(x), 0.115) * _within(height, 0.33)
@@ -149,10 +149,10 @@ def _bib(x: Array, height: Array, before: NDArray[np.bool_]) -> Array:
 
 
 def _jacket(x: Array, height: Array, before: NDArray[np.bool_]) -> Array:
-    """Return the coverage of a jacket over the shirt, which is visible below the neck."""
+    """Return the coverage of a jacket over the shirt, which remains visible below the neck."""
     return 1 - before * _within(np.abs(x), 0.6 * (height - 0.44))
 
 
 def _within(values: Array, limit: float | Array) -> Array:
-    """Return 1 below a limit and 0 above it, with an edge as soft as a texel."""
+    """Return 1 below a limit and 0 above it; the transition is one texel wide."""
     return np.clip((limit - values) / 0.005 + 0.5, 0, 1)

@@ -1,6 +1,6 @@
 """Head: skull, face, ears and hair as one textured surface.
 
-Lengths are in metres, relative to the middle between chin and crown.
+Lengths are in metres. The origin is the middle between chin and crown.
 """
 
 import numpy as np
@@ -13,9 +13,9 @@ from trackmark.datasets.synthetic.render.texture import fractal, lerp
 Array = NDArray[np.float64]
 
 ROWS = 161
-"""Rows of its texture, from the crown to below the chin."""
+"""Number of rows of the texture, from the crown to below the chin."""
 
-# height, half width, reach to the front and to the back, tilt of the section, shift forward
+# rows as in `mesh.loft`
 _SKULL = (
     (0.117, 0.003, 0.003, 0.003, 0.0, -0.012),
     (0.113, 0.031, 0.036, 0.036, 0.0, -0.010),
@@ -59,7 +59,7 @@ def head(look: FigureLook, random: np.random.Generator) -> Solid:
 def _pattern(
     random: np.random.Generator, coarsest: int, finest: int, fall: float, stretched: int = 1
 ) -> Array:
-    """Return fractal noise around the head, stretched vertically; shape (ROWS, AROUND + 1)."""
+    """Return vertically stretched fractal noise around the head, shape (ROWS, AROUND + 1)."""
     values = fractal(random, AROUND, coarsest, finest, fall)[np.arange(ROWS) // stretched]
     return np.concatenate([values, values[:, :1]], axis=1)
 
@@ -70,13 +70,13 @@ def _bump(values: Array, middle: float, width: float) -> Array:
 
 
 def _hair(look: FigureLook, skull: Array, strands: Array) -> Array:
-    """Return the share of hair of each texel, in [0, 1]."""
+    """Return the fraction of each texel that hair covers, in [0, 1]."""
     _, angle = turns(ROWS)
     turn = np.minimum(angle, 2 * np.pi - angle)
     line = np.interp(turn, _TURN, _LINES[look.cut])
     height = skull[..., 1] + 0.006 * strands
     share = np.clip((height - line) / 0.006 + 0.5, 0, 1)
-    if look.cut == "wreath":  # the crown is bare
+    if look.cut == "wreath":  # a wreath of hair leaves the crown bald
         share = share * np.clip((0.062 - height) / 0.012 + 0.5, 0, 1)
     return share
 
@@ -98,7 +98,7 @@ def _with_features(skull: Array) -> Array:
 
 
 def _skin(look: FigureLook, skull: Array, random: np.random.Generator) -> Array:
-    """Return face, ears and throat, with a beard and glasses if present."""
+    """Return the colours of face, ears and throat, with a beard and glasses if present."""
     x, y, z = skull[..., 0], skull[..., 1], skull[..., 2]
     before, aside = np.clip((z - 0.02) / 0.02, 0, 1), np.abs(x)
     skin = np.asarray(look.skin, np.float64) * (1 + 0.035 * _pattern(random, 8, 64, 0.7))[..., None]

@@ -43,7 +43,7 @@ CUTS: tuple[Cut, ...] = ("short", "short", "full", "wreath")
 
 @dataclass(frozen=True)
 class FigureLook:
-    """Head and working clothes. Colours are BGR in [0, 255]."""
+    """Appearance of head and working clothes. Colours are BGR in [0, 255]."""
 
     hair: BGR
     skin: BGR
@@ -63,7 +63,7 @@ def sample_skin(random: np.random.Generator) -> NDArray[np.float64]:
 
 
 def sample_figure_look(random: np.random.Generator) -> FigureLook:
-    """Sample the appearance of a person, each trait independently."""
+    """Sample the appearance of a person; all traits are independent."""
     skin, hairs = COMPLEXIONS[random.integers(len(COMPLEXIONS))]
     return FigureLook(
         hair=hairs[random.integers(len(hairs))],

@@ -1,8 +1,7 @@
 """Hand with closed fingers on a sleeved forearm that crosses a face.
 
-The palm faces the camera. Lengths are in centimetres and those of a right hand: x to the right, y
-up from the wrist, z towards the camera. The thumb is on the right, as on one's own right hand when
-waving.
+The palm faces the camera. The constants describe a right hand in centimetres: x to the right, y up
+from the wrist, z towards the camera. Its thumb is on the right in the image.
 """
 
 from dataclasses import dataclass
@@ -20,13 +19,13 @@ Array = NDArray[np.float64]
 
 SIDE = 256  # rows and columns of a texture
 TEXELS = 10.0  # texels per centimetre
-WRIST_ROW = 226  # row of the texture whose middle is the wrist
+WRIST_ROW = 226  # texture row of the wrist
 
 
 def hand_textures(random: np.random.Generator, side: int) -> Array:
-    """Return the light gain on skin and cloth, shape (2, SIDE, SIDE); see `setting.paint`.
+    """Return the light gains of skin and cloth, shape (2, SIDE, SIDE); see `setting.paint`.
 
-    `side` is 1 for a right hand, -1 for a left one.
+    `side` is 1 for a right hand and -1 for a left hand.
     """
     y, x = np.indices((SIDE, SIDE))
     right, up = (x + 0.5 - SIDE / 2) / TEXELS * side, (WRIST_ROW - y) / TEXELS
@@ -50,7 +49,7 @@ def _line(distance: Array, width: float) -> Array:
 
 
 FRAMES = 100
-CENTRED = 48  # frame in which the hand is centred on the face: frame 49 of the paper
+CENTRED = 48  # frame in which the hand is centred on the face, which is frame 49 of the paper
 FINGERS = 5  # thumb first, little finger last
 JOINTS = 3
 
@@ -59,27 +58,27 @@ JOINTS = 3
 class HandPose:
     """Joint angles of a hand in every frame [radians]."""
 
-    tilt: Array  # (n,): of the hand, to the right from upright
-    arm_tilt: Array  # (n,): of the forearm, to the right from upright
+    tilt: Array  # (n,): angle of the hand, from upright to the right
+    arm_tilt: Array  # (n,): angle of the forearm, from upright to the right
     yaw: Array  # (n,): rotation of the palm to the right
     pitch: Array  # (n,): rotation of the fingers towards the camera
-    # (FINGERS, n): deviation of each finger from its rest direction, in the palm's plane
+    # (FINGERS, n): deviation of each finger from its rest direction, in the plane of the palm
     spread: Array
-    bend: Array  # (FINGERS, 3, n): of each joint, towards the palm
+    bend: Array  # (FINGERS, 3, n): bending of each joint towards the palm
 
 
 def sample_path(random: np.random.Generator, side: int) -> Array:
-    """Sample positions relative to the one in frame `CENTRED`, shape (FRAMES, 2) [pixels].
+    """Sample positions relative to the position in frame `CENTRED`, shape (FRAMES, 2) [pixels].
 
-    The path leads to the right if `side` is 1, to the left if it is -1. It is faster in the middle
-    than at the ends, and neither straight nor even.
+    The hand moves to the right if `side` is 1, and to the left if it is -1. It is faster in the
+    middle of the path. The path is slightly irregular.
     """
     time = np.arange(FRAMES) - CENTRED
     slow, fast, long = random.uniform(0.95, 1.02), random.uniform(1.4, 1.65), random.uniform(22, 27)
     swell = np.clip(1 - np.square(time / long), 0, None)
     across = np.cumsum(slow + (fast - slow) * swell * swell)
     across += random_wander(random, FRAMES, (1.2, 3.5), 0.5)
-    sag = random.uniform(3, 7) * np.square(time / CENTRED)  # arc around the elbow
+    sag = random.uniform(3, 7) * np.square(time / CENTRED)  # circular arc around the elbow
     lean = random.uniform(-4, 4) * time / CENTRED
     down = sag + lean + random_wander(random, FRAMES, (1.2, 4.0), 1.3)
     path = np.stack([side * across, down], axis=1)
@@ -87,9 +86,9 @@ def sample_path(random: np.random.Generator, side: int) -> Array:
 
 
 def sample_pose(random: np.random.Generator, path: Array) -> HandPose:
-    """Sample a relaxed hand with closed fingers on its path (see `sample_path`).
+    """Sample a relaxed hand with closed fingers on a path of `sample_path`.
 
-    The forearm leans more, the farther it has to reach.
+    The tilt of the forearm grows with the distance that it must reach.
     """
 
     def wave(periods: tuple[float, float], degrees: float) -> Array:
@@ -111,7 +110,7 @@ def sample_pose(random: np.random.Generator, path: Array) -> HandPose:
     )
 
 
-# root and tip of the bones in the palm with their radii: thumb, then the four fingers
+# both ends of the bones in the palm with their radii: thumb, then the four fingers
 _PALM = (
     ((1.7, 1.9, 0.3), (3.4, 4.9, 0.9), 1.55, 1.15),
     ((1.3, 1.5, 0.0), (2.9, 9.2, 0.0), 1.55, 1.15),
@@ -120,11 +119,11 @@ _PALM = (
     ((-1.4, 1.5, 0.0), (-3.0, 8.2, -0.1), 1.45, 1.00),
 )
 _PADS = (
-    ((1.6, 2.6, 0.55), (2.6, 4.8, 0.55), 1.55, 1.20),  # of the thumb
-    ((-1.7, 2.3, 0.35), (-2.3, 5.4, 0.30), 1.50, 1.15),  # of the little finger
+    ((1.6, 2.6, 0.55), (2.6, 4.8, 0.55), 1.55, 1.20),  # ball of the thumb
+    ((-1.7, 2.3, 0.35), (-2.3, 5.4, 0.30), 1.50, 1.15),  # ball of the little finger
     ((2.4, 8.7, 0.35), (-2.4, 7.9, 0.30), 0.95, 0.90),  # below the fingers
 )
-# direction of each finger [degrees to the right], lengths of its bones, radii at their ends
+# for each finger: direction [degrees to the right], lengths of bones, radii at their ends
 _FINGERS = (
     (6, (3.1, 2.7), (1.15, 1.10, 0.82)),
     (-1, (4.2, 2.5, 2.0), (1.10, 1.02, 0.92, 0.74)),
@@ -134,17 +133,17 @@ _FINGERS = (
 )
 WRIST = 2.45  # half width of the wrist
 CUFF = 0.9  # distance from the wrist to the sleeve
-CREASED = 0.12  # share of the light that a joint's crease removes
-FOREARM = 40.0  # length of the forearm; it exceeds a real one to keep the elbow outside the image
+CREASED = 0.12  # fraction of light that the crease of a joint removes
+FOREARM = 40.0  # length of the forearm, longer than real, so that the elbow is outside the image
 
 
 @dataclass(frozen=True)
 class Hand:
-    """Hand and forearm in every frame."""
+    """Shape of hand and forearm in every frame."""
 
-    cones: Array  # (n, m, COLUMNS), see `setting.COLUMNS`; the hand's cones come first
+    cones: Array  # (n, m, COLUMNS), see `setting.COLUMNS`; the cones of the hand come first
     frames: Array  # (n, 2, 4): positions of the textures; see `setting.paint`
-    boxes: Array  # (n, 4): boxes of the hand, down to the sleeve [pixels]
+    boxes: Array  # (n, 4): boxes of the hand without the sleeve [pixels]
 
 
 def animate_hand(
@@ -153,8 +152,8 @@ def animate_hand(
 ) -> Hand:  # fmt: skip
     """Return a hand on its path, with the centre of its box at `place` in the frame `when`.
 
-    `path`, shape (n, 2), and `place` are in pixels, `scale` in pixels/centimetre; `side` is 1 for a
-    right hand, -1 for a left one; `skin` and `cloth` are BGR in [0, 255].
+    `path`, shape (n, 2), and `place` are in pixels, `scale` in pixels/centimetre. `side` is 1 for a
+    right hand and -1 for a left hand. `skin` and `cloth` are BGR in [0, 255].
     """
     skin, cloth = np.asarray(skin, np.float64), np.asarray(cloth, np.float64)
     turn = _rotations(pose) * [side, 1.0, 1.0]
@@ -184,7 +183,7 @@ def animate_hand(
 
 
 class _Bone(NamedTuple):
-    """Axis, radii and colour of a part of the hand; its ends in every frame, shape (n, 3)."""
+    """Bone of the hand: its two ends in every frame, shape (n, 3), radii and colour."""
 
     root: Array
     tip: Array
@@ -215,7 +214,7 @@ def _hand_bones(pose: HandPose, skin: Array) -> list[_Bone]:
 
 
 def _rotations(pose: HandPose) -> Array:
-    """Return rotations from the hand to the image, whose y axis points down; shape (n, 3, 3)."""
+    """Return rotations (n, 3, 3) from the axes of the hand to the image, whose y points down."""
     cos, sin = np.cos(pose.yaw), np.sin(pose.yaw)
     nothing, unit = np.zeros(FRAMES), np.ones(FRAMES)
     yaw = np.array([[cos, nothing, sin], [nothing, unit, nothing], [-sin, nothing, cos]])
@@ -244,7 +243,7 @@ def _cone(
 
 
 def _forearm(down: Array, skin: Array, cloth: Array) -> list[Array]:
-    """Return wrist, sleeve and cuff, from the wrist down."""
+    """Return the cones of wrist, sleeve and cuff, in this order."""
     aside = np.stack([down[:, 1], -down[:, 0], 0 * down[:, 0]], axis=1)
     back = np.array([0.0, 0.0, 1.0])
     parts = []
@@ -259,7 +258,7 @@ def _forearm(down: Array, skin: Array, cloth: Array) -> list[Array]:
 
 
 def _boxes(cones: Array, edge: Array, drop: Array) -> Array:
-    """Return boxes around the cones of a hand that ends at its sleeve."""
+    """Return boxes around the cones of a hand, which ends at its sleeve."""
     balls = np.concatenate([cones[..., :4], cones[..., 4:8]], axis=1)
     low = (balls[..., :2] - balls[..., 3:]).min(axis=1)
     right = (balls[..., 0] + balls[..., 3]).max(axis=1)
@@ -268,7 +267,7 @@ def _boxes(cones: Array, edge: Array, drop: Array) -> Array:
 
 
 def _texture_frame(wrist: Array, tilt: Array, scale: float) -> Array:
-    """Return the texture frame (see `setting.paint`) of a texture with its wrist at a position."""
+    """Return the row of `frames` in `setting.paint` for a texture with the wrist at a position."""
     cos, sin = np.cos(tilt), np.sin(tilt)
     left, up = SIDE / 2 / TEXELS * scale, WRIST_ROW / TEXELS * scale
     x = wrist[:, 0] - left * cos + up * sin

@@ -1,10 +1,10 @@
 """`wang2010/hand`: a hand crosses a face of its own colour.
 
-The paper describes an own recording of 100 frames, 160 x 120, of a moving hand, which a face in the
-background disturbs in frame 49. It shows frames 10, 38, 49 and 58. All other properties are our
-choice: the person, the office, and the path of the hand. The hand enters on one side, passes in
-front of the face and leaves on the other side; it is centred on the face in frame 49. The paper's
-frame k is frame k - 1 here.
+The authors recorded 100 frames of 160 x 120 pixels of a moving hand; in frame 49 there is a face
+behind the hand. The paper shows frames 10, 38, 49 and 58. All other properties are our choice: the
+person, the office, and the path of the hand. The hand enters on one side, passes in front of the
+face and leaves on the other side; in frame 49 it is centred on the face. The paper's frame k is
+frame k - 1 here.
 """
 
 from functools import cached_property, lru_cache
@@ -34,13 +34,13 @@ Array = NDArray[np.float64]
 
 SIZE = 160, 120
 
-PORTRAIT = 160, 144  # size of the portrait around the face; it reaches below the image [pixels]
-EXPOSURE = 0.5  # share of the frame time for which the shutter is open
+PORTRAIT = 160, 144  # size of the image of the person, which extends below the image [pixels]
+EXPOSURE = 0.5  # fraction of the frame time for which the shutter is open
 CAMERA = Camera(SIZE, noise=2.2)
 
-# width and height of the face without hair and ears [heights of the head]
+# width and height of the face without hair and ears [head heights]
 FACE = np.array([0.66, 0.74])
-SWAY = 0.25  # standard deviation of the position of a seated person [pixels]
+SWAY = 0.25  # standard deviation of the position of the seated person [pixels]
 
 
 def scene(knobs: SceneKnobs) -> "HandScene":
@@ -49,7 +49,7 @@ def scene(knobs: SceneKnobs) -> "HandScene":
 
 
 class HandScene(SyntheticScene):
-    """Hand in front of a face in an office."""
+    """Scene of a hand in front of a face in an office."""
 
     length, size = FRAMES, SIZE
 
@@ -58,10 +58,10 @@ class HandScene(SyntheticScene):
         self.hand = _hand(seed)
 
     def truth(self) -> SceneTruth:
-        """Return the ground truth of all frames without rendering.
+        """Return the ground truth of all frames.
 
-        Boxes are those of the hand without the sleeve; nothing occludes it. The attribute is `on
-        the face`: the boxes of hand and face overlap.
+        Boxes contain the hand without the sleeve; the hand is never occluded. The attribute `on the
+        face` means that the boxes of hand and face overlap.
         """
         boxes = self.hand.boxes
         middle, head = _face_position(self._seed)
@@ -82,7 +82,7 @@ class HandScene(SyntheticScene):
         return np.asarray(2 * samples >= setting.FINE**2)
 
     def _exposed(self, frame: int) -> tuple[Array, Array]:
-        """Return the cones and texture frames at the instants of the exposure."""
+        """Return `moments` and `frames` of `setting.paint` for a frame."""
         around = max(frame - 1, 0), min(frame + 1, FRAMES - 1)
         moments = ((np.arange(setting.FINE) + 0.5) / setting.FINE - 0.5) * EXPOSURE
         both = []
@@ -104,7 +104,7 @@ class HandScene(SyntheticScene):
 
     @cached_property
     def _sway(self) -> Array:
-        """Centre of the face in every frame [pixels]; the ground truth uses that of `CENTRED`."""
+        """Centre of the face in every frame [pixels]; the ground truth uses the frame `CENTRED`."""
         random = part_generator(self._seed, "wang2010/hand sway")
         sway = [random_wander(random, FRAMES, (2.0, 6.0), SWAY) for _ in range(2)]
         middle, _ = _face_position(self._seed)
@@ -137,7 +137,7 @@ def _look(seed: int) -> FigureLook:
 
 
 def _lamp(seed: int) -> Array:
-    """Return the direction to the window (y up, z away), and the light in its shade."""
+    """Return the direction to the window (y up, z away), and the ambient light."""
     random = part_generator(seed, "wang2010/hand lamp")
     lamp = np.array([random.choice([-1, 1]) * random.uniform(0.35, 0.65), 0.6, -0.75])
     return np.append(lamp / np.sqrt((lamp * lamp).sum()), 0.5)
