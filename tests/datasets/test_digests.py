@@ -106,7 +106,7 @@ LONG_AGO = 1_000_000_000
 
 @pytest.fixture
 def files(tmp_path):
-    """Three old files, as digests of recent files are not cached."""
+    """Three old files; digests of recent files are not cached."""
     paths = [tmp_path / "a" / "1.bin", tmp_path / "a" / "2.bin", tmp_path / "b" / "1.bin"]
     for i, path in enumerate(paths):
         path.parent.mkdir(exist_ok=True)

@@ -1,4 +1,4 @@
-"""Unusual and malicious data: each is refused by an error that names the file."""
+"""Unusual and malicious data are rejected by an error that names the file."""
 
 import os
 import subprocess
@@ -241,7 +241,7 @@ print(re.search(r"VmHWM:\\s+(\\d+) kB", open("/proc/self/status").read())[1])
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", ["images", "davis", "vot"])
 def test_largest_accepted_images_need_less_than_1_gib(kind, tmp_path, write_images):
-    """Read uniform images of 10^8 pixels in a process of its own."""
+    """Read uniform images of 10^8 pixels in another process."""
     path, side = tmp_path / "walk", 10_000
     if kind == "davis":
         path, mask, frame = layouts.davis(path, write_images, None, n=1)

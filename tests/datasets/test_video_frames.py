@@ -8,7 +8,7 @@ import pytest
 from trackmark.datasets import SequenceError
 from trackmark.datasets.video_frames import VideoFrames
 
-# Containers with codec, number of B-frames and options; each numbers frames in its own way.
+# Containers with codec, number of B-frames and options; their frame times differ.
 KINDS = {
     "clip.mp4": ("libx264", 3, ()),
     "open-gop.mp4": ("libx264", 3, (("x264-params", "open-gop=1:b-pyramid=normal"),)),

@@ -29,14 +29,13 @@ SIZES = {"320x240": {}, "640x480": {"width": "640", "height": "480"}}
 
 @pytest.mark.parametrize("size", SIZES)
 @pytest.mark.parametrize("knobs", KNOBS)
-def test_a_frame_is_rendered(benchmark, knobs, size):
+def test_rendering_time(benchmark, knobs, size):
     sequence = plain.SUITE.load("plain/target", {**KNOBS[knobs], **SIZES[size]})
-    sequence[0]  # textures are made once
+    sequence[0]  # create textures
     assert benchmark(lambda: sequence[40]).shape[0] == (480 if size == "640x480" else 240)
 
 
-def test_a_rendered_frame_costs_less_than_three_decoded_ones():
-    """Rendering is no reason to store images: about 1.5 times a JPEG decoder's time."""
+def test_rendering_takes_less_than_decoding_three_jpegs():
     sequence = plain.SUITE.load("plain/target", SIZES["640x480"])
     jpeg = simplejpeg.encode_jpeg(np.ascontiguousarray(sequence[0]), 90, "BGR")
     rendered, decoded = [], []
@@ -51,8 +50,8 @@ def test_a_rendered_frame_costs_less_than_three_decoded_ones():
 
 
 @pytest.mark.parametrize("name", WALKING)
-def test_a_frame_of_a_walking_scene_is_rendered(benchmark, name):
+def test_rendering_time_of_walking_scenes(benchmark, name):
     sequence = datasets.load(name)
     middle = len(sequence) // 2
-    sequence[middle]  # textures are made once
+    sequence[middle]  # create textures
     assert benchmark(lambda: sequence[middle]).shape == (480, 640, 3)

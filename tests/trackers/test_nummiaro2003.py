@@ -25,7 +25,6 @@ from trackmark.trackers.histograms.target_model import (
     EllipseHistograms,
     Likelihood,
     TargetModel,
-    grid_spacing,
 )
 
 
@@ -133,17 +132,6 @@ def test_background_has_coefficients_on_a_grid():
     mean = sum(actual) / len(actual)
     deviation = sqrt(sum((rho - mean) ** 2 for rho in actual) / len(actual))  # equations 13 and 14
     assert background.threshold(model) == pytest.approx(mean + 2 * deviation, rel=1e-12)
-
-
-@given(st.integers(50, 2000), st.floats(3, 60), st.floats(3, 60))
-def test_grid_has_about_the_requested_number_of_positions(positions, half_x, half_y):
-    half_axes = np.array([half_x, half_y])
-    spacing = grid_spacing(positions, half_axes, (640, 480))
-    across, down = (
-        len(np.arange(half, size - half + 1e-9, spacing))
-        for half, size in zip(half_axes, (640, 480), strict=True)
-    )
-    assert positions <= across * down <= 1.4 * positions + 50
 
 
 def test_background_excludes_surroundings_of_the_target():

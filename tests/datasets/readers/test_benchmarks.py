@@ -1,4 +1,4 @@
-"""Benchmarks: what is particular to each format, and mistakes in its files."""
+"""Benchmarks: properties of each format, and mistakes in its files."""
 
 import shutil
 
@@ -69,7 +69,7 @@ class TestMissingFiles:
     @parametrize_layouts(layouts.mot, layouts.nfs, layouts.tlp)  # their rows have frame numbers
     def test_fewer_rows_than_images_are_refused(self, create, layout):
         path, truth, _ = create(layout)
-        # Their length would reveal the missing row.
+        # The length of these files would reveal the missing row.
         for pattern in ("*.label", "full_occlusion.txt", "out_of_view.txt"):
             for file in path.glob(pattern):
                 file.unlink()

@@ -19,7 +19,7 @@ def blank(size=SIZE):
 
 
 def single(i):
-    """Return a mask of 2016: two separate parts of 5x4 pixels in total that move to the right."""
+    """Return mask i of DAVIS 2016: two separate parts that move to the right."""
     mask = blank()
     mask[10:14, 3 + i : 8 + i] = 255
     mask[12, 3 + i : 8 + i] = 0
@@ -27,7 +27,7 @@ def single(i):
 
 
 def several(i):
-    """Return a mask of 2017: objects 1 and 2, 3 from the second frame on, void pixels around 1."""
+    """Return mask i of DAVIS 2017: objects 1 and 2, from frame 1 on also 3; void around 1."""
     mask = blank()
     mask[9:15, 2 + i : 9 + i] = 255
     mask[10:14, 3 + i : 8 + i] = 1

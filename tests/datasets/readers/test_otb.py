@@ -14,7 +14,7 @@ PARTIAL = {name: span for name, span in SPANS.items() if span[1] is not None}
 
 @pytest.fixture
 def write_numbered(tmp_path, write_images):
-    """Write an OTB folder with numbers of images and rows; all images are one file."""
+    """Write an OTB folder with some images and rows; all images are hard links of one file."""
 
     def write(name, n_images, n_rows, first=1):
         folder = tmp_path / name

@@ -14,7 +14,7 @@ SEEDS = st.integers(0, 2**32 - 1)
 
 
 def scenes_of(name):
-    """Return functions of a seed (and a frame) and parameters: the scene, and its images."""
+    """Return cached functions that open a scene by seed, and render an image by seed and frame."""
     (entry,) = (suite.entries[name] for suite in suites() if name in suite.names())
 
     @lru_cache(maxsize=32)
@@ -30,10 +30,7 @@ def scenes_of(name):
 
 
 def unless_sealed(name):
-    """Return the mark `slow` for tests of a scene whose source is unchanged.
-
-    Its output is then the one for which the tests passed (`datasets.versioning`).
-    """
+    """Return the mark `slow` if the source of a scene is unchanged since its tests passed."""
     (suite,) = (suite for suite in suites() if name in suite.names())
     seal = find_version(name, suite.golden)
     is_sealed = seal is not None and seal.tree == suite.tree(name)
@@ -41,7 +38,7 @@ def unless_sealed(name):
 
 
 def runs(flags):
-    """Return first frame and end of every run of True."""
+    """Return first frame and end (exclusive) of each interval of True."""
     return np.flatnonzero(np.diff(np.concatenate([[0], flags.astype(int), [0]]))).reshape(-1, 2)
 
 

@@ -65,7 +65,7 @@ def test_bent_sheet_keeps_lengths_and_perpendicular_normals(left, right, slant):
 
 
 def blocked_slowly(points, triangles, start, towards):
-    """Return whether a ray meets a triangle more than a pixel away, by Möller and Trumbore."""
+    """Return whether a ray hits a triangle more than a pixel away (Möller and Trumbore)."""
     a, b, c = np.moveaxis(points[triangles], 1, 0)
     cross = np.cross(towards, c - a)
     area = ((b - a) * cross).sum(axis=1)

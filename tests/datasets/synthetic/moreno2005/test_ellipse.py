@@ -16,7 +16,7 @@ opened, image = scenes_of("moreno2005/ellipse")
 
 
 def region(plan, frame, samples=720):
-    """Return the ellipse as a polygon, made by another library."""
+    """Return the ellipse as a Shapely polygon."""
     circle = Point(0, 0).buffer(1, quad_segs=samples // 4)
     oval = affinity.scale(circle, *plan.half_axes[frame], origin=(0, 0))
     turned = affinity.rotate(oval, plan.angle[frame], origin=(0, 0), use_radians=True)
@@ -54,7 +54,7 @@ def test_ellipse_colour_follows_a_curved_path_at_even_speed():
         steps = np.diff(colour, axis=0)
         lengths.append(np.linalg.norm(steps, axis=1))
         straight.append(np.linalg.norm(colour[20:] - colour[:-20], axis=1).mean())
-        # As far as it goes in ten frames, beside where it would be had it gone straight on.
+        # Deviation from a straight path after ten frames.
         foreseen = colour[1:-10] + 10 * steps[:-10]
         missed.append(np.linalg.norm(colour[11:] - foreseen, axis=1).mean())
     assert np.mean(lengths) == pytest.approx(0.05, abs=0.003)
@@ -76,7 +76,7 @@ def test_similar_patch_touches_the_ellipse_in_marked_frames(seed):
         ring = (grown(mask, 1)) & ~mask
         gap = np.linalg.norm(seen[ring] - colour, axis=1)
         assert alike
-        assert (gap < 0.45).sum() >= 6  # shadows and texture make it differ more than its paint
+        assert (gap < 0.45).sum() >= 6  # shadows and texture change the painted colour
         rims = [region_of(patch).distance(region(scene.plan, frame)) for patch in alike]
         assert min(rims) < 1.5
 

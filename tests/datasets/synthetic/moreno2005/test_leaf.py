@@ -31,7 +31,7 @@ def test_leaf_moves_fastest_at_the_light_change(seed):
 
 @pytest.mark.parametrize("seed", range(3))
 def test_leaf_motion_is_hard_to_predict(seed):
-    """Predictions by the last one or two speeds often have large errors."""
+    """Check that predictions from the last one or two speeds often have large errors."""
     way = middles(seed)
     second, third = (np.diff(way, order, axis=0) for order in (2, 3))
     for error in (second, third):

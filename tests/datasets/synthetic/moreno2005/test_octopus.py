@@ -10,7 +10,6 @@ from trackmark.datasets.synthetic.moreno2005.octopus import (
     FLOOR_KINDS,
     OWN,
     SKINS,
-    colour_skin,
     mould,
     sample_plan,
 )
@@ -22,7 +21,7 @@ opened, image = scenes_of("moreno2005/octopus")
 
 
 def ring_around(mask, near=4, far=16):
-    """Pixels around a mask, at some distance."""
+    """Return the pixels around a mask at distances from `near` to `far`."""
     inner, outer = (
         cv2.dilate(
             mask.astype(np.uint8),
@@ -70,12 +69,12 @@ def test_octopus_starts_with_own_look_and_changes_twice(seed):
     for weights, (before, after, share) in zip(worn, looks, strict=True):
         weights[before] += 1 - share
         weights[after] += share
-    assert np.abs(np.diff(worn, axis=0)).max() < 0.2  # nothing at once
+    assert np.abs(np.diff(worn, axis=0)).max() < 0.2  # gradual changes
     assert (worn[:, 0] > 0.99).sum() >= 3
     (first, second) = plan.changes
     assert 8 <= first[0] < first[1] < second[0]
     assert len({*plan.kinds}) == 4
-    # It starts on one floor and arrives on another.
+    # It starts on one floor and ends on another.
     shares = plan.zones.shares(plan.place)
     assert shares.sum(axis=1) == pytest.approx(1)
     assert shares[:25, 0].mean() > 0.7
@@ -115,9 +114,6 @@ def test_camouflaged_octopus_resembles_its_surroundings(seed):
     assert textures[sampled & flags].mean() > 0.55
 
 
-SIDE = 16
-
-
 def drawn_balls(seed, count=7):
     random = np.random.default_rng(seed)
     rest = random.uniform((0, 0, 2, 0, 0.3), (20, 14, 6, 3, 1), (count, 5))
@@ -142,42 +138,3 @@ def test_mould_finds_the_highest_ball_at_every_sample(step):
             assert height[i, j] == pytest.approx(best, abs=1e-5)
             assert owner[i, j] == which
     assert len(np.unique(owner)) > 3
-
-
-def bilinear(texture, u, v):
-    column, row = int(np.floor(u)), int(np.floor(v))
-    right, down = u - column, v - row
-    return sum(
-        weight * texture[(row + y) % SIDE, (column + x) % SIDE].astype(float)
-        for x, y, weight in (
-            (0, 0, (1 - right) * (1 - down)),
-            (1, 0, right * (1 - down)),
-            (0, 1, (1 - right) * down),
-            (1, 1, right * down),
-        )
-    )
-
-
-@pytest.mark.parametrize("share", [0.0, 0.4, 1.0])
-def test_colour_skin_agrees_with_slow_reference(share):
-    random = np.random.default_rng(2)
-    before, after = random.random((2, SIDE, SIDE, 3)).astype(np.float32)
-    order = random.random((SIDE, SIDE)).astype(np.float32)
-    light = random.uniform(0.5, 1.5, (9, 12)).astype(np.float32)
-    owner = random.integers(-1, 3, (9, 12)).astype(np.int32)
-    to_rest = random.normal(size=(3, 2, 3))
-    out = np.zeros((9, 12, 4), np.float32)
-    soft = 0.3
-    colour_skin(owner, 4.0, 2.0, 0.5, to_rest, before, after, order, share, soft, light, out)
-    for i in range(9):
-        for j in range(12):
-            if owner[i, j] < 0:
-                assert not out[i, j].any()
-                continue
-            place = np.array([4 + (j + 0.5) * 0.5, 2 + (i + 0.5) * 0.5, 1.0])
-            u, v = to_rest[owner[i, j]] @ place
-            start = order[int(np.floor(v)) % SIDE, int(np.floor(u)) % SIDE]
-            changed = np.clip((share * (1 + soft) - start) / soft, 0, 1)
-            expected = (1 - changed) * bilinear(before, u, v) + changed * bilinear(after, u, v)
-            assert out[i, j, :3] == pytest.approx(light[i, j] * expected, abs=1e-5)
-            assert out[i, j, 3] == 1

@@ -1,4 +1,4 @@
-"""Walking paths and cameras, before rendering."""
+"""Walking paths, cameras and clothes of the walking scenes."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Walkers: what they cover, how large they are, what is seen from which side."""
+"""Walkers: silhouette, size and visible side."""
 
 import numpy as np
 import pytest
@@ -23,7 +23,7 @@ def drawn(walker=WALKER, ground=128, x=160.0, y=280.0, height=240.0, gains=ONES,
 
 
 def changed(**options):
-    """Return the pixels that hide a part of the ground, for any colours of the person."""
+    """Return the pixels that occlude the ground."""
     dark, light = drawn(ground=0, **options), drawn(ground=255, **options)
     return (light.astype(int) - dark).min(axis=2) < 250
 
@@ -37,7 +37,7 @@ def test_silhouette_equals_the_drawing_without_motion(heading, phase):
     left, top, coverage = WALKER.coverage(160.0, 280.0, 240.0, GaitPose(**pose))
     whole = np.zeros((320, 320))
     whole[top : top + coverage.shape[0], left : left + coverage.shape[1]] = coverage
-    body = np.arange(320)[:, None] < 262  # below it the shadow begins
+    body = np.arange(320)[:, None] < 262  # above the shadow
     assert np.abs(painted - whole)[np.broadcast_to(body, whole.shape)].max() <= 12
     assert (painted >= whole - 12).all()
 
@@ -59,7 +59,7 @@ def green(picture):
 
 def test_walker_heading_changes_the_visible_side():
     assert green(drawn(heading=BACK)) > 1500
-    assert green(drawn(heading=FRONT)) < 200  # the straps alone
+    assert green(drawn(heading=FRONT)) < 200  # only the straps
     assert 200 < green(drawn(heading=RIGHT)) < green(drawn(heading=BACK))
     opened = Walker(WalkerLook((220, 220, 220), (60, 55, 50), jacket=(60, 80, 60)), 2)
     white = [int((drawn(opened, heading=way).min(axis=2) > 150).sum()) for way in (FRONT, BACK)]

@@ -19,7 +19,6 @@ from trackmark.datasets.synthetic.nguyen2002.film.plan import (
 )
 from trackmark.datasets.synthetic.nguyen2002.film.scene import scene
 from trackmark.datasets.synthetic.nguyen2002.film.setting import SETTINGS
-from trackmark.datasets.synthetic.nguyen2002.film.sheet import RigidObject
 from trackmark.datasets.synthetic.nguyen2002.film.targets import KINDS
 from trackmark.datasets.synthetic.nguyen2002.knobs import FilmKnobs
 
@@ -123,38 +122,10 @@ def test_film_boxes_and_visibility_agree_with_masks(seed, clip):
         x, y, width, height = truth.boxes[frame]
         assert mask_edges(whole >= 128) == pytest.approx(
             [x, y, x + width, y + height], abs=3.5
-        )  # it turns
+        )  # rotation of the target
         share = film.mask(frame).sum() / (whole >= 128).sum()
         assert truth.visibility[frame] == pytest.approx(share, abs=0.02)
     occluded, partly = (truth.attributes[name] for name in ("occluded", "partly occluded"))
     assert (occluded == (truth.visibility < 0.5)).all()
     assert not (occluded & partly).any()
     assert (truth.visibility[~occluded & ~partly] >= 0.99).all()
-
-
-def test_rigid_object_draw_agrees_with_slow_reference():
-    random = np.random.default_rng(4)
-    coverage = np.pad(random.uniform(0.2, 1, (9, 7)), 1)
-    looks = [random.uniform(0, 255, (11, 9, 3)) for _ in "ab"]
-    thing = RigidObject(looks, coverage, 1.25)
-    canvas = random.integers(0, 256, (24, 30, 3)).astype(np.uint8)
-    places, scale, angle, share = np.array([[12.3, 9.8], [14.1, 10.6]]), 1.1, 0.05, 0.25
-    expected = canvas.astype(float)
-    colour, cover = np.zeros((24, 30, 3)), np.zeros((24, 30))
-    mixed = ((1 - share) * looks[0] + share * looks[1]) * coverage[..., None]
-    cosine, sine = np.cos(angle), np.sin(angle)
-    for x0, y0 in places:
-        for row in range(24):
-            for column in range(30):
-                right, down = column + 0.5 - x0, row + 0.5 - y0
-                u = (cosine * right + sine * down) * 1.25 / scale + 9 / 2 - 0.5
-                v = (-sine * right + cosine * down) * 1.25 / scale + 11 / 2 - 0.5
-                j, i = int(np.floor(u)), int(np.floor(v))
-                for y, x in ((i, j), (i, j + 1), (i + 1, j), (i + 1, j + 1)):
-                    if 0 <= y < 11 and 0 <= x < 9:
-                        weight = (1 - abs(v - y)) * (1 - abs(u - x)) / len(places)
-                        colour[row, column] += weight * mixed[y, x]
-                        cover[row, column] += weight * coverage[y, x]
-    expected = expected * (1 - cover[..., None]) + colour
-    thing.draw(canvas, places, scale, angle, share)
-    assert np.abs(canvas - expected).max() < 4

@@ -8,8 +8,6 @@ import pytest
 
 from tests.datasets.synthetic.scenes import grown, runs, scenes_of
 from trackmark.datasets.synthetic.nguyen2002.lights.scene import (
-    CardPose,
-    FlatCard,
     Lighting,
     LightsScene,
     LightsSetting,
@@ -22,11 +20,11 @@ FRAMES = 300
 opened, image = scenes_of("nguyen2002/lights")
 
 LONGEST = 35
-"""Frames within which the paper's tracker searches for the end of an occlusion."""
+"""Number of frames in which the paper's tracker searches for the end of an occlusion."""
 
 
 def around_the_switch(seed):
-    """Return the last frame with both lamps, the first with one, and the static pixels."""
+    """Return the last image with both lamps, the first with one lamp, and the static pixels."""
     scene = opened(seed)
     off = scene.plan.off
     before, after = image(seed, off - 1), image(seed, off)
@@ -49,7 +47,7 @@ def test_three_complete_occlusions_apart_from_lamp_changes(seed):
     for start, end in hidden:
         assert (truth.visibility[start:end] <= 0.02).sum() >= 3
         assert 8 < end - start < LONGEST
-    # The tracker's search for the end of an occlusion meets no change of light.
+    # The light does not change while the tracker searches for the end of an occlusion.
     first, second, third = hidden[:, 0]
     assert 35 < first < first + LONGEST < off
     assert off + 25 < second < second + LONGEST < on
@@ -81,7 +79,7 @@ def test_lights_visibility_agrees_with_masks():
     assert (hidden == (truth.visibility < 0.5)).all()
     assert (partly == ((truth.visibility >= 0.5) & (truth.visibility < 0.9))).all()
     assert partly.sum() > 6
-    assert truth.visibility.max() < 1  # a thumb
+    assert truth.visibility.max() < 1  # a thumb occludes a part
 
 
 @pytest.mark.slow
@@ -91,7 +89,7 @@ def test_lights_mask_marks_the_pixels_of_the_print(monkeypatch):
     thing, *rest = other.setting._things
     inverse = replace(thing.finish, pattern=lambda points: 1 - thing.finish.pattern(points))
     other.setting.__dict__["_things"] = [SceneObject(inverse, thing.solids), *rest]
-    for part in ("room", "passers"):  # they stay, and take long
+    for part in ("room", "passers"):  # unchanged, slow to create
         other.setting.__dict__[part] = getattr(opened(0).setting, part)
     lighting = Lighting(other.setting, _lighting(0)._lamps)
     lighting.__dict__["_returned"] = _lighting(0)._returned
@@ -111,7 +109,7 @@ def test_lamp_off_reduces_brightness_at_once_and_unevenly():
     assert 0.3 < after.mean() / before.mean() < 0.5
     on = opened(0).plan.on
     assert image(0, on).mean() / image(0, on - 1).mean() > 2
-    assert np.abs(image(0, on + 1) - image(0, on)).mean() < 5  # nothing lingers
+    assert np.abs(image(0, on + 1) - image(0, on)).mean() < 5  # no afterglow
     ratio = np.where(still, after.sum(axis=2) / before.sum(axis=2), np.nan)
     sides = [np.nanmedian(part) for part in (ratio[:, :60], ratio[:, -60:])]
     assert max(sides) / min(sides) > 1.15
@@ -124,35 +122,3 @@ def test_lamp_off_keeps_channel_ratios():
     ratios = np.log(after[bright] / before[bright])
     shift = np.median(np.abs(ratios[:, [0, 2]] - ratios[:, [1]]), axis=0).max()
     assert shift < 0.06
-
-
-POSES = [
-    CardPose((100.0, 80.0)),
-    CardPose((121.4, 77.3), 1.1, 0.02),
-    CardPose((60.0, 140.25), 0.9, -0.3),
-]
-
-
-@pytest.fixture
-def card():
-    """Return 40 x 60 pixels in three samples each, anchored in the centre."""
-    sheet = np.ones((180, 120, 4), np.float32)
-    return FlatCard([sheet, sheet], (20.0, 30.0), 3)
-
-
-@pytest.mark.parametrize("pose", POSES)
-def test_card_covers_its_area_around_its_anchor(card, pose):
-    coverage = card.place(pose)[0][..., 3].astype(float)
-    rows, columns = np.indices(coverage.shape) + 0.5
-    middle = np.array([(coverage * axis).sum() for axis in (columns, rows)]) / coverage.sum()
-    assert middle == pytest.approx(pose._place, abs=0.02)
-    assert coverage.sum() == pytest.approx(2400 * pose._scale**2, rel=0.02)
-
-
-@pytest.mark.parametrize("pose", POSES)
-def test_card_pose_maps_points_to_image_and_back(pose):
-    anchor = np.array([20.0, 30.0])
-    point = np.array([[3.0, -7.0]])
-    to_card = pose.onto_card(anchor, 3)
-    sample = to_card[:, :2] @ pose.onto_picture(point)[0] + to_card[:, 2]
-    assert sample == pytest.approx(3 * (anchor + point[0]) - 0.5)

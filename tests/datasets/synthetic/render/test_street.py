@@ -8,7 +8,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from trackmark.datasets.synthetic.render.sprite import draw_rows
 from trackmark.datasets.synthetic.render.street.street import HOUSES, Reach, Street
 from trackmark.datasets.synthetic.render.views import Viewpoint
 
@@ -90,25 +89,6 @@ def test_motion_blurs_only_horizontally(street):
     )
     assert across[1] < 0.7 * across[0]
     assert down[1] > 0.7 * down[0]
-
-
-def test_draw_rows_samples_bilinearly_and_averages():
-    generator = np.random.default_rng(0)
-    panorama = generator.integers(0, 256, (6, 40, 3), dtype=np.uint8)
-    lefts = generator.integers(0, 64 * 20, (2, 6))
-    canvas = np.zeros((4, 16, 3), np.uint8)
-    draw_rows(canvas, panorama, -40, lefts, 0, 4)
-    for y in range(4):
-        place = y + 40 / 64
-        row, v = int(place), place % 1
-        expected = np.zeros((16, 3))
-        for k in range(2):
-            for line, weight in ((row, 1 - v), (row + 1, v)):
-                columns = np.arange(16) + lefts[k, line] / 64
-                left, u = columns.astype(int), (columns % 1)[:, None]
-                source = panorama[line].astype(float)
-                expected += weight * (source[left] * (1 - u) + source[left + 1] * u) / 2
-        assert np.abs(canvas[y] - expected).max() <= 0.51
 
 
 def test_shade_darkens_the_ground_by_its_gain(street, dappled):

@@ -16,7 +16,7 @@ EVENT = 35
 """Frame 36 of the paper."""
 
 MORE, SLOW = range(1, 8), pytest.mark.slow
-"""Other scenes, which take seconds to paint."""
+"""Other scenes; each takes seconds."""
 
 
 def shrunk(mask, pixels):
@@ -29,7 +29,7 @@ def as_in_image(cup, part):
 
 
 def coloured(image):
-    """Return the hue of clearly coloured pixels, in [0, 180), and NaN of the others."""
+    """Return the hue of saturated pixels in [0, 180), and NaN for other pixels."""
     hue, saturation, value = np.moveaxis(cv2.cvtColor(image, cv2.COLOR_BGR2HSV), 2, 0)
     return np.where((saturation > 70) & (value > 50), hue.astype(float), np.nan)
 

@@ -1,4 +1,4 @@
-"""`wang2010/hand`: position of the hand, overlap with the face, colours and cones."""
+"""`wang2010/hand`: position of the hand, overlap with the face, and colours."""
 
 import cv2
 import numpy as np
@@ -16,7 +16,7 @@ CENTRED = 48
 """Frame 49 of the paper."""
 
 
-def in_the_hue_of_skin(image):
+def has_skin_hue(image):
     """Return the saturated pixels between red and orange."""
     hue, saturation, _ = np.moveaxis(cv2.cvtColor(image, cv2.COLOR_BGR2HSV).astype(int), 2, 0)
     return (hue >= 4) & (hue <= 18) & (saturation > 50)
@@ -26,9 +26,9 @@ def in_the_hue_of_skin(image):
 def test_hand_is_centred_on_the_face_in_paper_frame_49(seed):
     hand = opened(seed)
     image, mask = hand.render(0), hand.mask(0)
-    bright = image.max(axis=2) > 0.6 * np.median(image[mask].max(axis=1))  # not hair
-    skin = in_the_hue_of_skin(image) & bright & ~grown(mask, 3)
-    skin[:, :50] = skin[:, 110:] = False  # what stands in the room
+    bright = image.max(axis=2) > 0.6 * np.median(image[mask].max(axis=1))  # without hair
+    skin = has_skin_hue(image) & bright & ~grown(mask, 3)
+    skin[:, :50] = skin[:, 110:] = False  # objects in the room
     skin = cv2.morphologyEx(skin.astype(np.uint8), cv2.MORPH_OPEN, np.ones((3, 3)))
     rows, columns = np.nonzero(skin)
     assert len(rows) > 250
@@ -40,11 +40,11 @@ def test_hand_is_centred_on_the_face_in_paper_frame_49(seed):
 def test_face_has_the_hand_colour(seed):
     mask = opened(seed).mask(5)
     away = ~grown(mask, 2)
-    with_face = in_the_hue_of_skin(opened(seed).render(5))
+    with_face = has_skin_hue(opened(seed).render(5))
     assert with_face[mask].mean() > 0.8
     assert with_face[away].sum() > 0.8 * mask.sum()
 
 
 @pytest.mark.parametrize("seed", range(4))
 def test_office_lacks_the_hue_of_skin(seed):
-    assert in_the_hue_of_skin(opened(seed)._room).mean() < 0.01
+    assert has_skin_hue(opened(seed)._room).mean() < 0.01

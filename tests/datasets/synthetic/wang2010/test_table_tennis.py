@@ -33,9 +33,9 @@ def test_ball_is_in_free_flight_or_on_the_bat(seed):
         flying |= (times > start) & (times < end)
     assert gap.min() > -0.03
     assert np.abs(gap[~flying]).max() < 0.03
-    assert np.abs(ball[:, 0] - bat[:, 0]).max() < 4  # well on the blade
+    assert np.abs(ball[:, 0] - bat[:, 0]).max() < 4  # the ball is on the blade
     arm = np.diff(bat[:, 1] - play.tip(times)) * 64
-    assert np.abs(arm).max() < 12  # and never jumps
+    assert np.abs(arm).max() < 12  # no jump
 
 
 def test_gravity_matches_a_40_mm_ball_at_30_fps():
@@ -65,7 +65,7 @@ def pair():
 
 
 def test_ball_blur_has_the_length_of_the_exposure(pair):
-    """Weighted by its colour, the struck ball is longer by its motion in 0.45 frames."""
+    """Check that the struck ball is longer by its motion during 0.45 frames."""
     spreads = []
     for frame in (8, STROKE):
         red, dark = (scene[frame][:, :, 2].astype(float) for scene in pair)
@@ -74,7 +74,7 @@ def test_ball_blur_has_the_length_of_the_exposure(pair):
         centre = (weight * rows).sum() / weight.sum()
         spreads.append((weight * (rows - centre) ** 2).sum() / weight.sum())
         x, y, width, height = datasets.load(f"{NAME}:scene=2").boxes[frame]
-        assert centre == pytest.approx(y + height / 2, abs=0.8)  # lit from above
+        assert centre == pytest.approx(y + height / 2, abs=0.8)  # light from above
         across = (weight * columns).sum() / weight.sum()
         assert across == pytest.approx(x + width / 2, abs=0.8)
     still, struck = (np.ptp(pair[0].play.ball([k - 0.225, k + 0.225])[:, 1]) for k in (8, STROKE))
