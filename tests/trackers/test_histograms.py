@@ -7,10 +7,10 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from tests.trackers.references.ellipses import codes_of, histogram_of, pixels_of
+from tests.trackers.references.ellipses import histogram_of, pixels_of
 from trackmark.trackers.base.sharing import SharedFrame
 from trackmark.trackers.histograms import counting
-from trackmark.trackers.histograms.bins import N_BINS, JointBins, LuvBins
+from trackmark.trackers.histograms.bins import N_BINS, LuvBins
 from trackmark.trackers.histograms.counting import count_regions
 from trackmark.trackers.histograms.ellipses import (
     KERNELS,
@@ -168,18 +168,6 @@ def test_state_of_nan_has_no_pixels():
 histogram = st.lists(st.integers(0, 5000), min_size=6, max_size=6).filter(any)
 
 
-@given(histogram, histogram)
-@example([1, 0, 0, 0, 0, 0], [0, 1, 1, 0, 0, 0])
-@example([2, 1, 0, 0, 0, 0], [1, 1, 0, 0, 0, 0])
-def test_bhattacharyya_distance_equals_equation_1(p, q):
-    actual = distance(p, q)
-    coefficient = sum(sqrt(a / sum(p) * b / sum(q)) for a, b in zip(p, q, strict=True))
-    assert actual**2 == pytest.approx(max(0.0, 1 - coefficient), abs=1e-12)
-    assert 0 <= actual <= 1
-    assert distance(q, p) == actual
-    assert distance(p, p) == 0.0
-
-
 def test_bhattacharyya_distance_of_an_empty_histogram_is_1():
     nothing = np.zeros((1, 3), np.int32), np.zeros(1, int)
     assert bhattacharyya_distances(*nothing, np.ones(3, np.int32), 3).tolist() == [1.0]
@@ -192,10 +180,6 @@ def distance(p, q):
 
 N_ROWS, N_COLUMNS = 25, 33
 ALL_BINS = np.arange(BINS)
-
-
-def random_picture(seed, height=N_ROWS, width=N_COLUMNS):
-    return np.random.default_rng(seed).integers(0, 256, (height, width, 3)).astype(np.uint8)
 
 
 def ellipse_codes(seed):
@@ -257,14 +241,3 @@ def test_ellipse_of_invalid_position_has_zero_counts(value):
     assert not bhattacharyya_coefficients(
         actual.counts, actual.totals, np.full((1, BINS), 1 / BINS)
     ).any()
-
-
-@pytest.mark.parametrize(
-    ("space", "bins"), [("rgb", 2), ("rgb", 5), ("rgb", 32), ("hsv", 8), ("hsv", 16)]
-)
-def test_joint_bins_divide_channels_evenly(space, bins):
-    colours = JointBins(space, bins)
-    actual = colours.codes(random_picture(2))
-    np.testing.assert_array_equal(actual, codes_of(random_picture(2), space, bins))
-    np.testing.assert_array_equal(colours.codes(random_picture(2), transposed=True), actual.T)
-    assert colours.n_bins == bins**3 / (1 if space == "rgb" else 2)

@@ -29,12 +29,14 @@ def scenes_of(name):
     return opened, image
 
 
-def unless_sealed(name):
-    """Return the mark `slow` if the source of a scene is unchanged since its tests passed."""
-    (suite,) = (suite for suite in suites() if name in suite.names())
-    seal = find_version(name, suite.golden)
-    is_sealed = seal is not None and seal.tree == suite.tree(name)
-    return [pytest.mark.slow] if is_sealed else []
+def unless_sealed(*names):
+    """Return the mark `slow` if the source of all scenes is unchanged since their tests passed."""
+    for name in names:
+        (suite,) = (suite for suite in suites() if name in suite.names())
+        seal = find_version(name, suite.golden)
+        if seal is None or seal.tree != suite.tree(name):
+            return []
+    return [pytest.mark.slow]
 
 
 def runs(flags):
