@@ -1,4 +1,4 @@
-"""The page of a paper in Markdown: main table, figures, verdicts, scenes, settings, sensitivity."""
+"""Page of a paper in Markdown."""
 
 from pathlib import Path
 
@@ -23,12 +23,12 @@ VIDEOS = (
 
 
 def write_page(path: Path, report: Report) -> None:
-    """Write the page of a paper; raises `OSError` if it cannot be written."""
+    """Write the page of a paper."""
     write_file(path, lambda file: file.write_text(page(report, path.parent), "utf-8"))
 
 
 def page(report: Report, folder: Path) -> str:
-    """Return the page of a paper in Markdown; figures in the page's `folder` are links."""
+    """Return the page of a paper in Markdown, with links to figures in the page's `folder`."""
     entry, notes = report.description, report.notes
     parts = [f"# {entry.title}", f"{entry.citation}", f"**Method.** {entry.method}"]
     if finding := notes.get("Result"):

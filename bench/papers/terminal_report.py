@@ -8,13 +8,13 @@ from trackmark.bench.papers.reproduction import Report
 from trackmark.reports.renderers import to_text
 
 WIDTH = 100
-"""Columns of a terminal that lines fit into; tables may be wider."""
+"""Maximum length of lines; tables may be wider."""
 
 SHORT = 60
 
 
 def screen(report: Report, folder: Path) -> str:
-    """Return the answer of `trackmark reproduce`; the rest is in the report's folder."""
+    """Return the text that `trackmark reproduce` prints; `folder` contains the full report."""
     lines = textwrap.wrap(report.description.title, WIDTH)
     for table in report.main:
         caption, _, body = to_text(table).partition("\n")

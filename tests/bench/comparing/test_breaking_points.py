@@ -9,20 +9,20 @@ from trackmark import datasets
 from trackmark.bench.comparing import breaking_points
 from trackmark.bench.comparing.breaking_points import (
     BreakingPoints,
-    Knob,
+    Difficulty,
     RunSequences,
     Series,
     as_data,
     factor,
-    knob_of,
+    parse_difficulty,
     tables,
     write_curves,
 )
 from trackmark.bench.experiments.experiment import ExperimentError
 from trackmark.datasets import SequenceError
 
-NOISE = Knob("noise", "grey levels", 0, 160)
-GAIN = Knob("gain", "times the light", 1, 0.02, logarithmic=True)
+NOISE = Difficulty("noise", "grey levels", 0, 160)
+GAIN = Difficulty("gain", "times the light", 1, 0.02, logarithmic=True)
 SCENES = RunSequences(["plain/target"])
 
 
@@ -43,7 +43,7 @@ def ended(tracker, knob, half, slope=0.05, most=100, sequences=SCENES):
 @pytest.mark.parametrize(
     ("knob", "half", "level"), [(NOISE, 0.3, 48), (GAIN, 0.5, 0.1414), (GAIN, 0.75, 0.0532)]
 )
-def test_breaking_point_is_in_units_of_the_knob(knob, half, level):
+def test_breaking_point_is_in_units_of_the_difficulty(knob, half, level):
     series = ended("a", knob, half)
     low, high = sorted(series.interval)
     assert series.verdict == "broken"
@@ -79,12 +79,12 @@ def test_factor_is_above_1_for_the_stronger_tracker():
 
 @pytest.mark.filterwarnings("error")
 def test_factor_needs_levels_that_have_a_ratio():
-    fading = Knob("light", "share", 1, 0)
+    fading = Difficulty("light", "share", 1, 0)
     weak = ended("weak", fading, 0.5, 0.02)
     for half in (0.97, 2.5):  # levels near 0 are borne, or 0 itself
         ratio, (low, high) = factor(ended("strong", fading, half, 0.02), weak)
         assert 1 < low < ratio < high
-    below = Knob("pan", "pixels/frame", -2, 2)
+    below = Difficulty("pan", "pixels/frame", -2, 2)
     assert isnan(factor(ended("a", below, 0.6), ended("b", below, 0.4))[0])
 
 
@@ -93,7 +93,7 @@ def test_runs_of_one_number_share_scene_and_draw():
     assert texts[7] == "plain/target:scene=7:filter.noise=20:filter.draw=7"
     assert SCENES.text(GAIN, 0.5, 7) == "plain/target:scene=7:filter.gain=0.5:filter.draw=7"
     assert len(set(texts)) == 50
-    speed = knob_of("speed=2..8", ["plain/target"])
+    speed = parse_difficulty("speed=2..8", ["plain/target"])
     assert speed.unit == "pixels/frame"
     text = SCENES.text(speed, 3.5, 0)
     assert datasets.load(text).name == "plain/target:speed=3.5"
@@ -114,18 +114,18 @@ def test_runs_without_scenes_start_at_different_frames():
     ("text", "sequence", "words"),
     [
         ("nois", "samples/face", "Did you mean 'noise'"),
-        ("speed=1..3", "samples/face", "samples/face has no knob 'speed'"),
+        ("speed=1..3", "samples/face", "--knob speed: samples/face has no such parameter"),
         ("speed", "plain/target", "speed=FROM..TO"),
         ("noise=3", "plain/target", "noise=FROM..TO"),
         ("noise=3..3", "plain/target", "noise=FROM..TO"),
         ("gain=1..0", "plain/target", "above 0"),
-        ("start", "samples/face", "no knob 'start'"),
-        ("scene=0..9", "plain/target", "no knob 'scene'"),
+        ("start", "samples/face", "--knob start: samples/face has no such"),
+        ("scene=0..9", "plain/target", "--knob scene: plain/target has no such"),
     ],
 )
-def test_unknown_knob_is_refused(text, sequence, words):
+def test_unknown_difficulty_is_refused(text, sequence, words):
     with pytest.raises(ExperimentError, match=words) as caught:
-        knob_of(text, [sequence])
+        parse_difficulty(text, [sequence])
     assert "\n" not in str(caught.value)
 
 

@@ -150,7 +150,7 @@ def test_repetitions_have_a_file_each_if_there_is_room(kind, tmp_path):
         (lambda text: text.replace("\n", "\n\n\n", 1), "line 2"),
         (lambda text: text.replace("5", "five"), "five"),
         (lambda text: text.replace("5", "5_0", 3), "5_0"),
-        (lambda text: text + text, "24 rows for the 12 frames of Some-one_1: line 13 is one"),
+        (lambda text: text + text, "24 rows for the 12 frames of Some-one_1: line 13 is too many"),
         (lambda text: text.rpartition("\n")[0].rpartition("\n")[0] + "\n", "ends after line 11"),
     ],
 )

@@ -110,9 +110,9 @@ def test_frames_may_be_listed_and_ranged() -> None:
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("keep", "no measure 'keep'"),
+        ("keep", "unknown measure 'keep'"),
         ("kept:first=3", "no option 'first'"),
-        ("measure", "no measure"),
+        ("measure", "unknown measure"),
     ],
 )
 def test_unknown_measure_or_option_is_named(text: str, message: str) -> None:

@@ -57,7 +57,7 @@ def description(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Description:
 @pytest.mark.parametrize(
     ("fields", "message"),
     [
-        ({"repetitions": "repetitions = 2"}, "give an odd number"),
+        ({"repetitions": "repetitions = 2"}, "expected: an odd number"),
         ({"tracker": "Camshift"}, "unknown tracker 'Camshift'; known: proposed, CamShift"),
         ({"repetitions": "colour = 1"}, "colour: Extra inputs"),
     ],

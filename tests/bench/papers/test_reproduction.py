@@ -117,7 +117,7 @@ def test_failed_run_counts_as_lost_and_is_named(tiny, report, monkeypatch):
     )
     values = evidence(tiny.paper.claims["TI-2"], "recommended", report.context)
     assert values.first["value"].iloc[0] == 0
-    assert values.failed.startswith("1 of 12 runs failed and count as lost, the first on plain/")
+    assert values.failed.startswith("1 of 12 runs failed and count as lost. First: plain/")
     assert values.failed.endswith("frame 3: ValueError: no")
 
 
@@ -189,12 +189,12 @@ def test_strip_has_a_row_per_tracker_and_setting(report, redraw, monkeypatch):
         "camshift, as written", "camshift, recommended", "static, both settings",
     ]  # fmt: skip
     assert numbering == [([0, 9, 19], 1)] * 3
-    assert titles[0].endswith("like this in 12 of 12 scenes")
+    assert titles[0].endswith("the same frames tracked in 12 of 12 scenes")
     judged_runs = [report.context.runs.judged_runs(ADAPTIVE, scene)[0] for scene in SCENES]
     patterns = [tuple(judged.on_target[[0, 9, 19]].tolist()) for judged in judged_runs]
     scene = report.figures[0].words.split(" of ")[1].partition(",")[0]
     same = patterns.count(patterns[SCENES.index(scene)])
-    assert titles[1].endswith(f"like this in {same} of 12 scenes")
+    assert titles[1].endswith(f"the same frames tracked in {same} of 12 scenes")
 
 
 def test_strip_of_few_frames_does_not_enlarge_them(redraw):
