@@ -323,8 +323,7 @@ def test_fingerprint_of_unchanged_source_is_its_version(edited, monkeypatch):
         edited(tree)
         seal = VersionEntry([2], tree)
         monkeypatch.setattr(
-            "trackmark.datasets.synthetic.suite.find_version",
-            lambda name, file, seal=seal: seal,
+            "trackmark.datasets.synthetic.suite.find_version", lambda name, file, seal=seal: seal
         )
         fingerprints.append(datasets.load("plain/target").fingerprint)
     assert fingerprints[0] == fingerprints[1]

@@ -116,10 +116,7 @@ def test_region_counts_equal_numpy_for_any_number_of_sharers(image, place, n, n_
     for sharers in (1, 500):
         actual = count_regions(SharedFrame(image, sharers), regions, scheme, bins)
         np.testing.assert_array_equal(actual, expected)
-    for ways in (
-        ["_INTEGRAL"],
-        ["_DIRECT", "_DIRECT_REGION"],
-    ):  # cost 0: selected
+    for ways in (["_INTEGRAL"], ["_DIRECT", "_DIRECT_REGION"]):  # cost 0: selected
         with monkeypatch.context() as costs:
             for way in ways:
                 costs.setattr(counting, way, 0.0)

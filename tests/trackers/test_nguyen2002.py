@@ -13,11 +13,7 @@ from tests.trackers.references.nguyen2002 import track_offline
 from trackmark import trackers
 from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.trackers.base.parameters import TrackerError
-from trackmark.trackers.templates.appearance import (
-    NoiseModel,
-    TemplateFilter,
-    compute_features,
-)
+from trackmark.trackers.templates.appearance import NoiseModel, TemplateFilter, compute_features
 from trackmark.trackers.templates.matching import FeatureWindow, Pose, find_pose, search_bounds
 
 ROWS, COLUMNS, WIDTH, HEIGHT = 64, 110, 18, 16

@@ -148,10 +148,7 @@ def test_boxes_are_tight_around_masks(name, pixels):
 
 @pytest.mark.parametrize(
     ("name", "options", "affected"),
-    [
-        ("multipart/8", "light=dappled", "shade"),
-        ("stress/twin", "light=dappled", ""),
-    ],
+    [("multipart/8", "light=dappled", "shade"), ("stress/twin", "light=dappled", "")],
 )
 def test_light_parameter_changes_only_shade(name, options, affected):
     plain, variant = (opened(text)[0] for text in (name, f"{name}:{options}"))

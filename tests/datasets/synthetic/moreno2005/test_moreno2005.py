@@ -18,18 +18,9 @@ from trackmark.datasets.synthetic.moreno2005.book import (
 )
 from trackmark.datasets.synthetic.moreno2005.ellipse import HALF_AXES
 from trackmark.datasets.synthetic.moreno2005.ellipse import sample_plan as sample_ellipse_plan
-from trackmark.datasets.synthetic.moreno2005.leaf import (
-    sample_shapes,
-)
-from trackmark.datasets.synthetic.moreno2005.octopus import (
-    FLOOR_KINDS,
-    OWN,
-    SKINS,
-    mould,
-)
-from trackmark.datasets.synthetic.moreno2005.octopus import (
-    sample_plan as sample_octopus_plan,
-)
+from trackmark.datasets.synthetic.moreno2005.leaf import sample_shapes
+from trackmark.datasets.synthetic.moreno2005.octopus import FLOOR_KINDS, OWN, SKINS, mould
+from trackmark.datasets.synthetic.moreno2005.octopus import sample_plan as sample_octopus_plan
 from trackmark.datasets.synthetic.render.triangles import grid_triangles
 
 pytestmark = unless_sealed(
@@ -98,8 +89,7 @@ def blocked_slowly(points, triangles, start, towards):
 
 
 @pytest.mark.parametrize(
-    "bending",
-    [Bending(-1.2, 0.3, 0.0), Bending(0.2, -1.25, -0.6), Bending(-1.0, -1.0, -0.4)],
+    "bending", [Bending(-1.2, 0.3, 0.0), Bending(0.2, -1.25, -0.6), Bending(-1.0, -1.0, -0.4)]
 )
 def test_lit_share_agrees_with_ray_triangle_intersection(bending):
     random = np.random.default_rng(1)

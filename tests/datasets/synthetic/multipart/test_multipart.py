@@ -139,10 +139,7 @@ def twin(**knobs):
 
 
 @settings(max_examples=6, deadline=None)
-@given(
-    seed=SEEDS,
-    distance=st.one_of(st.just(0), st.floats(0, 3).map(lambda d: round(d, 3))),
-)
+@given(seed=SEEDS, distance=st.one_of(st.just(0), st.floats(0, 3).map(lambda d: round(d, 3))))
 def test_twin_reaches_the_requested_distance(seed, distance):
     sequence = twin(scene=seed, distance=distance)
     target, second = sequence.frames.plan.places

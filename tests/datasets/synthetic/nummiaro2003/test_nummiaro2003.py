@@ -15,9 +15,7 @@ from trackmark.datasets.synthetic.multipart.plan import Person, body_boxes
 from trackmark.datasets.synthetic.nummiaro2003.campus import person, students
 from trackmark.datasets.synthetic.nummiaro2003.campus.scene import VisitPlan
 from trackmark.datasets.synthetic.nummiaro2003.driving.car import Car, CarAt
-from trackmark.datasets.synthetic.nummiaro2003.driving.laying import (
-    lay_facets,
-)
+from trackmark.datasets.synthetic.nummiaro2003.driving.laying import lay_facets
 from trackmark.datasets.synthetic.nummiaro2003.driving.parking import parking_plan
 from trackmark.datasets.synthetic.nummiaro2003.driving.plan import (
     BRAKING,

@@ -11,10 +11,7 @@ from hypothesis import strategies as st
 
 from tests.datasets.synthetic.scenes import box_centres, mask_edges
 from trackmark.datasets.synthetic.plain.knobs import TargetKnobs
-from trackmark.datasets.synthetic.plain.scene import (
-    TargetMotion,
-    target_truth,
-)
+from trackmark.datasets.synthetic.plain.scene import TargetMotion, target_truth
 
 
 @pytest.mark.parametrize(("speed", "scene"), [(0, 0), (0.7, 1), (2, 0), (6, 2)])

@@ -6,11 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from trackmark.datasets.synthetic.render import sprite, texture
-from trackmark.datasets.synthetic.render.camera import (
-    Camera,
-    develop_light,
-    random_bytes,
-)
+from trackmark.datasets.synthetic.render.camera import Camera, develop_light, random_bytes
 from trackmark.datasets.synthetic.render.path import Loop, random_loop
 from trackmark.datasets.synthetic.render.sprite import Sprite, box_blur
 
