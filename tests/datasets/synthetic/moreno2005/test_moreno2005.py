@@ -19,7 +19,7 @@ from trackmark.datasets.synthetic.moreno2005.book import (
 from trackmark.datasets.synthetic.moreno2005.ellipse import HALF_AXES
 from trackmark.datasets.synthetic.moreno2005.ellipse import sample_plan as sample_ellipse_plan
 from trackmark.datasets.synthetic.moreno2005.leaf import sample_shapes
-from trackmark.datasets.synthetic.moreno2005.octopus import FLOOR_KINDS, OWN, SKINS, mould
+from trackmark.datasets.synthetic.moreno2005.octopus import FLOOR_KINDS, OWN, SKINS
 from trackmark.datasets.synthetic.moreno2005.octopus import sample_plan as sample_octopus_plan
 from trackmark.datasets.synthetic.render.triangles import grid_triangles
 
@@ -387,29 +387,3 @@ def test_camouflaged_octopus_resembles_its_surroundings(seed):
     assert colours[sampled & flags].mean() < 0.6 * colours[start].mean()
     assert textures[sampled & flags].mean() > 1.2 * textures[start].mean()
     assert textures[sampled & flags].mean() > 0.55
-
-
-def drawn_balls(seed, count=7):
-    random = np.random.default_rng(seed)
-    rest = random.uniform((0, 0, 2, 0, 0.3), (20, 14, 6, 3, 1), (count, 5))
-    rest[0, :2] = -3, 20  # partly outside
-    return rest
-
-
-@pytest.mark.parametrize("step", [1.0, 0.5])
-def test_mould_finds_the_highest_ball_at_every_sample(step):
-    balls = drawn_balls(1)
-    left, top, shape = 2.0, 1.0, (int(11 / step), int(15 / step))
-    height, owner = np.zeros(shape, np.float32), np.full(shape, -1, np.int32)
-    mould(balls, left, top, step, height, owner)
-    for i in range(shape[0]):
-        for j in range(shape[1]):
-            sample = np.array([left + (j + 0.5) * step, top + (i + 0.5) * step])
-            best, which = 0.0, -1
-            for k, (x, y, radius, middle, flat) in enumerate(balls):
-                square = radius**2 - ((sample - (x, y)) ** 2).sum()
-                if square >= 0 and middle + flat * square**0.5 > best:
-                    best, which = middle + flat * square**0.5, k
-            assert height[i, j] == pytest.approx(best, abs=1e-5)
-            assert owner[i, j] == which
-    assert len(np.unique(owner)) > 3

@@ -15,7 +15,6 @@ from trackmark.datasets.synthetic.multipart.plan import Person, body_boxes
 from trackmark.datasets.synthetic.nummiaro2003.campus import person, students
 from trackmark.datasets.synthetic.nummiaro2003.campus.scene import VisitPlan
 from trackmark.datasets.synthetic.nummiaro2003.driving.car import Car, CarAt
-from trackmark.datasets.synthetic.nummiaro2003.driving.laying import lay_facets
 from trackmark.datasets.synthetic.nummiaro2003.driving.parking import parking_plan
 from trackmark.datasets.synthetic.nummiaro2003.driving.plan import (
     BRAKING,
@@ -23,20 +22,9 @@ from trackmark.datasets.synthetic.nummiaro2003.driving.plan import (
     Route,
     limit_acceleration,
 )
-from trackmark.datasets.synthetic.nummiaro2003.driving.shape import (
-    Face,
-    Lens,
-    assemble_facets,
-    blank_pictures,
-    pack_pictures,
-    sample_car_shape,
-)
+from trackmark.datasets.synthetic.nummiaro2003.driving.shape import sample_car_shape
 from trackmark.datasets.synthetic.nummiaro2003.driving.traffic import traffic_plan
-from trackmark.datasets.synthetic.nummiaro2003.driving.view import (
-    PerspectiveView,
-    facet_pose,
-    heading_axes,
-)
+from trackmark.datasets.synthetic.nummiaro2003.driving.view import PerspectiveView, heading_axes
 from trackmark.datasets.synthetic.render.figure.routine import FRAMES_PER_SECOND, GLANCE, TURN
 from trackmark.datasets.synthetic.render.views import sample_fixed_views, straight_path
 
@@ -335,81 +323,3 @@ def test_limit_acceleration_brakes_before_bends():
     assert np.abs(steps).max() < BRAKING + 1e-9
     assert speed[420] == 4.0
     assert speed[0] < 12.0
-
-
-SIZE = 48, 40  # width and height
-LENS = Lens(40.0, 24.0, 20.0)
-VIEW = PerspectiveView(LENS.focal, (LENS.column, LENS.row), (0.0, 0.0, 0.0), 0.0, 0.0)
-PLAIN = np.array([[[0.0, 0, 0, 0], [0, 0, 0, 0]]])
-
-
-def laid(faces, projections=PLAIN, pictures=None, view=VIEW):
-    """Return a canvas with some faces, given in world coordinates."""
-    canvas = np.zeros((SIZE[1], SIZE[0], 3), np.uint8)
-    occupied, shadow = np.zeros(canvas.shape[:2], np.uint16), np.zeros(canvas.shape[:2], np.uint8)
-    facets = assemble_facets(faces, np.asarray(projections, float))
-    images = blank_pictures(level=200.0) if pictures is None else pictures
-    order = np.arange(len(faces))
-    pose = facet_pose(view, facets)
-    lay_facets(canvas, occupied, shadow, facets, images, blank_pictures(), LENS, pose, order)
-    return canvas, occupied, shadow, pose.gains
-
-
-def samples():
-    """Return the places (x, y) of all samples in the image, (4 rows, 4 columns, 2)."""
-    x, y = ((np.arange(4 * n) + 0.5) / 4 for n in SIZE)
-    return np.stack(np.meshgrid(x, y), axis=-1)
-
-
-def bits(occupied):
-    """Return a flag per sample, (4 rows, 4 columns)."""
-    spread = (occupied[..., None].astype(int) >> np.arange(16)) & 1
-    return spread.reshape(*occupied.shape, 4, 4).transpose(0, 2, 1, 3).reshape(4 * SIZE[1], -1) == 1
-
-
-def inside(corners):
-    """Return the samples in a convex polygon of image corners, borders included."""
-    flags = []
-    for (x, y), (x_next, y_next) in zip(corners, np.roll(corners, -1, axis=0), strict=True):
-        place = samples()
-        flags.append((x_next - x) * (place[..., 1] - y) - (y_next - y) * (place[..., 0] - x))
-    signs = np.array(flags)
-    return (signs >= 0).all(axis=0) | (signs <= 0).all(axis=0)
-
-
-def seen_at(points):
-    """Return image corners, rounded like the kernel's, for points in front of the camera."""
-    places = [(24 + 40 * x / z, 20 - 40 * y / z) for x, y, z in points]
-    return np.floor(np.array(places) * 64 + 0.5) / 64
-
-
-places = st.tuples(st.floats(-4, 4), st.floats(-4, 4))
-
-
-@settings(max_examples=30)
-@given(places=st.tuples(places, places, places), tilt=st.floats(-0.6, 0.6))
-def test_triangle_occupies_the_covered_samples(places, tilt):
-    points = np.array([[x, y, 5 + tilt * x] for x, y in places])
-    if abs(np.cross(points[1] - points[0], points[2] - points[0])).max() < 0.1:
-        return
-    _, occupied, _, _ = laid([Face(points, np.array([0.0, 0.0, -1.0]), 0)])
-    image = seen_at(points)
-    if abs(np.cross(*np.append(np.diff(image, axis=0), np.zeros((2, 1)), axis=1))[2]) < 0.05:
-        return  # less than the corners' rounding
-    np.testing.assert_array_equal(bits(occupied), inside(image))
-
-
-def test_adjacent_facets_leave_no_gap_and_first_is_in_front():
-    left = np.array([[-3, -3, 5], [0.37, -3, 5], [-0.2, 3, 5], [-3, 3, 5]], float)
-    right = np.array([[0.37, -3, 5], [3, -3, 5], [3, 3, 5], [-0.2, 3, 5]], float)
-    whole = np.array([[-3, -3, 5], [3, -3, 5], [3, 3, 5], [-3, 3, 5]], float)
-    out = np.array([0.0, 0.0, -1.0])
-    pair = laid([Face(left, out, 0), Face(right, out, 0)])
-    single = laid([Face(whole, out, 0)])
-    np.testing.assert_array_equal(pair[1], single[1])
-    assert np.abs(pair[0].astype(int) - single[0]).max() <= 1
-    two = pack_pictures([np.full((1, 1, 3), 30.0), np.full((1, 1, 3), 220.0)])
-    near, far = whole * [0.5, 0.5, 1], whole * [2, 2, 1] + [0, 0, 3]
-    ahead = laid([Face(near, out, 0), Face(far, out, 1)], np.repeat(PLAIN, 2, axis=0), two)
-    assert ahead[0][20, 24, 0] < 40
-    assert ahead[0][1, 1, 0] > 150
