@@ -8,13 +8,13 @@ from reprlib import Repr
 
 from trackmark.datasets.interface import SequenceError
 
+# environment variable with the maximum number of pixels of an image
 PIXEL_LIMIT_VARIABLE = "TRACKMARK_MOST_PIXELS"
-"""Environment variable with the maximum number of pixels of an image."""
 
 DEFAULT_MAX_PIXELS = 100_000_000
 
+# exceptions that indicate an error in code and not in a file
 PROGRAMMING_ERRORS = (AssertionError, AttributeError, ImportError, NameError, TypeError)
-"""Exceptions that indicate an error in code and not in a file."""
 
 _MAX_REASON = 300  # maximum number of characters of a decoder's message
 _REPR = Repr()

@@ -35,7 +35,7 @@ _JPEG_START, _PNG_START, _TIFF_STARTS = b"\xff\xd8", b"\x89PNG", (b"II", b"MM")
 _MAX_BYTES_PER_PIXEL = 6  # accepted for the largest images: a PPM file with 16 bits per channel
 # Numbers of the TIFF format: a version, a tag and a type of values.
 _BIG_TIFF, _ORIENTATION, _SHORT = 43, 274, 3
-_TIFF_BYTES_PER_PIXEL = 32  # at most: four numbers in double precision
+_TIFF_BYTES_PER_PIXEL = 32  # maximum: four numbers in double precision
 # Functions that read only the header, by the first bytes of the file.
 _HEADERS: Mapping[bytes, Callable[[BytesIO], ImageFile]] = {
     _PNG_START: PngImageFile,

@@ -23,7 +23,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from trackmark.datasets.interface import Image, Mask
-from trackmark.datasets.synthetic.knobs import SceneKnobs
+from trackmark.datasets.synthetic.parameters import SceneParameters
 from trackmark.datasets.synthetic.render.camera import Camera, develop_light
 from trackmark.datasets.synthetic.render.colours import (
     CLOTHES,
@@ -333,7 +333,6 @@ def _print_front(
 def _word(
     cover: Painting, random: np.random.Generator, top: float, tall: float, ink: Colour
 ) -> None:
-    """Paint a word of random letters that is at most as wide as the frame of the cover."""
     letters = "".join(random.choice(list("AEIORSTLNMDBKU"), int(random.integers(5, 8))))
     font, high = cv2.FONT_HERSHEY_DUPLEX, tall * cover.scale
     (wide, base), _ = cv2.getTextSize(letters, font, 1.0, 2)
@@ -370,7 +369,6 @@ def _device(
 
 
 def _pages(random: np.random.Generator, columns: int) -> NDArray[np.uint8]:
-    """Return the edges of pages in slightly different tones."""
     tones = random.uniform(0.72, 1.0, (PAGES, 1)) * random.uniform(0.97, 1.0, (PAGES, columns))
     return np.asarray(tones[..., None] * [196, 218, 228], np.uint8)
 
@@ -483,7 +481,7 @@ FAR = 620.0  # distance of the lamp from the centre of the image [pixels]
 SHADOWED = 1.1  # light on the cloth for which the cloth looks like the wall [multiples of `AROUND`]
 HORIZON = 178  # image row at which the wall meets the desk [pixels]
 ROOM_FINE = 2  # samples per pixel and axis of static objects
-# window of hand and arm: left top corner from the held point, size [pixels]; samples per pixel
+# window of hand and arm: upper left corner relative to the held point, size, samples per pixel
 HAND_CORNER, HAND_SIZE, HAND_FINE = (-90, -34), (180, 190), 2
 BLEND = 4.0  # distance over which the solids of the hand merge [pixels]
 
@@ -621,15 +619,16 @@ def _sleeve(side: float) -> list[Array]:
     return cuff + chain([(side * 16, -54, -6), (side * 34, -160, -6)], (14, 22), BLEND)
 
 
-CONSIDERABLE = 0.25  # minimum share of the front in its own shadow for the attribute `self-shadow`
+# minimum fraction of the front in its own shadow for the attribute `self-shadow`
+CONSIDERABLE = 0.25
 BEHIND = 70.0  # distance from the book to the surface on which its shadow falls [pixels]
 SOFTNESS, DARKNESS = 9.0, 0.7  # softness and darkness of the shadow; see `remaining_light`
 CAMERA = Camera(SIZE, noise=2.0, fall=(0.05, 0.05))
 
 
-def scene(knobs: SceneKnobs) -> "BookScene":
+def scene(parameters: SceneParameters) -> "BookScene":
     """Return the renderer with its ground truth, without rendering."""
-    return BookScene(knobs.scene)
+    return BookScene(parameters.scene)
 
 
 class BookScene(SyntheticScene):

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from trackmark.datasets.interface import Image, Mask
-from trackmark.datasets.synthetic.knobs import SceneKnobs
+from trackmark.datasets.synthetic.parameters import SceneParameters
 from trackmark.datasets.synthetic.render.camera import Camera, develop_light
 from trackmark.datasets.synthetic.render.colours import sample_colour, vary_colour
 from trackmark.datasets.synthetic.render.lamp import remaining_light
@@ -119,7 +119,6 @@ def place_blade(blade: Blade, shape: LeafShape) -> tuple[Array, Array]:
 
 
 def _texture(random: np.random.Generator, colour: ArrayLike) -> NDArray[np.float32]:
-    """Return a texture in linear light with veins, patches of other tones, a rim and spots."""
     down, right = (np.arange(TALL) + 0.5) / TALL, (np.arange(WIDE) + 0.5) / WIDE * 2 - 1
     s, w = down[:, None], np.abs(right)[None]
     pairs, slope = random.uniform(6, 9), random.uniform(0.22, 0.34)
@@ -238,18 +237,18 @@ COLOURS = ((52, 156, 148), (56, 138, 164), (58, 168, 124))
 LONG = 76, 90  # minimum and maximum length of the leaf [pixels]
 OPEN = 0.45  # minimum fraction of the sun's light that reaches the target leaf
 
+# colours of the foliage, BGR
 GREENS = (
     (44, 104, 62), (40, 88, 48), (56, 128, 84), (46, 118, 96), (38, 78, 50), (66, 138, 108),
     (62, 110, 66), (34, 96, 74),
 )  # fmt: skip
-"""Colours of the foliage, BGR."""
 
 FAR, NEAR = 190, 60  # number of leaves in the static layer, and in the swaying layer in front of it
 MARGIN = 8  # margin of a foliage layer beyond the image on every side [pixels]
 LAYER = SIZE[0] + 2 * MARGIN, SIZE[1] + 2 * MARGIN  # size of a layer [pixels]
 
+# number of different leaves in a layer, and their fraction with nearly the target's colour
 KINDS, SIMILAR_SHARE = 50, 0.15
-"""Number of different leaves in a layer, and their fraction with nearly the target's colour."""
 
 GROUND = np.array([0.006, 0.010, 0.008])  # colour of the ground behind all leaves
 LEAF_OFF, LEAF_SOFT = 9.0, 3.5  # offset and softness of a leaf's shadow in the foliage [pixels]
@@ -404,9 +403,9 @@ OFF, SOFTNESS, DARKNESS = 26.0, 5.0, (0.02, 0.6)
 CAMERA = Camera(SIZE, noise=2.2, fall=(0.05, 0.05))
 
 
-def scene(knobs: SceneKnobs) -> "LeafScene":
+def scene(parameters: SceneParameters) -> "LeafScene":
     """Return the renderer with its ground truth, without rendering."""
-    return LeafScene(knobs.scene)
+    return LeafScene(parameters.scene)
 
 
 class LeafScene(SyntheticScene):

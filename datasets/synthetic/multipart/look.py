@@ -17,14 +17,9 @@ from trackmark.datasets.synthetic.render.colours import BGR
 from trackmark.datasets.synthetic.render.texture import creases, fractal
 from trackmark.datasets.synthetic.scene import part_generator
 
-COLUMNS = 5
-"""Columns of a node of a part: row, centre, half width, blur, row of the texture."""
-
-ROWS = 128
-"""Number of texture rows, from the upper to the lower end of a part."""
-
-AROUND = 256
-"""Number of texture columns around a part; column 0 is the front."""
+COLUMNS = 5  # columns of a node of a part: row, centre, half width, blur, row of the texture
+ROWS = 128  # number of texture rows, from the upper to the lower end of a part
+AROUND = 256  # number of texture columns around a part; column 0 is the front
 
 _ANGLES = np.round(np.arcsin(np.arange(-256, 257) / 256) / (2 * np.pi) * AROUND).astype(np.int64)
 _FACING = np.sqrt(1 - (np.arange(-256, 257) / 257) ** 2)
@@ -140,8 +135,8 @@ Array: TypeAlias = NDArray[np.float64]
 
 _QUARTER = AROUND // 4
 
+# number of stripes on each part of striped clothes, and fraction that they cover
 STRIPES, STRIPES_SHARE = 5, 0.8
-"""Number of stripes on each part of striped clothes, and fraction that they cover."""
 
 
 @dataclass(frozen=True)

@@ -19,37 +19,24 @@ from trackmark.datasets.synthetic.render.views import (
 Array = NDArray[np.float64]
 T = TypeVar("T")
 
-DIAGONAL = 1.0, 1.0
-"""First step of a target's path, sideways and in depth [metres]."""
+DIAGONAL = 1.0, 1.0  # first step of a target's path, sideways and in depth [metres]
+ELBOW_ROOM = 0.5  # minimum distance between two people [metres]
 
-ELBOW_ROOM = 0.5
-"""Minimum distance between two people [metres]."""
-
+# half width of a person in mid-step, which decides whether two people overlap [metres]
 HALF_WIDTH = 0.36
-"""Half width of a person in mid-step, which decides whether two people overlap [metres]."""
 
-HIDDEN = 22, 42
-"""Minimum and maximum duration of an overlap with the target [frames]."""
-
-KERBSIDE = 9.9
-"""Maximum depth of the part of the near pavement without objects [metres]."""
-
-OPPOSITE = 15.8, 17.2
-"""Depth range of the pavement on the far side of the road [metres]."""
-
-BESIDE = 1.4
-"""An overtaking person within this distance of the target must be visible [metres]."""
-
-COMPANY = 2.2
-"""An overtaking person within this distance of the target follows its path [metres]."""
+HIDDEN = 22, 42  # minimum and maximum duration of an overlap with the target [frames]
+KERBSIDE = 9.9  # maximum depth of the part of the near pavement without objects [metres]
+OPPOSITE = 15.8, 17.2  # depth range of the pavement on the far side of the road [metres]
+BESIDE = 1.4  # an overtaking person within this distance of the target must be visible [metres]
+COMPANY = 2.2  # an overtaking person within this distance of the target follows its path [metres]
 
 CROSSING_REACH, CROSSING_TIME = 1.9, 30
 """A crossing person is within this distance of the target [metres] only for a time before and
 after the crossing [frames].
 """
 
-UNDISTURBED = 25
-"""Time at the start and at the end in which no person overlaps the target [frames]."""
+UNDISTURBED = 25  # time at the start and at the end in which no person overlaps the target [frames]
 
 ATTEMPTS = 200
 

@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackmark.datasets.interface import Image, Mask
-from trackmark.datasets.synthetic.knobs import SceneKnobs
+from trackmark.datasets.synthetic.parameters import SceneParameters
 from trackmark.datasets.synthetic.render.attributes import occluded
 from trackmark.datasets.synthetic.render.camera import Camera, slow_exposure
 from trackmark.datasets.synthetic.render.colours import (
@@ -116,7 +116,6 @@ def _gauge(wall: Painting, random: np.random.Generator, x: float, y: float, radi
 
 
 def _warning(wall: Painting, random: np.random.Generator, x: float, y: float, size: float) -> None:
-    """Paint a warning triangle or a sign with text."""
     if random.random() < 0.6:
         middle, low = x + size / 2, y + 0.93 * size
         wall.area([(x, y + size), (middle, y), (x + size, y + size)], BLACK)
@@ -128,7 +127,6 @@ def _warning(wall: Painting, random: np.random.Generator, x: float, y: float, si
 
 
 def _controls(wall: Painting, random: np.random.Generator, width: float, height: float) -> None:
-    """Paint a screen, keys and an emergency stop button."""
     wall.plate(0, 0, width, height, sample_colour(random, MACHINES), 0.02)
     wall.plate(0.03, 0.03, width - 0.06, 0.2, DARK, 0.006)
     back, ink = sample_colour(random, SCREENS), sample_colour(random, WRITING)
@@ -142,7 +140,6 @@ def _controls(wall: Painting, random: np.random.Generator, width: float, height:
 
 
 def _stripes(wall: Painting, x: float, y: float, width: float, height: float) -> None:
-    """Paint a band of yellow and black stripes."""
     wall.patch(x, y, width, height, (40, 186, 220))
     for left in np.arange(x, x + width - height, 2 * height):
         right = left + height
@@ -257,7 +254,6 @@ PAPERS = ((222, 226, 226), (222, 226, 226), (150, 214, 228), *SIGNALS)
 
 
 def _shelf(wall: Painting, random: np.random.Generator, width: float, height: float) -> None:
-    """Paint a shelf with boxes, cans, parts and papers."""
     wall.hole(0, 0, width, height, sample_colour(random, MACHINES) * 0.45)
     frame = sample_colour(random, MACHINES)
     y = random.uniform(0.22, 0.32)
@@ -316,7 +312,6 @@ def _stored(
 
 
 def _tools(wall: Painting, random: np.random.Generator, width: float, height: float) -> None:
-    """Paint a board with rows of hanging tools, and drawers below it."""
     board = sample_colour(random, BOARDS)
     deep = 0.62 * height
     wall.plate(0, 0, width, deep, board, 0.012)
@@ -368,7 +363,6 @@ def _tool(wall: Painting, random: np.random.Generator, x: float, y: float, lengt
 
 
 def _notices(wall: Painting, random: np.random.Generator, width: float, height: float) -> None:
-    """Paint a piece of wall with papers, signs, pipes with valves and a fire extinguisher."""
     for _ in range(int(14 * width)):
         x, y = random.uniform(0, width - 0.16), random.uniform(0, 0.75 * height)
         wide, high = random.uniform(0.08, 0.22), random.uniform(0.08, 0.28)
@@ -428,7 +422,6 @@ def hall(random: np.random.Generator, width: int, height: int, scale: float) -> 
 
 
 def _overhead(painting: Painting, random: np.random.Generator, width: float) -> None:
-    """Paint pipes and hanging cables along the upper image border."""
     painting.darken(0, 0, width, 0.10, 0.7)
     y = 0.02
     while y < 0.26:
@@ -471,9 +464,9 @@ TURNED_AWAY = np.radians(120)
 FAST = 0.1  # minimum motion per frame for the attribute `fast` [head widths]
 
 
-def scene(knobs: SceneKnobs) -> "HeadScene":
+def scene(parameters: SceneParameters) -> "HeadScene":
     """Return the renderer with its ground truth, without rendering."""
-    return HeadScene(knobs.scene)
+    return HeadScene(parameters.scene)
 
 
 class HeadScene(SyntheticScene):

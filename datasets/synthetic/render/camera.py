@@ -10,14 +10,9 @@ from numpy.typing import NDArray
 from trackmark.datasets.interface import Image
 from trackmark.datasets.synthetic.render.views import random_wander
 
-GAIN_STEPS = 1024
-"""Number of fixed-point steps in a gain of 1."""
-
-LEVEL_STEPS = 16
-"""Number of fixed-point steps of the noise table in one grey level."""
-
-LENS = 0.5
-"""Standard deviation of the blur of the lens [pixels]."""
+GAIN_STEPS = 1024  # number of fixed-point steps in a gain of 1
+LEVEL_STEPS = 16  # number of fixed-point steps of the noise table in one grey level
+LENS = 0.5  # standard deviation of the blur of the lens [pixels]
 
 
 class Camera:

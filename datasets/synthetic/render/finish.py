@@ -14,8 +14,7 @@ from trackmark.datasets.synthetic.render.texture import fractal, lerp
 Array = NDArray[np.float64]
 Pattern: TypeAlias = Callable[[Array], Array]
 
-GAMMA = 2.2
-"""Exponent that converts the camera's grey levels to linear light."""
+GAMMA = 2.2  # exponent that converts the camera's grey levels to linear light
 
 
 def uniform(places: Array) -> Array:
@@ -121,14 +120,12 @@ def staggered(places: Array, pitch: float) -> tuple[Array, Array]:
     return x - np.floor(x) - 0.5, y
 
 
-PITCH = 0.27
-"""Downward angle of the camera [radians]."""
+PITCH = 0.27  # downward angle of the camera [radians]
 
+# A sample is an edge if the slopes on its two sides differ more than this [pixels/sample]
 EDGE = 0.5
-"""A sample is an edge if the slopes on its two sides differ more than this [pixels/sample]."""
 
-BEYOND = 1e9
-"""Placeholder for the depth difference to another object [pixels]."""
+BEYOND = 1e9  # placeholder for the depth difference to another object [pixels]
 
 VIEW = ParallelView(PITCH, (0.0, 0.0, 1.0))
 

@@ -5,8 +5,8 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+# positions are multiples of this step, so that images agree with the ground truth [pixels]
 POSITION_STEP = 1 / 64
-"""Positions are multiples of this step, so that images agree with the ground truth [pixels]."""
 
 SAMPLES_PER_SPAN = 64
 

@@ -42,7 +42,6 @@ def print_picture(random: np.random.Generator, kind: str, width: int, height: in
 def _book(
     cover: Painting, random: np.random.Generator, inks: Sequence[Colour], high: float
 ) -> None:
-    """Paint a book cover with a title, a landscape and the name of an author."""
     cover.patch(0, 0, 1, high, inks[0])
     cover.patch(0, 0, 0.07, high, inks[0] * 0.7)
     left, top, wide, tall = 0.15, random.uniform(0.36, 0.44), 0.77, 0.62
@@ -60,7 +59,6 @@ def _landscape(
     where: tuple[float, float, float, float],
     inks: Sequence[Colour],
 ) -> None:
-    """Paint a sky with a sun, hills, fields, and a house."""
     x, y, wide, tall = where
     scale = cover.scale
     rows, columns = round(tall * scale), round(wide * scale)
@@ -83,7 +81,6 @@ def _landscape(
 
 
 def _tea(cover: Painting, random: np.random.Generator, inks: Sequence[Colour], high: float) -> None:
-    """Paint a tea packet with leaves in a medallion between ornamental bands."""
     cover.patch(0, 0, 1, high, inks[0])
     for y in (0.0, high - 0.24):
         cover.patch(0, y, 1, 0.24, inks[1])
@@ -125,7 +122,6 @@ def _leaf(cover: Painting, foot: Place, angle: float, length: float, ink: Colour
 
 
 def _toy(cover: Painting, random: np.random.Generator, inks: Sequence[Colour], high: float) -> None:
-    """Paint a toy box with a robot in front of rays, below a name in several colours."""
     cover.patch(0, 0, 1, high, inks[0])
     middle = high * 0.6
     for k in range(0, 24, 2):

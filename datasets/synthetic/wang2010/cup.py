@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from trackmark.datasets.interface import Image, Mask
-from trackmark.datasets.synthetic.knobs import SceneKnobs
+from trackmark.datasets.synthetic.parameters import SceneParameters
 from trackmark.datasets.synthetic.render.camera import Camera
 from trackmark.datasets.synthetic.render.colours import (
     ACCENTS,
@@ -577,9 +577,9 @@ SHADOW, SOFTNESS = 0.3, 2.2
 NOTICED = 0.1
 
 
-def scene(knobs: SceneKnobs) -> "CupScene":
+def scene(parameters: SceneParameters) -> "CupScene":
     """Return the renderer with its ground truth, without rendering."""
-    return CupScene(knobs.scene)
+    return CupScene(parameters.scene)
 
 
 class CupScene(SyntheticScene):

@@ -20,7 +20,7 @@ from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from trackmark.datasets.interface import Image, Mask
-from trackmark.datasets.synthetic.knobs import SceneKnobs
+from trackmark.datasets.synthetic.parameters import SceneParameters
 from trackmark.datasets.synthetic.render.camera import Camera
 from trackmark.datasets.synthetic.render.path import quantised, smooth_step
 from trackmark.datasets.synthetic.render.sprite import Sprite, superellipse
@@ -279,7 +279,6 @@ def _arm(
 
 
 def _bat(paint: PaintSheet, rubber: Array, tilt: float, grain: Array) -> None:
-    """Paint blade and handle; the blade is an ellipse with the aspect ratio `tilt`."""
     paint.tube([(62, 2), (96, 3)], (9, 13), WOOD, bumps=grain)
     paint.tube([(92, 3), (176, 5)], (12.5, 14.5), WOOD * 0.9, bumps=grain, edge=0.3)
     under, above = np.array((40, 38, 42), np.float64), rubber
@@ -291,7 +290,6 @@ def _bat(paint: PaintSheet, rubber: Array, tilt: float, grain: Array) -> None:
 
 
 def _hand(paint: PaintSheet, skin: Array, grain: Array) -> None:
-    """Paint a hand around the handle: back of the hand, four fingers, thumb and forefinger."""
     paint.tube([(116, 6), (150, 8), (190, 15)], (27, 31, 25), skin, bumps=grain)
     for x, reach, thick in ((158, 24, 9.0), (142, 28, 10.0), (125, 29, 10.5)):
         paint.tube(
@@ -366,7 +364,6 @@ def _joints(random: np.random.Generator, x: Array, y: Array) -> Array:
 
 
 def _put_table(random: np.random.Generator, picture: Array, y: Array, height: int) -> None:
-    """Paint the defocused end of a table, with a white line, at the lower image border."""
     top = height - random.uniform(5, 9)
     paint = np.array(TABLES[int(random.integers(len(TABLES)))], np.float64)
     picture *= (1 - 0.3 * np.clip(1 - (top - y) / 6, 0, 1) * (y < top))[..., None]
@@ -476,15 +473,15 @@ def _eased(times: Array, speed: float) -> Array:
 SIZE = 142, 115
 
 EXPOSURE = 0.45  # fraction of the frame time for which the shutter is open
-# instants of an exposure: objects move by at most a pixel and a half between two of them
+# number of times within an exposure: between two times, objects move by at most 1.5 pixels
 INSTANTS = 8
 WALL_DISTANCE = 16.0  # offset of shadows on the wall from their objects [pixels]
 CAMERA = Camera(SIZE, noise=3.0, fall=(0.1, 0.1))
 
 
-def scene(knobs: SceneKnobs) -> "TableTennisScene":
+def scene(parameters: SceneParameters) -> "TableTennisScene":
     """Return the renderer with its ground truth, without rendering."""
-    return TableTennisScene(knobs.scene)
+    return TableTennisScene(parameters.scene)
 
 
 class TableTennisScene(SyntheticScene):

@@ -17,10 +17,7 @@ from trackmark.bench.comparing.tables import answer_of, as_data, files, paragrap
 from trackmark.bench.reporting.tables import SUMMARY
 from trackmark.bench.statistics.intervals import mean_interval
 from trackmark.bench.statistics.rules import decide
-from trackmark.reports.comparison import (
-    SurvivalCurve,
-    breaking_plot,
-)
+from trackmark.reports.comparison import SurvivalCurve, breaking_plot
 from trackmark.reports.renderers import to_csv, to_text
 
 OVERLAP = SUMMARY[0]
@@ -78,7 +75,7 @@ def test_compare_corrects_for_all_pairs_or_those_of_one(make_runs):
             assert pair.interval == pytest.approx(mean_interval(pair.differences, 1 - 0.05 / m))
             expected = decide(pair.differences, 0.01, m)
             assert (pair.answer.label, pair.answer.p) == (expected.label, expected.p)
-    assert against.standings == compare(runs, OVERLAP).standings  # the star is of all pairs
+    assert against.standings == compare(runs, OVERLAP).standings  # stars compare all pairs
 
 
 def test_equivalent_needs_30_sequences_and_reason_is_printed(make_runs):

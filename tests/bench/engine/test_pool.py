@@ -1,4 +1,4 @@
-"""Pool of workers: equal results on one core and two, the repeat rule, and what a worker needs."""
+"""Pool of workers: equal results for any number of workers, repetition after harm, limits."""
 
 import os
 import signal
@@ -29,14 +29,14 @@ from trackmark.datasets import SequenceError, readers
 
 FRAMES = 12
 
-# What a tracker does in its first update, by its name.
+# Statement in each update, by tracker name.
 ACTS = {
     "Patches": "np.mean = lambda *a, **k: 1 / 0",
     "Averages": "np.mean([1.0])",
     "Raises": "raise ValueError('no wish')",
     "Ends": "os._exit(3)",
     "Spoils": "np.mean = lambda *a: 0.5; os.umask(0o777)",
-    "LeavesThread": "_thread.start_new_thread(time.sleep, (1e6,))",  # `threading` knows of none
+    "LeavesThread": "_thread.start_new_thread(time.sleep, (1e6,))",  # `threading` does not list it
     "LeavesDaemon": "subprocess.Popen(['sleep', DAEMON], env={}, start_new_session=True)",
     "Reads": "self.box = self.box + [np.mean([1.0]), 0, 0, 0]",
     "ChangesItsFile": "Path(__file__).write_text('#')",
@@ -51,7 +51,7 @@ DAEMON = "86413.{os.getpid()}"
 
 @pytest.fixture
 def data(workspace, otb):
-    """Two sequences, and the trackers in a file."""
+    """Return a folder with two sequences and a file with the trackers of `ACTS`."""
     for name in "AB":
         otb(workspace / "data" / name, FRAMES)
     source = HEAD + KNOB_TRACKER.replace("class Knob(", "class Base(")
@@ -98,7 +98,7 @@ def tasks(monkeypatch):
     return requests
 
 
-def test_one_process_or_two_make_the_results_of_evaluate(
+def test_one_worker_or_two_give_the_results_of_evaluate(
     data, contents, without_processes, monkeypatch
 ):
     names = ("static", f"{data}/knob.py:Knob", "camshift")
@@ -235,7 +235,7 @@ def test_output_of_a_worker_is_cut_to_its_end(data, monkeypatch):
     plain = Worker.check
 
     def check(self, ready):
-        self._output.write(b"loud" * 10_000)  # as the worker itself, whenever it is looked at
+        self._output.write(b"loud" * 10_000)  # output of the worker before each check
         answer = plain(self, ready)
         sizes.append(os.fstat(self._output.fileno()).st_size)
         return answer

@@ -1,4 +1,4 @@
-"""Masks of trackers: compared with the true ones, stored, scored and shown."""
+"""Masks of trackers: compared with ground truth, stored, scored and shown in tables."""
 
 from dataclasses import replace
 
@@ -9,10 +9,7 @@ from trackmark import bench, datasets
 from trackmark.bench.evaluation.loop import run_protocol
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 from trackmark.bench.experiments.tracker_spec import parse_tracker
-from trackmark.bench.metrics.regions import (
-    contour_accuracy,
-    region_similarity,
-)
+from trackmark.bench.metrics.regions import contour_accuracy, region_similarity
 from trackmark.bench.protocols import TIMING
 from trackmark.bench.reporting.tables import tables
 from trackmark.bench.store.data_frames import load_results
@@ -169,7 +166,7 @@ SEQUENCES = [f"plain/target:length=12:scene={scene}" for scene in (0, 1)]
 
 @pytest.fixture(scope="module")
 def stored(tmp_path_factory, without_processes):
-    """An experiment with a tracker that segments and one that does not."""
+    """Return results of a tracker with masks and a tracker without."""
     folder = tmp_path_factory.mktemp("segmentation")
     (folder / "segmenter.py").write_text(SEGMENTER)
     trackers = ("static", f"{folder}/segmenter.py:Segmenter")
@@ -213,7 +210,7 @@ def test_tables_have_columns_of_masks(stored):
             for row in tables_by_name["sequences"].rows
         ]
         assert texts == ["—", f"{scores[name].iloc[0]:.3f}", "—", f"{scores[name].iloc[1]:.3f}"]
-    _, last = tables_by_name["segmentation"].rows  # of the tracker that segments alone
+    _, last = tables_by_name["segmentation"].rows  # only the tracker with masks has a row
     assert last[2].text == f"{scores['mean_region_similarity'].iloc[1]:.3f}"
     assert last[-1].text == f"{scores['contour_decay'].iloc[1]:.3f}"
 

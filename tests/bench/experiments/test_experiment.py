@@ -113,7 +113,7 @@ def unopened(source):
     about = outline(name)
     for suite in suites():
         if name in suite.names():
-            name = suite.entries[name].knobs.checked(name, options).canonical_name(name)
+            name = suite.entries[name].parameters.checked(name, options).canonical_name(name)
     starts = frozenset(["boxes", *about.regions])
     return PlannedSequence(source, name, about.fingerprint, about.length, 0, starts, 0.0)
 

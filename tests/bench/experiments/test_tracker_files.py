@@ -29,7 +29,7 @@ UNPRINTABLE = """class Error(Exception):
         raise ValueError
 raise Error"""
 
-REFUSED = {  # what stands before the class, or after it, and what is said
+REFUSED = {  # code before the class, code in or after it, words of the error
     "exits": ("import sys; sys.exit(0)", "", "the file cannot be imported: SystemExit: 0 (line 1)"),
     "no syntax": (
         "\nclass:",
@@ -45,11 +45,7 @@ REFUSED = {  # what stands before the class, or after it, and what is said
     ),
     "recurses": ("def f(): f()\nf()", "", "RecursionError: maximum recursion depth exceeded"),
     "holds NUL": ("\0", "", "null bytes"),
-    "interrupts": (
-        "raise KeyboardInterrupt",
-        "",
-        "its description raises KeyboardInterrupt",
-    ),
+    "interrupts": ("raise KeyboardInterrupt", "", "its description raises KeyboardInterrupt"),
     "can't be printed": (UNPRINTABLE, "", "<exception str() failed>"),
     "presets of no kind": (
         "",

@@ -1,4 +1,4 @@
-"""Presets against slow definitions, written frame by frame, and published scores."""
+"""Presets against slow definitions that are written frame by frame."""
 
 import json
 from itertools import pairwise

@@ -133,11 +133,7 @@ def test_first_loss_equals_slow_definition(data, n):
 
 @pytest.mark.parametrize(
     ("outside", "hidden", "first"),
-    [
-        (range(20, 29), (), 40),
-        (range(20, 30), (), 20),
-        ([*range(20, 29), 32], (29, 30, 31), 20),
-    ],
+    [(range(20, 29), (), 40), (range(20, 30), (), 20), ([*range(20, 29), 32], (29, 30, 31), 20)],
     ids=["nine frames", "ten frames", "hidden frames between"],
 )
 def test_loss_needs_ten_visible_frames_outside(outside, hidden, first):

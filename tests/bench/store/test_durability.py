@@ -1,4 +1,4 @@
-"""Kills, full disks, flipped bits and other processes: nothing acknowledged is lost or changed."""
+"""Kills, full disks, flipped bits and other processes lose or change no acknowledged run."""
 
 import shutil
 import signal
@@ -301,7 +301,7 @@ def test_two_commands_in_one_folder_lose_nothing(tmp_path):
         work = [executor.submit(write_some, folder, first) for first in (0, 100)]
         while not all(future.done() for future in work):
             if folder.exists():
-                Results(folder).list_keys()  # a reader among them
+                Results(folder).list_keys()  # reads while the others write
         assert [future.result() for future in work] == [0, 100]
     numbers = [*range(20), *range(100, 120)]
     assert assert_whole(Results(folder), numbers) == 40

@@ -12,7 +12,7 @@ import pytest
 from tests.datasets.synthetic.scenes import grown, mask_edges, unless_sealed
 from trackmark import datasets
 from trackmark.datasets.synthetic.nummiaro2003.driving.shape import SHADOW
-from trackmark.datasets.synthetic.render.figure.head import ROWS
+from trackmark.datasets.synthetic.render.figure.body import ROWS
 from trackmark.datasets.synthetic.wang2010.hand.setting import BLUE, MATERIAL, SKIN
 
 
@@ -31,7 +31,7 @@ def repaint(array, values):
 
 def repaint_film_target(scene, frame):
     """Repaint the target green where it is opaque."""
-    parts = [(look[..., :3], look[..., 3:]) for look in scene._target._looks]
+    parts = [(look[..., :3], look[..., 3:]) for look in scene._target._textures]
     undo = [repaint(part, np.round(alpha / 255 * (40, 250, 40))) for part, alpha in parts]
     return lambda: [restore() for restore in undo]
 
@@ -79,7 +79,7 @@ def invert(find_array, total=1):
 # mask, and reach of blur outside the mask [pixels].
 PAINTED = [
     ("moreno2005/ellipse", 33, repaint_ellipse, 40, 0.93, 1),
-    ("moreno2005/octopus", 45, invert(lambda scene: scene._skin._looks, 1.5), 30, 0.95, 1),
+    ("moreno2005/octopus", 45, invert(lambda scene: scene._skin._textures, 1.5), 30, 0.95, 1),
     ("moreno2005/book", 47, invert(lambda scene: scene.setting._mesh.texture), 15, 0.9, 2),
     ("moreno2005/leaf", 47, invert(lambda scene: scene.setting._blade.mesh.texture), 15, 0.97, 2),
     ("nguyen2002/clip-01", 36, repaint_film_target, 16, 0.9, 4),

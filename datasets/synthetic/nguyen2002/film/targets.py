@@ -24,8 +24,7 @@ from trackmark.datasets.synthetic.render.colours import sample_colour, vary_colo
 from trackmark.datasets.synthetic.render.painting import Colour, Painting
 from trackmark.datasets.synthetic.render.texture import fractal, lerp
 
-BODY = 0.87
-"""Height of a van's body relative to the height of the van with its wheels."""
+BODY = 0.87  # height of a van's body relative to the height of the van with its wheels
 
 
 def _cover_ellipse(sheet: PaintedSheet, w: float, h: float, cut: float) -> None:
@@ -41,7 +40,6 @@ def _cover_box(sheet: PaintedSheet, w: float, h: float, cut: float) -> None:
 
 
 def _cover_van(sheet: PaintedSheet, w: float, h: float, cut: float) -> None:
-    """Cover the body of a van, seen from behind, and paint its wheels."""
     body = BODY * h
     sheet.cover((cut, 0), (w - cut, 0), (w, cut), (w, body), (0, body), (0, cut))
     sheet.painting.patch(0, body, w, h - body, DARK * 0.7)
@@ -51,16 +49,15 @@ def _cover_van(sheet: PaintedSheet, w: float, h: float, cut: float) -> None:
 
 
 def _cover_boat(sheet: PaintedSheet, w: float, h: float, cut: float) -> None:
-    """Cover the outline of a boat: a hull and a narrower cabin."""
     across = (0.14, 0.86, 0.92, 1.0, 0.98, 0.88, 0.12, 0.02, 0.0, 0.08)
     down = (0.0, 0.0, 0.38, 0.38, 0.6, 1.0, 1.0, 0.6, 0.38, 0.38)
     sheet.cover(*point_list(np.array(across) * w, np.array(down) * h))
 
 
+# functions by shape that cover an outline of a width and height with cut corners [UNIT]
 OUTLINES = {
     "round": _cover_ellipse, "box": _cover_box, "van": _cover_van, "boat": _cover_boat,
 }  # fmt: skip
-"""Functions by shape that cover an outline of a width and height with cut corners [UNIT]."""
 
 
 Array = NDArray[np.float64]
@@ -81,7 +78,6 @@ Mark = Callable[[np.random.Generator, Painting, float, float, TargetLook], None]
 def _writing(
     random: np.random.Generator, p: Painting, box: tuple[float, float, float, float], ink: Colour
 ) -> None:
-    """Paint letter-like shapes: upright strokes with bars."""
     left, top, width, height = box
     x, thick = left, 0.16 * height
     while x + 0.35 * height <= left + width:
@@ -359,7 +355,7 @@ class TargetKind:
     corner: float  # size of the cut corners of the other shapes, relative to the width
     marks: tuple[Mark, ...]  # marks that are painted on it, in order
     paints: tuple[tuple[int, int, int], ...]
-    carrier: str  # name in `props.CARRIERS`
+    carrier: str  # name in `objects.CARRIERS`
 
     @property
     def round(self) -> bool:
@@ -385,21 +381,22 @@ def paint_target(
     return sheet
 
 
-def two_looks(random: np.random.Generator, colour: Array) -> tuple[Array, Array]:
+def two_textures(random: np.random.Generator, colour: Array) -> tuple[Array, Array]:
     """Return a texture (h, w, 3) in two variants that differ in highlight and dust."""
     height, width = colour.shape[:2]
     across = np.linspace(-1, 1, width) * random.choice([-1.0, 1.0])
     slant = across + random.uniform(-0.5, 0.5) * np.linspace(-1, 1, height)[:, None]
     lean, gloss = random.uniform(0.06, 0.18), random.uniform(5, 30)
-    looks = []
+    textures = []
     for side in (-1, 1):
         shine = np.clip(1 - np.square((slant - 0.5 * side) / 0.3), 0, 1)
-        looks.append(colour * (1 + lean * side * slant)[..., None] + gloss * shine[..., None])
+        textures.append(colour * (1 + lean * side * slant)[..., None] + gloss * shine[..., None])
     dust = 0.5 + 0.5 * fractal(random, 256, 8, 128)[:height, :width]
-    dusty = lerp(looks[1], np.array([150.0, 168.0, 182.0]), dust * random.uniform(0.0, 0.3))
-    return looks[0], dusty
+    dusty = lerp(textures[1], np.array([150.0, 168.0, 182.0]), dust * random.uniform(0.0, 0.3))
+    return textures[0], dusty
 
 
+# kinds of targets by name
 KINDS = {
     "van": TargetKind("van", 0.05, (band, door, window, lettering, lamps), PAINTS, "wheels"),
     "helmet": TargetKind("round", 0.0, (crest, visor, number), PAINTS, "rider"),
@@ -416,4 +413,3 @@ KINDS = {
     "clock": TargetKind("round", 0.0, (dial,), PAINTS, "trailer"),
     "lantern": TargetKind("round", 0.0, (slanted, ribs, emblem), PAINTS[:6], "ropes"),
 }
-"""Kinds of targets by name."""

@@ -110,7 +110,6 @@ def _sample_colour(random: np.random.Generator, colours: tuple[tuple[int, int, i
 
 
 def _board(random: np.random.Generator) -> list[SceneObject]:
-    """Return three planks joined by two battens, with a dark surface behind the gaps."""
     half = random.uniform(56, 62)
     wood = _sample_colour(random, COUNTERS[:3])
     things = [
@@ -135,7 +134,6 @@ def _board(random: np.random.Generator) -> list[SceneObject]:
 
 
 def _wooden(random: np.random.Generator, along: int = 1) -> Pattern:
-    """Return a pattern of wood grain along an axis."""
     warp = fractal(random, 256, 2, 16)
     fine = fractal(random, 256, 16, 128, 0.8)
     shift, pace = random.uniform(0, 256), random.uniform(0.35, 0.55)
@@ -151,7 +149,6 @@ def _wooden(random: np.random.Generator, along: int = 1) -> Pattern:
 
 
 def _door(random: np.random.Generator) -> list[SceneObject]:
-    """Return a painted cupboard door with a frame, recessed panels and a knob."""
     half = random.uniform(58, 66)
     colour = _sample_colour(random, (*ACCENTS[:5], *NEUTRALS[2:]))
     paint, panel = grain(random, 0.03), grain(random, 0.03)
@@ -172,7 +169,6 @@ def _door(random: np.random.Generator) -> list[SceneObject]:
 
 
 def _cloth(random: np.random.Generator) -> list[SceneObject]:
-    """Return a printed curtain in folds."""
     half = random.uniform(60, 68)
     folds = random.uniform(3.0, 4.2), random.uniform(0.17, 0.24)
     ground, ink = _sample_colour(random, (*CLOTHES, *NEUTRALS)), _sample_colour(random, ACCENTS[:5])
@@ -202,7 +198,6 @@ def _dotted(random: np.random.Generator, ink: Array) -> Pattern:
 
 
 def _back(random: np.random.Generator) -> list[SceneObject]:
-    """Return a person's back, from the shoulders to the hips, with both arms."""
     shirt, trousers = (
         _sample_colour(random, (*CLOTHES, *ACCENTS[:5])),
         _sample_colour(random, CLOTHES[:2]),

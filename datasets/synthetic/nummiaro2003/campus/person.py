@@ -10,22 +10,20 @@ from functools import lru_cache
 
 import numpy as np
 
-from trackmark.datasets.synthetic.knobs import SceneKnobs
 from trackmark.datasets.synthetic.multipart.plan import Person
 from trackmark.datasets.synthetic.nummiaro2003.campus.scene import (
-    VisitPlan,
-    VisitScene,
-    sample_bystander,
-    sample_target,
-)
-from trackmark.datasets.synthetic.nummiaro2003.campus.setting import (
     DOORSTEP,
     OPENING,
     THRESHOLD,
     CarPark,
+    VisitPlan,
+    VisitScene,
     entrance,
     parked_cars,
+    sample_bystander,
+    sample_target,
 )
+from trackmark.datasets.synthetic.parameters import SceneParameters
 from trackmark.datasets.synthetic.render.prop import Prop
 from trackmark.datasets.synthetic.render.views import (
     SIZE,
@@ -44,9 +42,9 @@ PAVEMENT = 15.75, 16.3  # depths of passers-by, between the cars and the porch [
 ELBOW_ROOM = 0.5  # minimum distance between people [metres]
 
 
-def scene(knobs: SceneKnobs) -> VisitScene:
+def scene(parameters: SceneParameters) -> VisitScene:
     """Return the renderer with its ground truth, without rendering."""
-    return VisitScene(_plan(knobs.scene), "even")
+    return VisitScene(_plan(parameters.scene), "even")
 
 
 @lru_cache(maxsize=4)
@@ -139,5 +137,4 @@ def _door(seed: int) -> float:
 
 
 def _half_width(camera: Viewpoint, z: float) -> float:
-    """Return half the visible width at a depth [metres]."""
     return SIZE[0] / 2 / float(camera.scale(z))

@@ -11,16 +11,16 @@ from functools import lru_cache
 
 import numpy as np
 
-from trackmark.datasets.synthetic.knobs import SceneKnobs
 from trackmark.datasets.synthetic.multipart import routes
 from trackmark.datasets.synthetic.multipart.plan import Person
 from trackmark.datasets.synthetic.nummiaro2003.campus.scene import (
     VisitPlan,
     VisitScene,
+    old_tree,
     sample_bystander,
     sample_target,
 )
-from trackmark.datasets.synthetic.nummiaro2003.campus.setting import old_tree
+from trackmark.datasets.synthetic.parameters import SceneParameters
 from trackmark.datasets.synthetic.render.path import smooth_step
 from trackmark.datasets.synthetic.render.views import (
     SIZE,
@@ -43,9 +43,9 @@ CLEAR = 0.65  # minimum difference in depth between the target and people behind
 OTHERS_BEHIND = 5  # number of people behind the target
 
 
-def scene(knobs: SceneKnobs) -> VisitScene:
+def scene(parameters: SceneParameters) -> VisitScene:
     """Return the renderer with its ground truth, without rendering."""
-    return VisitScene(_plan(knobs.scene), "even")
+    return VisitScene(_plan(parameters.scene), "even")
 
 
 @lru_cache(maxsize=4)

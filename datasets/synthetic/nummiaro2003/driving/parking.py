@@ -11,24 +11,23 @@ from functools import lru_cache
 
 import numpy as np
 
-from trackmark.datasets.synthetic.knobs import SceneKnobs
 from trackmark.datasets.synthetic.nummiaro2003.driving.car import (
+    BGR,
     TARGETS,
     CarAt,
     contrasting_paints,
     sample_car,
 )
-from trackmark.datasets.synthetic.nummiaro2003.driving.paintwork import BGR
-from trackmark.datasets.synthetic.nummiaro2003.driving.plan import (
+from trackmark.datasets.synthetic.nummiaro2003.driving.scene import (
     FRAMES_PER_SECOND,
     SIZE,
     Bend,
     DrivingPath,
     DrivingPlan,
+    DrivingScene,
     Route,
     car_at,
 )
-from trackmark.datasets.synthetic.nummiaro2003.driving.scene import DrivingScene
 from trackmark.datasets.synthetic.nummiaro2003.driving.view import PerspectiveView, windows_meet
 from trackmark.datasets.synthetic.nummiaro2003.driving.world import (
     House,
@@ -38,6 +37,7 @@ from trackmark.datasets.synthetic.nummiaro2003.driving.world import (
     broken_line,
     sample_house,
 )
+from trackmark.datasets.synthetic.parameters import SceneParameters
 from trackmark.datasets.synthetic.render.path import random_positions
 from trackmark.datasets.synthetic.scene import part_generator
 
@@ -50,9 +50,9 @@ ROWS = (-12.0, 0.0, 12.0)  # x of the rows of bays, outside and between the lane
 FIRST, LAST = 7.0, 41.0  # z at which the rows of bays start and end [metres]
 
 
-def scene(knobs: SceneKnobs) -> DrivingScene:
+def scene(parameters: SceneParameters) -> DrivingScene:
     """Return the renderer with its ground truth, without rendering."""
-    return DrivingScene(parking_plan(knobs.scene), still=True)
+    return DrivingScene(parking_plan(parameters.scene), still=True)
 
 
 @lru_cache(maxsize=4)

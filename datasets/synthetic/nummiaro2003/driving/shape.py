@@ -187,8 +187,8 @@ _DARK = 0.55  # distance by which the shadow extends beyond the body [metres]
 class CarShape:
     """Proportions of a car [metres]; positions along the car are positive ahead of its centre."""
 
-    length: float  # of the body
-    width: float  # of the body
+    length: float  # length of the body
+    width: float  # width of the body
     roof: float  # height of the roof
     bonnet: float  # height of the bonnet's front edge
     screen: tuple[float, float]  # foot and roof end of the windscreen

@@ -12,23 +12,22 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from trackmark.datasets.synthetic.knobs import SceneKnobs
 from trackmark.datasets.synthetic.nummiaro2003.driving.car import (
+    BGR,
     TARGETS,
     CarAt,
     contrasting_paints,
     sample_car,
 )
-from trackmark.datasets.synthetic.nummiaro2003.driving.paintwork import BGR
-from trackmark.datasets.synthetic.nummiaro2003.driving.plan import (
+from trackmark.datasets.synthetic.nummiaro2003.driving.scene import (
     FRAMES_PER_SECOND,
     SIZE,
     Bend,
     DrivingPath,
     DrivingPlan,
+    DrivingScene,
     Route,
 )
-from trackmark.datasets.synthetic.nummiaro2003.driving.scene import DrivingScene
 from trackmark.datasets.synthetic.nummiaro2003.driving.view import PerspectiveView
 from trackmark.datasets.synthetic.nummiaro2003.driving.world import (
     House,
@@ -38,6 +37,7 @@ from trackmark.datasets.synthetic.nummiaro2003.driving.world import (
     broken_line,
     sample_house,
 )
+from trackmark.datasets.synthetic.parameters import SceneParameters
 from trackmark.datasets.synthetic.render.path import random_positions, smooth_step
 from trackmark.datasets.synthetic.render.views import QUICK, SLOW, random_wander
 from trackmark.datasets.synthetic.scene import part_generator
@@ -55,9 +55,9 @@ ROOM = 0.24  # maximum angle of the target from the optical axis [radians]
 FREE = 0.2
 
 
-def scene(knobs: SceneKnobs) -> DrivingScene:
+def scene(parameters: SceneParameters) -> DrivingScene:
     """Return the renderer with its ground truth, without rendering."""
-    return DrivingScene(traffic_plan(knobs.scene), still=False)
+    return DrivingScene(traffic_plan(parameters.scene), still=False)
 
 
 @lru_cache(maxsize=4)

@@ -15,48 +15,33 @@ from trackmark.datasets.synthetic.render.views import random_wander
 
 Array = NDArray[np.float64]
 
-SIZE = 640, 480
-"""Width and height of the images [pixels]."""
+SIZE = 640, 480  # width and height of the images [pixels]
 
 FRAMES = 450
 FRAMES_PER_SECOND = 25.0
 
-FOCAL = 700.0
-"""Focal length [pixels]."""
+FOCAL = 700.0  # focal length [pixels]
+COLUMNS = 105.0, 535.0  # range of image columns of the head at a machine [pixels]
+DEPTHS = 1.55, 2.25  # range of distances of the head from the camera at a machine [metres]
 
-COLUMNS = 105.0, 535.0
-"""Range of image columns of the head at a machine [pixels]."""
-
-DEPTHS = 1.55, 2.25
-"""Range of distances of the head from the camera at a machine [metres]."""
-
+# headings of the body: 0 is to the right, pi/2 towards the camera [radians]
 FRONT, AWAY, LEFT, RIGHT = np.pi / 2, -np.pi / 2, np.pi, 0.0
-"""Headings of the body: 0 is to the right, pi/2 towards the camera [radians]."""
 
-UNLIKE = 60.0
-"""Minimum distance between consecutive machines in the image [pixels]."""
+UNLIKE = 60.0  # minimum distance between consecutive machines in the image [pixels]
 
 
-WORK = 40, 75
-"""Minimum and maximum time at a machine [frames]."""
+WORK = 40, 75  # minimum and maximum time at a machine [frames]
 
+# minimum and maximum time at a machine that the worker faces with the back to the camera
 WORK_AT_WALL = 60, 75
-"""Minimum and maximum time at a machine that the worker faces with the back to the camera."""
 
-WAY = 30.0
-"""Minimum duration of a walk between two machines [frames]."""
+WAY = 30.0  # minimum duration of a walk between two machines [frames]
+SPEED = 0.35  # mean speed of a walk between machines, which takes one or two steps [metres/second]
+FARTHEST = 200.0  # maximum distance between consecutive machines in the image [pixels]
+TURN = 120.0  # maximum speed at which the head turns to the next machine [degrees/second]
 
-SPEED = 0.35
-"""Mean speed of a walk between machines, which takes one or two steps [metres/second]."""
-
-FARTHEST = 200.0
-"""Maximum distance between consecutive machines in the image [pixels]."""
-
-TURN = 120.0
-"""Maximum speed at which the head turns to the next machine [degrees/second]."""
-
+# minimum and maximum duration of a glance aside, and of the return of the head [frames]
 GLANCE = 14, 24
-"""Minimum and maximum duration of a glance aside, and of the return of the head [frames]."""
 
 # The worker always faces all four sides: the fourth operation begins by frame 431, after three
 # operations of at most 75 frames and three walks of at most 0.96 m.
@@ -66,14 +51,14 @@ GLANCE = 14, 24
 class Routine:
     """Pose in every frame; arrays have the shape (n,) unless stated otherwise."""
 
-    x: Array  # of the head, to the right of the camera [metres]
-    z: Array  # of the head, away from the camera [metres]
+    x: Array  # position of the head, to the right of the camera [metres]
+    z: Array  # position of the head, away from the camera [metres]
     crouch: Array  # distance by which the hips are lower than when standing [metres]
-    heading: Array  # of the body: 0 is to the right, pi/2 towards the camera [radians]
-    lean: Array  # of the trunk, forward [radians]
+    heading: Array  # heading of the body: 0 is to the right, pi/2 towards the camera [radians]
+    lean: Array  # angle of the trunk, from upright to forward [radians]
     turn: Array  # heading of the head in the world [radians]
-    nod: Array  # of the head, down from the horizon [radians]
-    tilt: Array  # of the head, to the left [radians]
+    nod: Array  # angle of the head, from the horizon downwards [radians]
+    tilt: Array  # angle of the head, from upright to the left [radians]
     # (n, 2, 3), left and right wrist relative to the base of the neck: left, up and forward in the
     # heading of the body [metres]
     hands: Array

@@ -9,8 +9,7 @@ from trackmark.datasets.synthetic.render.texture import fractal
 
 Array = NDArray[np.float64]
 Picture = NDArray[np.uint8]
-Box = tuple[float, float, float, float]
-"""Left, top, right and bottom of a rectangle."""
+Box = tuple[float, float, float, float]  # left, top, right and bottom of a rectangle
 
 WALLS = (
     (72, 84, 150),  # brick
@@ -28,7 +27,7 @@ WALLS = (
 SIGNS = ((40, 44, 150), (120, 70, 30), (50, 110, 50), (30, 30, 34), (40, 150, 200), (90, 40, 90))
 ROOFS = ((60, 68, 96), (70, 66, 62), (84, 84, 90))
 
-FINE = 2  # painted pixels per pixel and axis
+FINE = 2  # supersampling per axis
 
 
 def backdrop(

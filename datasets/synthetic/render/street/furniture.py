@@ -58,7 +58,6 @@ def _metal(random: np.random.Generator) -> Array:
 
 
 def _upright(height: float, width: float, colour: Array) -> tuple[Array, Array]:
-    """Return image and coverage of a cylinder."""
     rows, columns = max(1, round(height)), int(np.ceil(width)) + 2
     u = (np.arange(columns) + 0.5 - columns / 2) / (width / 2)
     cover = np.clip((1 - np.abs(u)) * width / 2 + 0.5, 0, 1)
@@ -137,7 +136,6 @@ def _clump(
     leaves: Array,
     grain: Array,
 ) -> None:
-    """Paint an irregular ball of leaves, lit from the upper left."""
     reach = int(np.ceil(1.5 * radius))
     left, top = round(centre[0]) - reach, round(centre[1]) - reach
     rows = slice(max(top, 0), min(top + 2 * reach, len(colour)))
@@ -225,8 +223,7 @@ PAINTS = (
     (110, 110, 112),
     (70, 120, 150),
 )
-FINE = 3
-"""Supersampling of cars per axis."""
+FINE = 3  # supersampling of cars per axis
 
 Outline = list[tuple[float, float]]
 
@@ -242,11 +239,11 @@ _LAMPS = (
     ([(-2.06, 0.66), (-1.94, 0.66), (-1.92, 0.84), (-2.0, 0.84)], (40.0, 36.0, 150.0)),
 )
 
+# height ranges and their gains: sheet metal reflects the sky above and the street below
 _METAL = (
     (0.28, 0.45, 0.55), (0.45, 0.62, 0.78), (0.80, 0.88, 1.16), (0.88, 0.99, 1.3),
     (1.36, 1.5, 1.22),
 )  # fmt: skip
-"""Height ranges and their gains: sheet metal reflects the sky above and the street below."""
 
 
 def car(random: np.random.Generator, x: float, z: float, scale: float) -> Prop:
@@ -324,7 +321,6 @@ def _paint_wheel(
 
 
 def _over_shadow(colour: Array, cover: Array, foot: float, metre: float) -> tuple[Array, Array]:
-    """Paint the body over its contact shadow."""
     rows, columns = np.indices(cover.shape)
     u = (columns + 0.5 - cover.shape[1] / 2) / (2.15 * metre)
     v = (rows + 0.5 - foot + 0.02 * metre) / (0.15 * metre)

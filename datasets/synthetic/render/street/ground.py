@@ -14,14 +14,11 @@ Array = NDArray[np.float64]
 
 Light: TypeAlias = Literal["even", "dappled"]
 
-PERIOD = 16.0
-"""Period of the shade pattern [metres]."""
+PERIOD = 16.0  # period of the shade pattern [metres]
+DEPTH = 0.45  # fraction of light that full shade removes
 
-DEPTH = 0.45
-"""Fraction of light that full shade removes."""
-
+# offset of a shadow from the object that casts it, relative to the object's height
 SLANT_X, SLANT_Z = 0.45, 0.3
-"""Offset of a shadow from the object that casts it, relative to the object's height."""
 
 _SIZE = 512
 
@@ -60,13 +57,11 @@ class TreeShade:
         return self.on_ground(np.asarray(x) + SLANT_X * up, np.asarray(z) + SLANT_Z * up)
 
 
-SIDE = 512
-"""Side of a texture [pixels]."""
+SIDE = 512  # side of a texture [pixels]
 
 _LINES = 4  # maximum number of texture lines that are averaged in an image row
 
-REACH = 40.0
-"""Period of large spots and stains [metres]."""
+REACH = 40.0  # period of large spots and stains [metres]
 
 
 @dataclass(frozen=True)
@@ -119,7 +114,6 @@ def kerbstones(random: np.random.Generator) -> Array:
 
 
 def _slabs(random: np.random.Generator) -> Array:
-    """Return large concrete slabs."""
     rows, columns = np.indices((SIDE, SIDE))
     cell = SIDE // 6
     joint = (rows % cell < 4) | ((columns + (rows // cell % 2) * (cell // 2)) % cell < 4)

@@ -28,11 +28,8 @@ from trackmark.datasets.synthetic.render.street.ground import (
 from trackmark.datasets.synthetic.render.views import Viewpoint
 from trackmark.datasets.synthetic.scene import part_generator
 
-KERB = 10.6
-"""Depth at which the road begins [metres]."""
-
-HOUSES = 18.0
-"""Depth of the houses [metres]."""
+KERB = 10.6  # depth at which the road begins [metres]
+HOUSES = 18.0  # depth of the houses [metres]
 
 
 @dataclass(frozen=True)

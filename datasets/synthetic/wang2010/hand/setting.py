@@ -45,7 +45,6 @@ MELT = 1.1  # difference in depth over which surfaces of one material merge [pix
 
 @njit(cache=True, error_model="numpy")
 def _candidates(cones: NDArray[np.float64], column: int, row: int) -> NDArray[np.int64]:
-    """Return the cones that may cover a pixel during the exposure."""
     indices = np.empty(len(cones), np.int64)
     count = 0
     for i in range(len(cones)):
@@ -260,7 +259,6 @@ def _reduced(picture: Image) -> Image:
 
 
 def _rail(painting: Painting, up: float, across: float, random: np.random.Generator) -> None:
-    """Paint a cable duct with a socket along the wall."""
     y = up - random.uniform(0.16, 0.24)
     painting.plate(-0.1, y, across + 0.2, 0.07, (206, 200, 190), 0.008)
     for x in random.uniform(0.1, across - 0.2, 2):
@@ -271,7 +269,6 @@ def _rail(painting: Painting, up: float, across: float, random: np.random.Genera
 def _cupboard(
     painting: Painting, random: np.random.Generator, across: float, up: float, left: bool
 ) -> None:
-    """Paint a steel cupboard with two doors, as high as the chest, with binders on top."""
     colour = _sample_paint(random, FURNITURE)
     width, top = random.uniform(0.40, 0.50), random.uniform(0.56, 0.66)
     x = across - width + 0.04 if left else -0.04
@@ -285,7 +282,6 @@ def _cupboard(
 
 
 def _shelf(painting: Painting, random: np.random.Generator, across: float, left: bool) -> None:
-    """Paint a board with books."""
     width, y = random.uniform(0.38, 0.48), random.uniform(0.33, 0.40)
     x = across - width - 0.02 if left else 0.02
     books = Painting(painting.picture, painting.scale, x + 0.02, y)
@@ -316,7 +312,6 @@ def _binders(
 
 
 def _framed_picture(painting: Painting, random: np.random.Generator, x: float, y: float) -> None:
-    """Paint a framed landscape: sky, hills, water."""
     width, height, rim = random.uniform(0.30, 0.38), random.uniform(0.22, 0.28), 0.018
     painting.plate(
         x, y, width, height, _sample_paint(random, ((46, 42, 40), (112, 102, 90))), 0.014
@@ -336,7 +331,6 @@ def _framed_picture(painting: Painting, random: np.random.Generator, x: float, y
 
 
 def _plant(painting: Painting, random: np.random.Generator, x: float, up: float) -> None:
-    """Paint leaves of a plant whose pot is below the image."""
     for _ in range(38):
         angle, length = random.uniform(-1.0, 1.0), random.uniform(0.16, 0.46)
         bow = random.uniform(0.02, 0.10) * np.sign(angle)
@@ -351,7 +345,6 @@ def _plant(painting: Painting, random: np.random.Generator, x: float, up: float)
 
 
 def _pinboard(painting: Painting, random: np.random.Generator, x: float, y: float) -> None:
-    """Paint a pinboard with sheets of paper."""
     painting.plate(x, y, 0.30, 0.26, _sample_paint(random, ((120, 92, 62), (88, 104, 74))), 0.010)
     for column in range(3):
         for row in range(2):

@@ -338,7 +338,7 @@ def test_octopus_outline_changes_are_nearly_affine(seed):
 @given(seed=SEEDS)
 def test_octopus_starts_with_own_look_and_changes_twice(seed):
     plan = sample_octopus_plan(seed)
-    looks = [plan.look(frame) for frame in range(FRAMES)]
+    looks = [plan.texture_change(frame) for frame in range(FRAMES)]
     assert looks[0] == (OWN, 0, 0.0)
     worn = np.zeros((FRAMES, OWN + 1))
     for weights, (before, after, share) in zip(worn, looks, strict=True):

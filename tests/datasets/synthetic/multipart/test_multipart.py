@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from tests.datasets.synthetic.scenes import SEEDS, unless_sealed
 from trackmark import datasets
-from trackmark.datasets.synthetic.multipart import routes, wardrobe
+from trackmark.datasets.synthetic.multipart import casting, routes
 from trackmark.datasets.synthetic.multipart.designs import DESIGNS
 from trackmark.datasets.synthetic.multipart.look import WalkerLook
 from trackmark.datasets.synthetic.multipart.street_walk import multipart_plan
@@ -134,8 +134,8 @@ def test_background_of_followed_target_changes_rapidly(sequence):
         assert np.abs(first - second).mean() > 12
 
 
-def twin(**knobs):
-    return datasets.load(":".join(["stress/twin", *(f"{k}={v}" for k, v in knobs.items())]))
+def twin(**parameters):
+    return datasets.load(":".join(["stress/twin", *(f"{k}={v}" for k, v in parameters.items())]))
 
 
 @settings(max_examples=6, deadline=None)
@@ -321,15 +321,15 @@ def test_crossing_path_passes_before_the_target_in_time(seed):
 @given(seed=SEEDS)
 def test_clothes_differ_as_requested(seed):
     random = np.random.default_rng(seed)
-    shirt, trousers = wardrobe.sample_two_coloured_clothes(random)
-    assert wardrobe.chroma_distance(shirt, trousers) > 60
-    first, second = wardrobe.sample_plain_clothes(random)
-    assert wardrobe.chroma_distance(first, second) < 12
-    passer = wardrobe.sample_passer_clothes(random, (shirt, trousers))
+    shirt, trousers = casting.sample_two_coloured_clothes(random)
+    assert casting.chroma_distance(shirt, trousers) > 60
+    first, second = casting.sample_plain_clothes(random)
+    assert casting.chroma_distance(first, second) < 12
+    passer = casting.sample_passer_clothes(random, (shirt, trousers))
     target_colours = (shirt, trousers)
-    assert min(wardrobe.chroma_distance(a, b) for a in passer for b in target_colours) > 30
-    street = wardrobe.sample_street_clothes(random)
-    other = wardrobe.sample_other_clothes(random, street)
+    assert min(casting.chroma_distance(a, b) for a in passer for b in target_colours) > 30
+    street = casting.sample_street_clothes(random)
+    other = casting.sample_other_clothes(random, street)
     assert min(np.abs(np.subtract(a, b)).max() for a in street for b in other) > 25
 
 

@@ -11,18 +11,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.datasets.synthetic.scenes import SEEDS, grown, mask_edges, runs, scenes_of, unless_sealed
-from trackmark.datasets.synthetic.nguyen2002.film.occluders import OCCLUDERS
-from trackmark.datasets.synthetic.nguyen2002.film.plan import (
+from trackmark.datasets.synthetic.nguyen2002.film.objects import OCCLUDERS
+from trackmark.datasets.synthetic.nguyen2002.film.scene import (
     CLIPS,
     SIZE,
     WIDTHS,
     clip_plan,
     clip_script,
+    scene,
 )
-from trackmark.datasets.synthetic.nguyen2002.film.scene import scene
 from trackmark.datasets.synthetic.nguyen2002.film.setting import SETTINGS
 from trackmark.datasets.synthetic.nguyen2002.film.targets import KINDS
-from trackmark.datasets.synthetic.nguyen2002.knobs import FilmKnobs
 from trackmark.datasets.synthetic.nguyen2002.lights.scene import (
     Lighting,
     LightsScene,
@@ -30,6 +29,7 @@ from trackmark.datasets.synthetic.nguyen2002.lights.scene import (
     _lighting,
     _pose,
 )
+from trackmark.datasets.synthetic.nguyen2002.parameters import FilmParameters
 from trackmark.datasets.synthetic.render.finish import SceneObject
 
 pytestmark = unless_sealed("nguyen2002/clip-01", "nguyen2002/lights")
@@ -40,7 +40,7 @@ NUMBERS = st.integers(1, CLIPS)
 
 @lru_cache(maxsize=32)
 def open_clip(seed, clip):
-    return scene(FilmKnobs(scene=seed), clip)
+    return scene(FilmParameters(scene=seed), clip)
 
 
 @settings(max_examples=30, deadline=None)
@@ -105,7 +105,7 @@ def test_film_target_stays_in_view_and_moves_smoothly(seed, clip):
     assert 0.5 < np.degrees(np.abs(clip.angle).max()) <= 3.5
     assert 0.89 < clip.gain.min() < clip.gain.max() < 1.11
     assert np.abs(np.diff(clip.gain)).max() < 0.02
-    assert np.ptp(clip.look) == pytest.approx(1)
+    assert np.ptp(clip.mixture) == pytest.approx(1)
 
 
 @settings(max_examples=20, deadline=None)
@@ -158,7 +158,7 @@ def around_the_switch(seed):
     before, after = image(seed, off - 1), image(seed, off)
     still = np.ones(before.shape[:2], bool)
     for frame in (off - 1, off):
-        coverage = scene.setting.carried.place(_pose(scene.plan, frame))[0][..., 3]
+        coverage = scene.setting.held_card.place(_pose(scene.plan, frame))[0][..., 3]
         still &= ~grown(coverage > 0, 12)
     return before, after, still
 
@@ -217,10 +217,10 @@ def test_lights_mask_marks_the_pixels_of_the_print(monkeypatch):
     thing, *rest = other.setting._things
     inverse = replace(thing.finish, pattern=lambda points: 1 - thing.finish.pattern(points))
     other.setting.__dict__["_things"] = [SceneObject(inverse, thing.solids), *rest]
-    for part in ("room", "passers"):  # unchanged, slow to create
+    for part in ("room", "occluders"):  # unchanged, slow to create
         other.setting.__dict__[part] = getattr(open_lights(0).setting, part)
     lighting = Lighting(other.setting, _lighting(0)._lamps)
-    lighting.__dict__["_returned"] = _lighting(0)._returned
+    lighting.__dict__["_reflected_light"] = _lighting(0)._reflected_light
     start, _ = runs(open_lights(0).truth().attributes["occluded"])[0]
     images = {frame: image(0, frame) for frame in (0, start - 2)}
     monkeypatch.setattr(sys.modules[LightsScene.__module__], "_lighting", lambda seed: lighting)

@@ -9,14 +9,13 @@ from hypothesis import strategies as st
 
 from tests.datasets.synthetic.scenes import SEEDS, runs, unless_sealed
 from trackmark import datasets
-from trackmark.datasets.synthetic.knobs import SceneKnobs
 from trackmark.datasets.synthetic.multipart.look import WalkerLook
 from trackmark.datasets.synthetic.multipart.plan import Person, body_boxes
 from trackmark.datasets.synthetic.nummiaro2003.campus import person, students
 from trackmark.datasets.synthetic.nummiaro2003.campus.scene import VisitPlan
 from trackmark.datasets.synthetic.nummiaro2003.driving.car import Car, CarAt
 from trackmark.datasets.synthetic.nummiaro2003.driving.parking import parking_plan
-from trackmark.datasets.synthetic.nummiaro2003.driving.plan import (
+from trackmark.datasets.synthetic.nummiaro2003.driving.scene import (
     BRAKING,
     Bend,
     Route,
@@ -25,6 +24,7 @@ from trackmark.datasets.synthetic.nummiaro2003.driving.plan import (
 from trackmark.datasets.synthetic.nummiaro2003.driving.shape import sample_car_shape
 from trackmark.datasets.synthetic.nummiaro2003.driving.traffic import traffic_plan
 from trackmark.datasets.synthetic.nummiaro2003.driving.view import PerspectiveView, heading_axes
+from trackmark.datasets.synthetic.parameters import SceneParameters
 from trackmark.datasets.synthetic.render.figure.routine import FRAMES_PER_SECOND, GLANCE, TURN
 from trackmark.datasets.synthetic.render.views import sample_fixed_views, straight_path
 
@@ -104,13 +104,13 @@ def test_head_turns_calmly_and_shows_all_sides(seed):
 PERSON, STUDENTS = "nummiaro2003/person", "nummiaro2003/students"
 
 
-def open_scene(name, **knobs):
-    return datasets.load(":".join([name, *(f"{key}={value}" for key, value in knobs.items())]))
+def open_scene(name, **parameters):
+    return datasets.load(":".join([name, *(f"{key}={value}" for key, value in parameters.items())]))
 
 
-def planned(module, knobs, **values):
+def planned(module, parameters, **values):
     """Return the plan of a scene without its slow ground truth."""
-    return module.scene(knobs(**values)).plan
+    return module.scene(parameters(**values)).plan
 
 
 def spells(flags):
@@ -148,7 +148,7 @@ def test_students_occlusions_follow_the_paper_in_many_scenes():
 @settings(max_examples=5, deadline=None)
 @given(seed=SEEDS)
 def test_people_avoid_cars_trees_and_each_other(seed):
-    plan = planned(person, SceneKnobs, scene=seed)
+    plan = planned(person, SceneParameters, scene=seed)
     courses = [walker.course for walker in plan.people]
     for car in (prop for prop in plan.posts if prop.z < person.DOORSTEP):
         for course in courses:
@@ -157,7 +157,7 @@ def test_people_avoid_cars_trees_and_each_other(seed):
     for number, course in enumerate(courses):
         for other in courses[:number]:
             assert np.hypot(course.x - other.x, course.z - other.z).min() > 0.45
-    plan = planned(students, SceneKnobs, scene=seed)
+    plan = planned(students, SceneParameters, scene=seed)
     tree = plan.posts[0]
     for walker in plan.people:
         assert np.hypot(walker.course.x - tree.x, walker.course.z - tree.z).min() > 0.9

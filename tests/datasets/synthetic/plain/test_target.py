@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.datasets.synthetic.scenes import box_centres, mask_edges
-from trackmark.datasets.synthetic.plain.knobs import TargetKnobs
+from trackmark.datasets.synthetic.plain.parameters import TargetParameters
 from trackmark.datasets.synthetic.plain.scene import TargetMotion, target_truth
 
 
@@ -157,9 +157,9 @@ def target_parameters(draw):
 
 
 @settings(max_examples=20, deadline=None)
-@given(knobs=target_parameters())
-def test_mask_fills_the_box_with_the_visible_area(target, knobs):
-    sequence = target(**knobs)
+@given(parameters=target_parameters())
+def test_mask_fills_the_box_with_the_visible_area(target, parameters):
+    sequence = target(**parameters)
     area_of_unit = np.pi if sequence.frames.motion.power == 2 else 3.7081493546
     for frame in range(0, len(sequence), 3):
         mask, box = sequence.mask(frame), sequence.boxes[frame]
@@ -204,21 +204,21 @@ def test_vivid_target_pixels_agree_with_box_and_mask(target, frame):
 
 
 @settings(max_examples=20, deadline=None)
-@given(knobs=target_parameters())
-def test_boxes_are_nan_for_the_requested_absence(knobs):
-    truth = target_truth(TargetMotion(TargetKnobs(**knobs)))
+@given(parameters=target_parameters())
+def test_boxes_are_nan_for_the_requested_absence(parameters):
+    truth = target_truth(TargetMotion(TargetParameters(**parameters)))
     absent = np.isnan(truth.boxes).any(axis=1)
-    assert absent.sum() == knobs["absence"]
+    assert absent.sum() == parameters["absence"]
     assert np.isnan(truth.boxes[absent]).all()
     assert not absent[0]
     assert truth.visibility[0] == 1
     assert (truth.visibility[absent] == 0).all()
     assert ((truth.visibility >= 0) & (truth.visibility <= 1)).all()
     assert truth.attributes["out_of_view"][absent].all()
-    if knobs["absence"] == 0:
+    if parameters["absence"] == 0:
         assert not truth.attributes["out_of_view"].any()
-        deepest = truth.visibility[TargetMotion(TargetKnobs(**knobs)).occlusion_frame]
-        assert deepest == pytest.approx(1 - knobs["occlusion"], abs=1e-3)
+        deepest = truth.visibility[TargetMotion(TargetParameters(**parameters)).occlusion_frame]
+        assert deepest == pytest.approx(1 - parameters["occlusion"], abs=1e-3)
         assert truth.visibility.min() >= deepest - 0.05  # a shrinking target is hidden more
         hidden = truth.visibility < 1
         assert (hidden == truth.attributes["occlusion"]).all()
@@ -226,7 +226,7 @@ def test_boxes_are_nan_for_the_requested_absence(knobs):
 
 def test_visibility_in_closed_form_at_the_edge_of_the_view():
     """Compare an ellipse cut by a straight edge with the segment's area."""
-    motion = TargetMotion(TargetKnobs(scene=1, absence=20, length=120))  # leaves below
+    motion = TargetMotion(TargetParameters(scene=1, absence=20, length=120))  # leaves below
     truth = target_truth(motion)
     assert motion.power == 2
     cut = np.flatnonzero(
@@ -242,12 +242,12 @@ def test_visibility_in_closed_form_at_the_edge_of_the_view():
 
 
 def test_loading_a_long_sequence_renders_nothing(target):
-    knobs = {"length": 100_000, "clutter": 3, "occlusion": 1, "absence": 1000, "light": 0.5}
-    sequence = target(**knobs)
+    parameters = {"length": 100_000, "clutter": 3, "occlusion": 1, "absence": 1000, "light": 0.5}
+    sequence = target(**parameters)
     assert len(sequence) == 100_000
     assert "_ground" not in vars(sequence.frames)
     tracemalloc.start()
-    target(**knobs)
+    target(**parameters)
     _, peak = tracemalloc.get_traced_memory()
     tracemalloc.stop()
     assert peak < 100e6
@@ -278,8 +278,8 @@ HARD |= {"light": 0.5, "blur": 0.7, "pan": 3.3, "speed": 6}
     height=st.integers(64, 120),
 )
 def test_frames_are_equal_in_any_order_and_thread(target, scene, order, width, height):
-    knobs = {**HARD, "scene": scene, "width": width, "height": height}
-    in_order, other = target(**knobs), target(**knobs)
+    parameters = {**HARD, "scene": scene, "width": width, "height": height}
+    in_order, other = target(**parameters), target(**parameters)
     expected = [in_order[frame] for frame in sorted(order)]
     assert expected[0].shape == (height, width, 3)
     with ThreadPoolExecutor(4) as threads:
@@ -293,7 +293,7 @@ def test_fingerprint_depends_on_every_parameter(target):
     others = {"scene": 1, "length": 51, "width": 321, "height": 241, "speed": 3, "scale": 2}
     others |= {"clutter": 1, "occlusion": 0.5, "absence": 1, "light": 0.1, "noise": 1}
     others |= {"blur": 0.1, "pan": 1}
-    assert set(others) == set(TargetKnobs.model_fields)
+    assert set(others) == set(TargetParameters.model_fields)
     sequences = [target(**base), *(target(**{**base, key: v}) for key, v in others.items())]
     assert len({sequence.fingerprint for sequence in sequences}) == len(sequences)
     assert target(**base).fingerprint == sequences[0].fingerprint

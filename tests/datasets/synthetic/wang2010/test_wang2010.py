@@ -14,7 +14,7 @@ from tests.datasets.synthetic.scenes import (
     unless_sealed,
 )
 from trackmark import datasets
-from trackmark.datasets.synthetic.knobs import SceneKnobs
+from trackmark.datasets.synthetic.parameters import SceneParameters
 from trackmark.datasets.synthetic.wang2010 import table_tennis
 from trackmark.datasets.synthetic.wang2010.table_tennis import Play
 
@@ -189,7 +189,7 @@ def test_speed_up_lasts_from_the_stroke_to_the_top(sequence):
 @pytest.fixture(scope="module")
 def pair():
     """Return a scene, and the same scene with a black ball."""
-    first, second = (table_tennis.scene(SceneKnobs(scene=2)) for _ in range(2))
+    first, second = (table_tennis.scene(SceneParameters(scene=2)) for _ in range(2))
     second._ball = first._ball.silhouette(0)
     for part in ("_ball_shadow", "_player", "_wall"):
         setattr(second, part, getattr(first, part))

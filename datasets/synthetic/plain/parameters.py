@@ -4,10 +4,10 @@ from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
-from trackmark.datasets.synthetic.knobs import Knobs, Seed, seed
+from trackmark.datasets.synthetic.parameters import Seed, SequenceParameters, seed
 
 
-class TargetKnobs(Knobs):
+class TargetParameters(SequenceParameters):
     """Parameters of `plain/target`."""
 
     scene: Seed = seed("all random properties: ground, colours, shapes, paths")

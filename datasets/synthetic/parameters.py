@@ -18,7 +18,7 @@ def seed(subject: str) -> Any:
     return Field(0, description=f"seed of {subject}")
 
 
-class Knobs(BaseModel):
+class SequenceParameters(BaseModel):
     """Base class of the parameters of a synthetic sequence.
 
     Each field is a parameter. Values may be text of the command line; type and range are checked.
@@ -69,12 +69,12 @@ class Knobs(BaseModel):
         )
 
 
-class SceneKnobs(Knobs):
+class SceneParameters(SequenceParameters):
     """Parameters of a scene that has only a seed."""
 
     scene: Seed = 0
 
 
-def seeded(subject: str) -> type[SceneKnobs]:
+def seeded(subject: str) -> type[SceneParameters]:
     """Return the parameters of a scene that has only a seed; `subject` is as in `seed`."""
-    return create_model("SeededKnobs", __base__=SceneKnobs, scene=(Seed, seed(subject)))
+    return create_model("SeededParameters", __base__=SceneParameters, scene=(Seed, seed(subject)))
