@@ -162,7 +162,7 @@ def trackmark(workspace, in_this_process, monkeypatch, capsys):
     """Return a function that runs a command line in this process, in a folder with data."""
     monkeypatch.chdir(workspace)
     monkeypatch.setenv("TRACKMARK_CACHE", str(workspace / "cache"))
-    monkeypatch.setattr("trackmark.bench.cli.attend", lambda tell: None)
+    monkeypatch.setattr("trackmark.bench.cli.prepare_numba", lambda tell: None)
     monkeypatch.setattr(
         "trackmark.bench.commands._progress.PATIENCE", 1e6
     )  # seconds: no notices of slow steps
