@@ -183,7 +183,7 @@ def test_malformed_segments_are_not_scored(make_sequence, forge):
     sequence = make_sequence(n=30)
     run = bench.evaluate("static", sequence, protocol="tre:starts=2:least=5")
     forged = replace(run, segments=(run.segments[0], forge(run.segments[1])))
-    with pytest.raises(ValueError, match="has a segment that is not from a frame to an end of 30"):
+    with pytest.raises(ValueError, match="has an invalid segment"):
         judge(forged, sequence)
 
 
@@ -200,7 +200,9 @@ def test_segments_that_differ_from_protocol_are_not_scored(make_sequence, text, 
     if text == "sre" and len(places) == count:  # all its segments have the same frames
         assert judge(forged, sequence).scores
         return
-    with pytest.raises(ValueError, match=f"which are not the {count} of the protocol {text}"):
+    with pytest.raises(
+        ValueError, match=f"which differ from the {count} segments of the protocol {text}"
+    ):
         judge(forged, sequence)
 
 

@@ -24,7 +24,7 @@ from trackmark.bench.store.maintenance import find_damage
 from trackmark.bench.store.manifest import Manifest
 from trackmark.bench.store.results import Results
 from trackmark.bench.store.run_rows import list_scored_runs
-from trackmark.bench.store.truth import read_truth
+from trackmark.bench.store.truth import read_truth, write_truth
 
 WRITER = """
 import sys
@@ -208,6 +208,24 @@ def test_damaged_run_costs_only_itself(several, sequence, change, caplog):
         assert len(bench.load_results(several.folder)) == 4
 
 
+@pytest.mark.parametrize("table", ["tracker", "truth"])
+def test_damaged_tracker_or_ground_truth_costs_only_its_runs(
+    several, store, make_sequence, table, caplog
+):
+    other = make_sequence(n=12, name="other")
+    run = store(several, other)
+    where = {"tracker": f"version = '{run.identity.version}'", "truth": "sequence = 'other'"}
+    edit(several, f"UPDATE {table} SET sha256 = zeroblob(32) WHERE {where[table]}")
+    run_rows._warn.cache_clear()
+    for _ in range(2):
+        assert [row["sequence"] for row in list_scored_runs(several)] == ["line"] * 4
+    assert f"runs.db is damaged: a row of its table '{table}' was changed" in caplog.text
+    write_truth(several.folder, other)  # a repeated run restores the damaged row
+    assert not several.write(run)
+    assert find_damage(several.folder) == []
+    assert len(list_scored_runs(several)) == 5
+
+
 @pytest.mark.parametrize("change", ["scores = '{}'", "sha256 = zeroblob(32)"])
 def test_damaged_scores_are_computed_again(several, change):
     expected = contents(several)
@@ -277,7 +295,7 @@ def test_full_disk_keeps_runs_readable_and_file_writable(tmp_path, monkeypatch):
         stored = 0
         while not (refused := write_error(results, stored)):
             stored += 1
-    assert "runs.db cannot be read or written: database or disk is full. Make room" in refused
+    assert "runs.db cannot be read or written: database or disk is full. Free disk space" in refused
     assert stored > 5
     assert assert_whole(results, range(stored)) == stored
     results.write(make_run(stored))

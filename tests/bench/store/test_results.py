@@ -272,7 +272,7 @@ def test_columns_are_readable_without_trackmark(several):
 
 
 def test_missing_results_and_runs_are_named(several, sequence, tmp_path):
-    with pytest.raises(ResultsError, match="there are no results here"):
+    with pytest.raises(ResultsError, match="this folder contains no results"):
         bench.load_results(tmp_path / "nothing")
     with pytest.raises(ResultsError, match=r"runs\.db has no run of static on line, repetition 9"):
         several.read(("static", "line", 9, "accuracy"))
@@ -289,7 +289,7 @@ def test_missing_results_and_runs_are_named(several, sequence, tmp_path):
     ("change", "message"),
     [
         ("PRAGMA application_id = 5", "not a file of trackmark: its application id is 0x5"),
-        ("PRAGMA user_version = 4", "schema version 4; this trackmark reads version 3"),
+        ("PRAGMA user_version = 4", "schema version 4; this version of trackmark reads 3"),
         ("DROP TABLE log", "is damaged: its tables do not have the expected columns"),
     ],
 )
