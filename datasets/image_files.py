@@ -148,7 +148,7 @@ def decode_image(data: bytes, max_pixels: int | None = None) -> Image:
     Pixels are returned as stored: an orientation tag is not applied. Grey images get three equal
     channels, 16-bit images keep the upper byte, alpha is dropped.
 
-    `max_pixels`: limit of the size in the header; see `datasets.decoding.pixel_limit`.
+    `max_pixels` limits the size in the header; see `datasets.decoding.pixel_limit`.
 
     Raises `ValueError` for data that are damaged, truncated or not an image, and for an image that
     is too large. Raises `MemoryError` if decoding needs more memory than is available.

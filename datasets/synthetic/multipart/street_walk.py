@@ -77,7 +77,7 @@ def _target(generator: Generators, design: Design, course: WalkingPath) -> Perso
 def _resembling(
     generator: Generators, design: Design, views: Views, target: Person, others: list[WalkingPath]
 ) -> list[Person]:
-    """Return people in the target's colours: people in stripes overtake it, one person crosses."""
+    """Return people in the target's colours: some in stripes overtake it, one person crosses."""
     people = []
     for i in range(design.mixed):
         random = generator(f"mixed {i}")

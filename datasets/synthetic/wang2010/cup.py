@@ -440,7 +440,7 @@ class PlacedLayer:
 
 
 def downsample(picture: NDArray[Any], fine: int = FINE) -> Array:
-    """Return the means over the samples of each pixel, in [0, 1]."""
+    """Return the mean of the samples of each pixel, scaled from [0, 255] to [0, 1]."""
     height, width = picture.shape[0] // fine, picture.shape[1] // fine
     means = cv2.resize(picture.astype(np.float64), (width, height), interpolation=cv2.INTER_AREA)
     return np.asarray(means / 255)
