@@ -18,6 +18,7 @@ from functools import cached_property, lru_cache
 import cv2
 import numpy as np
 from numba import njit
+from numpy.random import Generator
 from numpy.typing import NDArray
 
 from trackmark.datasets.interface import Image, Mask
@@ -39,10 +40,10 @@ class TextureKind:
 
     colour: tuple[float, float, float]  # mean colour, RGB in [0, 1]
     # returns a texture of shape (SIDE, SIDE, 3), BGR, with an arbitrary mean
-    paint: Callable[[np.random.Generator], Array]
+    paint: Callable[[Generator], Array]
 
 
-def paint_texture(random: np.random.Generator, kind: TextureKind, colour: Array) -> Array:
+def paint_texture(random: Generator, kind: TextureKind, colour: Array) -> Array:
     """Return a BGR texture, shape (SIDE, SIDE, 3), with a mean colour (RGB in [0, 1])."""
     texture = kind.paint(random)
     return np.asarray(np.clip(texture * (colour[::-1] / texture.mean(axis=(0, 1))), 0, 1.2))
@@ -53,7 +54,7 @@ def imitate_floor(texture: Array, skin_texture: Array) -> Array:
     return np.asarray(IMITATION * texture + (1 - IMITATION) * skin_texture)
 
 
-def _sand(random: np.random.Generator) -> Array:
+def _sand(random: Generator) -> Array:
     rows, columns = np.indices((SIDE, SIDE)) * (2 * np.pi / SIDE)
     bend = 5 * fractal(random, SIDE, 4, 16)
     ripples = np.sin(random.choice([-1, 1]) * 13 * columns + 31 * rows + bend)
@@ -64,7 +65,7 @@ def _sand(random: np.random.Generator) -> Array:
     return np.asarray(np.array([0.74, 0.88, 1.0]) * tone[..., None])
 
 
-def _stones(random: np.random.Generator) -> Array:
+def _stones(random: Generator) -> Array:
     large = pebbles(random, SIDE) / 130
     halves = large.reshape(SIDE // 2, 2, SIDE // 2, 2, 3).mean(axis=(1, 3))
     stones = np.tile(halves, (2, 2, 1))
@@ -72,14 +73,14 @@ def _stones(random: np.random.Generator) -> Array:
     return lerp(stones, stones * np.array([0.75, 1.0, 0.95]), 2 * overgrown)
 
 
-def _turf(random: np.random.Generator) -> Array:
+def _turf(random: Generator) -> Array:
     blades = grass(random, SIDE) / 90
     dark = 1 + 0.35 * fractal(random, SIDE, 8, 64)
     return np.asarray(blades.mean(axis=2, keepdims=True) * np.clip(dark, 0.3, 2)[..., None]
                       * np.array([0.8, 1.0, 0.9]))  # fmt: skip
 
 
-def _reef(random: np.random.Generator) -> Array:
+def _reef(random: Generator) -> Array:
     height = fractal(random, SIDE, 16, 256, 0.7)
     tones = np.array([[0.35, 0.38, 0.45], [0.7, 0.75, 0.9], [1.0, 1.05, 1.25]])
     rock = ramp(height, tones) * relief(9 * height, 0.35)[..., None]
@@ -87,7 +88,7 @@ def _reef(random: np.random.Generator) -> Array:
     return lerp(rock, rock * np.array([1.15, 0.82, 1.25]), crust)
 
 
-def _spotted(random: np.random.Generator) -> Array:
+def _spotted(random: Generator) -> Array:
     """Return relaxed skin: pale spots with dark lines between them."""
     cells = fractal(random, SIDE, 32, 64, 0.5)
     tone = 1 + 0.22 * np.clip(2 * cells, -1, 1) + 0.05 * fractal(random, SIDE, 128, 256, 1.0)
@@ -357,7 +358,7 @@ def _wave(waves: Array, time: float) -> Array:
     return np.asarray(size * np.sin(2 * np.pi * time / period + phase))
 
 
-def sample_body(random: np.random.Generator) -> Body:
+def sample_body(random: Generator) -> Body:
     """Sample a body."""
     directions = np.linspace(-FIRST_ARM, FIRST_ARM, ARMS) + random.uniform(-0.12, 0.12, ARMS)
     # Most left arms curl to the left, and most right arms curl to the right.
@@ -383,7 +384,7 @@ class Skin:
     Texels change from one texture to another in a random order.
     """
 
-    def __init__(self, random: np.random.Generator, body: Body, textures: Sequence[Array]) -> None:
+    def __init__(self, random: Generator, body: Body, textures: Sequence[Array]) -> None:
         rest = body.at_rest().balls
         self._rest = rest[:, :2]
         worn = mould_heights(rest, (-SIDE / 2, -SIDE / 2), 1.0, (SIDE, SIDE))[1] >= 0
@@ -495,7 +496,7 @@ class Zones:
         return np.asarray(weights / weights.sum(axis=-1, keepdims=True))
 
 
-def _sample_zones(random: np.random.Generator, path: Array) -> Zones:
+def _sample_zones(random: Generator, path: Array) -> Zones:
     """Sample two zones along a path, shape (n, 2), and other zones away from the path."""
     points = [path[len(path) // 8], path[-len(path) // 8]]
     for place in random.uniform((-50, -50), np.array(SIZE) + 50, (TRIALS, 2)):
@@ -592,7 +593,7 @@ def sample_plan(seed: int) -> OctopusPlan:
     return replace(still, changes=changes)
 
 
-def _head_path(random: np.random.Generator) -> Array:
+def _head_path(random: Generator) -> Array:
     """Return the path of the head with varying speed, shape (FRAMES, 2) [pixels]."""
     columns = [random.uniform(*end) for end in ENDS]
     if random.random() < 0.5:
@@ -643,7 +644,7 @@ def paint_floor(seed: int, zones: Zones, textures: Sequence[Array]) -> Floats:
     return np.asarray(np.clip(reduced, 0, 1), np.float32)
 
 
-def _lay_stone(random: np.random.Generator, canvas: Floats, grain: Array, place: Array) -> None:
+def _lay_stone(random: Generator, canvas: Floats, grain: Array, place: Array) -> None:
     radius = STONE[0] + (STONE[1] - STONE[0]) * random.random() ** 2
     count = int(random.integers(3, 7))
     middles = place + random.uniform(-0.7, 0.7, (count, 2)) * radius
@@ -661,7 +662,7 @@ def _lay_stone(random: np.random.Generator, canvas: Floats, grain: Array, place:
     window[covered] = colour[covered]
 
 
-def _plant_tuft(random: np.random.Generator, canvas: Floats, place: Array) -> None:
+def _plant_tuft(random: Generator, canvas: Floats, place: Array) -> None:
     window, corner = _window(canvas, place, 1.5 * BLADE[1])
     colour = ALGAE[random.integers(len(ALGAE)), ::-1] * random.uniform(0.8, 1.15)
     lean = random.uniform(0, 2 * np.pi)
@@ -693,7 +694,7 @@ def _window(canvas: Floats, place: Array, reach: float) -> tuple[Floats, tuple[f
 class Water:
     """Water: slow caustics (bright lines of focused light) and haze."""
 
-    def __init__(self, random: np.random.Generator) -> None:
+    def __init__(self, random: Generator) -> None:
         self._random = random
 
     def over(self, picture: Floats, frame: int) -> Image:
@@ -818,7 +819,7 @@ class OctopusScene(SyntheticScene):
     def _water(self) -> Water:
         return Water(self._random("water"))
 
-    def _random(self, part: str) -> np.random.Generator:
+    def _random(self, part: str) -> Generator:
         return part_generator(self._seed, f"moreno2005/octopus {part}")
 
 

@@ -1,4 +1,4 @@
-"""Histograms of rectangles by three algorithms, and Bhattacharyya distances."""
+"""Histograms of rectangles and ellipses, compared with NumPy."""
 
 from math import floor, sqrt
 
@@ -7,10 +7,16 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
+from tests.trackers.references.ellipses import histogram_of, pixels_of
 from trackmark.trackers.base.sharing import SharedFrame
 from trackmark.trackers.histograms import counting
 from trackmark.trackers.histograms.bins import N_BINS, LuvBins
 from trackmark.trackers.histograms.counting import count_regions
+from trackmark.trackers.histograms.ellipses import (
+    KERNELS,
+    bhattacharyya_coefficients,
+    ellipse_counts,
+)
 from trackmark.trackers.histograms.rectangles import (
     bhattacharyya_distances,
     direct_counts,
@@ -110,10 +116,7 @@ def test_region_counts_equal_numpy_for_any_number_of_sharers(image, place, n, n_
     for sharers in (1, 500):
         actual = count_regions(SharedFrame(image, sharers), regions, scheme, bins)
         np.testing.assert_array_equal(actual, expected)
-    for ways in (
-        ["_INTEGRAL"],
-        ["_DIRECT", "_DIRECT_REGION"],
-    ):  # cost 0: selected
+    for ways in (["_INTEGRAL"], ["_DIRECT", "_DIRECT_REGION"]):  # cost 0: selected
         with monkeypatch.context() as costs:
             for way in ways:
                 costs.setattr(counting, way, 0.0)
@@ -162,18 +165,6 @@ def test_state_of_nan_has_no_pixels():
 histogram = st.lists(st.integers(0, 5000), min_size=6, max_size=6).filter(any)
 
 
-@given(histogram, histogram)
-@example([1, 0, 0, 0, 0, 0], [0, 1, 1, 0, 0, 0])
-@example([2, 1, 0, 0, 0, 0], [1, 1, 0, 0, 0, 0])
-def test_bhattacharyya_distance_equals_equation_1(p, q):
-    actual = distance(p, q)
-    coefficient = sum(sqrt(a / sum(p) * b / sum(q)) for a, b in zip(p, q, strict=True))
-    assert actual**2 == pytest.approx(max(0.0, 1 - coefficient), abs=1e-12)
-    assert 0 <= actual <= 1
-    assert distance(q, p) == actual
-    assert distance(p, p) == 0.0
-
-
 def test_bhattacharyya_distance_of_an_empty_histogram_is_1():
     nothing = np.zeros((1, 3), np.int32), np.zeros(1, int)
     assert bhattacharyya_distances(*nothing, np.ones(3, np.int32), 3).tolist() == [1.0]
@@ -182,3 +173,68 @@ def test_bhattacharyya_distance_of_an_empty_histogram_is_1():
 def distance(p, q):
     counts, totals = np.array([p], np.int32), np.array([sum(p)])
     return bhattacharyya_distances(counts, totals, np.array(q, np.int32), sum(q))[0]
+
+
+N_ROWS, N_COLUMNS = 25, 33
+ALL_BINS = np.arange(BINS)
+
+
+def ellipse_codes(seed):
+    return np.random.default_rng(seed).integers(0, BINS, (N_ROWS, N_COLUMNS)).astype(np.uint16)
+
+
+# Multiples of 1/64 pixel plus an offset: no pixel centre lies on a rim by rounding.
+place = st.integers(-20 * 64, 50 * 64).map(lambda n: n / 64 + 0.003)
+half_axis = st.integers(3 * 64, 30 * 64).map(lambda n: n / 64 + 0.001)
+some_ellipses = st.lists(st.tuples(place, place, half_axis, half_axis), min_size=1, max_size=4).map(
+    np.array
+)
+
+
+@given(st.integers(0, 99), some_ellipses, st.sampled_from(KERNELS), st.booleans())
+@example(0, np.array([[16.0, 12.0, 3.0, 3.0], [-300.0, 12.0, 3.0, 3.0]]), "epanechnikov", False)
+def test_ellipse_counts_are_sums_of_integer_weights(seed, ellipses, kernel, transposed):
+    laid = np.ascontiguousarray(ellipse_codes(seed).T) if transposed else ellipse_codes(seed)
+    actual = ellipse_counts(laid, (0, 0), transposed, ellipses, kernel, ALL_BINS, BINS)
+    for i, ellipse in enumerate(ellipses):
+        inside, _, _, weights = pixels_of(ellipse_codes(seed), ellipse, kernel)
+        np.testing.assert_array_equal(actual.counts[i], np.bincount(inside, weights, BINS))
+        assert actual.pixels[i] == len(inside)
+        assert actual.totals[i] == actual.counts[i].sum()
+    assert (actual.counts >= 0).all()
+
+
+@pytest.mark.parametrize("kernel", KERNELS)
+def test_coefficients_of_ellipses_are_close_to_exact_ones(kernel):
+    rng = np.random.default_rng(3)
+    ellipses = np.column_stack(
+        [rng.uniform(-2, N_COLUMNS, 20), rng.uniform(0, N_ROWS, 20), rng.uniform(3, 14, (20, 2))]
+    )
+    actual = ellipse_counts(ellipse_codes(8), (0, 0), False, ellipses, kernel, ALL_BINS, BINS)
+    model = rng.dirichlet(np.ones(BINS))
+    expected = [
+        np.sqrt(histogram_of(ellipse_codes(8), BINS, ellipse, kernel, whole=False) * model).sum()
+        for ellipse in ellipses
+    ]
+    ours = bhattacharyya_coefficients(actual.counts, actual.totals, model[np.newaxis])
+    np.testing.assert_allclose(ours, expected, atol=1e-5)
+
+
+def test_ellipse_totals_include_bins_without_counts():
+    ellipses = np.array([[12.0, 12.0, 9.0, 7.0]])
+    every, some = (
+        ellipse_counts(ellipse_codes(2), (0, 0), False, ellipses, "isotropic", bins, BINS)
+        for bins in (ALL_BINS, np.array([7, 3]))
+    )
+    np.testing.assert_array_equal(some.counts, every.counts[:, [7, 3]])
+    np.testing.assert_array_equal(some.totals, every.totals)
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf, 1e300])
+def test_ellipse_of_invalid_position_has_zero_counts(value):
+    ellipses = np.array([[value, 12.0, 5.0, 5.0], [12.0, value, 5.0, 5.0]])
+    actual = ellipse_counts(ellipse_codes(0), (0, 0), False, ellipses, "uniform", ALL_BINS, BINS)
+    assert not actual.totals.any()
+    assert not bhattacharyya_coefficients(
+        actual.counts, actual.totals, np.full((1, BINS), 1 / BINS)
+    ).any()

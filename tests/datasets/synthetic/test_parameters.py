@@ -36,17 +36,19 @@ def test_unknown_parameter_error_lists_valid_names(target):
         SequenceError, match=r"plain/target: unknown parameter 'oclusion'.*'occlusion'"
     ) as e:
         target(oclusion=0.5)
-    assert all(knob in str(e.value) for knob in TargetParameters.model_fields)
+    assert all(parameter in str(e.value) for parameter in TargetParameters.model_fields)
 
 
 OUT_OF_BOUNDS = [("occlusion", 1.2), ("occlusion", "nan"), ("length", 9), ("length", 20.5)]
 OUT_OF_BOUNDS += [("speed", -1), ("scale", 0), ("light", 1), ("noise", "much"), ("scene", -1)]
 
 
-@pytest.mark.parametrize(("knob", "value"), OUT_OF_BOUNDS)
-def test_value_out_of_bounds_is_rejected_by_name(target, knob, value):
-    with pytest.raises(SequenceError, match=f"^plain/target: parameter {knob}={value}: [^\n]+$"):
-        target(**{knob: value})
+@pytest.mark.parametrize(("parameter", "value"), OUT_OF_BOUNDS)
+def test_value_out_of_bounds_is_rejected_by_name(target, parameter, value):
+    with pytest.raises(
+        SequenceError, match=f"^plain/target: parameter {parameter}={value}: [^\n]+$"
+    ):
+        target(**{parameter: value})
 
 
 def test_too_long_absence_error_names_the_maximum(target):

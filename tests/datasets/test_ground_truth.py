@@ -1,4 +1,4 @@
-"""Ground truth in CSV files."""
+"""Ground truth: CSV files, interpolation of marked boxes, polygons and masks."""
 
 import numpy as np
 import pytest
@@ -7,6 +7,8 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from trackmark.datasets import SequenceError
+from trackmark.datasets.annotation import interpolate
+from trackmark.datasets.shapes import EncodedMask, Shapes
 from trackmark.datasets.truth_file import GroundTruth, read, write
 
 NUMBERS = st.floats(-1e6, 1e6)
@@ -119,3 +121,104 @@ def test_unreadable_file_is_refused_by_name(tmp_path):
         read(tmp_path / "clip.csv")
     with pytest.raises(SequenceError, match=r"gone\.csv: cannot be read"):
         read(tmp_path / "gone.csv")
+
+
+BOX = [10.0, 20.0, 30.0, 40.0]
+
+
+@given(
+    start=st.lists(st.floats(1, 500), min_size=4, max_size=4),
+    change=st.lists(st.floats(-0.01, 5), min_size=4, max_size=4),
+    keys=st.sets(st.integers(0, 59), min_size=2),
+)
+def test_uniform_motion_is_interpolated_exactly(start, change, keys):
+    frames = np.arange(60)[:, np.newaxis]
+    motion = np.array(start) + frames * np.array(change)
+    truth = interpolate({frame: motion[frame] for frame in keys}, 60)
+    inside = slice(min(keys), max(keys) + 1)
+    np.testing.assert_allclose(truth.boxes[inside], motion[inside], atol=1e-9)
+    assert np.isnan(truth.boxes[: min(keys)]).all()
+    assert np.isnan(truth.boxes[max(keys) + 1 :]).all()
+
+
+def test_marked_boxes_are_kept_exactly():
+    keys = {7: [0.1, 0.2, 0.3, 0.4], 2: BOX}
+    truth = interpolate(keys, 10)
+    assert truth.boxes[[2, 7]].tolist() == [BOX, keys[7]]
+    assert interpolate({2: BOX}, 4).sources == ("", "", "marked", "")
+
+
+def test_absent_frames_do_not_change_the_interpolation():
+    keys = {0: BOX, 10: [20, 30, 40, 50]}
+    expected = interpolate(keys, 11).boxes.copy()
+    expected[[3, 4, 5, 9]] = np.nan
+    truth = interpolate(keys, 11, absent=[(3, 5), (9, 9)])
+    np.testing.assert_array_equal(truth.boxes, expected)
+    between = ["interpolated"] * 2
+    assert truth.sources == ("marked", *between, "", "", "", *between, "interpolated", "", "marked")
+
+
+@pytest.mark.parametrize(
+    ("keys", "absent", "message"),
+    [
+        ({}, [], "no key frames"),
+        ({10: BOX}, [], "frame 10 is outside the sequence. Expected: 0 to 9"),
+        ({-1: BOX}, [], "frame -1 is outside"),
+        ({0: [1, 2, 0, 4]}, [], r"frame 0: invalid box \[1.0, 2.0, 0.0, 4.0\]"),
+        ({0: [1, 2, float("nan"), 4]}, [], "frame 0: invalid box"),
+        ({0: BOX}, [(3, 12)], "frame 12 is outside"),
+        ({0: BOX}, [(5, 3)], "absent 5-3: the interval ends before it starts"),
+        ({0: BOX, 4: BOX}, [(3, 5)], "frame 4 has a box, but is inside absent 3-5"),
+    ],
+)
+def test_invalid_input_is_refused(keys, absent, message):
+    with pytest.raises(SequenceError, match=message):
+        interpolate(keys, 10, absent)
+
+
+POLYGON = np.array([[1.5, 2], [9, 2], [9, 8]])
+
+
+def runs_of(mask):
+    """Return the lengths of alternating runs outside and inside, row by row."""
+    runs, inside = [0], False
+    for pixel in mask.ravel().tolist():
+        if pixel != inside:
+            runs.append(0)
+            inside = pixel
+        runs[-1] += 1
+    return np.array(runs)
+
+
+@given(arrays(bool, st.tuples(st.integers(1, 6), st.integers(1, 7))), st.integers(0, 3))
+def test_mask_is_decoded_from_its_runs(part, shift):
+    height, width = part.shape
+    encoded = EncodedMask(shift, 2 * shift, width, height, runs_of(part))
+    np.testing.assert_array_equal(encoded.pixels(), part)
+    mask = encoded.decode((12, 13))
+    assert mask.shape == (13, 12)
+    assert mask.sum() == part.sum()
+    rows, columns = np.nonzero(mask)
+    if len(rows):
+        size = np.ptp(columns) + 1, np.ptp(rows) + 1
+        assert encoded.box() == [columns.min(), rows.min(), *size]
+    else:
+        assert np.isnan(encoded.box()).all()
+
+
+@pytest.mark.parametrize("runs", [[3], [5, 2], [4, -1, 3]])
+def test_runs_of_another_length_are_refused(runs):
+    with pytest.raises(ValueError, match=r"pixels\. Expected: 2x3"):
+        EncodedMask(0, 0, 2, 3, np.array(runs))
+
+
+def test_shapes_belong_to_the_selected_frames():
+    mask = EncodedMask(1, 0, 2, 1, np.array([1, 1]))
+    shapes = Shapes({0: POLYGON, 2: mask}, range(4), (3, 2))
+    assert len(shapes) == 4
+    kinds = [None if shape is None else shape.dtype for shape in shapes]
+    assert kinds == [np.float64, None, np.bool_, None]
+    assert shapes[2].tolist() == [[False, False, True], [False, False, False]]
+    assert [shape is None for shape in shapes[::-1]] == [True, False, True, False]
+    assert shapes[1:][1:].as_stored() == [mask, None]
+    assert shapes[1:-1][1].shape == (2, 3)
