@@ -119,7 +119,15 @@ def _sections(
     groups = _groups(report.verdicts, scenes, footage)
     if groups:
         bar = VerdictBar(
-            [VerdictCount(g.title.lower(), g.tone, len(g.items), g.key) for g in groups]
+            [
+                VerdictCount(
+                    g.title.replace("Holds", "holds" if len(g.items) == 1 else "hold").lower(),
+                    g.tone,
+                    len(g.items),
+                    g.key,
+                )
+                for g in groups
+            ]
         )
         yield PageSection("counts", f"{len(report.verdicts)} claims", blocks=[bar])
     table, figures = _main_table(report, runs, footage), FigureSwitch(_panels(report.figures))
@@ -137,7 +145,7 @@ def _sections(
         span = 5 if narrow else 12
         yield PageSection("figures", "Figures", blocks=[figures], span=span, nav="Figures")
     for times in report.main[1:]:
-        yield PageSection(times.name, "Times", blocks=[PageTable(times)], span=7 if narrow else 12)
+        yield PageSection(times.name, "Times", blocks=[PageTable(times)])
     if groups:
         blocks = [VerdictList(NAMES, groups)]
         rules = plain(RULES)
@@ -168,8 +176,8 @@ def _main_table(report: Report, runs: MainRuns, footage: Footage) -> SideTable:
         ]
         rows.append(SideRow(row.labels, row.paper, ours))
     notes = [
-        "Green: a claim of the paper on this value holds on our scenes. Red: it does not hold. "
-        "Our videos are not those of the paper; orders can be compared, numbers cannot."
+        "Green: a claim on this value holds on our scenes; red: it does not hold; yellow: "
+        "inconclusive. Our videos are not those of the paper: compare orders, not numbers."
     ]
     return SideTable(" / ".join(main.heads), main.columns or [""], NAMES, rows, notes)
 

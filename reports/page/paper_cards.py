@@ -102,9 +102,14 @@ class FigurePanel:
 
 @dataclass(frozen=True)
 class FigureSwitch:
-    """Figures in the same place, with a switch."""
+    """Figures in the same place, with a switch; the first one with frames is shown first."""
 
     panels: Sequence[FigurePanel]
+
+    @property
+    def shown(self) -> int:
+        """Index of the panel that is shown first."""
+        return next((i for i, panel in enumerate(self.panels) if panel.rows), 0)
 
 
 @dataclass(frozen=True)

@@ -19,6 +19,7 @@ from trackmark.bench.statistics.intervals import mean_interval
 from trackmark.bench.statistics.rules import decide
 from trackmark.reports.comparison import SurvivalCurve, breaking_plot
 from trackmark.reports.renderers import to_csv, to_text
+from trackmark.reports.table_width import on_terminal
 
 OVERLAP = SUMMARY[0]
 ERROR = next(measure for measure in SUMMARY if measure.name == "centre_error")
@@ -262,6 +263,15 @@ def test_numbers_are_the_same_in_every_format(make_runs):
     assert f"{max(row['mean'] for row in data['trackers']):.2f} [" in data["answer"]
     for table in screen(comparison):
         assert max(map(len, to_text(table).splitlines()[1:])) <= 100
+
+
+@pytest.mark.parametrize("n", [5, 10])
+def test_pairs_of_long_names_fit_a_terminal(make_runs, n):
+    names = [f"multipart:particles={k}:features=colour,edges:model=adaptive" for k in (25, 200)]
+    tables = screen(compare(make_runs(ladder(names, n=n)), OVERLAP))
+    text = "".join(on_terminal(table, to_text) for table in tables)
+    assert max(map(len, text.splitlines())) <= 100
+    assert f"{names[0]} -\n{names[1]}\n" in text
 
 
 def test_figures_are_drawn_if_the_numbers_allow_them(make_runs, tmp_path):
