@@ -53,7 +53,7 @@ FACTS = ("statement", "measure", "falsified", "reason", "note")
 NAMES = [setting.replace("-", " ") for setting in SETTINGS]
 TONES = {"holds": "good", "does not hold": "bad", "inconclusive": "undecided"}
 WIDTH = 320  # of a frame in a strip [px]
-MAX_COLUMNS = 6  # values of a narrow main table
+MAX_COLUMNS, MAX_FRAMES = 6, 4  # of a main table and of strips next to each other
 MIN_DECIDED = 0.3  # share of the verdicts below which the page says that most are missing
 
 
@@ -131,7 +131,9 @@ def _sections(
         )
         yield PageSection("counts", f"{len(report.verdicts)} claims", blocks=[bar])
     table, figures = _main_table(report, runs, footage), FigureSwitch(_panels(report.figures))
-    narrow = len(table.columns) * (len(SETTINGS) + table.paired) <= MAX_COLUMNS and figures.panels
+    width = len(table.columns) * (len(SETTINGS) + table.paired)
+    frames = max((len(panel.frames) for panel in figures.panels), default=MAX_FRAMES + 1)
+    narrow = width <= MAX_COLUMNS and frames <= MAX_FRAMES
     caption = report.description.main_table.caption
     yield PageSection(
         "numbers",

@@ -28,9 +28,9 @@ def write_front_page(output: Path) -> Path:
         If the page cannot be written.
     """
     rows = [_row(name, output) for name in paper_names()]
-    caption = "Claims by verdict in two settings: the text as written, and as recommended."
+    caption = "As written: the paper taken literally. Recommended: with a few open values changed."
     papers = [PaperList(NAMES, rows)]
-    section = PageSection("papers", "Claims by verdict", blocks=papers, caption=caption)
+    section = PageSection("papers", "Claims by verdict in two settings", blocks=papers, caption=caption)
     judged = sum(bool(row.counts) for row in rows)
     page = Page("trackmark", [section], answer=f"{judged} of {len(rows)} papers reproduced")
     return write_page(output / "report.html", page)[0]

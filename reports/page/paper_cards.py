@@ -107,7 +107,7 @@ class FigureSwitch:
     panels: Sequence[FigurePanel]
 
     @property
-    def shown(self) -> int:
+    def initial(self) -> int:
         """Index of the panel that is shown first."""
         return next((i for i, panel in enumerate(self.panels) if panel.rows), 0)
 

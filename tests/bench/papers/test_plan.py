@@ -22,6 +22,7 @@ version = 1
 title = "A paper"
 citation = "A. Author. A paper. 2000."
 method = "It tracks."
+finding = "It tracks here, too."
 setting_table = [["N", "15", "100", "printed"]]
 {repetitions}
 [trackers]
