@@ -258,10 +258,10 @@ class _Content:
         yield parts_section(self.scored, self.occurring, runs, differences)
         survival = survival_charts(self.scored, runs)
         per_tracker = self.scored.groupby("tracker", observed=True).size()
-        shown = survival and per_tracker.min() >= _MIN_RUNS_OF_SURVIVAL
-        blocks = survival if shown else []
+        enough = survival and per_tracker.min() >= _MIN_RUNS_OF_SURVIVAL
+        blocks = survival if enough else []
         yield PageSection(
-            "survival", "Time to failure", charts=survival, blocks=blocks, hidden=not shown
+            "survival", "Time to failure", charts=survival, blocks=blocks, hidden=not enough
         )
         charts = timeline_charts(runs)
         stages = sequence_folds(runs, filmed, charts, means, sheets.get("sequences"), page)
@@ -458,12 +458,12 @@ class _Content:
 def _filled(sections: Sequence[PageSection]) -> list[PageSection]:
     """Return the sections; those without a neighbour take the whole width."""
     result, alone = [], dict[str, bool]()
-    shown = [section for section in sections if not section.hidden]
-    for number, section in enumerate(shown):
-        halves = number - next((n for n in range(number, -1, -1) if shown[n].span != 6), -1) - 1
-        follows = number + 1 < len(shown) and shown[number + 1].span == 6
+    visible = [section for section in sections if not section.hidden]
+    for number, section in enumerate(visible):
+        halves = number - next((n for n in range(number, -1, -1) if visible[n].span != 6), -1) - 1
+        follows = number + 1 < len(visible) and visible[number + 1].span == 6
         alone[section.key] = section.span == 6 and halves % 2 == 0 and not follows
-    has_plot = any(section.span == 5 for section in shown)
+    has_plot = any(section.span == 5 for section in visible)
     for section in sections:
         is_wide = alone.get(section.key, False) or (section.span == 7 and not has_plot)
         result.append(replace(section, span=12) if is_wide else section)
