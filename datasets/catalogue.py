@@ -14,7 +14,7 @@ from trackmark.datasets.metadata import SequenceMetadata, sequence_metadata
 from trackmark.datasets.spec_string import close_match, natural_order, parse_text
 
 
-class SyntheticSuite(Protocol):
+class Suite(Protocol):
     """Source of built-in sequences: the module `samples` or a suite of synthetic sequences."""
 
     def names(self) -> list[str]:
@@ -72,7 +72,7 @@ def identity(text: str) -> tuple[str, str]:
 
     Synthetic sequences without filters are not opened, because opening can take a second.
     """
-    from trackmark.datasets.synthetic.suite import SyntheticSuite as SyntheticSuite
+    from trackmark.datasets.synthetic.suite import SyntheticSuite
 
     suite = _suites().get(text.partition(":")[0])
     if isinstance(suite, SyntheticSuite) and not _split_filters(text)[1]:
@@ -283,10 +283,10 @@ def _unknown_sequence(text: str, path: Path) -> SequenceError:
 
 
 @cache
-def _suites() -> dict[str, SyntheticSuite]:
+def _suites() -> dict[str, Suite]:
     """Return the suite of each built-in sequence; no renderer is loaded."""
     from trackmark.datasets import samples
     from trackmark.datasets.synthetic.suite import suites
 
-    all_suites = [cast(SyntheticSuite, samples), *suites()]
+    all_suites = [cast(Suite, samples), *suites()]
     return {name: suite for suite in all_suites for name in suite.names()}

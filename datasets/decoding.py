@@ -8,13 +8,13 @@ from reprlib import Repr
 
 from trackmark.datasets.interface import SequenceError
 
+# environment variable with the maximum number of pixels of an image
 PIXEL_LIMIT_VARIABLE = "TRACKMARK_MOST_PIXELS"
-"""Environment variable with the maximum number of pixels of an image."""
 
 DEFAULT_MAX_PIXELS = 100_000_000
 
+# exceptions that indicate an error in code and not in a file
 PROGRAMMING_ERRORS = (AssertionError, AttributeError, ImportError, NameError, TypeError)
-"""Exceptions that indicate an error in code and not in a file."""
 
 _MAX_REASON = 300  # maximum number of characters of a decoder's message
 _REPR = Repr()
@@ -80,7 +80,7 @@ def pixel_limit(max_pixels: int | None = None) -> int:
 def check_pixels(width: int, height: int, max_pixels: int | None = None) -> None:
     """Check the size in an image's header [pixels] before memory is allocated for the image.
 
-    `max_pixels`: see `pixel_limit`. Raises `ValueError` for a larger image.
+    `max_pixels` is as in `pixel_limit`. Raises `ValueError` for a larger image.
     """
     limit = pixel_limit(max_pixels)
     if width * height > limit:

@@ -6,8 +6,7 @@ import numpy as np
 
 from trackmark.datasets.interface import Image, Sequence
 
-N_TILES = 4
-"""Number of tiles in each direction whose mean colours are stored."""
+N_TILES = 4  # number of tiles in each direction whose mean colours are stored
 
 
 def golden_digests(sequence: Sequence) -> dict[str, str]:

@@ -12,8 +12,8 @@ from trackmark.datasets.shapes import Shapes
 Image: TypeAlias = NDArray[np.uint8]
 Mask: TypeAlias = NDArray[np.bool_]
 
+# maximum absolute coordinate of a ground-truth box [pixels], larger than any image
 MAX_COORDINATE = 1e7
-"""Maximum absolute coordinate of a ground-truth box [pixels], larger than any image."""
 
 
 class SequenceError(ValueError):

@@ -57,7 +57,7 @@ def read_rows(
             )
         rows.append(row)
     if not rows:
-        raise SequenceError(f"{path}: there are no rows.")
+        raise SequenceError(f"{path}: there are no rows. Expected is one row per frame.")
     return np.array(rows)
 
 

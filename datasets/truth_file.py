@@ -28,8 +28,8 @@ SOURCES = ["marked", "interpolated", ""]
 _LIKELY_NAME = re.compile(r"truth|rect|annot|bbox|boxes|(^|[^a-z])gt([^a-z]|$)")
 _LIKELY_SUFFIXES = (".txt", ".csv", ".json", ".xml", ".mat", ".tsv")
 
+# maximum number of frames, 90 hours at 30 frames/s, which limits the memory use
 MAX_FRAMES = 10_000_000
-"""Maximum number of frames, 90 hours at 30 frames/s, which limits the memory use."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -59,7 +59,7 @@ def check_text(text, kind):
 
 
 def syntax_nodes(tree):
-    """Return all nodes of a syntax tree; `ast.walk` takes three times as long."""
+    """Return the nodes of a syntax tree without contexts, faster than `ast.walk`."""
     nodes = [tree]
     for node in nodes:
         for value in vars(node).values():

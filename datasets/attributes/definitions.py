@@ -28,7 +28,7 @@ from trackmark.datasets.attributes.view import TargetView, part_of
 BLUR_PIXELS = 9  # width of the mean filter in [Crete]
 SURROUND_SCALE = 1.5  # side length of the surround relative to the box, as in [VOT]
 MIN_LEVELS = 1e-4  # smaller ranges of grey levels are rounding errors of resizing in float32
-N_BITS = 3  # of a colour channel in histograms: 8 bins per channel, 512 in total
+N_BITS = 3  # bits of a colour channel in histograms: 8 bins per channel, 512 in total
 
 
 @attribute(unit="px", statistic="mean", minimum=0.0)

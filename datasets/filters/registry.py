@@ -16,8 +16,7 @@ from trackmark.datasets.spec_string import close_match, format_text
 
 PREFIX = "filter."
 
-DRAW = "draw"
-"""Option that selects the random numbers for noise and directions; 0 by default."""
+DRAW = "draw"  # option that selects the random numbers for noise and directions; 0 by default
 
 
 @dataclass(frozen=True)
@@ -50,6 +49,7 @@ class Filter:
     logarithmic: bool = False
 
 
+# filters by name, in the order of their application; docs/stress.md explains their values
 FILTERS: dict[str, Filter] = {
     "start": Filter(timing.start, "frames", 0, 1e6, 0, 1, whole=True),
     "step": Filter(timing.step, "frames", 1, 1000, 1, 20, whole=True, logarithmic=True),
@@ -62,7 +62,6 @@ FILTERS: dict[str, Filter] = {
     "noise": Filter(light.noise, "grey levels", 0, 255, 0, 160),
     "box_error": Filter(geometry.box_error, "box sizes", 0, 2, 0, 1),
 }
-"""Filters by name, in the order of their application; docs/stress.md explains their values."""
 
 # Filters that preserve polygons and masks. With other filters, the ground truth is only boxes.
 _SHAPE_PRESERVING = frozenset({"occlusion", "similarity", "gain", "blur", "noise", "box_error"})

@@ -35,8 +35,8 @@ __all__ = [
     "sequences_in",
 ]
 
+# file in a dataset's folder that lists the names of its sequences, as in VOT and GOT-10k
 LIST = "list.txt"
-"""File in a dataset's folder that lists the names of its sequences, as in VOT and GOT-10k."""
 
 _MAX_DEPTH = 3  # levels of folders that are searched; LaSOT has two: `LaSOT/dog/dog-1`
 _MAX_LISTED = 4  # maximum number of entries of an unknown folder in a message

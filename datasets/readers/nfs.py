@@ -88,7 +88,7 @@ def _rows(source: Path) -> NDArray[np.float64]:
             )
         rows.append(row)
     if not rows:
-        raise SequenceError(f"{source}: there are no rows.")
+        raise SequenceError(f"{source}: there are no rows. Expected is one row per frame.")
     _check_frames([row[5] for row in rows], source)
     return np.array(rows)
 

@@ -9,8 +9,7 @@ benchmark and simulator for UAV tracking", ECCV 2016.
 from pathlib import Path
 
 from trackmark.datasets import truth_file
-from trackmark.datasets.frame_numbers import check_frame_numbers
-from trackmark.datasets.image_files import image_files, numbered_images
+from trackmark.datasets.image_files import check_frame_numbers, image_files, numbered_images
 from trackmark.datasets.interface import Sequence, SequenceError
 from trackmark.datasets.number_files import check_row_count, read_boxes
 from trackmark.datasets.recorded import recorded_images
@@ -23,6 +22,7 @@ GENERAL = False
 MARKS: tuple[str, ...] = ()
 CITATION = "Müller, Smith, Ghanem, A benchmark and simulator for UAV tracking, ECCV 2016"
 
+# first and last image of each part of a folder: bird1_1, bird1_2, …
 PARTS = {
     "bird1": ((1, 253), (775, 1477), (1573, 2437)),
     "car1": ((1, 751), (751, 1627), (1627, 2629)),
@@ -44,7 +44,6 @@ PARTS = {
     "truck4": ((1, 577), (577, 1261)),
     "uav1": ((1, 1555), (1555, 2377), (2473, 3469)),
 }
-"""First and last image of each part of a folder: bird1_1, bird1_2, …"""
 
 
 def recognises(path: Path) -> bool:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Protocol, cast
 from trackmark.datasets.interface import Sequence, Summary
 from trackmark.datasets.metadata import SequenceMetadata, sequence_metadata
 from trackmark.datasets.source_digest import tree_digest
-from trackmark.datasets.synthetic.knobs import Knobs
+from trackmark.datasets.synthetic.parameters import SequenceParameters
 from trackmark.datasets.versioning import find_version
 
 if TYPE_CHECKING:
@@ -26,7 +26,7 @@ class SceneModule(Protocol):
 
     __file__: str
 
-    def scene(self, knobs: Any, *which: Any) -> "SyntheticScene":
+    def scene(self, parameters: Any, *which: Any) -> "SyntheticScene":
         """Return the renderer with its ground truth, without rendering.
 
         `which` is `SequenceEntry.which`.
@@ -39,7 +39,7 @@ class SequenceEntry:
     """Sequence of a suite."""
 
     name: str  # full name, `suite/sequence`
-    knobs: type[Knobs]  # parameters of the sequence
+    parameters: type[SequenceParameters]  # parameters of the sequence
     # dotted name of a `SceneModule`, which is imported only to open a sequence: it imports Numba
     module: str
     length: int  # number of frames for default parameters
@@ -47,13 +47,13 @@ class SequenceEntry:
     # further arguments of `SceneModule.scene` that select this sequence
     which: tuple[Any, ...] = ()
 
-    def opened(self, options: Mapping[str, str]) -> tuple[Knobs, SceneModule]:
+    def opened(self, options: Mapping[str, str]) -> tuple[SequenceParameters, SceneModule]:
         """Return the checked parameters and the scene module.
 
         Raises `SequenceError` for an unknown parameter or a value outside its bounds.
         """
-        knobs = self.knobs.checked(self.name, options)
-        return knobs, cast(SceneModule, importlib.import_module(self.module))
+        parameters = self.parameters.checked(self.name, options)
+        return parameters, cast(SceneModule, importlib.import_module(self.module))
 
 
 class SyntheticSuite:
@@ -75,7 +75,7 @@ class SyntheticSuite:
 
     def options(self, name: str) -> list[dict[str, Any]]:
         """Return `name`, `default` and `meaning` of every parameter of a sequence."""
-        return self.entries[name].knobs.described()
+        return self.entries[name].parameters.described()
 
     def summary(self, name: str) -> Summary:
         """Return length and image size of a sequence with default parameters."""
@@ -86,22 +86,22 @@ class SyntheticSuite:
         entry, seal = self.entries[name], find_version(name, self.golden)
         if seal is None or seal.tree != self.tree(name) or name not in seal.known:
             return sequence_metadata(self.load(name, {}), entry.size)
-        knobs = entry.knobs.checked(name, {})
+        parameters = entry.parameters.checked(name, {})
         return SequenceMetadata(
-            name=knobs.canonical_name(name),
+            name=parameters.canonical_name(name),
             length=entry.length,
             size=entry.size,
             truth_source=name,
             images_beyond_truth=0,
-            fingerprint=self._fingerprint(entry, knobs),
+            fingerprint=self._fingerprint(entry, parameters),
             **seal.known[name],
         )
 
     def identity(self, name: str, options: Mapping[str, str]) -> tuple[str, str]:
         """Return name and fingerprint of the sequence of `load`; exceptions are as in `load`."""
         entry = self.entries[name]
-        knobs = entry.knobs.checked(name, options)
-        return knobs.canonical_name(name), self._fingerprint(entry, knobs)
+        parameters = entry.parameters.checked(name, options)
+        return parameters.canonical_name(name), self._fingerprint(entry, parameters)
 
     def load(self, name: str, options: Mapping[str, str]) -> Sequence:
         """Return a sequence of the suite; other parameters than `options` have their defaults.
@@ -109,13 +109,13 @@ class SyntheticSuite:
         Raises `SequenceError` for an unknown parameter or a value outside its bounds.
         """
         entry = self.entries[name]
-        knobs, module = entry.opened(options)
-        scene, truth = module.scene(knobs, *entry.which), self._truth(name, knobs)
+        parameters, module = entry.opened(options)
+        scene, truth = module.scene(parameters, *entry.which), self._truth(name, parameters)
         return Sequence(
-            knobs.canonical_name(name),
+            parameters.canonical_name(name),
             scene,
             truth.boxes,
-            fingerprint=lambda: self._fingerprint(entry, knobs),
+            fingerprint=lambda: self._fingerprint(entry, parameters),
             regions=truth.regions,
             visibility=truth.visibility,
             attributes=truth.attributes,
@@ -124,10 +124,10 @@ class SyntheticSuite:
             image_size=scene.size,
         )
 
-    def _true(self, name: str, knobs: Knobs) -> "SceneTruth":
+    def _true(self, name: str, parameters: SequenceParameters) -> "SceneTruth":
         entry = self.entries[name]
         module = cast(SceneModule, importlib.import_module(entry.module))
-        return module.scene(knobs, *entry.which).truth()
+        return module.scene(parameters, *entry.which).truth()
 
     def tree(self, name: str) -> str:
         """Return the digest of the syntax trees that define a sequence's scenes.
@@ -137,11 +137,11 @@ class SyntheticSuite:
         """
         return _scene_tree(self.entries[name].module)
 
-    def _fingerprint(self, entry: SequenceEntry, knobs: Knobs) -> str:
+    def _fingerprint(self, entry: SequenceEntry, parameters: SequenceParameters) -> str:
         tree = self.tree(entry.name)
         seal = find_version(entry.name, self.golden)
         version = [tree] if seal is None else seal.identity(tree)
-        identity = [entry.name, _identity(knobs), *version]
+        identity = [entry.name, _identity(parameters), *version]
         return hashlib.sha256(json.dumps(identity, sort_keys=True).encode()).hexdigest()[:16]
 
 
@@ -152,17 +152,17 @@ def _scene_tree(module: str) -> str:
     return tree_digest(file.with_suffix(".py"), FOLDER)
 
 
-def _identity(knobs: Knobs) -> dict[str, Any]:
+def _identity(parameters: SequenceParameters) -> dict[str, Any]:
     """Return all parameters by name, without parameters marked `later` that have their defaults.
 
     Parameters marked `later` are newer than stored results; their defaults do not change a scene.
     """
     later = {
         name: field.default
-        for name, field in type(knobs).model_fields.items()
+        for name, field in type(parameters).model_fields.items()
         if isinstance(field.json_schema_extra, dict) and field.json_schema_extra.get("later")
     }
-    values = knobs.model_dump()
+    values = parameters.model_dump()
     return {name: value for name, value in values.items() if later.get(name, ...) != value}
 
 

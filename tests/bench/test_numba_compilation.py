@@ -1,4 +1,4 @@
-"""Message about compiling kernels: printed once while it happens."""
+"""Notice of compilation, and the cache of compiled kernels."""
 
 import fcntl
 import json

@@ -15,10 +15,11 @@ from itertools import pairwise
 
 import cv2
 import numpy as np
+from numpy.random import Generator
 from numpy.typing import NDArray
 
 from trackmark.datasets.interface import Image, Mask
-from trackmark.datasets.synthetic.knobs import SceneKnobs
+from trackmark.datasets.synthetic.parameters import SceneParameters
 from trackmark.datasets.synthetic.render.camera import Camera
 from trackmark.datasets.synthetic.render.path import quantised
 from trackmark.datasets.synthetic.render.texture import fractal, ramp
@@ -32,12 +33,11 @@ BORDER = 38.0  # minimum distance of the centre from the image border [pixels]
 HALF_AXES = 11.0, 34.0  # minimum and maximum [pixels]
 KEPT = 0.85  # coefficient of the autoregressive process of the velocity
 NEW_SPEED = 1.8  # standard deviation of each component of the velocity noise [pixels/frame]
-# [pixels/frame]; two standard deviations of the shift that trackers have learnt (section 4)
+# maximum speed [pixels/frame]: two standard deviations of the shift that trackers assume
 FASTEST = 6.9
-# Standard deviation of independent steps of the logarithm of either half axis, and of the angle
-# [radians]. Trackers learn the standard deviations .03 for stretches and .05 for shears on other
-# data. With .03, trackers had been tried before on other scenes (J .86), so it was known that they
-# can follow.
+# Standard deviation of the independent steps of the logarithm of each half axis, and of the angle
+# [radians]. Trackers assume .03 for stretches and .05 for shears. Earlier tests on other scenes
+# showed that trackers can follow steps of .03 (mean overlap .86).
 NEW = 0.03
 STEP = 0.05  # mean step of the colour per frame, in RGB of [0, 1]
 TURN = 0.45  # change of the colour's direction per frame: noise that is added to a unit vector
@@ -104,7 +104,7 @@ def sample_plan(seed: int) -> EllipsePlan:
     return EllipsePlan(centre, quantised(half_axes), angle, _colour_path(colour))
 
 
-def _trajectory(random: np.random.Generator, low: Array, high: Array) -> Array:
+def _trajectory(random: Generator, low: Array, high: Array) -> Array:
     """Sample a path, shape (FRAMES, 2), with an autoregressive velocity, reflected at bounds."""
     place = random.uniform(low, high)
     rate = random.normal(0, NEW_SPEED / np.sqrt(1 - KEPT * KEPT), low.shape)
@@ -117,7 +117,7 @@ def _trajectory(random: np.random.Generator, low: Array, high: Array) -> Array:
     return places
 
 
-def _random_walk(random: np.random.Generator, low: Array, high: Array) -> Array:
+def _random_walk(random: Generator, low: Array, high: Array) -> Array:
     """Sample a random walk, shape (FRAMES, k), with independent steps, reflected at bounds (k,)."""
     places = [random.uniform(low, high)]
     for step in random.normal(0, NEW, (FRAMES - 1, *low.shape)):
@@ -125,7 +125,7 @@ def _random_walk(random: np.random.Generator, low: Array, high: Array) -> Array:
     return np.array(places)
 
 
-def _colour_path(random: np.random.Generator) -> Array:
+def _colour_path(random: Generator) -> Array:
     """Sample a curved path through RGB space at nearly constant speed, shape (FRAMES, 3)."""
     low, high = (np.full(3, level) for level in COLOURS)
     place, heading = random.uniform(low, high), _unit(random.normal(size=3))
@@ -157,7 +157,7 @@ SUBPIXEL = 4  # fractional bits of the outline positions that OpenCV draws
 # first frame in which the ellipse can touch a patch; before it, trackers learn the ellipse
 FIRST = 10
 MEETINGS = 3  # number of touched patches: one in each third of the frames after `FIRST`
-PATCH_RADIUS = 10.0, 18.0  # of patches [pixels]
+PATCH_RADIUS = 10.0, 18.0  # range of the radii of patches [pixels]
 # distance of a touched patch's centre from the ellipse's outline [radii of the patch]
 SHOWN = 0.2, 0.7
 ASIDE = 8.0, 26.0  # distance of an untouched patch from the ellipse's outline [pixels]
@@ -168,8 +168,8 @@ TONES = 7  # colours of the texture behind the shapes
 SHAPES, SIMILAR_SHARE = (
     400,
     0.8,
-)  # number of shapes; share with a colour that the ellipse has at some time
-SHAPE_RADIUS = 5.0, 18.0  # of shapes; small ones are more frequent [pixels]
+)  # number of shapes; fraction of shapes with a colour that the ellipse has at some time
+SHAPE_RADIUS = 5.0, 18.0  # range of the radii of shapes [pixels]; small shapes are more frequent
 MOTTLE = 0.06  # standard deviation of a shape's texture, relative to its colour
 SHAPE_SLANT = 0.14  # maximum difference of brightness between the ends of a shape
 SHADOW = 0.45  # maximum fraction of light that the shadow of a shape removes
@@ -185,7 +185,7 @@ def covered_samples(outline: Array) -> NDArray[np.bool_]:
     return canvas.astype(np.bool_)
 
 
-def sample_outline(random: np.random.Generator, centre: Array, radius: float) -> Array:
+def sample_outline(random: Generator, centre: Array, radius: float) -> Array:
     """Sample the outline of a random shape with the area of a circle around a point [pixels]."""
     kinds = _box, _polygon, _oval, _blob
     points = kinds[random.integers(len(kinds))](random)
@@ -195,21 +195,21 @@ def sample_outline(random: np.random.Generator, centre: Array, radius: float) ->
     return np.asarray(centre + radius * (points * (stretch, 1 / stretch)) @ turn)
 
 
-def _box(random: np.random.Generator) -> Array:
+def _box(random: Generator) -> Array:
     return 0.9 * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
 
 
-def _polygon(random: np.random.Generator) -> Array:
+def _polygon(random: Generator) -> Array:
     corners = int(random.integers(3, 7))
     angles = (np.arange(corners) + random.uniform(-0.3, 0.3, corners)) * (2 * np.pi / corners)
     return 1.15 * random.uniform(0.8, 1.2, (corners, 1)) * _directions(angles)
 
 
-def _oval(random: np.random.Generator) -> Array:
+def _oval(random: Generator) -> Array:
     return _directions(np.linspace(0, 2 * np.pi, 64, endpoint=False))
 
 
-def _blob(random: np.random.Generator) -> Array:
+def _blob(random: Generator) -> Array:
     angles = np.linspace(0, 2 * np.pi, 96, endpoint=False)
     waves = [
         random.uniform(0, 0.4 / k) * np.sin(k * angles + random.uniform(0, 2 * np.pi))
@@ -291,7 +291,7 @@ def paint_background(seed: int, plan: EllipsePlan, patches: Sequence[EllipsePatc
 
 
 def _paint_shape(
-    random: np.random.Generator, canvas: Array, mottle: Array, outline: Array, colour: Array
+    random: Generator, canvas: Array, mottle: Array, outline: Array, colour: Array
 ) -> None:
     """Paint a shape with its shadow over a canvas in place; the canvas has `FINE` resolution."""
     rows, columns = _window(outline)
@@ -328,9 +328,9 @@ SHADING = 0.78, 0.34
 LIGHT_SLANT = 0.9  # angle between the direct light and the line of sight [radians]
 
 
-def scene(knobs: SceneKnobs) -> "EllipseScene":
+def scene(parameters: SceneParameters) -> "EllipseScene":
     """Return the renderer with its ground truth, without rendering."""
-    return EllipseScene(knobs.scene)
+    return EllipseScene(parameters.scene)
 
 
 class EllipseScene(SyntheticScene):
@@ -361,7 +361,6 @@ class EllipseScene(SyntheticScene):
         return self.plan.covers(frame)
 
     def _lay_ellipse(self, canvas: Image, frame: int) -> None:
-        """Paint the ellipse over a canvas in place."""
         window, inwards = self.plan.around(frame)
         square = (inwards * inwards).sum(axis=2)
         # Distance to the outline along the gradient, a first-order approximation.

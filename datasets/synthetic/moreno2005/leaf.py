@@ -15,10 +15,11 @@ from functools import cached_property, lru_cache
 
 import cv2
 import numpy as np
+from numpy.random import Generator
 from numpy.typing import ArrayLike, NDArray
 
 from trackmark.datasets.interface import Image, Mask
-from trackmark.datasets.synthetic.knobs import SceneKnobs
+from trackmark.datasets.synthetic.parameters import SceneParameters
 from trackmark.datasets.synthetic.render.camera import Camera, develop_light
 from trackmark.datasets.synthetic.render.colours import sample_colour, vary_colour
 from trackmark.datasets.synthetic.render.lamp import remaining_light
@@ -69,7 +70,7 @@ class Blade:
     across: Array
 
 
-def sample_blade(random: np.random.Generator, length: float, colour: ArrayLike) -> Blade:
+def sample_blade(random: Generator, length: float, colour: ArrayLike) -> Blade:
     """Sample a leaf with a length of the blade [pixels] and a mean colour, BGR in [0, 255]."""
     s = np.linspace(0, 1, ROWS)
     rise, fall = random.uniform(0.55, 0.75), random.uniform(0.8, 1.05)
@@ -118,8 +119,7 @@ def place_blade(blade: Blade, shape: LeafShape) -> tuple[Array, Array]:
     return render_mesh, normals.reshape(-1, 3) @ axes.T
 
 
-def _texture(random: np.random.Generator, colour: ArrayLike) -> NDArray[np.float32]:
-    """Return a texture in linear light with veins, patches of other tones, a rim and spots."""
+def _texture(random: Generator, colour: ArrayLike) -> NDArray[np.float32]:
     down, right = (np.arange(TALL) + 0.5) / TALL, (np.arange(WIDE) + 0.5) / WIDE * 2 - 1
     s, w = down[:, None], np.abs(right)[None]
     pairs, slope = random.uniform(6, 9), random.uniform(0.22, 0.34)
@@ -155,7 +155,7 @@ CALM = 6  # minimum time from the light change to the next gust [frames]
 LOW, HIGH = np.array([62.0, 58.0]), np.array([258.0, 182.0])  # bounds of the leaf's centre [pixels]
 
 
-def sample_shapes(random: np.random.Generator) -> tuple[LeafShape, ...]:
+def sample_shapes(random: Generator) -> tuple[LeafShape, ...]:
     """Sample the pose and bending of the leaf in every frame."""
     gusts = _gusts(random)
     places = _places(random, gusts)
@@ -171,14 +171,14 @@ def sample_shapes(random: np.random.Generator) -> tuple[LeafShape, ...]:
     )
 
 
-def sample_sway(random: np.random.Generator) -> Array:
+def sample_sway(random: Generator) -> Array:
     """Sample the displacement of the front foliage in every frame [pixels], shape (FRAMES, 2)."""
     gusts = _gusts(random)
     sway = [2.5 * np.tanh(_shaken(random, gusts, 0.10, 0.35)) for _ in range(2)]
     return quantised(np.stack(sway, axis=1))
 
 
-def _gusts(random: np.random.Generator) -> Array:
+def _gusts(random: Generator) -> Array:
     """Return the strength of the gust that starts in each frame, up to 1.3, or 0."""
     gusts = np.zeros(FRAMES)
     gusts[JUMP] = random.uniform(*FIRST_GUST)
@@ -189,7 +189,7 @@ def _gusts(random: np.random.Generator) -> Array:
     return gusts
 
 
-def _places(random: np.random.Generator, gusts: Array) -> Array:
+def _places(random: Generator, gusts: Array) -> Array:
     """Return the path of the leaf, shape (FRAMES, 2): gusts push it, a spring pulls it back."""
     home = np.array([160.0, 120.0]) + random.uniform(-1, 1, 2) * [35, 20]
     place, speed = home + random.uniform(-8, 8, 2), random.normal(0, 0.8, 2)
@@ -207,7 +207,7 @@ def _places(random: np.random.Generator, gusts: Array) -> Array:
     return quantised(np.array(places))
 
 
-def _shaken(random: np.random.Generator, gusts: Array, restless: float, kick: float) -> Array:
+def _shaken(random: Generator, gusts: Array, restless: float, kick: float) -> Array:
     """Return damped oscillations about 0, excited slightly by noise and strongly by gusts."""
     value, speed, values = 0.0, 0.0, []
     for gust in gusts.tolist():
@@ -238,18 +238,18 @@ COLOURS = ((52, 156, 148), (56, 138, 164), (58, 168, 124))
 LONG = 76, 90  # minimum and maximum length of the leaf [pixels]
 OPEN = 0.45  # minimum fraction of the sun's light that reaches the target leaf
 
+# colours of the foliage, BGR
 GREENS = (
     (44, 104, 62), (40, 88, 48), (56, 128, 84), (46, 118, 96), (38, 78, 50), (66, 138, 108),
     (62, 110, 66), (34, 96, 74),
 )  # fmt: skip
-"""Colours of the foliage, BGR."""
 
 FAR, NEAR = 190, 60  # number of leaves in the static layer, and in the swaying layer in front of it
 MARGIN = 8  # margin of a foliage layer beyond the image on every side [pixels]
 LAYER = SIZE[0] + 2 * MARGIN, SIZE[1] + 2 * MARGIN  # size of a layer [pixels]
 
+# number of different leaves in a layer, and their fraction with nearly the target's colour
 KINDS, SIMILAR_SHARE = 50, 0.15
-"""Number of different leaves in a layer, and their fraction with nearly the target's colour."""
 
 GROUND = np.array([0.006, 0.010, 0.008])  # colour of the ground behind all leaves
 LEAF_OFF, LEAF_SOFT = 9.0, 3.5  # offset and softness of a leaf's shadow in the foliage [pixels]
@@ -374,11 +374,11 @@ class LeafSetting:
     def _dapples(self) -> Array:
         return smooth_step(fractal(self._random("dapples"), SUNLIGHT_SIDE, 8, 32, 0.6), -0.55, 0.45)
 
-    def _random(self, part: str) -> np.random.Generator:
+    def _random(self, part: str) -> Generator:
         return part_generator(self._seed, f"moreno2005/leaf {part}")
 
 
-def _sample_foliage_leaf(random: np.random.Generator, target: Array) -> Blade:
+def _sample_foliage_leaf(random: Generator, target: Array) -> Blade:
     """Sample a leaf of the foliage; some leaves have nearly the colour of the `target`, BGR."""
     colour = sample_colour(random, GREENS)
     if random.random() < SIMILAR_SHARE:
@@ -387,7 +387,7 @@ def _sample_foliage_leaf(random: np.random.Generator, target: Array) -> Blade:
     return sample_blade(random, random.uniform(40, 76), colour)
 
 
-def _sample_foliage_shape(random: np.random.Generator) -> LeafShape:
+def _sample_foliage_shape(random: Generator) -> LeafShape:
     return LeafShape(
         random.uniform(-10, 10, 2) + random.uniform(0, 1, 2) * LAYER,
         random.uniform(-np.pi, np.pi),
@@ -404,9 +404,9 @@ OFF, SOFTNESS, DARKNESS = 26.0, 5.0, (0.02, 0.6)
 CAMERA = Camera(SIZE, noise=2.2, fall=(0.05, 0.05))
 
 
-def scene(knobs: SceneKnobs) -> "LeafScene":
+def scene(parameters: SceneParameters) -> "LeafScene":
     """Return the renderer with its ground truth, without rendering."""
-    return LeafScene(knobs.scene)
+    return LeafScene(parameters.scene)
 
 
 class LeafScene(SyntheticScene):

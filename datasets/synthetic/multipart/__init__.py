@@ -11,9 +11,9 @@ from pathlib import Path
 from trackmark.datasets.synthetic.multipart.designs import (
     DESIGNS,
     TWIN_FRAMES,
-    PillarKnobs,
-    TwinKnobs,
-    WalkingKnobs,
+    PillarParameters,
+    TwinParameters,
+    WalkingParameters,
 )
 from trackmark.datasets.synthetic.render.views import SIZE
 from trackmark.datasets.synthetic.suite import SequenceEntry, SyntheticSuite
@@ -25,12 +25,14 @@ MODULE = "trackmark.datasets.synthetic.multipart"
 SUITE = SyntheticSuite(
     Path(__file__).parent,
     [
-        SequenceEntry("stress/pillar", PillarKnobs, f"{MODULE}.scene", DESIGNS["5"].length, SIZE),
-        SequenceEntry("stress/twin", TwinKnobs, f"{MODULE}.scene", TWIN_FRAMES, SIZE),
+        SequenceEntry(
+            "stress/pillar", PillarParameters, f"{MODULE}.scene", DESIGNS["5"].length, SIZE
+        ),
+        SequenceEntry("stress/twin", TwinParameters, f"{MODULE}.scene", TWIN_FRAMES, SIZE),
         *(
             SequenceEntry(
                 f"multipart/{number}",
-                WalkingKnobs,
+                WalkingParameters,
                 f"{MODULE}.scene",
                 design.length,
                 SIZE,

@@ -14,10 +14,9 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from trackmark.datasets.synthetic.knobs import Knobs, Seed, seed
+from trackmark.datasets.synthetic.parameters import Seed, SequenceParameters, seed
 
-TWIN_FRAMES = 150
-"""Number of frames of `stress/twin`."""
+TWIN_FRAMES = 150  # number of frames of `stress/twin`
 
 
 @dataclass(frozen=True)
@@ -45,6 +44,7 @@ class Design:
     crossing: bool = False
 
 
+# designs by the number that the paper uses
 DESIGNS = {
     "1": Design(788, True, True, (5.0, 8.0), 1.35, turns=1, jacket=True, behind=7, mixed=3),
     "2": Design(534, True, True, (5.2, 8.0), 1.35, turns=1, bag=True, behind=5, mixed=2),
@@ -57,10 +57,9 @@ DESIGNS = {
     "7": Design(377, False, False, (7.0, 7.8), 1.05, behind=8, before=2, posts=1, crossing=True),
     "8": Design(229, False, False, (7.0, 7.8), 1.05, behind=6, before=2),
 }
-"""Designs by the number that the paper uses."""
 
 
-class WalkingKnobs(Knobs):
+class WalkingParameters(SequenceParameters):
     """Parameters of all walking scenes."""
 
     scene: Seed = seed("all random properties: street, clothes, paths, camera")
@@ -69,7 +68,7 @@ class WalkingKnobs(Knobs):
     )
 
 
-class PillarKnobs(WalkingKnobs):
+class PillarParameters(WalkingParameters):
     """Parameters of `stress/pillar`."""
 
     number: Literal["5", "7"] = Field(
@@ -77,14 +76,15 @@ class PillarKnobs(WalkingKnobs):
     )
 
 
-class TwinKnobs(WalkingKnobs):
+class TwinParameters(WalkingParameters):
     """Parameters of `stress/twin`."""
 
     distance: Annotated[float, Field(ge=0, le=3)] = Field(
         0.0,
-        description="between the axes of the target and the second person where they come "
-        "closest in the image, sideways [widths of the target's box]",
+        description="minimum sideways distance in the image between the axes of the target and "
+        "the second person [widths of the target's box]",
     )
     twin: Literal["same", "other"] = Field(
-        "same", description="clothes of the second person: the target's, or of other colours"
+        "same",
+        description="clothes of the second person: equal to the target's, or in other colours",
     )

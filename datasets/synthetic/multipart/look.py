@@ -11,20 +11,16 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 from numba import njit
+from numpy.random import Generator
 from numpy.typing import NDArray
 
 from trackmark.datasets.synthetic.render.colours import BGR
 from trackmark.datasets.synthetic.render.texture import creases, fractal
 from trackmark.datasets.synthetic.scene import part_generator
 
-COLUMNS = 5
-"""Columns of a node of a part: row, centre, half width, blur, row of the texture."""
-
-ROWS = 128
-"""Number of texture rows, from the upper to the lower end of a part."""
-
-AROUND = 256
-"""Number of texture columns around a part; column 0 is the front."""
+COLUMNS = 5  # columns of a node of a part: row, centre, half width, blur, row of the texture
+ROWS = 128  # number of texture rows, from the upper to the lower end of a part
+AROUND = 256  # number of texture columns around a part; column 0 is the front
 
 _ANGLES = np.round(np.arcsin(np.arange(-256, 257) / 256) / (2 * np.pi) * AROUND).astype(np.int64)
 _FACING = np.sqrt(1 - (np.arange(-256, 257) / 257) ** 2)
@@ -140,8 +136,8 @@ Array: TypeAlias = NDArray[np.float64]
 
 _QUARTER = AROUND // 4
 
+# number of stripes on each part of striped clothes, and fraction that they cover
 STRIPES, STRIPES_SHARE = 5, 0.8
-"""Number of stripes on each part of striped clothes, and fraction that they cover."""
 
 
 @dataclass(frozen=True)
@@ -188,7 +184,7 @@ class _ClothFolds:
     A person has one pair of patterns; each part uses another section of these patterns.
     """
 
-    def __init__(self, random: np.random.Generator) -> None:
+    def __init__(self, random: Generator) -> None:
         self._random = random
         self._broad, self._slope = creases(random, AROUND)
 
@@ -217,7 +213,7 @@ def _leg(look: WalkerLook, folded: _ClothFolds, rows: Array, turn: Array) -> Arr
     return np.asarray(cloth * gain[..., None])
 
 
-def _shoe(look: WalkerLook, random: np.random.Generator, rows: Array) -> Array:
+def _shoe(look: WalkerLook, random: Generator, rows: Array) -> Array:
     leather = _plain(look.shoes) * (1 + 0.05 * random.normal(0, 1, (ROWS, AROUND)))[..., None]
     sole = np.broadcast_to(rows > 0.8, (ROWS, AROUND))[..., None]
     return np.where(sole, leather * 0.45 + 22, leather * (1.15 - 0.3 * rows)[..., None])
@@ -273,7 +269,7 @@ def _weave(look: WalkerLook, colour: Array, rows: Array) -> Array:
     return cloth
 
 
-def _head(look: WalkerLook, random: np.random.Generator, rows: Array, turn: Array) -> Array:
+def _head(look: WalkerLook, random: Generator, rows: Array, turn: Array) -> Array:
     skin = _plain(look.skin)
     v = rows * np.ones_like(turn)
     cheeks = np.exp(-np.square((v - 0.52) / 0.1) - np.square((turn - 26) / 12))

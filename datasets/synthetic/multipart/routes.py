@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterator
 from typing import TypeVar
 
 import numpy as np
+from numpy.random import Generator
 from numpy.typing import NDArray
 
 from trackmark.datasets.synthetic.multipart.designs import Design
@@ -19,42 +20,29 @@ from trackmark.datasets.synthetic.render.views import (
 Array = NDArray[np.float64]
 T = TypeVar("T")
 
-DIAGONAL = 1.0, 1.0
-"""First step of a target's path, sideways and in depth [metres]."""
+DIAGONAL = 1.0, 1.0  # first step of a target's path, sideways and in depth [metres]
+ELBOW_ROOM = 0.5  # minimum distance between two people [metres]
 
-ELBOW_ROOM = 0.5
-"""Minimum distance between two people [metres]."""
-
+# half width of a person in mid-step, which decides whether two people overlap [metres]
 HALF_WIDTH = 0.36
-"""Half width of a person in mid-step, which decides whether two people overlap [metres]."""
 
-HIDDEN = 22, 42
-"""Minimum and maximum duration of an overlap with the target [frames]."""
-
-KERBSIDE = 9.9
-"""Maximum depth of the part of the near pavement without objects [metres]."""
-
-OPPOSITE = 15.8, 17.2
-"""Depth range of the pavement on the far side of the road [metres]."""
-
-BESIDE = 1.4
-"""An overtaking person within this distance of the target must be visible [metres]."""
-
-COMPANY = 2.2
-"""An overtaking person within this distance of the target follows its path [metres]."""
+HIDDEN = 22, 42  # minimum and maximum duration of an overlap with the target [frames]
+KERBSIDE = 9.9  # maximum depth of the part of the near pavement without objects [metres]
+OPPOSITE = 15.8, 17.2  # depth range of the pavement on the far side of the road [metres]
+BESIDE = 1.4  # an overtaking person within this distance of the target must be visible [metres]
+COMPANY = 2.2  # an overtaking person within this distance of the target follows its path [metres]
 
 CROSSING_REACH, CROSSING_TIME = 1.9, 30
 """A crossing person is within this distance of the target [metres] only for a time before and
 after the crossing [frames].
 """
 
-UNDISTURBED = 25
-"""Time at the start and at the end in which no person overlaps the target [frames]."""
+UNDISTURBED = 25  # time at the start and at the end in which no person overlaps the target [frames]
 
 ATTEMPTS = 200
 
 
-def sample_followed_path(random: np.random.Generator, design: Design) -> WalkingPath:
+def sample_followed_path(random: Generator, design: Design) -> WalkingPath:
     """Sample a target's path for a following camera: along the street and back."""
     legs = max(1, round(design.length / FRAMES_PER_SECOND * design.speed / 4.5))
     backs = {round(legs * (k + 1) / (design.turns + 1)) for k in range(design.turns)}
@@ -77,7 +65,7 @@ def sample_followed_path(random: np.random.Generator, design: Design) -> Walking
     )
 
 
-def sample_path_in_view(random: np.random.Generator, design: Design, views: Views) -> WalkingPath:
+def sample_path_in_view(random: Generator, design: Design, views: Views) -> WalkingPath:
     """Sample a target's path for a fixed camera: from side to side, in varying depth."""
     still = views.still
 
@@ -100,11 +88,7 @@ def sample_path_in_view(random: np.random.Generator, design: Design, views: View
 
 
 def sample_path_before_target(
-    random: np.random.Generator,
-    views: Views,
-    target: WalkingPath,
-    others: list[WalkingPath],
-    when: float,
+    random: Generator, views: Views, target: WalkingPath, others: list[WalkingPath], when: float
 ) -> WalkingPath:
     """Sample the path of a person who passes between camera and target around a frame."""
     frames = len(target.x)
@@ -129,7 +113,7 @@ def sample_path_before_target(
 
 
 def sample_post_place(
-    random: np.random.Generator, views: Views, target: WalkingPath, others: list[WalkingPath]
+    random: Generator, views: Views, target: WalkingPath, others: list[WalkingPath]
 ) -> WalkingPath:
     """Sample the position of a static object that occludes the target when it passes."""
     frames = len(target.x)
@@ -152,11 +136,7 @@ def sample_post_place(
 
 
 def sample_path_behind_target(
-    random: np.random.Generator,
-    views: Views,
-    target: WalkingPath,
-    others: list[WalkingPath],
-    nearest: float,
+    random: Generator, views: Views, target: WalkingPath, others: list[WalkingPath], nearest: float
 ) -> WalkingPath:
     """Sample the path of a visible person whose depth is at least `nearest` [metres]."""
     frames = len(target.x)
@@ -173,7 +153,7 @@ def sample_path_behind_target(
 
 
 def sample_overtaking_path(
-    random: np.random.Generator,
+    random: Generator,
     views: Views,
     target: WalkingPath,
     others: list[WalkingPath],
@@ -212,7 +192,7 @@ def sample_overtaking_path(
 
 
 def sample_crossing_path(
-    random: np.random.Generator,
+    random: Generator,
     views: Views,
     target: WalkingPath,
     others: list[WalkingPath],
@@ -251,12 +231,12 @@ def _hold_depth(z: Array, frames: NDArray[np.int64]) -> Array:
     return np.asarray(z[np.clip(np.arange(len(z)), frames[0], frames[-1])])
 
 
-def _sample_legs_together(random: np.random.Generator) -> float:
+def _sample_legs_together(random: Generator) -> float:
     """Return a gait phase in which one leg passes the other [cycles]."""
     return float(random.choice([0.0, 0.5]) + random.uniform(-0.05, 0.05))
 
 
-def _sample_depth(random: np.random.Generator, depths: tuple[float, float], near: bool) -> float:
+def _sample_depth(random: Generator, depths: tuple[float, float], near: bool) -> float:
     low, high = depths
     margin = 0.15 * (high - low)
     return random.uniform(low, low + margin) if near else random.uniform(high - margin, high)
@@ -309,7 +289,7 @@ def _best_candidate(candidate: Callable[[], T], cost: Callable[[T], int]) -> T:
 
 
 def sample_path_beside_target(
-    random: np.random.Generator, views: Views, target: WalkingPath, width: Array, distance: float
+    random: Generator, views: Views, target: WalkingPath, width: Array, distance: float
 ) -> WalkingPath:
     """Sample the path of a person who approaches the target until mid-sequence, and leaves again.
 

@@ -10,7 +10,11 @@ from numpy.typing import NDArray
 
 from trackmark.datasets.interface import Image, Mask
 from trackmark.datasets.synthetic.multipart.casting import twin_plan
-from trackmark.datasets.synthetic.multipart.designs import PillarKnobs, TwinKnobs, WalkingKnobs
+from trackmark.datasets.synthetic.multipart.designs import (
+    PillarParameters,
+    TwinParameters,
+    WalkingParameters,
+)
 from trackmark.datasets.synthetic.multipart.plan import WalkPlan, body_boxes, full_boxes
 from trackmark.datasets.synthetic.multipart.street_walk import PILLARS, multipart_plan
 from trackmark.datasets.synthetic.render.attributes import occluded, out_of_view, rescaled, turning
@@ -28,19 +32,18 @@ from trackmark.datasets.synthetic.scene import (
 
 Array = NDArray[np.float64]
 
-TURNING = 30.0
-"""Minimum rotation per second for the attribute `turning` [degrees]."""
+TURNING = 30.0  # minimum rotation per second for the attribute `turning` [degrees]
 
 
-def scene(knobs: WalkingKnobs, number: str = "") -> "WalkingScene":
+def scene(parameters: WalkingParameters, number: str = "") -> "WalkingScene":
     """Return the renderer with its ground truth, without rendering."""
-    if isinstance(knobs, TwinKnobs):
-        plan = twin_plan(knobs.scene, knobs.distance, knobs.twin == "same")
-    elif isinstance(knobs, PillarKnobs):
-        plan = multipart_plan(knobs.number, knobs.scene, PILLARS)
+    if isinstance(parameters, TwinParameters):
+        plan = twin_plan(parameters.scene, parameters.distance, parameters.twin == "same")
+    elif isinstance(parameters, PillarParameters):
+        plan = multipart_plan(parameters.number, parameters.scene, PILLARS)
     else:
-        plan = multipart_plan(number, knobs.scene)
-    return WalkingScene(plan, knobs.light)
+        plan = multipart_plan(number, parameters.scene)
+    return WalkingScene(plan, parameters.light)
 
 
 def _truth(plan: WalkPlan, shade: NDArray[np.bool_]) -> SceneTruth:
@@ -75,16 +78,14 @@ def _truth(plan: WalkPlan, shade: NDArray[np.bool_]) -> SceneTruth:
     )
 
 
-EXPOSURE = 0.4
-"""Fraction of the frame time for which the shutter is open."""
+EXPOSURE = 0.4  # fraction of the frame time for which the shutter is open
 
 CAMERA = Camera(SIZE, noise=2.0)
 
+# heights, relative to the body height, at which the light on a person is evaluated
 LIT = np.linspace(1.0, 0.0, 16)
-"""Heights, relative to the body height, at which the light on a person is evaluated."""
 
-SHADE = 0.85
-"""The target counts as shaded if the mean light on it is below this value."""
+SHADE = 0.85  # the target counts as shaded if the mean light on it is below this value
 
 
 class WalkingScene(SyntheticScene):

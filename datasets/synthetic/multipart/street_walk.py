@@ -4,9 +4,9 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import lru_cache
 
-import numpy as np
+from numpy.random import Generator
 
-from trackmark.datasets.synthetic.multipart import casting, routes, wardrobe
+from trackmark.datasets.synthetic.multipart import casting, routes
 from trackmark.datasets.synthetic.multipart.designs import DESIGNS, Design
 from trackmark.datasets.synthetic.multipart.plan import Person, Post, WalkPlan
 from trackmark.datasets.synthetic.render.views import (
@@ -17,22 +17,19 @@ from trackmark.datasets.synthetic.render.views import (
 )
 from trackmark.datasets.synthetic.scene import part_generator
 
+# relative times at which the first and the last person pass in front of the target
 FIRST, LAST = 0.16, 0.88
-"""Relative times at which the first and the last person pass in front of the target."""
 
+# relative time of the last person if a person in the target's clothes crosses later
 LAST_BEFORE_CROSSING = 0.74
-"""Relative time of the last person if a person in the target's clothes crosses later."""
 
-CROSSING = 0.87, 0.9
-"""Range of the relative time at which a person in the target's clothes crosses."""
+CROSSING = 0.87, 0.9  # range of the relative time at which a person in the target's clothes crosses
+CLEAR = 0.6  # minimum difference in depth between the target and people behind it [metres]
 
-CLEAR = 0.6
-"""Minimum difference in depth between the target and people behind it [metres]."""
-
+# thickness ranges of lamp posts, and of the pillar in `stress/pillar` [metres]
 POSTS, PILLARS = (0.10, 0.14), (0.35, 0.5)
-"""Thickness ranges of lamp posts, and of the pillar in `stress/pillar` [metres]."""
 
-Generators = Callable[[str], np.random.Generator]
+Generators = Callable[[str], Generator]
 
 
 @lru_cache(maxsize=4)
@@ -40,7 +37,7 @@ def multipart_plan(number: str, scene: int, thickness: tuple[float, float] = POS
     """Return the plan of one of the eight sequences; `thickness` is the range for its posts."""
     design = DESIGNS[number]
 
-    def generator(part: str) -> np.random.Generator:
+    def generator(part: str) -> Generator:
         return part_generator(scene, f"multipart/{number} {part}")
 
     if design.follows:
@@ -65,22 +62,22 @@ def multipart_plan(number: str, scene: int, thickness: tuple[float, float] = POS
 def _target(generator: Generators, design: Design, course: WalkingPath) -> Person:
     random = generator("target clothes")
     if design.two_coloured:
-        worn = wardrobe.sample_two_coloured_clothes(random)
+        worn = casting.sample_two_coloured_clothes(random)
     else:
-        worn = wardrobe.sample_plain_clothes(random)
+        worn = casting.sample_plain_clothes(random)
     person = casting.sample_person(generator("target"), course, worn, weaves=("plain", "knit"))
     look = replace(person.look, bulk=random.uniform(1.05, 1.15), loose=random.uniform(1.25, 1.4))
     if design.jacket:
-        look = replace(look, jacket=worn[0], shirt=wardrobe.scale_brightness(worn[0], 0.6))
+        look = replace(look, jacket=worn[0], shirt=casting.scale_brightness(worn[0], 0.6))
     if design.bag:
-        look = replace(look, bag=wardrobe.scale_brightness(worn[0], 0.75))
+        look = replace(look, bag=casting.scale_brightness(worn[0], 0.75))
     return replace(person, look=look)
 
 
 def _resembling(
     generator: Generators, design: Design, views: Views, target: Person, others: list[WalkingPath]
 ) -> list[Person]:
-    """Return people in the target's colours: people in stripes overtake it, one person crosses."""
+    """Return people in the target's colours: some in stripes overtake it, one person crosses."""
     people = []
     for i in range(design.mixed):
         random = generator(f"mixed {i}")
@@ -88,7 +85,7 @@ def _resembling(
         others.append(
             routes.sample_overtaking_path(random, views, target.course, others, when, design.pace)
         )
-        look = wardrobe.stripe_clothes(target.look)
+        look = casting.stripe_clothes(target.look)
         people.append(Person(look, casting.sample_seed(random), 1.06 * target.stature, others[-1]))
     if design.crossing:
         random = generator("crossing")
@@ -117,6 +114,6 @@ def _passers(
     people = []
     for i, course in enumerate(others[start:]):
         random = generator(f"person {i}")
-        worn = wardrobe.sample_passer_clothes(random, (target.look.shirt, target.look.trousers))
+        worn = casting.sample_passer_clothes(random, (target.look.shirt, target.look.trousers))
         people.append(casting.sample_person(random, course, worn))
     return people

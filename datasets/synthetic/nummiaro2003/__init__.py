@@ -1,4 +1,4 @@
-"""Synthetic sequences after Nummiaro et al. (2003), "An adaptive color-based particle filter".
+"""Synthetic sequences after Nummiaro, Koller-Meier and Van Gool (2003), on colour features.
 
 The sequences imitate the five videos of the paper. They follow the text of the paper and use none
 of its images. Every scene number gives a different video.
@@ -6,7 +6,7 @@ of its images. Every scene number gives a different video.
 
 from pathlib import Path
 
-from trackmark.datasets.synthetic.knobs import seeded
+from trackmark.datasets.synthetic.parameters import seeded
 from trackmark.datasets.synthetic.suite import SequenceEntry, SyntheticSuite
 
 __all__ = ["SUITE"]

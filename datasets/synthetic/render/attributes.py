@@ -8,11 +8,10 @@ from trackmark.datasets.synthetic.render.views import FRAMES_PER_SECOND, SIZE
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
-OCCLUDED = 0.9
-"""A target counts as occluded if its visible fraction is below this value."""
+OCCLUDED = 0.9  # A target counts as occluded if its visible fraction is below this value
 
+# sizes outside this range count as a change of scale [relative to the first size]
 SMALLER, LARGER = 0.8, 1.25
-"""Sizes outside this range count as a change of scale [relative to the first size]."""
 
 HALF_A_SECOND = round(FRAMES_PER_SECOND) // 2
 

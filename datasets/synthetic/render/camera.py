@@ -5,19 +5,15 @@ from statistics import NormalDist
 import cv2
 import numpy as np
 from numba import njit
+from numpy.random import Generator
 from numpy.typing import NDArray
 
 from trackmark.datasets.interface import Image
 from trackmark.datasets.synthetic.render.views import random_wander
 
-GAIN_STEPS = 1024
-"""Number of fixed-point steps in a gain of 1."""
-
-LEVEL_STEPS = 16
-"""Number of fixed-point steps of the noise table in one grey level."""
-
-LENS = 0.5
-"""Standard deviation of the blur of the lens [pixels]."""
+GAIN_STEPS = 1024  # number of fixed-point steps in a gain of 1
+LEVEL_STEPS = 16  # number of fixed-point steps of the noise table in one grey level
+LENS = 0.5  # standard deviation of the blur of the lens [pixels]
 
 
 class Camera:
@@ -60,10 +56,7 @@ def develop_light(seen: NDArray[np.float32]) -> Image:
 
 
 def slow_exposure(
-    random: np.random.Generator,
-    frames: int,
-    periods: tuple[float, float] = (6.0, 20.0),
-    depth: float = 0.03,
+    random: Generator, frames: int, periods: tuple[float, float] = (6.0, 20.0), depth: float = 0.03
 ) -> NDArray[np.float64]:
     """Return the gain in every frame of a camera with slow automatic exposure.
 

@@ -5,11 +5,13 @@ from colorsys import rgb_to_hsv
 from typing import TypeAlias
 
 import numpy as np
+from numpy.random import Generator
 from numpy.typing import ArrayLike, NDArray
 
 BGR: TypeAlias = tuple[int, int, int]
 Array = NDArray[np.float64]
 
+# Colours of cups. No cup has the hue of skin, wood or a cream wall.
 CUPS: tuple[BGR, ...] = (
     (168, 88, 36),  # blue
     (140, 62, 44),  # dark blue
@@ -19,7 +21,6 @@ CUPS: tuple[BGR, ...] = (
     (62, 30, 164),  # crimson
     (104, 46, 150),  # magenta
 )
-"""Colours of cups. No cup has the hue of skin, wood or a cream wall."""
 
 NEUTRALS: tuple[BGR, ...] = (
     (192, 208, 216),  # cream
@@ -68,6 +69,7 @@ MACHINES: tuple[BGR, ...] = (
     (110, 150, 182),  # beige
     (58, 56, 130),  # red
 )
+# colours of buttons, lamps, signs and wires
 SIGNALS: tuple[BGR, ...] = (
     (40, 36, 190),  # red
     (40, 190, 220),  # yellow
@@ -79,7 +81,6 @@ SIGNALS: tuple[BGR, ...] = (
     (150, 60, 130),  # violet
     (160, 160, 40),  # cyan
 )
-"""Colours of buttons, lamps, signs and wires."""
 
 STORED: tuple[BGR, ...] = (
     (92, 134, 170), (110, 152, 186),  # cardboard
@@ -89,35 +90,32 @@ STORED: tuple[BGR, ...] = (
 )  # fmt: skip
 STEEL, DARK = (150, 150, 146), (44, 44, 46)
 
-APART = 0.1
-"""Minimum hue difference between the cup and other objects; all hues span a length of 1."""
+APART = 0.1  # minimum hue difference between the cup and other objects; all hues span a length of 1
 
 
-def sample_other_hue(random: np.random.Generator, colours: Sequence[BGR], cup: Array) -> Array:
+def sample_other_hue(random: Generator, colours: Sequence[BGR], cup: Array) -> Array:
     """Sample a slightly varied colour whose hue differs from the hue of the cup."""
     fit = [colour for colour in colours if APART < abs(_hue(colour) - _hue(cup)) < 1 - APART]
     return sample_similar(random, fit, 0.05)
 
 
-def sample_colour(
-    random: np.random.Generator, colours: Sequence[BGR], spread: float = 0.10
-) -> Array:
+def sample_colour(random: Generator, colours: Sequence[BGR], spread: float = 0.10) -> Array:
     """Sample one of several colours and apply `vary_colour`."""
     return vary_colour(random, colours[int(random.integers(len(colours)))], spread)
 
 
-def vary_colour(random: np.random.Generator, colour: ArrayLike, spread: float = 0.10) -> Array:
+def vary_colour(random: Generator, colour: ArrayLike, spread: float = 0.10) -> Array:
     """Vary brightness and channels of a colour slightly."""
     gains = (1 + spread * random.uniform(-1, 1)) * (1 + spread / 2 * random.uniform(-1, 1, 3))
     return np.asarray(np.clip(np.asarray(colour, np.float64) * gains, 0, 255))
 
 
-def sample_similar(random: np.random.Generator, colours: Sequence[BGR], spread: float) -> Array:
+def sample_similar(random: Generator, colours: Sequence[BGR], spread: float) -> Array:
     """Sample one of several colours and apply `vary_slightly`."""
     return vary_slightly(random, colours[int(random.integers(len(colours)))], spread)
 
 
-def vary_slightly(random: np.random.Generator, colour: ArrayLike, spread: float = 0.03) -> Array:
+def vary_slightly(random: Generator, colour: ArrayLike, spread: float = 0.03) -> Array:
     """Vary mainly the brightness of a colour."""
     gains = (1 + spread * random.uniform(-1, 1)) * (1 + 0.4 * spread * random.uniform(-1, 1, 3))
     return np.asarray(np.clip(np.asarray(colour, np.float64) * gains, 0, 255))

@@ -6,6 +6,7 @@ from typing import TypeAlias
 
 import cv2
 import numpy as np
+from numpy.random import Generator
 from numpy.typing import ArrayLike, NDArray
 
 from trackmark.datasets.synthetic.render.solids import NOTHING, ParallelView, cast_rays
@@ -14,8 +15,7 @@ from trackmark.datasets.synthetic.render.texture import fractal, lerp
 Array = NDArray[np.float64]
 Pattern: TypeAlias = Callable[[Array], Array]
 
-GAMMA = 2.2
-"""Exponent that converts the camera's grey levels to linear light."""
+GAMMA = 2.2  # exponent that converts the camera's grey levels to linear light
 
 
 def uniform(places: Array) -> Array:
@@ -57,7 +57,7 @@ def shade_objects(
 
 
 def grain(
-    random: np.random.Generator,
+    random: Generator,
     strength: float,
     stretch: tuple[float, float, float] = (1.0, 1.0, 1.0),
     coarsest: int = 8,
@@ -75,7 +75,7 @@ def grain(
     return gain
 
 
-def tiles(random: np.random.Generator, width: float, height: float, joint: ArrayLike) -> Pattern:
+def tiles(random: Generator, width: float, height: float, joint: ArrayLike) -> Pattern:
     """Return a pattern of wall tiles; `joint` is the gain of the joints, shape (3,)."""
     tones = random.normal(1, 0.025, (64, 64))
     shift = random.uniform(0, 64, 2)
@@ -121,14 +121,12 @@ def staggered(places: Array, pitch: float) -> tuple[Array, Array]:
     return x - np.floor(x) - 0.5, y
 
 
-PITCH = 0.27
-"""Downward angle of the camera [radians]."""
+PITCH = 0.27  # downward angle of the camera [radians]
 
+# A sample is an edge if the slopes on its two sides differ more than this [pixels/sample]
 EDGE = 0.5
-"""A sample is an edge if the slopes on its two sides differ more than this [pixels/sample]."""
 
-BEYOND = 1e9
-"""Placeholder for the depth difference to another object [pixels]."""
+BEYOND = 1e9  # placeholder for the depth difference to another object [pixels]
 
 VIEW = ParallelView(PITCH, (0.0, 0.0, 1.0))
 

@@ -13,20 +13,13 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 Floats = NDArray[np.floating]
 
-REACH = 400.0
-"""Distance at which the light of a lamp of power 1 on a facing surface is 1 [pixels]."""
+REACH = 400.0  # distance at which the light of a lamp of power 1 on a facing surface is 1 [pixels]
+RADIUS = 22.0  # radius of a lamp's shade [pixels]
+AMBIENT = 0.16  # fraction of a lamp's light that arrives by reflection from other walls of the room
+FAINT = 1e-4  # coverage that is too small to be visible and to determine a normal
 
-RADIUS = 22.0
-"""Radius of a lamp's shade [pixels]."""
-
-AMBIENT = 0.16
-"""Fraction of a lamp's light that arrives by reflection from other walls of the room."""
-
-FAINT = 1e-4
-"""Coverage that is too small to be visible and to determine a normal."""
-
+# number of points of a lamp that emit rays, and step length along a ray [pixels]
 SPOTS, STRIDE = 10, 1.8
-"""Number of points of a lamp that emit rays, and step length along a ray [pixels]."""
 
 
 @dataclass(frozen=True)
@@ -68,7 +61,7 @@ def plane_crossings(lamp: Lamp, points: Floats, depth: float) -> Floats:
 
 
 def shadow_softness(lamp: Lamp, depth: float, behind: float) -> float:
-    """Return the blur of an object that gives a shadow of equal softness on a surface [pixels]."""
+    """Return the blur [pixels] of an object at `depth` that softens its shadow at `behind`."""
     return float(RADIUS / 2 * (depth - behind) / (lamp.place[2] - behind))
 
 
@@ -170,8 +163,7 @@ def blend_lit_card(
                     picture[row, column, c] += back * powers[k, c]
 
 
-COARSE = 4
-"""Pixels per shadow sample and axis."""
+COARSE = 4  # pixels per shadow sample and axis
 
 
 def remaining_light(
@@ -180,9 +172,9 @@ def remaining_light(
     """Return the fraction of light behind an object, shape (height, width, 3), in [0, 1].
 
     `coverage` is the fraction of each pixel that the object covers; its height and width are
-    multiples of `COARSE`. `shift` is the vector from the object to its shadow, `softness` the
-    standard deviation of the shadow's blur [pixels], and `darkness` the fraction of light that the
-    shadow removes.
+    multiples of `COARSE`. `shift` is the vector from the object to its shadow, `shadow_softness`
+    the standard deviation of the shadow's blur [pixels], and `darkness` the fraction of light that
+    the shadow removes.
     """
     size = coverage.shape[1], coverage.shape[0]
     coarse = size[0] // COARSE, size[1] // COARSE

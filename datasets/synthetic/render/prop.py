@@ -10,8 +10,8 @@ from trackmark.datasets.synthetic.render.views import SIZE, Viewpoint
 
 Array = NDArray[np.float64]
 
+# left and top of a window [pixels], and the coverage of each of its pixels in [0, 255]
 Coverage = tuple[int, int, NDArray[np.uint8]]
-"""Left and top of a window [pixels], and the coverage of each of its pixels in [0, 255]."""
 
 
 class Prop:

@@ -13,8 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
 
-HALF_SPACE, LIMB, BOX, BOWL = range(4)
-"""Kind of a solid: the first number of its row."""
+HALF_SPACE, LIMB, BOX, BOWL = range(4)  # kind of a solid: the first number of its row
 
 
 def half_space(normal: Sequence[float], reach: float) -> Array:
@@ -65,7 +64,10 @@ def box(
 def bowl(
     foot: ArrayLike, height: float, radii: tuple[float, float], wall: float, closed: bool = False
 ) -> Array:
-    """Return a round vessel; its lower and upper radii are those of the middle of the wall."""
+    """Return a round vessel, which has a lid if it is `closed`.
+
+    `radii` are the lower and the upper radius of the middle of the wall.
+    """
     base = np.asarray(foot, np.float64)
     return _solid(BOWL, 0.0, *base, height, *radii, wall / 2, float(closed))
 
@@ -113,8 +115,7 @@ def _bounds(solid: Array) -> tuple[Array, Array]:
     return low, high
 
 
-NOTHING = -1
-"""Object index of a sample that no object covers."""
+NOTHING = -1  # object index of a sample that no object covers
 
 _START, _END = 150.0, 420.0  # start and end of a ray, relative to the image plane [pixels]
 
@@ -290,11 +291,11 @@ def _surface_normal(
 def _surface_light(
     solids: Array, balls: Array, x: float, y: float, z: float, light: Array, on: float
 ) -> tuple[float, float]:
-    """Return light and lamp reflection at a surface point; `on`: viewing direction along z."""
+    """Return light and lamp reflection at a surface point; `on` is the viewing direction (z)."""
     u, v, w = _surface_normal(solids, balls, x, y, z)
     x, y, z = x + 0.15 * u, y + 0.15 * v, z + 0.15 * w
     sky, reach, weight = 1.0, 0.9, 0.36
-    for _ in range(4):  # near surfaces block ambient light
+    for _ in range(4):  # nearby surfaces occlude ambient light
         gap = _distance(solids, balls, x + reach * u, y + reach * v, z + reach * w)[0]
         sky -= weight * max(reach - gap, 0.0) / reach
         reach, weight = 1.9 * reach, 0.72 * weight
@@ -307,7 +308,7 @@ def _surface_light(
         # The lamp is extended, so its shadow is soft.
         sun = min(sun, max(0.5 + 4.5 * gap / way, 0.0))
         way += min(max(gap, 0.35), 6.0)
-    half_x, half_z = light[0], light[2] + on  # the lamp is as tall as a window
+    half_x, half_z = light[0], light[2] + on  # size of the lamp, which is as tall as a window
     shine = (u * half_x + w * half_z) / np.sqrt(half_x * half_x + half_z * half_z)
     ambient = (0.30 + 0.12 * v + 0.04 * w) * max(sky, 0.15)
     return ambient + 0.88 * towards * sun, max(shine, 0.0) ** 40 * sun
@@ -369,7 +370,7 @@ def _cast(
                 )  # fmt: skip
                 if gap < 0.02:
                     break
-                gap *= 0.9  # folds are no exact distance
+                gap *= 0.9  # the distance to folds is approximate
                 way += gap
                 y, z = y - gap * up, z - gap * on
             if way >= _END:
@@ -393,10 +394,12 @@ def cast_rays(
 ) -> tuple[NDArray[np.int64], Array, Array]:
     """Return the visible objects and their light, sample by sample.
 
-    `things`: lists of solids. `corner`: left top corner of the image from the origin, `size`: its
-    width and height [pixels], `fine`: samples per pixel and axis. Returns the index of the visible
-    object or `NOTHING`; the place (3) on its surface [pixels]; light on it and the lamp's
-    reflection (2), 1 for a mirror. Light takes most of the time: it is 0 unless `shaded`.
+    `things` are objects, which are lists of solids. `corner` is the upper left corner of the image
+    relative to the origin, `size` its width and height [pixels], and `fine` the number of samples
+    per pixel and axis. Returns three arrays over the samples: the index of the visible
+    object or `NOTHING`, the point on its surface (3) [pixels], and the light (2). The light
+    consists of the light on the surface and the reflection of the lamp, which is 1 for a mirror. It
+    takes most of the time and is 0 unless `shaded`.
     """
     solids, balls = pack_objects(things)
     seen: tuple[NDArray[np.int64], Array, Array] = _cast(

@@ -14,11 +14,8 @@ Array = NDArray[np.float64]
 Floats = NDArray[np.float32]
 Indices = NDArray[np.int64]
 
-FINE = 4
-"""Samples per pixel and axis."""
-
-NOTHING = -1
-"""Triangle index of a sample that no triangle covers."""
+FINE = 4  # samples per pixel and axis
+NOTHING = -1  # triangle index of a sample that no triangle covers
 
 
 @dataclass(frozen=True)

@@ -10,14 +10,14 @@ from functools import cached_property
 from typing import Self, TypeVar
 
 import numpy as np
+from numpy.random import Generator
 from numpy.typing import NDArray
 
 from trackmark.datasets.synthetic.render.path import quantised, smooth_step
 
 Array = NDArray[np.float64]
 
-SIZE = 640, 480
-"""Width and height of the images [pixels]."""
+SIZE = 640, 480  # width and height of the images [pixels]
 
 FRAMES_PER_SECOND = 25.0
 
@@ -51,17 +51,14 @@ class Viewpoint:
         return self.horizon + self.shift_y + (self.eye - height) * self.scale(z)
 
 
-CYCLE = 1.42
-"""Length of two steps at an ordinary pace [metres]."""
+CYCLE = 1.42  # length of two steps at an ordinary pace [metres]
+ORDINARY = 1.3  # speed at which steps have their maximum length [metres/second]
 
-ORDINARY = 1.3
-"""Speed at which steps have their maximum length [metres/second]."""
-
+# A walker turns towards the next point at this distance from the current one [metres]
 REACHED = 0.8
-"""A walker turns towards the next point at this distance from the current one [metres]."""
 
+# maximum turning speed of a walker [radians/frame]
 FASTEST_TURN = math.radians(130) / FRAMES_PER_SECOND
-"""Maximum turning speed of a walker [radians/frame]."""
 
 
 @dataclass(frozen=True)
@@ -135,11 +132,8 @@ def walk_through_points(
     return WalkingPath.through(track[:, 0], track[:, 1], phase)
 
 
-SLOW = (2.5, 9.0)
-"""Range of periods of slow deviations of a hand-held camera [seconds]."""
-
-QUICK = (0.28, 1.1)
-"""Range of periods of the shake of a hand-held camera [seconds]."""
+SLOW = (2.5, 9.0)  # range of periods of slow deviations of a hand-held camera [seconds]
+QUICK = (0.28, 1.1)  # range of periods of the shake of a hand-held camera [seconds]
 
 
 @dataclass(frozen=True)
@@ -178,7 +172,7 @@ class Views:
         return travel, (right, down)
 
 
-def sample_fixed_views(random: np.random.Generator, frames: int) -> Views:
+def sample_fixed_views(random: Generator, frames: int) -> Views:
     """Sample a static camera slightly above the heads of people."""
     still = Viewpoint(
         focal=700.0,
@@ -189,7 +183,7 @@ def sample_fixed_views(random: np.random.Generator, frames: int) -> Views:
     return Views.standing(still, frames)
 
 
-def sample_following_views(random: np.random.Generator, course: WalkingPath) -> Views:
+def sample_following_views(random: Generator, course: WalkingPath) -> Views:
     """Sample a hand-held camera that follows a walker imperfectly.
 
     The person with the camera lags by half a second and deviates from the walker's path. The camera
@@ -230,7 +224,7 @@ def _smoothed(values: Array, lag: int) -> Array:
 
 
 def random_wander(
-    random: np.random.Generator, frames: int, periods: Sequence[float], deviation: float
+    random: Generator, frames: int, periods: Sequence[float], deviation: float
 ) -> Array:
     """Return a sum of five waves with random periods [seconds] and a standard deviation."""
     time = np.arange(frames) / FRAMES_PER_SECOND

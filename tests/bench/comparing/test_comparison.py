@@ -17,11 +17,9 @@ from trackmark.bench.comparing.tables import answer_of, as_data, files, paragrap
 from trackmark.bench.reporting.tables import SUMMARY
 from trackmark.bench.statistics.intervals import mean_interval
 from trackmark.bench.statistics.rules import decide
-from trackmark.reports.comparison import (
-    SurvivalCurve,
-    breaking_plot,
-)
+from trackmark.reports.comparison import SurvivalCurve, breaking_plot
 from trackmark.reports.renderers import to_csv, to_text
+from trackmark.reports.table_width import on_terminal
 
 OVERLAP = SUMMARY[0]
 ERROR = next(measure for measure in SUMMARY if measure.name == "centre_error")
@@ -78,7 +76,7 @@ def test_compare_corrects_for_all_pairs_or_those_of_one(make_runs):
             assert pair.interval == pytest.approx(mean_interval(pair.differences, 1 - 0.05 / m))
             expected = decide(pair.differences, 0.01, m)
             assert (pair.answer.label, pair.answer.p) == (expected.label, expected.p)
-    assert against.standings == compare(runs, OVERLAP).standings  # the star is of all pairs
+    assert against.standings == compare(runs, OVERLAP).standings  # stars compare all pairs
 
 
 def test_equivalent_needs_30_sequences_and_reason_is_printed(make_runs):
@@ -265,6 +263,15 @@ def test_numbers_are_the_same_in_every_format(make_runs):
     assert f"{max(row['mean'] for row in data['trackers']):.2f} [" in data["answer"]
     for table in screen(comparison):
         assert max(map(len, to_text(table).splitlines()[1:])) <= 100
+
+
+@pytest.mark.parametrize("n", [5, 10])
+def test_pairs_of_long_names_fit_a_terminal(make_runs, n):
+    names = [f"multipart:particles={k}:features=colour,edges:model=adaptive" for k in (25, 200)]
+    tables = screen(compare(make_runs(ladder(names, n=n)), OVERLAP))
+    text = "".join(on_terminal(table, to_text) for table in tables)
+    assert max(map(len, text.splitlines())) <= 100
+    assert f"{names[0]} -\n{names[1]}\n" in text
 
 
 def test_figures_are_drawn_if_the_numbers_allow_them(make_runs, tmp_path):

@@ -1,7 +1,6 @@
-"""Trackers that do harm in frame 3; each stays where it began until then.
+"""Trackers that harm their process in frame 3. Until then they return the init box.
 
-Errors that they raise and malformed estimates, for which no process is needed, are rows of
-`hostile_answers.py`.
+`hostile_answers.py` has trackers that raise exceptions or return malformed estimates.
 """
 
 HERE = r"^0003\.png: "
@@ -58,7 +57,7 @@ def to_descriptors(call, first=0):
 
 
 class Calm(TrackerPlugin):
-    """Its boxes depend on all pixels, its details on the state of the process."""
+    """Tracker whose boxes depend on all pixels, and its details on the process state."""
 
     randomness = Randomness.GENERATOR
 
@@ -86,7 +85,7 @@ CLASSES = {
     # Exceptions
     "RaisesWhenMade": (FIRST + "RuntimeError: unmade", "made", "raise RuntimeError('unmade')"),
     "Interrupts": (HERE + "it raised KeyboardInterrupt", "raise KeyboardInterrupt"),
-    # Image that others see
+    # Image that the trackers share
     "WritesToImagesBase": (
         HERE + "ValueError",
         "strike",
@@ -149,7 +148,7 @@ CLASSES = {
     ),
     # State of the process
     "DrawsFromNumpy": (
-        "global random numbers",
+        "global random generators",
         "return Estimate(self.box + [np.random.random(), 0, 0, 0])",
     ),
     "ChangesSurroundings": (
@@ -178,7 +177,7 @@ CLASSES = {
         "libc.malloc.restype = ctypes.c_void_p",
         "while True: libc.memset(ctypes.c_void_p(libc.malloc(64 << 20)), 1, 1)",
     ),
-    # Hangs; `hang` notes that the process hangs, so that the clock of the tests goes on
+    # Hangs; `hang` writes the process id, so that the clock of the tests advances
     "HangsInPython": (
         HERE + r"no answer within 2 s at hostile.py, line \d+, in strike",
         "strike",

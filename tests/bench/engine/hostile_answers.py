@@ -1,7 +1,7 @@
-"""Exceptions and malformed estimates of trackers, which do no harm to the process.
+"""Trackers that raise exceptions or return malformed estimates in frame 3.
 
-A row holds what a tracker does in frame 3, in the terms of `hostile.HEAD`, and a pattern of the
-failure; empty if it is none.
+A row has the statement of frame 3 and a pattern of the failure. An empty pattern means that the run
+finishes.
 """
 
 from tests.bench.engine.hostile import HEAD

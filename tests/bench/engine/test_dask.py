@@ -11,11 +11,7 @@ import pytest
 
 from tests.bench.engine.conftest import TRACKMARK
 from trackmark.bench.engine import engine
-from trackmark.bench.engine.dask import (
-    ClusterError,
-    _perform_unit,
-    with_absolute_paths,
-)
+from trackmark.bench.engine.dask import ClusterError, _perform_unit, with_absolute_paths
 from trackmark.bench.engine.work_unit import Entry, Limits, Unit
 from trackmark.bench.experiments.experiment import SequenceSource
 from trackmark.bench.store.results import Results
@@ -66,7 +62,7 @@ def stored_runs(data, name):
 def test_results_of_two_workers_equal_the_local_engine(data, start, contents):
     for name in ("local", "dask"):
         command = start(name, engine=name)
-        assert command.wait() == 0, command.complained
+        assert command.wait() == 0, command.stderr
     expected = contents(data / "results/local")
     assert len(expected) == 4 * 4
     assert contents(data / "results/dask") == expected
@@ -75,7 +71,7 @@ def test_results_of_two_workers_equal_the_local_engine(data, start, contents):
 @pytest.mark.weekly
 def test_unit_of_a_lost_worker_runs_on_another(data, start):
     command = start("x", "static,killer.py:Knob")
-    assert command.wait() == 0, command.complained
+    assert command.wait() == 0, command.stderr
     assert (data / "killed").exists()
     runs = stored_runs(data, "x")
     assert (len(runs), [run.failure for run in runs if run.failure]) == (4 * 3, [])
@@ -134,8 +130,8 @@ def test_lost_scheduler_is_reported_in_one_line(data, start, scheduler):
     assert command.process.stdout.readline()
     processes[0].kill()
     assert command.wait() == 2
-    assert "the Dask scheduler is lost" in command.complained
-    assert "run the same command again" in command.complained.splitlines()[-1]
+    assert "the Dask scheduler is lost" in command.stderr
+    assert "run the same command again" in command.stderr.splitlines()[-1]
     assert 1 <= len(stored_runs(data, "x")) < 8
 
 
@@ -159,7 +155,7 @@ def test_worker_with_another_source_is_refused(monkeypatch):
     unit = Unit(SequenceSource("samples/face"), (), "accuracy", 120)
     error = _perform_unit("command", Limits(), "another", unit)
     assert isinstance(error, ClusterError)
-    assert str(error).startswith("the worker on node-7 runs another source of trackmark")
+    assert str(error).startswith("the worker on node-7 has another version of trackmark's source")
 
 
 def test_missing_dask_is_one_line_with_the_remedy(monkeypatch):

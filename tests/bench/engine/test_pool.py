@@ -1,4 +1,4 @@
-"""Pool of workers: equal results on one core and two, the repeat rule, and what a worker needs."""
+"""Pool of workers: equal results for any number of workers, repetition after harm, limits."""
 
 import os
 import signal
@@ -17,7 +17,7 @@ from trackmark.bench.engine.pool import Pool, Worker
 from trackmark.bench.engine.work_unit import Entry, Limits, Unit
 from trackmark.bench.execution.executor import Execution, run
 from trackmark.bench.execution.plan import make_plan
-from trackmark.bench.execution.scheduling import left_of
+from trackmark.bench.execution.scheduling import missing_units
 from trackmark.bench.experiments.experiment import Experiment, ExperimentError, SequenceSource
 from trackmark.bench.experiments.tracker_files import resolve_trackers
 from trackmark.bench.store.files import ResultsError
@@ -29,14 +29,14 @@ from trackmark.datasets import SequenceError, readers
 
 FRAMES = 12
 
-# What a tracker does in its first update, by its name.
+# Statement in each update, by tracker name.
 ACTS = {
     "Patches": "np.mean = lambda *a, **k: 1 / 0",
     "Averages": "np.mean([1.0])",
     "Raises": "raise ValueError('no wish')",
     "Ends": "os._exit(3)",
     "Spoils": "np.mean = lambda *a: 0.5; os.umask(0o777)",
-    "LeavesThread": "_thread.start_new_thread(time.sleep, (1e6,))",  # `threading` knows of none
+    "LeavesThread": "_thread.start_new_thread(time.sleep, (1e6,))",  # `threading` does not list it
     "LeavesDaemon": "subprocess.Popen(['sleep', DAEMON], env={}, start_new_session=True)",
     "Reads": "self.box = self.box + [np.mean([1.0]), 0, 0, 0]",
     "ChangesItsFile": "Path(__file__).write_text('#')",
@@ -51,7 +51,7 @@ DAEMON = "86413.{os.getpid()}"
 
 @pytest.fixture
 def data(workspace, otb):
-    """Two sequences, and the trackers in a file."""
+    """Return a folder with two sequences and a file with the trackers of `ACTS`."""
     for name in "AB":
         otb(workspace / "data" / name, FRAMES)
     source = HEAD + KNOB_TRACKER.replace("class Knob(", "class Base(")
@@ -80,7 +80,7 @@ def failures(folder):
 def one_unit(data, *names, repetitions=1):
     """Return the planned units of the trackers on sequence A as a single unit."""
     requested = experiment(data, *names, sequences="A", repetitions=repetitions)
-    units = list(left_of(make_plan(requested, Results(data / "none"))))
+    units = list(missing_units(make_plan(requested, Results(data / "none"))))
     return replace(units[0], entries=tuple(entry for unit in units for entry in unit.entries))
 
 
@@ -88,17 +88,17 @@ def one_unit(data, *names, repetitions=1):
 def tasks(monkeypatch):
     """Record the number of runs of each request, and whether it was for a fresh process."""
     requests = []
-    plain = Worker.give
+    plain = Worker.send
 
-    def give(self, request):
+    def send(self, request):
         requests.append((len(request.unit.entries), not self._used))
         plain(self, request)
 
-    monkeypatch.setattr(Worker, "give", give)
+    monkeypatch.setattr(Worker, "send", send)
     return requests
 
 
-def test_one_process_or_two_make_the_results_of_evaluate(
+def test_one_worker_or_two_give_the_results_of_evaluate(
     data, contents, without_processes, monkeypatch
 ):
     names = ("static", f"{data}/knob.py:Knob", "camshift")
@@ -155,7 +155,7 @@ def test_run_of_a_worker_equals_that_of_this_process(data, without_processes, op
 
 def test_harmful_tracker_gets_units_of_its_own(data, tasks):
     unit = one_unit(data, "static", "Ends", "Averages")
-    units = [unit, replace(unit, truth="again")]
+    units = [unit, replace(unit, fingerprint="again")]
     with closing(Pool(Limits())) as workers:
         outcomes = dict(workers.perform(units))
     for outcome in outcomes.values():
@@ -235,7 +235,7 @@ def test_output_of_a_worker_is_cut_to_its_end(data, monkeypatch):
     plain = Worker.check
 
     def check(self, ready):
-        self._output.write(b"loud" * 10_000)  # as the worker itself, whenever it is looked at
+        self._output.write(b"loud" * 10_000)  # output of the worker before each check
         answer = plain(self, ready)
         sizes.append(os.fstat(self._output.fileno()).st_size)
         return answer
@@ -250,15 +250,15 @@ def test_output_of_a_worker_is_cut_to_its_end(data, monkeypatch):
 
 def test_worker_that_is_killed_while_it_starts_is_replaced_once(data, monkeypatch):
     kills = []
-    plain = Worker.give
+    plain = Worker.send
 
-    def give(self, request):
+    def send(self, request):
         if len(kills) < most:
             kills.append(self._process.pid)
             os.kill(self._process.pid, signal.SIGKILL)
         plain(self, request)
 
-    monkeypatch.setattr(Worker, "give", give)
+    monkeypatch.setattr(Worker, "send", send)
     unit = one_unit(data, "static")
     most = 1
     with closing(Pool(Limits())) as workers:

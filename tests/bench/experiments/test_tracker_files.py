@@ -29,7 +29,7 @@ UNPRINTABLE = """class Error(Exception):
         raise ValueError
 raise Error"""
 
-REFUSED = {  # what stands before the class, or after it, and what is said
+REFUSED = {  # code before the class, code in or after it, words of the error
     "exits": ("import sys; sys.exit(0)", "", "the file cannot be imported: SystemExit: 0 (line 1)"),
     "no syntax": (
         "\nclass:",
@@ -45,11 +45,7 @@ REFUSED = {  # what stands before the class, or after it, and what is said
     ),
     "recurses": ("def f(): f()\nf()", "", "RecursionError: maximum recursion depth exceeded"),
     "holds NUL": ("\0", "", "null bytes"),
-    "interrupts": (
-        "raise KeyboardInterrupt",
-        "",
-        "its description raises KeyboardInterrupt",
-    ),
+    "interrupts": ("raise KeyboardInterrupt", "", "its description raises KeyboardInterrupt"),
     "can't be printed": (UNPRINTABLE, "", "<exception str() failed>"),
     "presets of no kind": (
         "",
@@ -140,14 +136,14 @@ def test_import_changes_nothing_in_this_process(calm, capfd):
 def test_file_that_ends_the_child_is_named(calm, case):
     act, words = ENDS[case]
     good, bad = str(calm("good")), str(calm("bad", act))
-    with pytest.raises(TrackerError, match=rf"bad\.py: while it is imported, {words}\."):
+    with pytest.raises(TrackerError, match=rf"bad\.py: the import failed: {words}\."):
         resolve_trackers([good, bad])
 
 
 def test_import_that_never_ends_is_stopped(calm, monkeypatch):
     monkeypatch.setattr(tracker_files, "_SECONDS", 0.2)
     with pytest.raises(
-        TrackerError, match=r"file\.py: while it is imported, nothing happens for 0.2 s"
+        TrackerError, match=r"file\.py: the import failed: nothing happens for 0.2 s"
     ):
         describe_tracker(str(calm("file", "while True: pass")))
 

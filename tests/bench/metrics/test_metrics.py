@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tests.bench.metrics.made import truth_of
+from tests.bench.metrics.artificial_runs import truth_of
 from trackmark.bench.metrics.centre_error import centre_error, centre_inside, centres
 from trackmark.bench.metrics.native import LOSS_FRAMES, first_loss, native
 from trackmark.bench.metrics.overlap import is_well_formed, overlap
@@ -133,11 +133,7 @@ def test_first_loss_equals_slow_definition(data, n):
 
 @pytest.mark.parametrize(
     ("outside", "hidden", "first"),
-    [
-        (range(20, 29), (), 40),
-        (range(20, 30), (), 20),
-        ([*range(20, 29), 32], (29, 30, 31), 20),
-    ],
+    [(range(20, 29), (), 40), (range(20, 30), (), 20), ([*range(20, 29), 32], (29, 30, 31), 20)],
     ids=["nine frames", "ten frames", "hidden frames between"],
 )
 def test_loss_needs_ten_visible_frames_outside(outside, hidden, first):

@@ -1,4 +1,4 @@
-"""Artificial boxes with the scores of toolkits: recorded once, compared in the tests.
+"""Artificial boxes with recorded scores of toolkits, which the tests compare with ours.
 
 The toolkits need other versions of Python and libraries. To record the scores again, install
 `numpy<2 six got10k shapely` for Python 3.10 and `vot-toolkit==0.7.1` for Python 3.7. Then run:

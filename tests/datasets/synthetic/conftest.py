@@ -7,7 +7,10 @@ from trackmark.datasets.synthetic import plain
 
 @pytest.fixture(scope="session")
 def target():
-    def open_target(**knobs):
-        return plain.SUITE.load("plain/target", {key: str(value) for key, value in knobs.items()})
+    """Return a function that opens `plain/target` with parameters."""
+
+    def open_target(**parameters):
+        texts = {key: str(value) for key, value in parameters.items()}
+        return plain.SUITE.load("plain/target", texts)
 
     return open_target

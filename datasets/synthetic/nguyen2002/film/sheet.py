@@ -5,6 +5,7 @@ from collections.abc import Iterator, Sequence
 import cv2
 import numpy as np
 from numba import njit
+from numpy.random import Generator
 from numpy.typing import ArrayLike, NDArray
 
 from trackmark.datasets.interface import Image
@@ -33,11 +34,7 @@ def point_list(x: Array, y: Array) -> list[tuple[float, float]]:
 
 
 def adjacent_spans(
-    random: np.random.Generator,
-    width: float,
-    wide: tuple[float, float],
-    gap: float = 0.0,
-    rest: float = 0.01,
+    random: Generator, width: float, wide: tuple[float, float], gap: float = 0.0, rest: float = 0.01
 ) -> Iterator[tuple[float, float]]:
     """Yield left ends and widths of adjacent objects, until at most `rest` of the width is free.
 
@@ -105,7 +102,7 @@ class PaintedSheet:
         self.light(bright - fall * np.square(2 * across - middle))
 
     def wear(
-        self, random: np.random.Generator, strength: float, coarsest: int, finest: int,
+        self, random: Generator, strength: float, coarsest: int, finest: int,
         stretch: int = 1, side: int = 256,
     ) -> None:  # fmt: skip
         """Add vertically stretched noise with `coarsest` to `finest` cells per `side` pixels."""
@@ -133,30 +130,30 @@ def _light(picture: NDArray[np.uint8], gain: Array) -> None:
 class RigidObject:
     """Flat rigid object that moves, rotates, scales, and slowly changes between two textures.
 
-    `looks` are one or two textures (h, w, 3), BGR in [0, 255]. `coverage`, shape (h, w), is in
+    `textures` are one or two textures (h, w, 3), BGR in [0, 255]. `coverage`, shape (h, w), is in
     [0, 1]. `oversize` is the number of texture pixels per image pixel at scale 1.
     """
 
-    def __init__(self, looks: Sequence[Array], coverage: Array, oversize: float) -> None:
+    def __init__(self, textures: Sequence[Array], coverage: Array, oversize: float) -> None:
         alpha = np.full((*coverage.shape, 1), 255.0)
-        self._looks = []
-        for look in (looks[0], looks[-1]):
-            image = np.concatenate([np.clip(look, 0, 255), alpha], axis=2) * coverage[..., None]
+        self._textures = []
+        for texture in (textures[0], textures[-1]):
+            image = np.concatenate([np.clip(texture, 0, 255), alpha], axis=2) * coverage[..., None]
             padded = np.pad(image, [(1, 1), (1, 1), (0, 0)])
-            self._looks.append(np.round(padded).astype(np.uint8))
-        self._silhouette = np.repeat(self._looks[0][..., 3:], 4, axis=2)
+            self._textures.append(np.round(padded).astype(np.uint8))
+        self._silhouette = np.repeat(self._textures[0][..., 3:], 4, axis=2)
         self._oversize = oversize
 
     def draw(
-        self, canvas: Image, places: Array, scale: float, angle: float, look: float = 0.0
+        self, canvas: Image, places: Array, scale: float, angle: float, share: float = 0.0
     ) -> None:
         """Blend the object over a canvas, averaged over positions (k, 2) of its centre [pixels].
 
-        The angle is clockwise [radians]. `look` in [0, 1] is the share of the second texture.
+        The angle is clockwise [radians]. `share` in [0, 1] is the share of the second texture.
         """
         matrices = self._matrices(places, scale, angle)
-        first, second = self._looks
-        lay_mixture(canvas, first, second, round(256 * look), matrices)
+        first, second = self._textures
+        lay_mixture(canvas, first, second, round(256 * share), matrices)
 
     def coverage(
         self, size: tuple[int, int], place: Array, scale: float, angle: float

@@ -11,16 +11,17 @@ from functools import cached_property, lru_cache
 
 import cv2
 import numpy as np
+from numpy.random import Generator
 from numpy.typing import ArrayLike, NDArray
 
 from trackmark.datasets.interface import Image, Mask
-from trackmark.datasets.synthetic.nguyen2002.knobs import LightsKnobs
 from trackmark.datasets.synthetic.nguyen2002.lights.objects import (
     HALF_HEIGHT,
     HALF_WIDTH,
     held_objects,
     occluder_objects,
 )
+from trackmark.datasets.synthetic.nguyen2002.parameters import LightsParameters
 from trackmark.datasets.synthetic.render.camera import LENS, Camera
 from trackmark.datasets.synthetic.render.desk import render_room
 from trackmark.datasets.synthetic.render.finish import (
@@ -56,7 +57,7 @@ OFF, ON = 110, 215
 
 
 @dataclass(frozen=True)
-class Crossing:
+class Passage:
     """Passage of an occluder in front of the object."""
 
     # name in `OCCLUDERS`: a wooden board, a panelled door, a patterned cloth, a person's back
@@ -72,7 +73,7 @@ class LightsPlan:
     loop: Loop  # path of the object's centre [pixels]
     # (4, 3): rows are scale, tilt, yaw, pitch; columns are amplitude, period [frames], phase
     waves: Array
-    passings: tuple[Crossing, ...]  # in order of time
+    passages: tuple[Passage, ...]  # passages in order of time
     off: int  # first frame without the lamp
     on: int  # first frame in which the lamp is on again
 
@@ -92,12 +93,12 @@ class LightsPlan:
         """Return yaw and pitch of the object [radians], shape `times.shape + (2,)`."""
         return np.stack([self._wave(2, times), self._wave(3, times)], axis=-1)
 
-    def passer(self, passing: Crossing, times: ArrayLike) -> Array:
+    def occluder_column(self, passage: Passage, times: ArrayLike) -> Array:
         """Return the image column of an occluder's centre [pixels]."""
-        since = np.asarray(times, np.float64) - passing.middle
-        return quantised(self.place(passing.middle)[0] + passing.pace * since)
+        since = np.asarray(times, np.float64) - passage.middle
+        return quantised(self.place(passage.middle)[0] + passage.pace * since)
 
-    def lit(self, frame: int) -> bool:
+    def lamp_is_on(self, frame: int) -> bool:
         """Return whether the switched lamp is on."""
         return not self.off <= frame < self.on
 
@@ -106,7 +107,7 @@ class LightsPlan:
         return np.asarray(size * np.sin(2 * np.pi * np.asarray(times) / period + phase))
 
 
-def sample_plan(random: np.random.Generator) -> LightsPlan:
+def sample_plan(random: Generator) -> LightsPlan:
     """Sample a plan."""
     loop = random_loop(random, (70, 66), (250, 150), random.uniform(1.2, 1.7))
     sizes = (0.06, 0.11), (0.010, 0.025), (0.05, 0.12), (0.03, 0.08)
@@ -115,13 +116,13 @@ def sample_plan(random: np.random.Generator) -> LightsPlan:
         for size in sizes
     ]
     kinds = random.permutation(OCCLUDERS)[: len(CROSSING_TIMES)].tolist()
-    passings = []
+    passages = []
     for kind, about in zip(kinds, CROSSING_TIMES, strict=True):
         middle, side = about + random.uniform(-5, 5), float(random.choice([-1, 1]))
         pace = side * random.uniform(6.5, 8.0) * (1.3 if kind == "back" else 1)
-        passings.append(Crossing(kind, middle, pace))
+        passages.append(Passage(kind, middle, pace))
     off, on = (time + int(random.integers(-4, 5)) for time in (OFF, ON))
-    return LightsPlan(loop, np.array(waves), tuple(passings), off, on)
+    return LightsPlan(loop, np.array(waves), tuple(passages), off, on)
 
 
 Floats = NDArray[np.float32]
@@ -222,7 +223,7 @@ class LightsSetting:
         self.plan = sample_plan(self._random("plan"))
 
     @cached_property
-    def carried(self) -> FlatCard:
+    def held_card(self) -> FlatCard:
         """Card of object, hand and arm; its two sheets contain colour, and normal with gloss."""
         surface = render_surfaces(self._things, HELD_CORNER, HELD_SIZE, CARD_FINE)
         return FlatCard(surface.reduced(1), self._middle - HELD_CORNER, CARD_FINE)
@@ -253,11 +254,11 @@ class LightsSetting:
         return points, int(whole.sum())
 
     @cached_property
-    def passers(self) -> list[FlatCard]:
-        """Cards of the occluders in order of time; their sheets are as in `carried`."""
+    def occluders(self) -> list[FlatCard]:
+        """Cards of the occluders in order of time; their sheets are as in `held_card`."""
         cards = []
-        for k, passing in enumerate(self.plan.passings):
-            things = occluder_objects(passing.kind, self._random(f"passer {k}"))
+        for k, passage in enumerate(self.plan.passages):
+            things = occluder_objects(passage.kind, self._random(f"passer {k}"))
             size = 2 * HALF_WIDTH, 2 * HALF_HEIGHT
             surface = render_surfaces(things, (-HALF_WIDTH, -HALF_HEIGHT), size, ROOM_FINE)
             cards.append(FlatCard(surface.reduced(1), (HALF_WIDTH, HALF_HEIGHT), ROOM_FINE))
@@ -296,18 +297,18 @@ class LightsSetting:
         low, high = self._bounds
         return (low + high) / 2
 
-    def _random(self, part: str) -> np.random.Generator:
+    def _random(self, part: str) -> Generator:
         return part_generator(self._seed, f"nguyen2002/lights {part}")
 
 
 AFAR = -90.0  # approximate depth of the static surfaces on which shadows fall [pixels]
-# Lamp that is turned off: its share of the light, and its horizontal distance from the centre
-# [pixels]. The other light is so weak, and the shadows so far aside, that earlier colours are
-# uninformative.
+# Switched lamp: range of its fraction of the light, and of its horizontal distance from the centre
+# [pixels]. The light of the other lamp is so weak, and the shadows move so far, that colours of
+# earlier frames are uninformative.
 STRONG, ASIDE = (0.88, 0.92), (210, 270)
 
 
-def sample_lamps(random: np.random.Generator) -> tuple[Lamp, Lamp]:
+def sample_lamps(random: Generator) -> tuple[Lamp, Lamp]:
     """Sample the switched lamp, which gives most of the light, and a lamp on the other side.
 
     Both are nearly white: they differ by 6 % in blue and by 2.5 % in green.
@@ -333,28 +334,28 @@ class Lighting:
         on: Sequence[int],
         held: CardPose,
         turn: Array,
-        passing: Sequence[tuple[int, CardPose, int]],
+        occluders: Sequence[tuple[int, CardPose, int]],
     ) -> Floats:
         """Render the scene with the lamps whose indices are in `on`, shape (height, width, 3).
 
         `turn`, shape (2,), is the rotation of the held object to the right and down [radians].
-        `passing` contains index, pose and blur [pixels] of every occluder.
+        `occluders` contains index, pose and blur [pixels] of every occluder.
         """
         picture = np.zeros((*SIZE[::-1], 3), np.float32)
         for k in on:
-            ambient, direct = self._returned[k]
-            through, passed = self._ways[k]
-            seen = 1 - self._held_shades[k].sample(held, through)
-            for number, pose, _ in passing:
-                seen *= 1 - self._far_shades[k][number].sample(pose, passed)
+            ambient, direct = self._reflected_light[k]
+            through, passed = self._shadow_points[k]
+            seen = 1 - self._held_shadows[k].sample(held, through)
+            for number, pose, _ in occluders:
+                seen *= 1 - self._far_shadows[k][number].sample(pose, passed)
             picture += ambient + direct * seen[..., None]
         left = np.ones((len(on), *SIZE[::-1]), np.float32)
         for seen, k in zip(left, on, strict=True):
-            for number, pose, _ in passing:
-                seen *= 1 - self._near_shades[k][number].sample(pose, self._near_ways[k])
-        self._lay(picture, on, self._setting.carried.place(held), HELD, turn, left)
-        for number, pose, blur in passing:
-            card = self._setting.passers[number]
+            for number, pose, _ in occluders:
+                seen *= 1 - self._near_shadows[k][number].sample(pose, self._near_shadow_points[k])
+        self._lay(picture, on, self._setting.held_card.place(held), HELD, turn, left)
+        for number, pose, blur in occluders:
+            card = self._setting.occluders[number]
             if not card.may_be_seen(pose):  # Outside the image, an occluder only casts shadows.
                 continue
             blurred = [
@@ -373,7 +374,7 @@ class Lighting:
         blend_lit_card(picture, sheets[0], sheets[1], depth, turn, places, powers, left)
 
     @cached_property
-    def _returned(self) -> list[tuple[Floats, Floats]]:
+    def _reflected_light(self) -> list[tuple[Floats, Floats]]:
         """Ambient and direct light of each lamp, reflected from the room to the camera."""
         room = self._setting.room
         colour = room.reduced(ROOM_FINE)[0][..., :3]
@@ -388,7 +389,7 @@ class Lighting:
         return pairs
 
     @cached_property
-    def _ways(self) -> list[tuple[Floats, Floats]]:
+    def _shadow_points(self) -> list[tuple[Floats, Floats]]:
         """Points where the rays of each lamp to the room cross the planes of the moving objects."""
         depth = cv2.resize(self._setting.room.depth, SIZE, interpolation=cv2.INTER_AREA)
         points = _pixel_centres(np.asarray(depth))
@@ -398,29 +399,29 @@ class Lighting:
         ]
 
     @cached_property
-    def _near_ways(self) -> list[Floats]:
+    def _near_shadow_points(self) -> list[Floats]:
         """Points where the rays of each lamp to the object cross the plane of the occluders."""
         points = _pixel_centres(np.full(SIZE[::-1], HELD))
         return [plane_crossings(lamp, points, PASSING) for lamp in self._lamps]
 
     @cached_property
-    def _held_shades(self) -> list[ShadowMask]:
+    def _held_shadows(self) -> list[ShadowMask]:
         return [
-            self._setting.carried.shade(shadow_softness(lamp, HELD, AFAR)) for lamp in self._lamps
+            self._setting.held_card.shade(shadow_softness(lamp, HELD, AFAR)) for lamp in self._lamps
         ]
 
     @cached_property
-    def _far_shades(self) -> list[list[ShadowMask]]:
-        return self._passers_shades(AFAR)
+    def _far_shadows(self) -> list[list[ShadowMask]]:
+        return self._occluder_shadows(AFAR)
 
     @cached_property
-    def _near_shades(self) -> list[list[ShadowMask]]:
-        return self._passers_shades(HELD)
+    def _near_shadows(self) -> list[list[ShadowMask]]:
+        return self._occluder_shadows(HELD)
 
-    def _passers_shades(self, depth: float) -> list[list[ShadowMask]]:
+    def _occluder_shadows(self, depth: float) -> list[list[ShadowMask]]:
         """Return the shadow mask of every occluder and lamp on a surface at a depth."""
         return [
-            [card.shade(shadow_softness(lamp, PASSING, depth)) for card in self._setting.passers]
+            [card.shade(shadow_softness(lamp, PASSING, depth)) for card in self._setting.occluders]
             for lamp in self._lamps
         ]
 
@@ -437,9 +438,9 @@ REACH = 400.0  # an object farther than this from the image casts no shadow into
 CAMERA = Camera(SIZE, noise=2.0, fall=(0.04, 0.06))
 
 
-def scene(knobs: LightsKnobs) -> "LightsScene":
+def scene(parameters: LightsParameters) -> "LightsScene":
     """Return the renderer with its ground truth, without rendering."""
-    return LightsScene(knobs.scene)
+    return LightsScene(parameters.scene)
 
 
 class LightsScene(SyntheticScene):
@@ -463,21 +464,21 @@ class LightsScene(SyntheticScene):
 
     def render(self, frame: int) -> Image:
         lighting = _lighting(self._seed)
-        on = [0, 1] if self.plan.lit(frame) else [1]
-        passing = [
-            (number, pose, 2 * round(abs(self.plan.passings[number].pace) * EXPOSURE / 2) + 1)
-            for number, pose in _passing(self.plan, frame)
+        on = [0, 1] if self.plan.lamp_is_on(frame) else [1]
+        occluders = [
+            (number, pose, 2 * round(abs(self.plan.passages[number].pace) * EXPOSURE / 2) + 1)
+            for number, pose in _visible_occluders(self.plan, frame)
         ]
         facing = self.plan.facing(frame)
-        picture = lighting.picture(on, _pose(self.plan, frame), facing, passing)
+        picture = lighting.picture(on, _pose(self.plan, frame), facing, occluders)
         seen = SENSITIVITY * np.asarray(cv2.GaussianBlur(picture, (0, 0), LENS))
         canvas: Image = np.round(255 * np.clip(seen, 0, 1) ** (1 / GAMMA)).astype(np.uint8)
         return CAMERA.exposed(canvas, self._seed, frame)
 
     def mask(self, frame: int) -> Mask:
         seen = self.setting.silhouette.place(_pose(self.plan, frame))[0][..., 0]
-        for number, passer in _passing(self.plan, frame):
-            seen = seen * (1 - self.setting.passers[number].place(passer)[0][..., 3])
+        for number, pose in _visible_occluders(self.plan, frame):
+            seen = seen * (1 - self.setting.occluders[number].place(pose)[0][..., 3])
         return np.asarray(seen >= 0.5)
 
 
@@ -485,11 +486,11 @@ def _pose(plan: LightsPlan, frame: int) -> CardPose:
     return CardPose(plan.place(frame), float(plan.scale(frame)), float(plan.tilt(frame)))
 
 
-def _passing(plan: LightsPlan, frame: int) -> list[tuple[int, CardPose]]:
+def _visible_occluders(plan: LightsPlan, frame: int) -> list[tuple[int, CardPose]]:
     """Return index and pose of the occluders that are in the image or cast shadows into it."""
     poses = []
-    for number, passing in enumerate(plan.passings):
-        column = float(plan.passer(passing, frame))
+    for number, passage in enumerate(plan.passages):
+        column = float(plan.occluder_column(passage, frame))
         if -REACH < column < SIZE[0] + REACH:
             poses.append((number, CardPose((column, SIZE[1] / 2))))
     return poses
@@ -514,11 +515,11 @@ def _truth(seed: int) -> SceneTruth:
     size = setting.extent * plan.scale(times)[:, None]
     points, whole = setting.points
     visibility = np.full(FRAMES, len(points) / whole)
-    shades = [card.shade() for card in setting.passers]
+    shadows = [card.shade() for card in setting.occluders]
     for frame in range(FRAMES):
         seen = _pose(plan, frame).onto_picture(points)[:, None]
-        for number, passer in _passing(plan, frame):
-            visibility[frame] *= 1 - shades[number].sample(passer, seen.astype(np.float32)).mean()
+        for number, pose in _visible_occluders(plan, frame):
+            visibility[frame] *= 1 - shadows[number].sample(pose, seen.astype(np.float32)).mean()
     occluded = visibility < 0.5
     return SceneTruth(
         np.hstack([plan.place(times) - size / 2, size]),
@@ -526,6 +527,6 @@ def _truth(seed: int) -> SceneTruth:
         {
             "occluded": occluded,
             "partly occluded": (visibility < 0.9) & ~occluded,
-            "lamp off": np.array([not plan.lit(frame) for frame in range(FRAMES)]),
+            "lamp off": np.array([not plan.lamp_is_on(frame) for frame in range(FRAMES)]),
         },
     )

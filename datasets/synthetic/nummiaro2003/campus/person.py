@@ -9,23 +9,22 @@ from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
+from numpy.random import Generator
 
-from trackmark.datasets.synthetic.knobs import SceneKnobs
 from trackmark.datasets.synthetic.multipart.plan import Person
 from trackmark.datasets.synthetic.nummiaro2003.campus.scene import (
-    VisitPlan,
-    VisitScene,
-    sample_bystander,
-    sample_target,
-)
-from trackmark.datasets.synthetic.nummiaro2003.campus.setting import (
     DOORSTEP,
     OPENING,
     THRESHOLD,
     CarPark,
+    VisitPlan,
+    VisitScene,
     entrance,
     parked_cars,
+    sample_bystander,
+    sample_target,
 )
+from trackmark.datasets.synthetic.parameters import SceneParameters
 from trackmark.datasets.synthetic.render.prop import Prop
 from trackmark.datasets.synthetic.render.views import (
     SIZE,
@@ -44,9 +43,9 @@ PAVEMENT = 15.75, 16.3  # depths of passers-by, between the cars and the porch [
 ELBOW_ROOM = 0.5  # minimum distance between people [metres]
 
 
-def scene(knobs: SceneKnobs) -> VisitScene:
+def scene(parameters: SceneParameters) -> VisitScene:
     """Return the renderer with its ground truth, without rendering."""
-    return VisitScene(_plan(knobs.scene), "even")
+    return VisitScene(_plan(parameters.scene), "even")
 
 
 @lru_cache(maxsize=4)
@@ -75,7 +74,7 @@ def _target(seed: int, things: list[Prop]) -> Person:
 
 
 def _sample_path_points(
-    random: np.random.Generator, camera: Viewpoint, door: float
+    random: Generator, camera: Viewpoint, door: float
 ) -> tuple[tuple[float, float], Iterator[tuple[float, float]]]:
     """Return the start, outside the image or behind the porch wall, and the waypoints."""
     side, far = float(random.choice([-1, 1])), bool(random.integers(2))
@@ -118,7 +117,7 @@ def _passers_by(seed: int, first: Person) -> list[Person]:
     return passers
 
 
-def _generator(seed: int, part: str) -> np.random.Generator:
+def _generator(seed: int, part: str) -> Generator:
     return part_generator(seed, f"nummiaro2003/person {part}")
 
 
@@ -139,5 +138,4 @@ def _door(seed: int) -> float:
 
 
 def _half_width(camera: Viewpoint, z: float) -> float:
-    """Return half the visible width at a depth [metres]."""
     return SIZE[0] / 2 / float(camera.scale(z))

@@ -10,17 +10,18 @@ from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
+from numpy.random import Generator
 
-from trackmark.datasets.synthetic.knobs import SceneKnobs
 from trackmark.datasets.synthetic.multipart import routes
 from trackmark.datasets.synthetic.multipart.plan import Person
 from trackmark.datasets.synthetic.nummiaro2003.campus.scene import (
     VisitPlan,
     VisitScene,
+    old_tree,
     sample_bystander,
     sample_target,
 )
-from trackmark.datasets.synthetic.nummiaro2003.campus.setting import old_tree
+from trackmark.datasets.synthetic.parameters import SceneParameters
 from trackmark.datasets.synthetic.render.path import smooth_step
 from trackmark.datasets.synthetic.render.views import (
     SIZE,
@@ -43,9 +44,9 @@ CLEAR = 0.65  # minimum difference in depth between the target and people behind
 OTHERS_BEHIND = 5  # number of people behind the target
 
 
-def scene(knobs: SceneKnobs) -> VisitScene:
+def scene(parameters: SceneParameters) -> VisitScene:
     """Return the renderer with its ground truth, without rendering."""
-    return VisitScene(_plan(knobs.scene), "even")
+    return VisitScene(_plan(parameters.scene), "even")
 
 
 @lru_cache(maxsize=4)
@@ -77,7 +78,7 @@ def _plan(seed: int) -> VisitPlan:
     return VisitPlan(street, views, people, slice(COMES, GONE), tree)
 
 
-def _generator(seed: int, part: str) -> np.random.Generator:
+def _generator(seed: int, part: str) -> Generator:
     return part_generator(seed, f"nummiaro2003/students {part}")
 
 
@@ -85,7 +86,7 @@ def _views(seed: int) -> Views:
     return sample_fixed_views(_generator(seed, "camera"), LENGTH)
 
 
-def _sample_target_path(random: np.random.Generator, views: Views) -> WalkingPath:
+def _sample_target_path(random: Generator, views: Views) -> WalkingPath:
     """Sample a path that crosses the image from one side and leaves it at the other side."""
     time = (np.arange(LENGTH) - COMES) / (GONE - COMES)
     start, swing = random.uniform(45, 80), random.uniform(-8, 8)
@@ -103,7 +104,7 @@ def _sample_target_path(random: np.random.Generator, views: Views) -> WalkingPat
 
 
 def _sample_passing_path(
-    random: np.random.Generator, target: WalkingPath, when: int, pace: float
+    random: Generator, target: WalkingPath, when: int, pace: float
 ) -> WalkingPath:
     """Sample the path of a person who meets the target and passes close in front of it."""
     frame = when + int(random.integers(-2, 2, endpoint=True))

@@ -10,25 +10,25 @@ lane or parks at its side.
 from functools import lru_cache
 
 import numpy as np
+from numpy.random import Generator
 
-from trackmark.datasets.synthetic.knobs import SceneKnobs
 from trackmark.datasets.synthetic.nummiaro2003.driving.car import (
+    BGR,
     TARGETS,
     CarAt,
     contrasting_paints,
     sample_car,
 )
-from trackmark.datasets.synthetic.nummiaro2003.driving.paintwork import BGR
-from trackmark.datasets.synthetic.nummiaro2003.driving.plan import (
+from trackmark.datasets.synthetic.nummiaro2003.driving.scene import (
     FRAMES_PER_SECOND,
     SIZE,
     Bend,
     DrivingPath,
     DrivingPlan,
+    DrivingScene,
     Route,
     car_at,
 )
-from trackmark.datasets.synthetic.nummiaro2003.driving.scene import DrivingScene
 from trackmark.datasets.synthetic.nummiaro2003.driving.view import PerspectiveView, windows_meet
 from trackmark.datasets.synthetic.nummiaro2003.driving.world import (
     House,
@@ -38,6 +38,7 @@ from trackmark.datasets.synthetic.nummiaro2003.driving.world import (
     broken_line,
     sample_house,
 )
+from trackmark.datasets.synthetic.parameters import SceneParameters
 from trackmark.datasets.synthetic.render.path import random_positions
 from trackmark.datasets.synthetic.scene import part_generator
 
@@ -50,16 +51,16 @@ ROWS = (-12.0, 0.0, 12.0)  # x of the rows of bays, outside and between the lane
 FIRST, LAST = 7.0, 41.0  # z at which the rows of bays start and end [metres]
 
 
-def scene(knobs: SceneKnobs) -> DrivingScene:
+def scene(parameters: SceneParameters) -> DrivingScene:
     """Return the renderer with its ground truth, without rendering."""
-    return DrivingScene(parking_plan(knobs.scene), still=True)
+    return DrivingScene(parking_plan(parameters.scene), still=True)
 
 
 @lru_cache(maxsize=4)
 def parking_plan(seed: int) -> DrivingPlan:
     """Return surroundings, cars and camera of the scene with number `seed`."""
 
-    def generator(part: str) -> np.random.Generator:
+    def generator(part: str) -> Generator:
         return part_generator(seed, f"nummiaro2003/car {part}")
 
     side = 1.0 if generator("side").random() < 0.5 else -1.0
@@ -88,7 +89,7 @@ def _windows_overlap(first_car: CarAt, second_car: CarAt, view: PerspectiveView)
     return first is not None and second is not None and windows_meet(first, second)
 
 
-def _camera(random: np.random.Generator, side: float) -> PerspectiveView:
+def _camera(random: Generator, side: float) -> PerspectiveView:
     """Sample a camera on a mast beyond the road, turned slightly towards the target's start."""
     x, z = side * random.uniform(-3.5, 1.0), -random.uniform(17.5, 19.0)
     aim = side * random.uniform(0.0, 1.0), random.uniform(8.0, 11.0)
@@ -102,7 +103,7 @@ def _camera(random: np.random.Generator, side: float) -> PerspectiveView:
 
 
 def _sample_target_path(
-    random: np.random.Generator, side: float
+    random: Generator, side: float
 ) -> tuple[DrivingPath, tuple[float, float] | None]:
     """Sample the target's path; return it with the bay (x, z) in which it parks, or None."""
     right = side > 0  # the car drives on the right in either direction
@@ -136,7 +137,7 @@ def _sample_target_path(
     return DrivingPath(*places.T), bay
 
 
-def _sample_passing_path(random: np.random.Generator) -> DrivingPath:
+def _sample_passing_path(random: Generator) -> DrivingPath:
     """Sample the path of a car on the near side of the road while the target is far away."""
     frame = int(random.integers(40, 80))
     speed = random.uniform(7.0, 9.0)
@@ -145,7 +146,7 @@ def _sample_passing_path(random: np.random.Generator) -> DrivingPath:
 
 
 def _parked(
-    random: np.random.Generator, paints: tuple[BGR, ...], bay: tuple[float, float] | None
+    random: Generator, paints: tuple[BGR, ...], bay: tuple[float, float] | None
 ) -> list[CarAt]:
     cars = []
     for row in ROWS:
@@ -187,7 +188,7 @@ def _strips() -> list[Strip]:
     ]
 
 
-def _houses(random: np.random.Generator) -> list[House]:
+def _houses(random: Generator) -> list[House]:
     """Sample offices and houses behind the car park, and houses on either side of it."""
     houses = []
     x = -46.0
@@ -204,7 +205,7 @@ def _houses(random: np.random.Generator) -> list[House]:
     return houses
 
 
-def _plants(random: np.random.Generator) -> list[StreetObject]:
+def _plants(random: Generator) -> list[StreetObject]:
     plants = []
     for side in (-1, 1):
         for z in random_positions(random, 8.0, LAST + 4, (4, 10)):

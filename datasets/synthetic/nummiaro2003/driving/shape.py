@@ -6,6 +6,7 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
+from numpy.random import Generator
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
@@ -187,8 +188,8 @@ _DARK = 0.55  # distance by which the shadow extends beyond the body [metres]
 class CarShape:
     """Proportions of a car [metres]; positions along the car are positive ahead of its centre."""
 
-    length: float  # of the body
-    width: float  # of the body
+    length: float  # length of the body
+    width: float  # width of the body
     roof: float  # height of the roof
     bonnet: float  # height of the bonnet's front edge
     screen: tuple[float, float]  # foot and roof end of the windscreen
@@ -279,7 +280,7 @@ class CarShape:
         )
 
 
-def sample_car_shape(random: np.random.Generator) -> CarShape:
+def sample_car_shape(random: Generator) -> CarShape:
     """Sample a saloon, hatchback or estate."""
     kind = ("saloon", "hatchback", "estate")[random.integers(3)]
     length = random.uniform(*{"saloon": (4.25, 4.6), "hatchback": (3.75, 4.1),

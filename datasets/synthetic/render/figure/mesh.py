@@ -9,14 +9,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
-FINE = 2
-"""Samples per pixel and axis."""
-
-NO_TRIANGLE = -1
-"""Triangle index of a sample that no triangle covers."""
-
-UNIT = 32
-"""Number of fixed-point steps per sample and per texel."""
+FINE = 2  # samples per pixel and axis
+NO_TRIANGLE = -1  # triangle index of a sample that no triangle covers
+UNIT = 32  # number of fixed-point steps per sample and per texel
 
 _BITS = 20  # bits of a triangle's index
 _NEARNESS = 1 << 21  # nearness at a distance of one metre
@@ -200,8 +195,8 @@ def paint_owners(
 
 Array = NDArray[np.float64]
 
+# number of texture columns around a body part; column 0 is the front, AROUND / 4 the left
 AROUND = 256
-"""Number of texture columns around a body part; column 0 is the front, AROUND / 4 the left."""
 
 
 @dataclass(frozen=True)

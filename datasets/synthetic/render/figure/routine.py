@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
+from numpy.random import Generator
 from numpy.typing import NDArray
 
 from trackmark.datasets.synthetic.render.path import smooth_step
@@ -15,48 +16,33 @@ from trackmark.datasets.synthetic.render.views import random_wander
 
 Array = NDArray[np.float64]
 
-SIZE = 640, 480
-"""Width and height of the images [pixels]."""
+SIZE = 640, 480  # width and height of the images [pixels]
 
 FRAMES = 450
 FRAMES_PER_SECOND = 25.0
 
-FOCAL = 700.0
-"""Focal length [pixels]."""
+FOCAL = 700.0  # focal length [pixels]
+COLUMNS = 105.0, 535.0  # range of image columns of the head at a machine [pixels]
+DEPTHS = 1.55, 2.25  # range of distances of the head from the camera at a machine [metres]
 
-COLUMNS = 105.0, 535.0
-"""Range of image columns of the head at a machine [pixels]."""
-
-DEPTHS = 1.55, 2.25
-"""Range of distances of the head from the camera at a machine [metres]."""
-
+# headings of the body: 0 is to the right, pi/2 towards the camera [radians]
 FRONT, AWAY, LEFT, RIGHT = np.pi / 2, -np.pi / 2, np.pi, 0.0
-"""Headings of the body: 0 is to the right, pi/2 towards the camera [radians]."""
 
-UNLIKE = 60.0
-"""Minimum distance between consecutive machines in the image [pixels]."""
+UNLIKE = 60.0  # minimum distance between consecutive machines in the image [pixels]
 
 
-WORK = 40, 75
-"""Minimum and maximum time at a machine [frames]."""
+WORK = 40, 75  # minimum and maximum time at a machine [frames]
 
+# minimum and maximum time at a machine that the worker faces with the back to the camera
 WORK_AT_WALL = 60, 75
-"""Minimum and maximum time at a machine that the worker faces with the back to the camera."""
 
-WAY = 30.0
-"""Minimum duration of a walk between two machines [frames]."""
+WAY = 30.0  # minimum duration of a walk between two machines [frames]
+SPEED = 0.35  # mean speed of a walk between machines, which takes one or two steps [metres/second]
+FARTHEST = 200.0  # maximum distance between consecutive machines in the image [pixels]
+TURN = 120.0  # maximum speed at which the head turns to the next machine [degrees/second]
 
-SPEED = 0.35
-"""Mean speed of a walk between machines, which takes one or two steps [metres/second]."""
-
-FARTHEST = 200.0
-"""Maximum distance between consecutive machines in the image [pixels]."""
-
-TURN = 120.0
-"""Maximum speed at which the head turns to the next machine [degrees/second]."""
-
+# minimum and maximum duration of a glance aside, and of the return of the head [frames]
 GLANCE = 14, 24
-"""Minimum and maximum duration of a glance aside, and of the return of the head [frames]."""
 
 # The worker always faces all four sides: the fourth operation begins by frame 431, after three
 # operations of at most 75 frames and three walks of at most 0.96 m.
@@ -66,14 +52,14 @@ GLANCE = 14, 24
 class Routine:
     """Pose in every frame; arrays have the shape (n,) unless stated otherwise."""
 
-    x: Array  # of the head, to the right of the camera [metres]
-    z: Array  # of the head, away from the camera [metres]
+    x: Array  # position of the head, to the right of the camera [metres]
+    z: Array  # position of the head, away from the camera [metres]
     crouch: Array  # distance by which the hips are lower than when standing [metres]
-    heading: Array  # of the body: 0 is to the right, pi/2 towards the camera [radians]
-    lean: Array  # of the trunk, forward [radians]
+    heading: Array  # heading of the body: 0 is to the right, pi/2 towards the camera [radians]
+    lean: Array  # angle of the trunk, from upright to forward [radians]
     turn: Array  # heading of the head in the world [radians]
-    nod: Array  # of the head, down from the horizon [radians]
-    tilt: Array  # of the head, to the left [radians]
+    nod: Array  # angle of the head, from the horizon downwards [radians]
+    tilt: Array  # angle of the head, from upright to the left [radians]
     # (n, 2, 3), left and right wrist relative to the base of the neck: left, up and forward in the
     # heading of the body [metres]
     hands: Array
@@ -94,7 +80,7 @@ class _Operation:
     hands: Array
 
 
-def sample_routine(random: np.random.Generator) -> Routine:
+def sample_routine(random: Generator) -> Routine:
     """Sample consecutive operations for all frames."""
     operations = _sample_operations(random)
     headings = _continuous_headings([operation.facing for operation in operations])
@@ -126,7 +112,7 @@ def sample_routine(random: np.random.Generator) -> Routine:
     )
 
 
-def _sample_operations(random: np.random.Generator) -> list[_Operation]:
+def _sample_operations(random: Generator) -> list[_Operation]:
     # The first four operations face all four sides; all of them start before the last frame.
     others = random.permutation([AWAY, LEFT, RIGHT])
     facings = [FRONT, *others.tolist()]
@@ -152,7 +138,7 @@ def _sample_operations(random: np.random.Generator) -> list[_Operation]:
 
 
 def _sample_operation(
-    random: np.random.Generator, start: float, end: float, head: tuple[float, float], facing: float
+    random: Generator, start: float, end: float, head: tuple[float, float], facing: float
 ) -> _Operation:
     upright = not start or facing == AWAY
     lean = np.radians(random.uniform(2, 20) if upright else random.uniform(2, 42))
@@ -189,7 +175,7 @@ def _continuous_headings(facings: list[float]) -> list[float]:
 
 
 def _headings(
-    random: np.random.Generator, operations: list[_Operation], headings: list[float]
+    random: Generator, operations: list[_Operation], headings: list[float]
 ) -> tuple[Array, Array]:
     """Return the headings of body and head; the head turns earlier and faster."""
     time = np.arange(FRAMES, dtype=np.float64)
@@ -205,9 +191,7 @@ def _headings(
     return body, body + limit * np.tanh((head - body) / limit)
 
 
-def _sample_glances(
-    random: np.random.Generator, operations: list[_Operation]
-) -> tuple[Array, Array]:
+def _sample_glances(random: Generator, operations: list[_Operation]) -> tuple[Array, Array]:
     """Sample glances aside, up and down during operations."""
     time = np.arange(FRAMES, dtype=np.float64)
     aside, down = np.zeros(FRAMES), np.zeros(FRAMES)
@@ -222,7 +206,7 @@ def _sample_glances(
     return aside, down
 
 
-def _sample_gesture(random: np.random.Generator, operations: list[_Operation]) -> Array:
+def _sample_gesture(random: Generator, operations: list[_Operation]) -> Array:
     """Sample the motion of a hand to the face, in some scenes, while the face is visible."""
     time = np.arange(FRAMES, dtype=np.float64)
     hands = np.zeros((FRAMES, 2))

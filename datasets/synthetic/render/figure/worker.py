@@ -9,15 +9,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from trackmark.datasets.synthetic.render.figure.clothes import (
+from trackmark.datasets.synthetic.render.figure.body import (
     FOREARM,
     NECK,
     SHOULDER,
     TRUNK,
     UPPER_ARM,
     body,
+    head,
 )
-from trackmark.datasets.synthetic.render.figure.head import head
 from trackmark.datasets.synthetic.render.figure.look import FigureLook
 from trackmark.datasets.synthetic.render.figure.mesh import (
     FINE,
@@ -36,11 +36,8 @@ Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Picture = NDArray[np.uint8]
 
-HEAD = 0
-"""Index of the head's bone."""
-
-CROWN = 0.252
-"""Height of the crown above the base of the neck [metres]."""
+HEAD = 0  # index of the head's bone
+CROWN = 0.252  # height of the crown above the base of the neck [metres]
 
 
 class Bones(NamedTuple):
@@ -138,8 +135,7 @@ def _bend_arm(joint: Array, wrist: Array, aside: Array) -> tuple[Array, Array]:
     return joint + along * towards + off * aside, joint + length * towards
 
 
-FULL = 255
-"""Coverage of a fully covered pixel."""
+FULL = 255  # coverage of a fully covered pixel
 
 
 class Worker:
@@ -267,7 +263,7 @@ def _window(placed: Integers, within: tuple[int, ...] | None) -> tuple[int, int,
     left, top = (int(v) for v in placed[:, :2].min(axis=0) // step)
     right, bottom = (int(v) for v in placed[:, :2].max(axis=0) // step + 1)
     if within is not None:
-        reach = 16  # of the blur
+        reach = 16  # width of the blur [pixels]
         left, top = max(left, -reach), max(top, -reach)
         right, bottom = min(right, within[1] + reach), min(bottom, within[0] + reach)
     return left, top, max(right - left, 1), max(bottom - top, 1)

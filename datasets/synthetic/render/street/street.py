@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numpy.random import Generator
 from numpy.typing import ArrayLike, NDArray
 
 from trackmark.datasets.synthetic.render.path import random_positions
@@ -28,11 +29,8 @@ from trackmark.datasets.synthetic.render.street.ground import (
 from trackmark.datasets.synthetic.render.views import Viewpoint
 from trackmark.datasets.synthetic.scene import part_generator
 
-KERB = 10.6
-"""Depth at which the road begins [metres]."""
-
-HOUSES = 18.0
-"""Depth of the houses [metres]."""
+KERB = 10.6  # depth at which the road begins [metres]
+HOUSES = 18.0  # depth of the houses [metres]
 
 
 @dataclass(frozen=True)
@@ -149,7 +147,7 @@ class Street:
         )
         return rows, self._first_row
 
-    def _bands(self, random: np.random.Generator) -> list[Band]:
+    def _bands(self, random: Generator) -> list[Band]:
         return street_bands(random, KERB, HOUSES)
 
     @property
