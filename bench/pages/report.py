@@ -155,11 +155,11 @@ class _Content:
             return None, Answer("", ("There is no comparison: no run is by one pass.",))
         notes = [f"{self._failed_runs()}."] if self.failed else []
         try:
-            if len(self.runs.trackers) == 1 and "mean_overlap" in self.scored:
+            if len(self.runs.trackers) == 1:
                 return None, self._single_answer(notes)
             comparison = read_comparison(experiment, self.all_runs, self.occurring)
         except AllFailedError:
-            return None, Answer("There is no answer: all runs failed.", tuple(notes))
+            return None, answer([], Measured(0))._replace(details=tuple(notes))
         except ComparisonError as error:
             return None, Answer("", (f"There is no comparison: {error}",))
         heading, details = answer_of(comparison)
@@ -167,10 +167,10 @@ class _Content:
 
     def _single_answer(self, notes: Sequence[str]) -> Answer:
         """Return the answer for one tracker."""
+        if (self.scored["status"] == "failed").all():
+            return answer([], Measured(0))._replace(details=tuple(notes))
         data = summary_of(self.scored, self.timed, "").data
         row = next(row for row in data.to_dict("records") if row["measure"] == "mean_overlap")
-        if not np.isfinite(row["mean"]):
-            return Answer("There is no answer: all runs failed.", tuple(notes))
         units = units_of([str(name) for name in self.scored["sequence"].unique()])
         interval = (row["low"], row["high"]) if np.isfinite(row["low"]) else None
         tracker = RankedTracker(str(row["tracker"]), row["mean"], interval)

@@ -180,14 +180,14 @@ def test_player_plays_scrubs_holds_enlarges_and_saves(opened_page, results):
     place = "(({{x, y, width}}) => [x, y, width])(byId('{}').getBoundingClientRect())"
     x, y, width = opened_page.run(place.format("curve"))
     left, right = opened_page.run("[PLOT.left, PLOT.right]")
-    at = {"x": x + left + 33 / 59 * (width - left - right), "y": y + 30}
-    mouse = {"button": "left", "buttons": 1, "clickCount": 1, **at}
+    position = {"x": x + left + 33 / 59 * (width - left - right), "y": y + 30}
+    mouse = {"button": "left", "buttons": 1, "clickCount": 1, **position}
     for kind in ("mousePressed", "mouseReleased"):
         opened_page.call("Input.dispatchMouseEvent", type=kind, **mouse)
     opened_page.wait("paintedFrame === 33")
     assert opened_page.run("byId('curve').ariaValueNow") == "33"
     x, _, width = opened_page.run(place.format("cursor"))
-    assert x + width / 2 == pytest.approx(at["x"], abs=0.6)
+    assert x + width / 2 == pytest.approx(position["x"], abs=0.6)
     plain, entry = opened_page.run(PIXELS), "byId('legend').children[3].textContent"
     opened_page.run("choose({other: '2.1', show: '2'})")
     numbers = []
