@@ -155,11 +155,11 @@ class _Content:
             return None, Answer("", ("There is no comparison: no run is by one pass.",))
         notes = [f"{self._failed_runs()}."] if self.failed else []
         try:
-            if len(self.runs.trackers) == 1 and "mean_overlap" in self.scored:
+            if len(self.runs.trackers) == 1:
                 return None, self._single_answer(notes)
             comparison = read_comparison(experiment, self.all_runs, self.occurring)
         except AllFailedError:
-            return None, Answer("There is no answer: all runs failed.", tuple(notes))
+            return None, answer([], Measured(0))._replace(details=tuple(notes))
         except ComparisonError as error:
             return None, Answer("", (f"There is no comparison: {error}",))
         heading, details = answer_of(comparison)
@@ -167,10 +167,10 @@ class _Content:
 
     def _single_answer(self, notes: Sequence[str]) -> Answer:
         """Return the answer for one tracker."""
+        if (self.scored["status"] == "failed").all():
+            return answer([], Measured(0))._replace(details=tuple(notes))
         data = summary_of(self.scored, self.timed, "").data
         row = next(row for row in data.to_dict("records") if row["measure"] == "mean_overlap")
-        if not np.isfinite(row["mean"]):
-            return Answer("There is no answer: all runs failed.", tuple(notes))
         units = units_of([str(name) for name in self.scored["sequence"].unique()])
         interval = (row["low"], row["high"]) if np.isfinite(row["low"]) else None
         tracker = RankedTracker(str(row["tracker"]), row["mean"], interval)
@@ -258,10 +258,10 @@ class _Content:
         yield parts_section(self.scored, self.occurring, runs, differences)
         survival = survival_charts(self.scored, runs)
         per_tracker = self.scored.groupby("tracker", observed=True).size()
-        shown = survival and per_tracker.min() >= _MIN_RUNS_OF_SURVIVAL
-        blocks = survival if shown else []
+        enough = survival and per_tracker.min() >= _MIN_RUNS_OF_SURVIVAL
+        blocks = survival if enough else []
         yield PageSection(
-            "survival", "Time to failure", charts=survival, blocks=blocks, hidden=not shown
+            "survival", "Time to failure", charts=survival, blocks=blocks, hidden=not enough
         )
         charts = timeline_charts(runs)
         stages = sequence_folds(runs, filmed, charts, means, sheets.get("sequences"), page)
@@ -458,12 +458,12 @@ class _Content:
 def _filled(sections: Sequence[PageSection]) -> list[PageSection]:
     """Return the sections; those without a neighbour take the whole width."""
     result, alone = [], dict[str, bool]()
-    shown = [section for section in sections if not section.hidden]
-    for number, section in enumerate(shown):
-        halves = number - next((n for n in range(number, -1, -1) if shown[n].span != 6), -1) - 1
-        follows = number + 1 < len(shown) and shown[number + 1].span == 6
+    visible = [section for section in sections if not section.hidden]
+    for number, section in enumerate(visible):
+        halves = number - next((n for n in range(number, -1, -1) if visible[n].span != 6), -1) - 1
+        follows = number + 1 < len(visible) and visible[number + 1].span == 6
         alone[section.key] = section.span == 6 and halves % 2 == 0 and not follows
-    has_plot = any(section.span == 5 for section in shown)
+    has_plot = any(section.span == 5 for section in visible)
     for section in sections:
         is_wide = alone.get(section.key, False) or (section.span == 7 and not has_plot)
         result.append(replace(section, span=12) if is_wide else section)

@@ -30,7 +30,9 @@ def write_front_page(output: Path) -> Path:
     rows = [_row(name, output) for name in paper_names()]
     caption = "As written: the paper taken literally. Recommended: with a few open values changed."
     papers = [PaperList(NAMES, rows)]
-    section = PageSection("papers", "Claims by verdict in two settings", blocks=papers, caption=caption)
+    section = PageSection(
+        "papers", "Claims by verdict in two settings", blocks=papers, caption=caption
+    )
     judged = sum(bool(row.counts) for row in rows)
     page = Page("trackmark", [section], answer=f"{judged} of {len(rows)} papers reproduced")
     return write_page(output / "report.html", page)[0]

@@ -99,12 +99,12 @@ class HeatRow:
 
 @dataclass(frozen=True)
 class HeatTable:
-    """Mean overlap by sequence and tracker; rows after `shown` are folded."""
+    """Mean overlap by sequence and tracker; rows after `max_rows` are folded."""
 
     trackers: Sequence[tuple[int, str]]
     rows: Sequence[HeatRow]
     means: Sequence[float]
-    shown: int
+    max_rows: int
 
 
 @dataclass(frozen=True)

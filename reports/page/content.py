@@ -199,8 +199,8 @@ class Page:
     @property
     def linked_sections(self) -> list[PageSection]:
         """Sections in the navigation: those with a short name, or all if no section has one."""
-        shown = [section for section in self.sections if not section.hidden]
-        return [section for section in shown if section.nav] or shown
+        visible = [section for section in self.sections if not section.hidden]
+        return [section for section in visible if section.nav] or visible
 
     def first_with(self, command: str) -> PageSection | None:
         """Return the first section with a command, to which later sections link."""

@@ -144,7 +144,7 @@ def test_player_shows_segments_and_restarts(chromium, by_protocols):
     for _ in range(4):
         chromium.key("f")
         messages.append(chromium.run("byId('said').textContent"))
-    assert any(f"begun again at frame {mark}." in message for message in messages)
+    assert any(f"is restarted at frame {mark}." in message for message in messages)
     assert chromium.run("byId('shown').parentNode.hidden")  # `show` draws one-pass runs only
     open_frame(chromium, sequence=name, tracker=tre, show=labels.index(tre), repetition=1, frame=50)
     before = chromium.run("screen.toDataURL()")

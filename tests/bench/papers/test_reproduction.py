@@ -346,9 +346,6 @@ def test_front_page_counts_verdicts_and_links_papers(tiny, report, page):
     assert "1 of 1 papers reproduced" in front
     assert re.findall(r"[✓✕?] (\d \w.*?)<", front)[:2] == ["2 hold", "1 does not hold"]
     assert "Made by <code>trackmark reproduce tiny --all</code> (1 min)" in front
-
-
-def test_front_page_names_a_report_that_cannot_be_read(tiny):
     (tiny.results / "tiny" / "report.json").write_text('{"claims": [{}]}')
     with pytest.raises(ResultsError, match=r"report.json: the report cannot be read"):
         write_front_page(tiny.results)
