@@ -3,7 +3,7 @@
 import textwrap
 from pathlib import Path
 
-from trackmark.bench.claims.row_verdicts import SETTINGS, VerdictRow, count_verdicts
+from trackmark.bench.claims.row_verdicts import SETTINGS, count_verdicts
 from trackmark.bench.papers.reproduction import Report
 from trackmark.reports.renderers import to_text
 
@@ -16,23 +16,21 @@ SHORT = 60
 def screen(report: Report, folder: Path) -> str:
     """Return the text that `trackmark reproduce` prints; `folder` contains the full report."""
     lines = textwrap.wrap(report.description.title, WIDTH)
+    lines += textwrap.wrap(report.description.finding, WIDTH) if report.verdicts else []
     for table in report.main:
         caption, _, body = to_text(table).partition("\n")
         lines += ["", *textwrap.wrap(caption, WIDTH), body.rstrip("\n")]
     if report.verdicts:
         lines += ["", _row("claim", "", *(setting.replace("-", " ") for setting in SETTINGS))]
-        lines += [_verdicts(row) for row in report.verdicts]
+        for row in report.verdicts:
+            words = [row.verdicts[name].verdict for name in SETTINGS]
+            lines.append(_row(row.claim.name, row.claim.short, *words))
         lines += [""]
         lines += [f"{name}: {count_verdicts(report.verdicts, name)}" for name in SETTINGS]
     lines += ["", f"Figures, intervals and reasons: {folder / 'report.html'}"]
     if report.context.effort.quick:
         lines.append(f"Verdicts from all scenes: trackmark reproduce {report.description.name}")
     return "\n".join(lines)
-
-
-def _verdicts(row: VerdictRow) -> str:
-    words = [row.verdicts[name].verdict if name in row.verdicts else "" for name in SETTINGS]
-    return _row(row.claim.name, row.claim.short, *words)
 
 
 def _row(name: str, words: str, *verdicts: str) -> str:
