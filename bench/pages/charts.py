@@ -196,8 +196,7 @@ def survival_charts(scored: pd.DataFrame, runs: PageRuns) -> list[Chart]:
         }
         lines.append(survival_line(name, position, ends, lost, lost_at))
     words = (
-        "Share of runs that have not lost the target (ten visible frames on end with the centre "
-        "outside the box), over frames, with 95 % bands (Kaplan and Meier's, "
+        "Share of runs that have not lost the target by frame, with 95 % bands (Kaplan-Meier, "
         f"n = {len(finished)} runs); higher is better."
     )
     return [survival_chart(lines, words)] if lines else []
