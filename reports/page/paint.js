@@ -223,5 +223,6 @@ async function drawStrip() {
 }
 function markStrip() {
   const all = [...byId("strip").children], far = (one) => Math.abs(one.frame - frame);
-  for (const one of all) one.classList.toggle("on", far(one) === Math.min(...all.map(far)));
+  const nearest = all.reduce((best, one) => (best && far(best) <= far(one) ? best : one), null);
+  for (const one of all) one.classList.toggle("on", one === nearest);
 }
