@@ -10,6 +10,7 @@ from typing import Any
 import click
 
 from trackmark.bench.commands import EXIT_INTERRUPTED, EXIT_WRONG_INPUT
+from trackmark.bench.commands._progress import command_messages
 from trackmark.bench.commands._terminal import complain, interruptible, outlets
 from trackmark.bench.numba_compilation import announce, attend
 
@@ -58,7 +59,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     trackmark.
     """
     attend(announce)
-    with outlets() as output, interruptible():
+    with outlets() as output, interruptible(), command_messages():
         status = _invoke(arguments)
         if output is not None:
             output.flush()

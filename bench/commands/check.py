@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from trackmark.bench.commands import EXIT_ANSWER_IS_NO
+from trackmark.bench.commands import EXIT_NEGATIVE
 from trackmark.bench.commands._baseline_runs import (
     BaselineRunner,
     check_entries,
@@ -127,7 +127,7 @@ def command(options: CheckOptions) -> int:
     before = _part(stored, options).with_seeds(options.seeds or stored.seeds)
     speeds: dict[str, Pace] = {}
     if options.against is not None:
-        # Timed on the whole baseline, so that a part of it gets the same times.
+        # All sequences are timed: a check of some sequences then gives the same times.
         trackers = list(before.entries)
         speeds = check_speeds(stored, trackers, options.against, options.budget, print_message)
     entries = {name: entry for row in before.entries.values() for name, entry in row.items()}
@@ -198,7 +198,7 @@ def _fits(patterns: Sequence[str], *names: str) -> bool:
 
 
 def _with_canonical_names(texts: Sequence[str]) -> list[str]:
-    """Return texts of sequences, and the canonical names of those that are built in."""
+    """Return the texts and, of built-in sequences, also the canonical names."""
     from trackmark import datasets
     from trackmark.datasets.catalogue import is_built_in
 
@@ -209,7 +209,7 @@ def _with_canonical_names(texts: Sequence[str]) -> list[str]:
 def _status(result: "Check", speeds: "Mapping[str, Pace]", *, strict: bool) -> int:
     states = {result.verdict, *(check.state for check in speeds.values())}
     if states & {"regression", "slower"}:
-        return EXIT_ANSWER_IS_NO
+        return EXIT_NEGATIVE
     return EXIT_INCONCLUSIVE if strict and "inconclusive" in states else 0
 
 
@@ -222,7 +222,7 @@ def _accept(
     tracker, reason = str(options.accept), str(options.because)
     repeated = runner.repeat({tracker: list(result.now[tracker])[:1]})
     if not check_entries(result.now, repeated, f"{path} is not changed: runs failed."):
-        return EXIT_ANSWER_IS_NO
+        return EXIT_NEGATIVE
     today = datetime.now(UTC).date().isoformat()
     write_baseline(stored.moved_on(tracker, result.now, reason, today), path)
     print_message(f"{path}: the scores of {tracker} are replaced.")

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from trackmark.bench.commands import EXIT_ANSWER_IS_NO
+from trackmark.bench.commands import EXIT_NEGATIVE
 from trackmark.bench.commands._execution import run_experiment
 from trackmark.bench.commands._imported_results import (
     imported_option,
@@ -115,7 +115,7 @@ def command(options: CompareOptions) -> int:
     filed = STORED_ONE_PASS if options.protocol is None else parse_protocol(options.protocol).text
     measures = {preset: _measure(preset, options) for preset in _presets(options.metrics, filed)}
     imported_trackers = parse_imported(options.results_of)
-    imported = [guest.tracker for guest in imported_trackers]
+    imported = [entry.tracker for entry in imported_trackers]
     trackers, against = _trackers(options, imported)
     labels: list[str] | None = [label for label, _ in trackers] or None
     cells: Collection[RunKey] | None = None
@@ -133,18 +133,18 @@ def command(options: CompareOptions) -> int:
         if options.results is not None:
             _report_older_versions(runs.table[~runs.table["tracker"].isin(imported)])
         try:
-            compared = {  # all before any output, since a preset may refuse the runs
+            compared = {  # before any output: a preset can refuse the runs
                 preset: _compare(runs, against, options, preset, measure)
                 for preset, measure in measures.items()
             }
         except AllFailedError as error:
             print_message(str(error))
-            return EXIT_ANSWER_IS_NO
+            return EXIT_NEGATIVE
         return _report(compared, experiment, options)
 
 
 def _presets(metrics: Sequence[str], filed: str) -> list[str]:
-    """Return the presets; the preset of the protocol replaces a `native` that cannot judge runs."""
+    """Return the presets; if `native` cannot judge the runs, the protocol's preset replaces it."""
     from trackmark.bench.evaluation.scoring import can_judge
     from trackmark.bench.protocols import parse_protocol
     from trackmark.bench.reporting.tables import PRESET
@@ -171,18 +171,18 @@ def _measure(preset: str, options: CompareOptions) -> "ScoreMeasure":
 
 
 def _preset_measure(preset: str, options: CompareOptions) -> "ScoreMeasure":
-    """Return a column of a metrics preset as a measure, with the default margin of shares."""
+    """Return a column of a metrics preset as a measure with the default equivalence margin."""
     from trackmark.bench.metrics import preset as metrics_preset
     from trackmark.bench.metrics.preset import heading, mean_of_sequences
     from trackmark.reports.tables import ScoreMeasure
 
     definitions = metrics_preset(preset)
-    judging = {key: column for key, column in definitions.columns.items() if column.better}
-    columns = {key: column for key, column in judging.items() if not column.whole}
+    scores = {key: column for key, column in definitions.columns.items() if column.better}
+    columns = {key: column for key, column in scores.items() if not column.whole}
     name = options.metric or next(iter(columns))
     if name not in columns:
         problem = f"{preset} has no score {name!r}"
-        if name in judging:
+        if name in scores:
             problem = (
                 f"{name} is a score of all sequences together; trackers are compared by sequence"
             )
@@ -322,7 +322,7 @@ def _compare(
 
 
 def _report_older_versions(runs: "pd.DataFrame") -> None:
-    """Print which trackers have stored runs of another version than the current one."""
+    """Print which trackers have stored runs of an outdated version."""
     from trackmark.bench.experiments.tracker_spec import built_in_digest
 
     stored = runs.dropna(subset="tracker_version").astype({"tracker": str, "tracker_name": str})
@@ -359,7 +359,7 @@ def _report(compared: "dict[str, Comparison]", experiment: Path, options: Compar
     first = next(iter(compared.values()))
     for tracker, note in first.failures.items():
         print_message(f"{tracker}: {note}")
-    return EXIT_ANSWER_IS_NO if first.left_out else 0
+    return EXIT_NEGATIVE if first.left_out else 0
 
 
 def _write(comparison: "Comparison", experiment: Path, folder: Path) -> list[str]:

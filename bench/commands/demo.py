@@ -65,7 +65,7 @@ def command(options: DemoOptions) -> int:
     write_tables(folder, report_tables)
     figures = FigureFiles(".png", print_message)
     page = folder / "report.html"
-    with progress_bar(None, "frame") as progress:
+    with progress_bar("Drawing the report", None, "frame") as progress:
         title, names = title_of(results), Commands(str(results))
         write_report_page(results, page, report_tables, title, names, progress, figures=figures)
     program = os.path.relpath(sys.argv[0])

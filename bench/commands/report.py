@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from trackmark.bench.commands import EXIT_ANSWER_IS_NO
+from trackmark.bench.commands import EXIT_NEGATIVE
 from trackmark.bench.commands._imported_results import (
     imported_option,
     parse_imported,
@@ -151,7 +151,7 @@ def _curves(experiment: Path, metrics: list[str], tables: "list[Table]") -> "lis
     from trackmark.bench.reporting.by_attribute import attribute_report, attributes_of
 
     def measure(runs: "pd.DataFrame", names: Sequence[str]) -> "dict[str, NDArray[np.float64]]":
-        with progress_bar(None, "frame") as progress:
+        with progress_bar("Measuring attributes", None, "frame") as progress:
             return attributes_of(runs, names, progress, print_message)
 
     curves = attribute_report(experiment, metrics, measure)
@@ -188,7 +188,7 @@ def _write_page(
     from trackmark.bench.store.files import ResultsError
 
     try:
-        with progress_bar(None, "frame") as progress:
+        with progress_bar("Drawing the report", None, "frame") as progress:
             return write_report_page(
                 experiment, path, tables, title, commands, progress, full=full, figures=figures
             )
@@ -211,4 +211,4 @@ def _print_left_out(experiments: Sequence[Path]) -> int:
             lines |= {f"{name}: {failures.notes[name]}": None for name in failures.left_out}
     for line in lines:
         print_message(line)
-    return EXIT_ANSWER_IS_NO if lines else 0
+    return EXIT_NEGATIVE if lines else 0

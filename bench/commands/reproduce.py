@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from trackmark.bench.commands import EXIT_ANSWER_IS_NO
+from trackmark.bench.commands import EXIT_NEGATIVE
 from trackmark.bench.commands._execution import execute_runs, plan_experiment
 from trackmark.bench.commands._options import (
     Command,
@@ -90,7 +90,7 @@ def command(options: ReproduceOptions) -> int:
         fails |= "does not hold" in verdicts
     if quick:
         print_message("--quick judges no claims. Omit it to get verdicts.")
-    return EXIT_ANSWER_IS_NO if options.strict and fails else 0
+    return EXIT_NEGATIVE if options.strict and fails else 0
 
 
 def _reproduce(paper: "Reproduction", effort: "Effort", options: ReproduceOptions) -> "Report":
@@ -124,5 +124,5 @@ def _write(report: "Report", content: Mapping[str, object], folder: Path) -> Non
     write_tables(folder, report.tables)
     write_page(folder / "report.md", report)
     write_file(folder / "report.json", lambda path: path.write_text(text, "utf-8"))
-    with progress_bar(None, "frame") as progress:
+    with progress_bar("Drawing the report", None, "frame") as progress:
         write_html_page(folder / "report.html", report, progress)

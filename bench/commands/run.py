@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from trackmark.bench.commands import EXIT_ANSWER_IS_NO, EXIT_WRONG_INPUT
+from trackmark.bench.commands import EXIT_NEGATIVE, EXIT_WRONG_INPUT
 from trackmark.bench.commands._execution import execute_runs, plan_experiment, stored_runs
 from trackmark.bench.commands._options import (
     Command,
@@ -129,7 +129,7 @@ def _experiment(options: RunOptions) -> Experiment:
     }
     values = {key: value for key, value in values.items() if value}
     if options.seeds:
-        values["repeated"] = {}  # --seeds also replaces the numbers of single trackers
+        values["repeated"] = {}  # --seeds replaces the numbers of single trackers, too
     if base is not None:
         return replace(base, **values)
     name = default_name(values.get("trackers", ()), split_list(sequences or ""), truth)
@@ -137,9 +137,9 @@ def _experiment(options: RunOptions) -> Experiment:
 
 
 def _named_experiment(names: Sequence[str], *, has_options: bool) -> Experiment | None:
-    """Return the named experiment, if any.
+    """Return the named experiment; None without a name.
 
-    Raises `ExperimentError` for several names: a shell expands an unquoted pattern to these.
+    Raises `ExperimentError` for several names, which can result from an unquoted pattern.
     """
     built_in = experiment_names()
     paths = [name for name in names if name not in built_in and not name.endswith(".toml")]
@@ -154,7 +154,7 @@ def _named_experiment(names: Sequence[str], *, has_options: bool) -> Experiment 
 
 
 def default_name(trackers: Sequence[str], sequences: Sequence[str], truth: Path | None) -> str:
-    """Return the default name of an experiment: the same for the same texts in any order.
+    """Return the default name of an experiment; it does not depend on the order of the texts.
 
     Raises `ExperimentError` if there are no trackers or no sequences.
     """
@@ -176,7 +176,7 @@ def _short_name(texts: Sequence[str]) -> str:
 def _without_stale_runs(
     experiment: Experiment, output: Path, opened_sequences: "KnownSequences"
 ) -> Experiment:
-    """Return the experiment under the first name for which no stored run is replaced."""
+    """Return the experiment under the first name NAME, NAME-2, … that replaces no stored run."""
     from trackmark.bench.execution.plan import State, make_plan
     from trackmark.bench.store.results import Results
 
@@ -228,7 +228,7 @@ def execute(execution: "Execution", metrics: Sequence[str], *, as_json: bool = F
         _print_remarks(execution, failed)
     if execution.errors:
         return EXIT_WRONG_INPUT
-    return EXIT_ANSWER_IS_NO if failed else 0
+    return EXIT_NEGATIVE if failed else 0
 
 
 def _print_row(row: Mapping[str, Any], folder: Path, metrics: Sequence[str]) -> None:

@@ -52,9 +52,7 @@ class StressOptions(JsonOptions, EngineOptions):
     runs: int = option(
         "Maximum number of runs per tracker and difficulty.", default=100, minimum=20
     )
-    against: str = option(
-        "Tracker whose breaking points are the baseline of the factors.", default="camshift"
-    )
+    against: str = option("Tracker that the breaking points are divided by.", default="camshift")
     recorded: str | None = option(
         "Correlate breaking points with the overlap on these sequences.", metavar="SEQUENCES"
     )
@@ -67,8 +65,8 @@ class StressOptions(JsonOptions, EngineOptions):
 def command(options: StressOptions) -> int:
     """Find the level of a difficulty at which half of the runs survive.
 
-    Each difficulty of --knob is increased until the trackers lose the target. Runs are placed at
-    the most informative levels; stored runs are not repeated. See docs/stress.md.
+    Each difficulty of --knob is increased until the trackers lose the target. Most runs are made
+    at levels near this point. Stored runs are not repeated. See docs/stress.md.
 
     For example:
       trackmark stress multipart --knob noise,occlusion
@@ -142,7 +140,9 @@ def _execute_series(
         ]
         n_runs = sum(len(entry.trials) for entry in current)
         n_left = sum(bool(entry.next_runs()) for entry in current)
-        print_message(f"{n_runs} runs; {n_left} of {len(current)} series continue.")
+        print_message(
+            f"{n_runs} runs; {n_left} of {len(current)} pairs of tracker and difficulty need more."
+        )
     return current
 
 
