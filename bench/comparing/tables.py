@@ -11,6 +11,7 @@ from typing import Any
 import pandas as pd
 
 from trackmark.bench.comparing.comparison import Comparison, Pair, means_in_part, parts_of
+from trackmark.bench.reporting.answer import Answer, Measured, RankedTracker, answer
 from trackmark.bench.statistics.rules import (
     MIN_UNITS,
     MIN_UNITS_FOR_SMALL,
@@ -62,7 +63,10 @@ def files(comparison: Comparison) -> list[Table]:
 def as_data(comparison: Comparison) -> dict[str, Any]:
     """Return the comparison for `--json`; scores unscaled, gaps null."""
     units, measure = comparison.units, comparison.measure
+    sentence = answer_of(comparison)
     return {
+        "answer": sentence.heading,
+        "answer_details": list(sentence.details),
         "measure": measure.name,
         "title": measure.title,
         "direction": measure.direction,
@@ -94,6 +98,41 @@ def as_data(comparison: Comparison) -> dict[str, Any]:
         "parts": json.loads(_subset_table(comparison).data.to_json(orient="records")),
         "paragraph": paragraph(comparison),
     }
+
+
+def answer_of(comparison: Comparison) -> Answer:
+    """Return the answer of a comparison in sentences."""
+    measure, units, main = comparison.measure, comparison.units, comparison.main
+    sign = 1.0 if measure.direction == "higher" else -1.0
+    means = [[run.mean() for run in runs] for runs in comparison.scores.values()]
+    by_unit = sign * units.means(means)
+    leads = by_unit == by_unit.max(axis=0)
+    wins = (leads & (leads.sum(axis=0) == 1)).sum(axis=1).tolist()
+    opposites = {"better": "worse", "worse": "better"}
+    answers = {}
+    for pair in comparison.main_pairs:
+        label, is_first = str(pair.answer.label), pair.first == main
+        turned = label if is_first else opposites.get(label, label)
+        answers[pair.second if is_first else pair.first] = turned, pair.answer.reason
+    trackers = [
+        RankedTracker(
+            standing.tracker,
+            standing.mean * measure.scale,
+            _scaled(standing.interval, measure.scale),
+            n_wins,
+            standing.milliseconds,
+            *answers.get(standing.tracker, ()),
+        )
+        for standing, n_wins in zip(comparison.standings, wins, strict=True)
+    ]
+    decimals = max(0, measure.decimals - 1)
+    words = len(units), units.kind, units.plural, measure.title, _unit(comparison), decimals
+    measured = Measured(*words, measure.direction == "higher", units.remedy)
+    return answer(trackers, measured, main, comparison.left_out)
+
+
+def _scaled(interval: Limits, scale: float) -> Limits:
+    return interval and (interval[0] * scale, interval[1] * scale)
 
 
 def shown_pairs(comparison: Comparison) -> list[Pair]:

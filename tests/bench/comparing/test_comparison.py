@@ -14,7 +14,7 @@ from trackmark.bench.comparing.comparable_runs import (
 )
 from trackmark.bench.comparing.comparison import compare, parts_of
 from trackmark.bench.comparing.figures import write_figures
-from trackmark.bench.comparing.tables import as_data, files, paragraph, screen
+from trackmark.bench.comparing.tables import answer_of, as_data, files, paragraph, screen
 from trackmark.bench.reporting.tables import SUMMARY
 from trackmark.bench.statistics.intervals import mean_interval
 from trackmark.bench.statistics.rules import decide
@@ -273,6 +273,9 @@ def test_numbers_are_the_same_in_every_format(make_runs):
     assert standings.data["mean"].tolist() == [row["mean"] for row in data["trackers"]]
     assert pairs.data["low"].tolist() == [row["interval"][0] for row in data["pairs"]]
     assert "c" in to_csv(standings)
+    assert data["answer"] == answer_of(comparison).heading
+    assert data["answer"].startswith(f"{comparison.main} is better than ")
+    assert f"{max(row['mean'] for row in data['trackers']):.2f} [" in data["answer"]
     for table in screen(comparison):
         assert max(map(len, to_text(table).splitlines()[1:])) <= 100
 
