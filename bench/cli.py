@@ -4,6 +4,7 @@ import ast
 import importlib
 import sys
 from collections.abc import Sequence
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +30,16 @@ class _Commands(click.Group):
         module = importlib.import_module(f"trackmark.bench.commands.{cmd_name.replace('-', '_')}")
         command: click.Command = module.command
         return command
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        try:
+            return super().resolve_command(ctx, args)
+        except click.UsageError as error:
+            matches = get_close_matches(args[0], self.list_commands(ctx), n=1)
+            hint = f" Did you mean {matches[0]!r}?" if matches else ""
+            raise click.UsageError(f"unknown command {args[0]!r}.{hint}", ctx) from error
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         with formatter.section("Commands"):

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from trackmark.bench.commands._execution import execute_runs, plan_experiment
 from trackmark.bench.commands._options import EngineOptions
-from trackmark.bench.commands._progress import print_message
+from trackmark.bench.commands._progress import RunProgress, print_message
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 
 if TYPE_CHECKING:
@@ -66,6 +66,7 @@ class BaselineRunner:
         for tracker, names in sequences.items():
             labels_by_names.setdefault(tuple(names), []).append(tracker)
         counts: dict[tuple[str, str], int] = {}
+        executions = []
         for names, labels in labels_by_names.items():
             experiment = Experiment(
                 name=self.name,
@@ -77,9 +78,14 @@ class BaselineRunner:
                 experiment, self.options, retry_failed=True, opened_sequences=self.opened_sequences
             )
             self._check_plan(execution.plan, labels, names)
-            execute_runs(execution, temporary=temporary)
+            executions.append(execution)
             for label, count in zip(labels, execution.plan.repetitions.tolist(), strict=True):
                 counts |= {(label, name): count for name in names}
+        title = f"{self.name}: {len(sequences)} trackers{', seed 0 repeated' * temporary}"
+        with RunProgress(title, None if temporary else self.folder) as progress:
+            progress.expect(*executions)
+            for execution in executions:
+                execute_runs(execution, progress=progress, temporary=temporary)
         pairs = [(label, name) for label, names in sequences.items() for name in names]
         return stored_entries(self.folder, {pair: counts[pair] for pair in pairs}, self.sources)
 

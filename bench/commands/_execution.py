@@ -68,8 +68,8 @@ def execute_runs(
         try:
             with ExitStack() as stack:
                 if progress is None:
-                    shown = RunProgress(run_title(execution), execution.folder)
-                    progress = stack.enter_context(shown)
+                    run_progress = RunProgress(run_title(execution), execution.folder)
+                    progress = stack.enter_context(run_progress)
                     progress.expect(execution)
                 progress.begin()
                 for row in execution.rows(progress.update):

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, Protocol, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol, Self
 
 import click
 
@@ -33,8 +33,8 @@ _MIN_SHARE = 0.02
 class _Screen:
     """State of standard error during one command."""
 
-    quiet = False  # True if progress and hints are not printed
-    announced: set[str] = set()  # works and messages that are printed once per command
+    quiet: ClassVar[bool] = False  # True if progress and hints are not printed
+    announced: ClassVar[set[str]] = set()  # works and messages that are printed once
 
 
 @contextmanager
@@ -141,9 +141,16 @@ def progress_bar(work: str, total: int | None, unit: str) -> Iterator[Progress]:
     from tqdm import tqdm
 
     hidden = True if _Screen.quiet else None  # None: unless standard error is a terminal
-    settings = {"unit": unit, "unit_scale": True, "disable": hidden, "delay": 1.0}
     with (
-        tqdm(total=total, desc=work, file=progress_outlet(), **settings) as bar,
+        tqdm(
+            total=total,
+            desc=work,
+            file=progress_outlet(),
+            unit=unit,
+            unit_scale=True,
+            disable=hidden,
+            delay=1.0,
+        ) as bar,
         ExitStack() as lines,
     ):
         count = lines.enter_context(patience(work)) if bar.disable else None
@@ -152,7 +159,7 @@ def progress_bar(work: str, total: int | None, unit: str) -> Iterator[Progress]:
             bar.total = total or bar.total
             bar.update(done - bar.n)
             if count is not None and bar.total:
-                count(done, bar.total)
+                count(done, int(bar.total))
 
         yield update
 
@@ -169,6 +176,7 @@ class RunProgress:
         self._runs = self._work = self._done = self._failed = 0
         self._work_before = self._work_now = 0  # of earlier executions, and of the present one
         self._ended, self._stack = threading.Event(), ExitStack()
+        self._failures: list[str] = []  # printed ones
         self._bar: Any = None
         self._began = 0.0
 
@@ -225,12 +233,14 @@ class RunProgress:
         if row["status"] != "failed":
             return
         self._failed += 1
-        if self._failed <= _MAX_FAILURES and not _Screen.quiet:
+        reason = str(row["failure"]).partition("\n")[0]
+        text = f"{row['tracker']} on {row['sequence']}, {reason}"
+        if len(self._failures) < _MAX_FAILURES and text not in self._failures:
+            self._failures.append(text)
             if self._bar is not None:
                 self._bar.clear()
-            reason = str(row["failure"]).partition("\n")[0]
-            text = f"{row['tracker']} on {row['sequence']}, {reason}"
-            print_event("FAILED", f"FAILED  {text}" if _in_terminal() else text)
+            if not _Screen.quiet:
+                print_event("FAILED", f"FAILED  {text}" if _in_terminal() else text)
 
     def _show(self) -> None:
         if self._bar is not None:

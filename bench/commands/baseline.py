@@ -18,6 +18,7 @@ from trackmark.bench.commands._options import (
     with_options,
 )
 from trackmark.bench.experiments.experiment import Experiment
+from trackmark.reports.printable import wrap
 
 if TYPE_CHECKING:
     from trackmark.bench.comparing.baseline import Baseline
@@ -98,7 +99,7 @@ def command(options: BaselineOptions) -> int:
         f"Commit it; `trackmark check {name}` compares with it."
     )
     for line in _sensitivity(baseline):
-        click.echo(line)
+        click.echo(wrap(line))
     return 0
 
 

@@ -2,7 +2,6 @@
 
 import json
 import math
-import textwrap
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -21,7 +20,7 @@ from trackmark.bench.commands._options import (
     EXISTING_FILE,
     Command,
     EngineOptions,
-    JsonOptions,
+    ScreenOptions,
     argument,
     matching_sequences,
     metrics_option,
@@ -32,7 +31,7 @@ from trackmark.bench.commands._options import (
     split_list,
     with_options,
 )
-from trackmark.bench.commands._progress import patience, print_message
+from trackmark.bench.commands._progress import patience, print_hint, print_message
 from trackmark.bench.commands.run import default_name
 from trackmark.bench.experiments.experiment import Experiment
 from trackmark.bench.reporting import MARGINS
@@ -44,14 +43,12 @@ if TYPE_CHECKING:
     from trackmark.bench.store.layout import RunKey
     from trackmark.reports.tables import ScoreMeasure
 
-WIDTH = 96
-
 STRIPS = 3
 """Number of sequences drawn as film strips: those on which two trackers differ most."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class CompareOptions(JsonOptions, EngineOptions):
+class CompareOptions(ScreenOptions, EngineOptions):
     """Options of the command."""
 
     trackers: tuple[str, ...] = argument(nargs=-1, required=False)
@@ -95,8 +92,9 @@ def command(options: CompareOptions) -> int:
 
     Give either --sequences (missing runs are executed) or --results (stored runs are compared; all
     trackers if none is named). The first tracker of each pair is reported as better, worse,
-    equivalent or inconclusive. Each metrics preset gets its own comparison. Failed runs count as
-    the worst score.
+    equivalent or inconclusive. All pairs of up to four trackers are printed, all pairs of more
+    trackers with --verbose. Each metrics preset gets its own comparison. Failed runs count as the
+    worst score.
 
     For example:
       trackmark compare camshift opencv-mil --sequences 'samples/*' --seeds 5
@@ -249,7 +247,7 @@ def _run(
         protocol=options.protocol or Experiment.protocol,
     )
     execution = run_experiment(experiment, options)
-    print_message(f"Runs are in {execution.folder}.")
+    print_hint(f"Runs are in {execution.folder}.")
     labels = [spec.label for spec in execution.plan.trackers.values()]
     return execution.folder, labels, execution.plan.manifest().versions
 
@@ -339,10 +337,7 @@ def _report_older_versions(runs: "pd.DataFrame") -> None:
 
 def _report(compared: "dict[str, Comparison]", experiment: Path, options: CompareOptions) -> int:
     """Print and write the comparisons by all presets; return the exit status."""
-    from trackmark.bench.comparing.tables import as_data, paragraph, screen
-    from trackmark.reports.printable import width
-    from trackmark.reports.renderers import to_text
-    from trackmark.reports.table_width import on_terminal
+    from trackmark.bench.comparing.tables import as_data, screen_lines
 
     folder = options.folder
     for preset, comparison in compared.items():
@@ -350,9 +345,8 @@ def _report(compared: "dict[str, Comparison]", experiment: Path, options: Compar
             data = {"metrics": preset, **as_data(comparison)}
             click.echo(json.dumps(data, allow_nan=False))
         else:
-            click.echo("\n".join(on_terminal(table, to_text) for table in screen(comparison)))
-            text = textwrap.fill(paragraph(comparison), min(WIDTH, width()), break_on_hyphens=False)
-            click.echo(text)
+            lines = screen_lines(comparison, verbose=options.verbose, quiet=options.quiet)
+            click.echo("\n".join(lines))
         if folder is not None:
             target = folder / preset if len(compared) > 1 else folder
             print_message("\n".join(_write(comparison, experiment, target)))

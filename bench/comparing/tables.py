@@ -18,14 +18,22 @@ from trackmark.bench.statistics.rules import (
     corrected_level,
     interval_or_none,
 )
-from trackmark.reports.printable import width
+from trackmark.reports.printable import width, wrap
+from trackmark.reports.renderers import to_text
+from trackmark.reports.table_width import terminal_lines
 from trackmark.reports.tables import MISSING, Cell, Table
 
-LONGEST_PAIR = 44
+LONGEST_PAIR = 36
 """Maximum length of a pair's names on one line of a screen."""
 
-SHOWN_PAIRS = 10
+SHOWN_PAIRS = 6
 """Maximum number of pairs on a screen; of more, those with the main tracker are shown."""
+
+MAX_LINES = 10
+"""Maximum number of trackers or of pairs on a screen, unless all are requested."""
+
+_REASONED_PAIRS = 3
+"""Maximum number of pairs whose reasons are all printed; of more, the main tracker's are."""
 
 SENTENCE_PAIRS = 3
 """Maximum number of pairs with a sentence each; of more, each answer has one sentence."""
@@ -41,15 +49,65 @@ Limits = tuple[float, float] | None
 """Interval of scores or differences; None for too few units."""
 
 
-def screen(comparison: Comparison) -> list[Table]:
-    """Return tables for a terminal: standings and pairs.
+def screen_lines(
+    comparison: Comparison, *, verbose: bool = False, quiet: bool = False
+) -> list[str]:
+    """Return lines for a terminal: answer, standings and pairs.
 
-    With too few units for intervals, differences by unit replace the answers on pairs.
+    With too few units for intervals, differences by unit replace the answers on pairs. `verbose`:
+    all pairs with their reasons, and the paragraph for a paper. `quiet`: the answer only.
     """
-    if not comparison.pairs:
-        return [_standings(comparison)]
-    pairs = _differences if _too_few(comparison) else _screen_pairs
-    return [_standings(comparison), pairs(comparison)]
+    sentence = answer_of(comparison)
+    if quiet:
+        return [sentence.heading]
+    failures = [f"{name}: {note}" for name, note in comparison.failures.items()]
+    lines = [*failures, *([""] if failures else []), sentence.heading, *sentence.details]
+    lines = [line for text in lines for line in wrap(text).splitlines()]
+    tables = [_short_standings(comparison, verbose=verbose)]
+    if comparison.pairs:
+        few = _too_few(comparison)
+        pairs = _differences(comparison) if few else _screen_pairs(comparison, verbose=verbose)
+        tables.append(pairs)
+    for table in tables:
+        lines += ["", *terminal_lines(table, to_text)]
+    if verbose:
+        lines += ["", *textwrap.wrap(paragraph(comparison), width(), break_on_hyphens=False)]
+    return lines
+
+
+def _short_standings(comparison: Comparison, *, verbose: bool) -> Table:
+    """Return the standings for a terminal: means have one decimal less, the best is first."""
+    measure = comparison.measure
+    short = replace(comparison, measure=replace(measure, decimals=max(0, measure.decimals - 1)))
+    sign = -1 if measure.direction == "higher" else 1
+    ranked = sorted(comparison.standings, key=lambda standing: sign * standing.mean)
+    standings = ranked if verbose else ranked[:MAX_LINES]
+    table = _standings(replace(short, standings=standings, failures={}))
+    for row, standing in zip(table.rows, standings, strict=True):
+        row[4] = Cell(milliseconds_text(standing.milliseconds))
+    notes = [note for note in table.notes if not note.startswith("~")]
+    others = len(ranked) - len(standings)
+    notes += [f"{others} more trackers: --verbose"] if others else []
+    heads = [*table.heads[:2], "95 %", "never lost [%]", "time"]
+    table = replace(table, heads=heads, notes=notes)
+    return _without_column(table, 2) if _too_few(comparison) else table
+
+
+def _without_column(table: Table, column: int) -> Table:
+    def without(cells: Sequence[Any]) -> list[Any]:
+        return [*cells[:column], *cells[column + 1 :]]
+
+    heads, ranks = without(table.heads), without([0, *table.ranks])[1:]
+    return replace(table, heads=heads, rows=list(map(without, table.rows)), ranks=ranks)
+
+
+def milliseconds_text(milliseconds: float) -> str:
+    """Return a time per frame with two digits.
+
+    >>> milliseconds_text(23.94), milliseconds_text(0.0128), milliseconds_text(1234.5)
+    ('24 ms', '0.013 ms', '1200 ms')
+    """
+    return f"{float(f'{milliseconds:.2g}'):g} ms" if isfinite(milliseconds) else MISSING
 
 
 def files(comparison: Comparison) -> list[Table]:
@@ -186,22 +244,32 @@ def _caption(comparison: Comparison) -> str:
     return f"{text}, {comparison.units.scope}"
 
 
-def _screen_pairs(comparison: Comparison) -> Table:
-    """Return answers on pairs; reasons and long names have lines of their own."""
-    pairs, rows = shown_pairs(comparison), []
-    for pair in pairs:
+def _screen_pairs(comparison: Comparison, *, verbose: bool) -> Table:
+    """Return answers on pairs; reasons have lines of their own, pairs with long names numbers."""
+    pairs = list(comparison.pairs) if verbose else shown_pairs(comparison)[:MAX_LINES]
+    labels, notes = _pair_labels(pairs)
+    rows = []
+    for label, pair in zip(labels, pairs, strict=True):
         texts = [*_pair_texts(comparison, pair), pair.answer.label]
-        empty = [""] * len(texts)
-        long = len(pair.label) > LONGEST_PAIR
-        names = textwrap.wrap(pair.label, width(), break_on_hyphens=False)
+        rows.append([label, *texts])
         reasons = "; ".join(filter(None, [pair.answer.reason, _same_boxes(comparison, pair)]))
-        rows += [[line, *empty] for line in names if long]
-        rows.append(["" if long else pair.label, *texts])
-        rows += [[f"    {line}", *empty] for line in textwrap.wrap(reasons, width() - 4)]
+        is_main = comparison.main in (pair.first, pair.second)
+        if verbose or is_main or len(pairs) <= _REASONED_PAIRS:
+            empty = [""] * len(texts)
+            rows += [[f"    {line}", *empty] for line in textwrap.wrap(reasons, width() - 4)]
     others = len(comparison.pairs) - len(pairs)
-    notes = [f"{others} other pairs are in --json and --folder."] if others else []
+    notes += [f"{others} more pairs: --verbose"] if others else []
     caption = f"; better on so many {comparison.units.plural}."
     return replace(_pair_table(comparison, pairs, caption, rows), notes=notes)
+
+
+def _pair_labels(pairs: Sequence[Pair]) -> tuple[list[str], list[str]]:
+    """Return the labels of pairs; if one is too long, numbers and notes with the names."""
+    labels = [pair.label for pair in pairs]
+    if max(map(len, labels)) <= LONGEST_PAIR:
+        return labels, []
+    numbers = [f"pair {number}" for number in range(1, len(pairs) + 1)]
+    return numbers, [f"{n}: {label}" for n, label in zip(numbers, labels, strict=True)]
 
 
 def _file_pairs(comparison: Comparison) -> Table:
@@ -255,10 +323,7 @@ def _pair_data(pair: Pair) -> dict[str, Any]:
 def _differences(comparison: Comparison) -> Table:
     """Return the differences of pairs by unit; pairs with long names are numbered."""
     pairs, kind = shown_pairs(comparison), comparison.units.kind
-    labels, notes = [pair.label for pair in pairs], []
-    if max(map(len, labels)) > LONGEST_PAIR:
-        notes = [f"pair {n}: {label}" for n, label in enumerate(labels, 1)]
-        labels = [f"pair {n}" for n in range(1, len(pairs) + 1)]
+    labels, notes = _pair_labels(pairs)
     remarks = [_same_boxes(comparison, pair) for pair in pairs]
     notes += [f"{label}: {same}" for label, same in zip(labels, remarks, strict=True) if same]
     columns = [[*pair.by_unit.tolist(), pair.difference] for pair in pairs]

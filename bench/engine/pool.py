@@ -390,8 +390,8 @@ def _reason(run: Run) -> str:
 def _complete(run: Run, output: str) -> Run:
     """Return a run of a message, whose JSON has no tuples and no numbers as keys."""
     arrays = {int(frame): named for frame, named in run.arrays.items()}
-    output = (run.output or output) if run.failure else ""
-    return replace(run, arrays=arrays, segments=tuple(run.segments), output=output)
+    segments = tuple(run.segments)
+    return replace(run, arrays=arrays, segments=segments, output=run.output or output)
 
 
 def _signal_name(number: int) -> str:

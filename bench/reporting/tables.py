@@ -168,7 +168,7 @@ def score_tables(scored: pd.DataFrame, timed: pd.DataFrame, title: str) -> list[
     result = []
     masks = MASKS if _segmenting(scored) else ()
     if len(scored["sequence"].unique()) > 1:
-        timed_runs, time = _with_times(scored, timed)
+        timed_runs, time = with_times(scored, timed)
         result.append(mean_table(timed_runs, (*SUMMARY, *masks, time), title, PRESET))
     if len(scored):
         result.append(sequence_table(scored, PER_SEQUENCE + masks, title, PRESET))
@@ -234,7 +234,7 @@ def uncertainty_of(values: NDArray[np.float64], measure: ScoreMeasure) -> Uncert
     return Uncertainty(intervals, marks.tolist())
 
 
-def _with_times(scored: pd.DataFrame, timed: pd.DataFrame) -> tuple[pd.DataFrame, ScoreMeasure]:
+def with_times(scored: pd.DataFrame, timed: pd.DataFrame) -> tuple[pd.DataFrame, ScoreMeasure]:
     """Add the time per frame [ms] of timing runs if all exist, else of the scored runs.
 
     A failed run has no time and gets the mean of its tracker.
